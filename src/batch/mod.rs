@@ -1,0 +1,1 @@
+//! Many sessions: discovery, parallel work, tables.

@@ -1,0 +1,67 @@
+//! The command line: one file per command, nothing here but the list and the exit codes.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub mod convert;
+pub mod export;
+pub mod inspect;
+pub mod report;
+pub mod run;
+pub mod schema;
+pub mod simulate;
+
+/// Motorcycle tyre coefficients, with honest uncertainty, from recorded riding logs.
+#[derive(Debug, Parser)]
+#[command(name = "roadbench", version, about, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run::Arguments),
+    Simulate(simulate::Arguments),
+    Inspect(inspect::Arguments),
+    Convert(convert::Arguments),
+    Report(report::Arguments),
+    Export(export::Arguments),
+    Schema(schema::Arguments),
+}
+
+/// Why a command did not do what it was asked; each has its exit code.
+#[derive(Debug)]
+pub enum Failure {
+    /// Bad usage or configuration, nothing written: 2.
+    Usage(String),
+    /// Some inputs were rejected, and are listed: 1.
+    Rejected(String),
+    /// The output could not be written: 3.
+    Output(String),
+}
+
+/// Parses the arguments, runs the command, prints what went wrong.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Run(a) => run::run(a),
+        Command::Simulate(a) => simulate::run(a),
+        Command::Inspect(a) => inspect::run(a),
+        Command::Convert(a) => convert::run(a),
+        Command::Report(a) => report::run(a),
+        Command::Export(a) => export::run(a),
+        Command::Schema(a) => schema::run(a),
+    };
+    let (code, message) = match result {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Rejected(message)) => (1, message),
+        Err(Failure::Usage(message)) => (2, message),
+        Err(Failure::Output(message)) => (3, message),
+    };
+    if !message.is_empty() {
+        eprintln!("roadbench: {message}");
+    }
+    ExitCode::from(code)
+}

@@ -1,0 +1,34 @@
+//! `roadbench schema`.
+
+use crate::cli::Failure;
+use crate::schema;
+
+/// Print the definition of a table or file of the contract
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Its name, e.g. `session` or `coefficients`; without it all names are listed.
+    name: Option<String>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let Some(name) = arguments.name else {
+        for (name, _) in schema::FILES {
+            println!("{name}");
+        }
+        return Ok(());
+    };
+    match schema::text(&name) {
+        Some(text) => {
+            print!("{text}");
+            Ok(())
+        }
+        None => {
+            let names: Vec<&str> = schema::FILES.iter().map(|(n, _)| *n).collect();
+            Err(Failure::Usage(format!("no schema `{name}`; there are {}", names.join(", "))))
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! `roadbench simulate`.
+
+use crate::cli::Failure;
+
+/// Write a synthetic archive with known truth beside it
+#[derive(Debug, clap::Args)]
+pub struct Arguments {}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(_arguments: Arguments) -> Result<(), Failure> {
+    Err(Failure::Usage("not there yet".into()))
+}

@@ -1,0 +1,1 @@
+//! Tyre slips, loads and forces, sample by sample, from what was measured.

@@ -1,0 +1,1 @@
+//! Robust fits and their uncertainty.

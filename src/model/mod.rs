@@ -1,0 +1,1 @@
+//! The tyre model of the paper.

@@ -1,0 +1,213 @@
+//! The rows of the output tables, field by field as in `schemas/`.
+//!
+//! A struct here mirrors its schema file; writing fails a test when the two differ.
+
+use serde::Serialize;
+
+use crate::session::Meta;
+
+/// Who and when, repeated in every per-session row.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Ident {
+    /// The session.
+    pub session_id: String,
+    /// The bike.
+    pub bike_id: String,
+    /// RFC 3339.
+    pub start_time: Option<String>,
+}
+
+impl From<&Meta> for Ident {
+    fn from(meta: &Meta) -> Self {
+        Ident {
+            session_id: meta.session_id.clone(),
+            bike_id: meta.bike_id.clone(),
+            start_time: meta.start_time.clone(),
+        }
+    }
+}
+
+/// From what a row was made.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Provenance {
+    /// BLAKE3 of the input's bytes.
+    pub input_hash: String,
+    /// BLAKE3 of the resolved pipeline and the bike file.
+    pub pipeline_hash: String,
+    /// Of roadbench.
+    pub version: String,
+}
+
+/// How far a coefficient is to be believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Estimated, with an interval that can be believed.
+    Ok,
+    /// Not estimated: taken from the bike file.
+    Assumed,
+    /// Estimated, but the ride does not pin it down.
+    PoorlyDetermined,
+    /// The ride cannot give it.
+    NotAvailable,
+}
+
+/// A row of `coefficients`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Coefficient {
+    /// Who and when.
+    #[serde(flatten)]
+    pub ident: Ident,
+    /// `front`, `rear` or `vehicle`.
+    pub tyre: String,
+    /// Name.
+    pub coefficient: String,
+    /// Symbol in the paper.
+    pub symbol: String,
+    /// Estimate.
+    pub value: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// Standard error.
+    pub std_error: Option<f64>,
+    /// Interval.
+    pub ci95_low: Option<f64>,
+    /// Interval.
+    pub ci95_high: Option<f64>,
+    /// Robust spread between manoeuvres.
+    pub dispersion: Option<f64>,
+    /// Manoeuvres that took part.
+    pub n_manoeuvres: i64,
+    /// Samples that took part.
+    pub n_samples: i64,
+    /// Robust residual standard deviation of the fit.
+    pub residual_scale: Option<f64>,
+    /// Share of zero weights.
+    pub outlier_fraction: Option<f64>,
+    /// Share of variance explained.
+    pub r_squared: Option<f64>,
+    /// How far to believe it.
+    pub status: Status,
+    /// Why not `ok`.
+    pub reason: Option<String>,
+    /// From what.
+    #[serde(flatten)]
+    pub provenance: Provenance,
+}
+
+/// A row of `manoeuvres`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct Manoeuvre {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub manoeuvre_id: i64,
+    pub kind: String,
+    pub start: f64,
+    pub end: f64,
+    pub direction: Option<String>,
+    pub quality: Option<f64>,
+    pub used: bool,
+    pub reason: Option<String>,
+    pub speed_start: Option<f64>,
+    pub speed_end: Option<f64>,
+    pub speed_mean: Option<f64>,
+    pub acceleration_x_mean: Option<f64>,
+    pub acceleration_x_peak: Option<f64>,
+    pub acceleration_y_peak: Option<f64>,
+    pub roll_peak: Option<f64>,
+    pub slip_front_peak: Option<f64>,
+    pub slip_rear_peak: Option<f64>,
+}
+
+/// A row of `sessions`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct SessionRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub path: String,
+    pub duration: f64,
+    pub rate: f64,
+    pub n_samples: i64,
+    pub distance: Option<f64>,
+    pub channels: String,
+    pub n_manoeuvres: i64,
+    pub n_used: i64,
+    pub n_coefficients_ok: i64,
+    pub n_warnings: i64,
+    pub tyre_front: Option<String>,
+    pub tyre_rear: Option<String>,
+    pub site: Option<String>,
+    pub rider_id: Option<String>,
+    #[serde(flatten)]
+    pub provenance: Provenance,
+}
+
+/// A row of `warnings`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct WarningRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub stage: String,
+    pub code: String,
+    pub channel: Option<String>,
+    pub count: i64,
+    pub time: Option<f64>,
+    pub message: String,
+}
+
+/// A row of `rejected`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct Rejected {
+    pub path: String,
+    pub session_id: Option<String>,
+    pub bike_id: Option<String>,
+    pub stage: String,
+    pub code: String,
+    pub message: String,
+    pub input_hash: Option<String>,
+    pub version: String,
+}
+
+/// A row of `plots`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct PlotPoint {
+    pub session_id: String,
+    pub bike_id: String,
+    pub plot: String,
+    pub series: String,
+    pub x: f64,
+    pub y: Option<f64>,
+    pub y_low: Option<f64>,
+    pub y_high: Option<f64>,
+    pub weight: Option<f64>,
+    pub manoeuvre_id: Option<i64>,
+}
+
+/// A row of `truth`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct Truth {
+    pub session_id: String,
+    pub bike_id: String,
+    pub tyre: String,
+    pub coefficient: String,
+    pub value: f64,
+    pub unit: String,
+}
+
+/// A row of `truth_segments`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct TruthSegment {
+    pub session_id: String,
+    pub bike_id: String,
+    pub kind: String,
+    pub start: f64,
+    pub end: f64,
+    pub direction: Option<String>,
+}

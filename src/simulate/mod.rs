@@ -1,0 +1,1 @@
+//! A motorcycle whose tyres are known.
