@@ -1,4 +1,3 @@
-#[test]
-fn x() {}
+//! Tests of the whole through its public doors.
 
 mod fit;
