@@ -1,2 +1,1 @@
-#[test]
-fn x() {}
+//! Integration tests: one binary.
