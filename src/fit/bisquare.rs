@@ -263,8 +263,8 @@ impl<'a> Descent<'a> {
             let mut h = 0.0;
             for a in 0..p {
                 for b in 0..p {
-                    h += self.x[a][i] / self.size[a] * inverse[(a, b)] * self.x[b][i]
-                        / self.size[b];
+                    h +=
+                        self.x[a][i] / self.size[a] * inverse[(a, b)] * self.x[b][i] / self.size[b];
                 }
             }
             h *= self.weights[i];

@@ -206,7 +206,8 @@ fn roots(m: &DMatrix<f64>) -> Result<(DMatrix<f64>, DMatrix<f64>), Error> {
         return Err(Error::Singular);
     }
     let v = &eigen.eigenvectors;
-    let with = |f: fn(f64) -> f64| v * DMatrix::from_diagonal(&eigen.eigenvalues.map(f)) * v.transpose();
+    let with =
+        |f: fn(f64) -> f64| v * DMatrix::from_diagonal(&eigen.eigenvalues.map(f)) * v.transpose();
     Ok((with(|x| 1.0 / x.sqrt()), with(f64::sqrt)))
 }
 
@@ -217,8 +218,8 @@ fn reaction(slope: &DMatrix<f64>, sums: &Sums, inverse: &DMatrix<f64>) -> DMatri
     let fallback = || inverse * ratio;
     let Some(cholesky) = slope.clone().cholesky() else { return fallback() };
     let candidate = cholesky.inverse();
-    let sound = (0..slope.nrows())
-        .all(|j| (0.8..8.0).contains(&(candidate[(j, j)] / inverse[(j, j)])));
+    let sound =
+        (0..slope.nrows()).all(|j| (0.8..8.0).contains(&(candidate[(j, j)] / inverse[(j, j)])));
     if sound { candidate } else { fallback() }
 }
 

@@ -439,7 +439,13 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Weighted<'_> {
         self.model.residuals(&self.theta, out.as_mut_slice());
         for (r, w) in out.iter_mut().zip(self.root_weights) {
             // a row without weight says nothing, whatever its residual has become
-            *r = if *w == 0.0 { 0.0 } else if r.is_finite() { *r * w } else { self.cap };
+            *r = if *w == 0.0 {
+                0.0
+            } else if r.is_finite() {
+                *r * w
+            } else {
+                self.cap
+            };
         }
         Some(out)
     }

@@ -35,9 +35,7 @@ pub fn coefficients(x: &[&[f64]], y: &[f64], root_weight: Option<&[f64]>) -> Opt
         (0..n).collect()
     } else {
         // one random row of each of MAX_ROWS equal stretches: spread over the whole ride
-        (0..MAX_ROWS)
-            .map(|k| rng.random_range(k * n / MAX_ROWS..(k + 1) * n / MAX_ROWS))
-            .collect()
+        (0..MAX_ROWS).map(|k| rng.random_range(k * n / MAX_ROWS..(k + 1) * n / MAX_ROWS)).collect()
     };
     let m = rows.len();
     let scale = |i: usize| root_weight.map_or(1.0, |w| w[i]);

@@ -1,7 +1,6 @@
 //! The asymmetric Magic Formula of the longitudinal friction (eq. 28) and its peak.
 
-use argmin::core::{CostFunction, Executor};
-use argmin::solver::brent::BrentOpt;
+use crate::fit::search::minimum;
 
 /// Coefficients of eq. 28.
 ///
@@ -56,20 +55,7 @@ impl MagicFormula {
         if best == 0 || best == GRID {
             return None;
         }
-        struct Negative<F>(F);
-        impl<F: Fn(f64) -> f64> CostFunction for Negative<F> {
-            type Param = f64;
-            type Output = f64;
-            fn cost(&self, sigma: &f64) -> Result<f64, argmin::core::Error> {
-                Ok(-(self.0)(*sigma))
-            }
-        }
-        let solver = BrentOpt::new(at(best - 1), at(best + 1)).set_tolerance(1e-10, 1e-12);
-        let result = Executor::new(Negative(friction), solver)
-            .configure(|state| state.max_iters(100))
-            .run()
-            .ok()?;
-        result.state.best_param
+        minimum(|sigma| -friction(sigma), at(best - 1), at(best + 1), 1e-10).map(|(sigma, _)| sigma)
     }
 }
 

@@ -48,10 +48,8 @@ fn stack_loss_as_r_and_statsmodels() {
     let ones = vec![1.0; c[0].len()];
     let x = [&ones[..], &c[1], &c[2], &c[3]];
     let fit = bisquare::linear(&x, &c[0], &AS_RLM).expect("fit");
-    let [r, r_scale] = [
-        &[-42.28525369, 0.9275471, 0.65073222, -0.11233103][..],
-        &[2.281_885_879_564_949_7],
-    ];
+    let [r, r_scale] =
+        [&[-42.28525369, 0.9275471, 0.65073222, -0.11233103][..], &[2.281_885_879_564_949_7]];
     close(&fit.coefficients, r, 2e-5);
     close(&[fit.scale], r_scale, 2e-5);
     close(
@@ -290,6 +288,9 @@ fn the_magic_formula_survives_a_third_of_gross_outliers() {
         }
         let slope = |t: &[f64]| t[0] * t[1] * t[2];
         close(&[slope(&b.theta), b.theta[2]], &[slope(&a.theta), a.theta[2]], 0.03);
-        println!("n = {n}: clean {:?}\n dirty {:?}, {} evaluations", a.theta, b.theta, b.evaluations);
+        println!(
+            "n = {n}: clean {:?}\n dirty {:?}, {} evaluations",
+            a.theta, b.theta, b.evaluations
+        );
     }
 }
