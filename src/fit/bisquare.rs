@@ -8,7 +8,7 @@
 //! `MASS::rlm(psi = psi.bisquare)` and statsmodels `RLM(TukeyBiweight)`.
 //!
 //! METHOD: the start. Two descents, one from least squares and one from a high-breakdown fit
-//! ([`super::start`]), and the end point with the smaller tau-scale is kept: the second
+//! ([`super::start`]), and the end point with the smaller S-scale is kept: the second
 //! survives outliers that capture the first, the first is the better one where half of the
 //! samples carry little information.
 //!
@@ -16,7 +16,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::loss::{self, TUNING, mad, mad_beyond, tau_scale, weight};
+use super::loss::{self, TUNING, mad, mad_beyond, s_scale, weight};
 use super::start;
 
 /// Why there is no fit.
@@ -137,7 +137,7 @@ pub fn linear(x: &[&[f64]], y: &[f64], options: &Options<'_>) -> Result<Fit, Err
         None
     };
     let chosen = match candidate.map(|b| descent.run(Some(b))) {
-        Some(Ok(other)) if other.tau < from_least_squares.tau * (1.0 - 1e-6) => other,
+        Some(Ok(other)) if other.quality < from_least_squares.quality * (1.0 - 1e-6) => other,
         _ => from_least_squares,
     };
     Ok(descent.finish(chosen))
@@ -169,7 +169,7 @@ struct End {
     iterations: usize,
     converged: bool,
     scale: f64,
-    tau: f64,
+    quality: f64,
 }
 
 /// The data and the buffers of all descents.
@@ -353,8 +353,8 @@ impl<'a> Descent<'a> {
             iterations += 1;
             converged = moved <= self.options.tolerance * scale;
         }
-        let tau = tau_scale(&self.standard, &mut self.scratch);
-        Ok(End { b, iterations, converged, scale, tau })
+        let quality = s_scale(&self.standard, &mut self.scratch);
+        Ok(End { b, iterations, converged, scale, quality })
     }
 
     fn finish(mut self, end: End) -> Fit {

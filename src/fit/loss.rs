@@ -86,16 +86,14 @@ const TAU_TUNING: f64 = 6.08;
 /// One over the mean of that loss on normal residuals (quadrature, scipy 1.17.1).
 const TAU_CONSISTENT: f64 = 2.168_011_892;
 
-/// Tau-scale of residuals: bounded like a median, yet almost as precise as a standard
-/// deviation on normal errors, so two fits of the same data are compared by it. `scratch` as
-/// for [`mad`].
+/// S-scale of residuals: half of them may be bad. Which of two fits of the same data is the
+/// better one is judged by it. `scratch` as for [`mad`].
 ///
 /// ```text
 /// mean rho1(r / s) = max(rho1) / 2        s by fixed-point iteration from the MAD
-/// tau² = s² mean rho2(r / s) / E rho2(z)  z standard normal
 /// ```
-/// Source: Yohai & Zamar (1988), JASA 83.
-pub fn tau_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
+/// Source: Rousseeuw & Yohai (1984), Springer LNS 26.
+pub fn s_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
     let n = residuals.len() as f64;
     let start = mad(residuals, scratch);
     if !(start > 0.0 && start.is_finite()) {
@@ -103,17 +101,32 @@ pub fn tau_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
     }
     let target = 0.5 * S_TUNING * S_TUNING / 6.0;
     let mut s = start;
-    for _ in 0..30 {
+    for _ in 0..50 {
         let mean = residuals.iter().map(|r| rho(r / s, S_TUNING)).sum::<f64>() / n;
         let ratio = (mean / target).sqrt();
         s *= ratio;
-        if (ratio - 1.0).abs() < 1e-4 || s <= 1e-12 * start {
+        if (ratio - 1.0).abs() < 1e-6 || s <= 1e-12 * start {
             break;
         }
     }
-    let mean = residuals.iter().map(|r| rho(r / s, TAU_TUNING)).sum::<f64>() / n;
+    s
+}
+
+/// Tau-scale of residuals: bounded like the S-scale, yet almost as precise as a standard
+/// deviation on normal errors, hence smoother to search on. `scratch` as for [`mad`].
+///
+/// ```text
+/// tau² = s² mean rho2(r / s) / E rho2(z)  s the S-scale, z standard normal
+/// ```
+/// Source: Yohai & Zamar (1988), JASA 83.
+pub fn tau_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
+    let s = s_scale(residuals, scratch);
+    if !(s > 0.0 && s.is_finite()) {
+        return s;
+    }
+    let mean = residuals.iter().map(|r| rho(r / s, TAU_TUNING)).sum::<f64>();
     // so that it is the standard deviation of normal residuals
-    s * (TAU_CONSISTENT * mean).sqrt()
+    s * (TAU_CONSISTENT * mean / residuals.len() as f64).sqrt()
 }
 
 /// Robust standard deviation of a few values about their own centre: Qn, the first quartile
@@ -174,11 +187,13 @@ mod tests {
         let mut r = normal(20_000, 1);
         let mut scratch = vec![0.0; r.len()];
         assert!((mad(&r, &mut scratch) - 1.0).abs() < 0.02);
+        assert!((s_scale(&r, &mut scratch) - 1.0).abs() < 0.02);
         assert!((tau_scale(&r, &mut scratch) - 1.0).abs() < 0.02);
         for x in r.iter_mut().take(6_000) {
             *x = 1e6;
         }
         assert!(mad(&r, &mut scratch) < 1.7);
+        assert!(s_scale(&r, &mut scratch) < 2.5);
         assert!(tau_scale(&r, &mut scratch) < 6.0);
     }
 

@@ -6,6 +6,7 @@
 //! manoeuvre are correlated, [`interval`] turns that into intervals, also of ratios.
 
 pub mod bisquare;
+pub mod bounds;
 pub mod cluster;
 pub mod interval;
 pub mod loss;

@@ -11,17 +11,17 @@
 //! the residuals of at most [`SEARCH_ROWS`] samples, which half of the samples being bad does
 //! not mislead; (2) reweighted least squares (crate levenberg-marquardt, a port of MINPACK)
 //! from where the most promising searches ended, and from the best plain start; (3) the end
-//! with the smallest tau-scale over all samples is kept.
+//! with the smallest S-scale over all samples is kept.
 //!
-//! Bounds are kept by a smooth change of variables (as Minuit does): between two bounds
-//! `theta = low + (high - low)(1 + sin z)/2`, above one `theta = low - 1 + sqrt(1 + z²)`.
+//! Bounds are kept by a smooth change of variables ([`super::bounds`]).
 
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
-use super::loss::{TUNING, mad, psi_derivative, tau_scale, weight};
+use super::bounds::Bounds;
+use super::loss::{TUNING, mad, psi_derivative, s_scale, tau_scale, weight};
 
 /// Samples that take part in the search for a start.
 pub const SEARCH_ROWS: usize = 600;
@@ -98,6 +98,8 @@ pub enum Error {
     NotFinite,
 }
 
+const EXCLUDED: Error = Error::Start { start: 0, message: "bounds that exclude everything" };
+
 /// How to fit.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
@@ -169,7 +171,7 @@ pub fn fit(
     if n < p || p == 0 {
         return Err(Error::TooFew { samples: n, parameters: p });
     }
-    let map = Map::new(p, bounds)?;
+    let map = Bounds::new(p, bounds).ok_or(EXCLUDED)?;
     let starts = inner_starts(starts, p, &map)?;
     let mut work = Work { model, map: &map, options, r: vec![0.0; n], scratch: vec![0.0; n] };
     let candidates = work.candidates(&starts);
@@ -206,7 +208,7 @@ pub fn fit(
     })
 }
 
-fn inner_starts(starts: &[Vec<f64>], p: usize, map: &Map) -> Result<Vec<Vec<f64>>, Error> {
+fn inner_starts(starts: &[Vec<f64>], p: usize, map: &Bounds) -> Result<Vec<Vec<f64>>, Error> {
     if starts.is_empty() {
         return Err(Error::Start { start: 0, message: "there is none" });
     }
@@ -225,75 +227,6 @@ fn inner_starts(starts: &[Vec<f64>], p: usize, map: &Map) -> Result<Vec<Vec<f64>
         .collect()
 }
 
-/// The change of variables that keeps the bounds.
-#[derive(Debug)]
-struct Map(Vec<(f64, f64)>);
-
-impl Map {
-    fn new(p: usize, bounds: Option<&[(f64, f64)]>) -> Result<Self, Error> {
-        let free = (f64::NEG_INFINITY, f64::INFINITY);
-        let bounds = bounds.map_or_else(|| vec![free; p], <[(f64, f64)]>::to_vec);
-        if bounds.len() != p || bounds.iter().any(|(low, high)| !(low < high)) {
-            return Err(Error::Start { start: 0, message: "bounds that exclude everything" });
-        }
-        Ok(Map(bounds))
-    }
-
-    fn inner(&self, theta: &[f64]) -> Vec<f64> {
-        let one = |(t, &(low, high)): (&f64, &(f64, f64))| match (low.is_finite(), high.is_finite())
-        {
-            (true, true) => {
-                // not on the bound itself, where the slope is zero
-                let inside = (2.0 * (t - low) / (high - low) - 1.0).clamp(-0.998, 0.998);
-                inside.asin()
-            }
-            (true, false) => ((t - low).max(1e-3) + 1.0).powi(2).sub_one_root(),
-            (false, true) => ((high - t).max(1e-3) + 1.0).powi(2).sub_one_root(),
-            (false, false) => *t,
-        };
-        theta.iter().zip(&self.0).map(one).collect()
-    }
-
-    fn outer(&self, z: &[f64]) -> Vec<f64> {
-        let mut theta = vec![0.0; z.len()];
-        self.outer_into(z, &mut theta);
-        theta
-    }
-
-    fn outer_into(&self, z: &[f64], theta: &mut [f64]) {
-        for (t, (&z, &(low, high))) in theta.iter_mut().zip(z.iter().zip(&self.0)) {
-            *t = match (low.is_finite(), high.is_finite()) {
-                (true, true) => low + 0.5 * (high - low) * (1.0 + z.sin()),
-                (true, false) => low - 1.0 + z.hypot(1.0),
-                (false, true) => high + 1.0 - z.hypot(1.0),
-                (false, false) => z,
-            };
-        }
-    }
-
-    /// Derivative of parameter `j` by its inner variable.
-    fn slope(&self, j: usize, z: f64) -> f64 {
-        let (low, high) = self.0[j];
-        match (low.is_finite(), high.is_finite()) {
-            (true, true) => 0.5 * (high - low) * z.cos(),
-            (true, false) => z / z.hypot(1.0),
-            (false, true) => -z / z.hypot(1.0),
-            (false, false) => 1.0,
-        }
-    }
-}
-
-/// `sqrt(x - 1)`.
-trait SubOneRoot {
-    fn sub_one_root(self) -> f64;
-}
-
-impl SubOneRoot for f64 {
-    fn sub_one_root(self) -> f64 {
-        (self - 1.0).max(0.0).sqrt()
-    }
-}
-
 /// Where one descent ended, in inner variables.
 struct Descent {
     z: DVector<f64>,
@@ -306,7 +239,7 @@ struct Descent {
 
 struct Work<'a> {
     model: &'a dyn Model,
-    map: &'a Map,
+    map: &'a Bounds,
     options: &'a Options,
     r: Vec<f64>,
     scratch: Vec<f64>,
@@ -400,7 +333,7 @@ impl Work<'_> {
             }
         }
         let objective = if self.robust() {
-            tau_scale(&self.r, &mut self.scratch)
+            s_scale(&self.r, &mut self.scratch)
         } else {
             self.r.iter().map(|r| r * r).sum()
         };
@@ -412,7 +345,7 @@ impl Work<'_> {
 /// The weighted problem as the solver wants it, in inner variables.
 struct Weighted<'a> {
     model: &'a dyn Model,
-    map: &'a Map,
+    map: &'a Bounds,
     theta: Vec<f64>,
     z: DVector<f64>,
     root_weights: &'a [f64],
@@ -466,12 +399,12 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Weighted<'_> {
 /// Tau-scale of some samples' residuals, as argmin wants it.
 struct Objective<'a> {
     model: &'a dyn Model,
-    map: &'a Map,
+    map: &'a Bounds,
     rows: Vec<usize>,
 }
 
 impl<'a> Objective<'a> {
-    fn new(model: &'a dyn Model, map: &'a Map) -> Self {
+    fn new(model: &'a dyn Model, map: &'a Bounds) -> Self {
         let n = model.len();
         let m = n.min(SEARCH_ROWS);
         // a golden-ratio shift within each of m equal stretches: even, but no fixed beat
@@ -506,7 +439,7 @@ fn simplex(objective: &Objective<'_>, z: &[f64], iterations: u64) -> Option<(f64
     let mut corners = vec![z.to_vec()];
     for j in 0..z.len() {
         let mut corner = z.to_vec();
-        let (low, high) = objective.map.0[j];
+        let (low, high) = objective.map.of(j);
         corner[j] += if low.is_finite() && high.is_finite() {
             // towards the middle
             if z[j] > 0.0 { -0.3 } else { 0.3 }

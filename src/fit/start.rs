@@ -3,19 +3,19 @@
 //! The bisquare has local minima: from a least-squares start a third of one-sided or
 //! high-leverage outliers can capture it. Here many small subsets are fitted exactly, each is
 //! improved by steps that keep the better half of the samples (the C-steps of fast-LTS), and
-//! the one with the smallest tau-scale wins. Half of the samples may be bad.
+//! the one with the smallest S-scale wins. Half of the samples may be bad.
 //!
 //! The subsets are drawn by a generator with a fixed seed: the same data, the same start.
 //! Large data are thinned first; a start need not be precise.
 //!
 //! Source: Rousseeuw & Van Driessen (2006), Data Mining and Knowledge Discovery 12; the
-//! choice by tau-scale: Salibián-Barrera, Willems & Zamar (2008), JCGS 17.
+//! choice by S-scale: Salibián-Barrera & Yohai (2006), JCGS 15.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::loss::{median, tau_scale};
+use super::loss::{median, s_scale};
 
 /// Samples that take part in the search.
 const MAX_ROWS: usize = 600;
@@ -60,7 +60,7 @@ pub fn coefficients(x: &[&[f64]], y: &[f64], root_weight: Option<&[f64]>) -> Opt
                 None => break,
             }
         }
-        let value = work.tau(&design, &target, &b);
+        let value = work.quality(&design, &target, &b);
         let at = best.partition_point(|(v, _)| *v <= value);
         if at < KEEP && value.is_finite() {
             best.insert(at, (value, b));
@@ -71,11 +71,11 @@ pub fn coefficients(x: &[&[f64]], y: &[f64], root_weight: Option<&[f64]>) -> Opt
         for _ in 0..20 {
             work.keep_better_half(&design, &target, b);
             let Some(next) = work.solve(&design, &target) else { break };
-            let tau = work.tau(&design, &target, &next);
-            if !(tau < *value * (1.0 - 1e-9)) {
+            let found = work.quality(&design, &target, &next);
+            if !(found < *value * (1.0 - 1e-9)) {
                 break;
             }
-            (*value, *b) = (tau, next);
+            (*value, *b) = (found, next);
         }
     }
     best.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, b)| b.as_slice().to_vec())
@@ -144,9 +144,9 @@ impl Work {
         }
     }
 
-    fn tau(&mut self, x: &DMatrix<f64>, y: &DVector<f64>, b: &DVector<f64>) -> f64 {
+    fn quality(&mut self, x: &DMatrix<f64>, y: &DVector<f64>, b: &DVector<f64>) -> f64 {
         self.residuals(x, y, b);
-        tau_scale(&self.residuals, &mut self.scratch)
+        s_scale(&self.residuals, &mut self.scratch)
     }
 
     fn keep_better_half(&mut self, x: &DMatrix<f64>, y: &DVector<f64>, b: &DVector<f64>) {
