@@ -1,3 +1,3 @@
-//! Tests of the whole through its public doors.
+//! Integration tests: one binary.
 
 mod fit;
