@@ -33,8 +33,8 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Config {
-            push: 0.10,
-            push_end: 0.14,
+            push: 0.07,
+            push_end: 0.10,
             surplus: 0.2,
             throttle: 0.02,
             shortest: 0.6,

@@ -34,7 +34,7 @@ impl Default for Config {
             lean: 0.10,
             lean_end: 0.07,
             shortest: 0.8,
-            roll_rate: 0.02,
+            roll_rate: 0.01,
             steady_roll_rate: 0.25,
             uncombined_acceleration: 1.5,
             least_share: 0.4,

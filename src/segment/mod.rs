@@ -283,11 +283,10 @@ fn pieces(claims: Vec<Claim>, f: &Features, config: &Config) -> Vec<(Range<usize
         let heir = if before >= after { k - 1 } else { k };
         let whole = &mut out[heir].0;
         *whole = whole.start.min(at.start)..whole.end.max(at.end);
-        // the neighbours may now be of one kind
-        let second = if heir == k { k } else { k };
-        if second > 0 && second < out.len() && out[second - 1].1 == out[second].1 {
-            let (next, _) = out.remove(second);
-            out[second - 1].0.end = next.end;
+        // what was on both sides of it may be of one kind
+        if k > 0 && k < out.len() && out[k - 1].1 == out[k].1 {
+            let (next, _) = out.remove(k);
+            out[k - 1].0.end = next.end;
         }
     }
     out
