@@ -3,22 +3,25 @@
 //! With pressures: whoever presses brakes. Without: a deceleration that exceeds what coasting
 //! and a closed throttle give, from where it begins. Which wheel then is told by the wheels'
 //! speeds: with slip stiffness `k` per load, a share `x` of the braking force in front and the
-//! loads `N` (as parts of the weight),
+//! loads `N` (as parts of the weight, load transfer included),
 //!
 //! ```text
 //! ln(omega_r / omega_f) = (|a| / g) / k (x / N_f - (1 - x) / N_r)
 //! ```
-//! which is about +0.08 per `g` for the front brake alone, -0.12 for the rear brake alone and
-//! near zero for the usual mix of both.
+//! solved for `x` over the whole braking: 1 is the front brake alone, 0 the rear brake alone,
+//! 0.6 to 0.8 the usual mix. `k` is known to a quarter, which moves the ends by 0.1.
 
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::features::Features;
+use super::features::{Features, SLIP_STIFFNESS};
 use super::mask::{close_holes, drop_short, hysteresis, runs};
 use super::{Evidence, Kind, Verdict};
 use crate::GRAVITY;
+
+/// Share of the last half second's hold at which the lever is being let go.
+const LETTING_GO: f64 = 0.7;
 
 /// Settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,10 +39,10 @@ pub struct Config {
     pub deceleration_start: f64,
     /// It has ended below this share of its peak: letting go is not braking.
     pub end_share: f64,
-    /// Without pressures: slip difference per `g` above which it is the front brake alone.
-    pub front_slip: f64,
-    /// As `front_slip`, below which it is the rear brake alone (negative).
-    pub rear_slip: f64,
+    /// Without pressures: front share of the force above which it is the front brake alone.
+    pub front_share: f64,
+    /// Without pressures: front share below which it is the rear brake alone.
+    pub rear_share: f64,
     /// Shortest, s.
     pub shortest: f64,
     /// Deceleration that must be reached for it to be used, m/s².
@@ -55,8 +58,8 @@ impl Default for Config {
             deceleration: 1.3,
             deceleration_start: 0.25,
             end_share: 0.45,
-            front_slip: 0.045,
-            rear_slip: -0.05,
+            front_share: 0.87,
+            rear_share: 0.2,
             shortest: 0.4,
             least_peak: 1.0,
         }
@@ -136,6 +139,13 @@ fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
         while end < n && below(end, over) {
             end += 1;
         }
+        // letting go takes a moment and is blurred by the mean: back to the last firm hold
+        let hold = (end.saturating_sub(f.blocks(0.5)).max(run.start)..end)
+            .map(|i| -f.surplus[i])
+            .fold(0.0, f64::max);
+        while end > run.start + 1 && !below(end - 1, LETTING_GO * hold) {
+            end -= 1;
+        }
         match out.last_mut() {
             Some(last) if start <= last.end + f.blocks(0.3) => last.end = last.end.max(end),
             _ => out.push(start..end),
@@ -147,16 +157,19 @@ fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
 /// Which brake, by what the wheels do; both where that cannot be told.
 fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> Kind {
     let Some(slip) = &f.slip else { return Kind::CombinedBraking };
-    let (mut moved, mut force) = (0.0, 0.0);
+    let (mut in_front, mut all) = (0.0, 0.0);
     for i in run.clone().filter(|&i| f.surplus[i] < -0.5 && slip[i].is_finite()) {
+        let force = -f.surplus[i] / GRAVITY;
+        let front = (f.static_front + f.transfer * force).clamp(0.05, 0.95);
+        let rear = 1.0 - front;
         // beyond the peak the wheel locks and the proportion is lost
-        moved += slip[i].clamp(-0.4, 0.4);
-        force += -f.surplus[i] / GRAVITY;
+        in_front += slip[i].clamp(-0.4, 0.4) * SLIP_STIFFNESS + force / rear;
+        all += force / front + force / rear;
     }
-    let per_g = if force > 0.0 { moved / force } else { 0.0 };
-    if per_g > config.front_slip {
+    let share = if all > 0.0 { in_front / all } else { 0.5 };
+    if share > config.front_share {
         Kind::FrontBraking
-    } else if per_g < config.rear_slip {
+    } else if share < config.rear_share {
         Kind::RearBraking
     } else {
         Kind::CombinedBraking

@@ -22,6 +22,8 @@ pub struct Config {
     pub push_end: f64,
     /// Change of speed beyond coasting that ends it at once, m/s²: slopes stay below.
     pub surplus: f64,
+    /// Change of speed beyond coasting at which its ends are set, m/s².
+    pub edge: f64,
     /// A throttle beyond this drives, 1.
     pub throttle: f64,
     /// Shortest, s.
@@ -37,7 +39,8 @@ impl Default for Config {
             push_end: 0.10,
             surplus: 0.2,
             throttle: 0.02,
-            shortest: 0.6,
+            edge: 0.15,
+            shortest: 0.9,
             shortest_used: 1.0,
         }
     }
@@ -55,9 +58,9 @@ pub fn detect(f: &Features, config: &Config) -> Vec<bool> {
     });
     let mut mask = hysteresis(free, -config.push, -config.push_end);
     // the push is a mean over a second and blurs the ends
-    let reach = f.blocks(0.5);
+    let reach = f.blocks(0.8);
     for run in runs(&mask) {
-        let ok = |i: &usize| closed(*i) && f.surplus[*i].abs() < config.push_end;
+        let ok = |i: &usize| closed(*i) && f.surplus[*i].abs() < config.edge;
         for i in (run.start.saturating_sub(reach)..run.start).rev().take_while(ok) {
             mask[i] = true;
         }

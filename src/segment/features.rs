@@ -23,11 +23,15 @@ const RATE: f64 = 25.0;
 
 /// Slip stiffness per load of any road tyre, within a third: of the supersport tyres of the
 /// paper's reference 26.
-const SLIP_STIFFNESS: f64 = 19.0;
+pub const SLIP_STIFFNESS: f64 = 19.0;
 
 /// Signals of one session in blocks of `step` samples; all of one length, NaN where unknown.
 #[derive(Debug, Clone, Default)]
 pub struct Features {
+    /// Share of the weight on the front wheel at rest.
+    pub static_front: f64,
+    /// What moves to the front per `g` of deceleration.
+    pub transfer: f64,
     /// Samples per block.
     pub step: usize,
     /// Blocks per second.
@@ -135,6 +139,8 @@ impl Features {
             _ => None,
         };
         Features {
+            static_front: bike.cg_to_rear() / bike.wheelbase,
+            transfer: bike.cg_height / bike.wheelbase,
             step,
             rate,
             speed,
