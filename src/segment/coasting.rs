@@ -20,9 +20,11 @@ pub struct Config {
     pub push: f64,
     /// It has ended above this, m/s².
     pub push_end: f64,
-    /// Change of speed beyond coasting that ends it at once, m/s²: slopes stay below.
+    /// Acceleration beyond coasting that ends it at once, m/s²: slopes stay below.
     pub surplus: f64,
-    /// Change of speed beyond coasting at which its ends are set, m/s².
+    /// Acceleration beyond coasting may change by this much in 0.6 s, m/s².
+    pub change: f64,
+    /// Acceleration beyond coasting at which its ends are set, m/s².
     pub edge: f64,
     /// A throttle beyond this drives, 1.
     pub throttle: f64,
@@ -39,8 +41,9 @@ impl Default for Config {
             push_end: 0.10,
             surplus: 0.2,
             throttle: 0.02,
+            change: 0.10,
             edge: 0.15,
-            shortest: 0.9,
+            shortest: 1.0,
             shortest_used: 1.0,
         }
     }
@@ -52,9 +55,23 @@ pub fn detect(f: &Features, config: &Config) -> Vec<bool> {
         return gear.iter().map(|g| *g < 0.5).collect();
     }
     let closed = |i: usize| f.throttle.as_ref().is_none_or(|t| !(t[i] > config.throttle));
+    let apart = f.blocks(0.3);
+    let last = f.len().saturating_sub(1);
+    // drive that only passes through zero changes on the way
+    let even = |i: usize| {
+        let (before, after) = (i.saturating_sub(apart), (i + apart).min(last));
+        (f.surplus[after] - f.surplus[before]).abs() < config.change
+    };
     // minus the size: large is free
     let free = (0..f.len()).map(|i| {
-        if closed(i) && f.surplus[i].abs() < config.surplus { -f.push[i].abs() } else { f64::NAN }
+        let push = f.push[i].abs();
+        if !closed(i) || f.surplus[i].abs() >= config.surplus {
+            f64::NAN
+        } else if even(i) {
+            -push
+        } else {
+            -push.max(1.01 * config.push)
+        }
     });
     let mut mask = hysteresis(free, -config.push, -config.push_end);
     // the push is a mean over a second and blurs the ends
