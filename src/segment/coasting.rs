@@ -54,7 +54,8 @@ pub fn detect(f: &Features, config: &Config) -> Vec<bool> {
     if let Some(gear) = &f.gear {
         return gear.iter().map(|g| *g < 0.5).collect();
     }
-    let closed = |i: usize| f.throttle.as_ref().is_none_or(|t| !(t[i] > config.throttle));
+    let open = |i: usize| f.throttle.as_ref().is_some_and(|t| t[i] > config.throttle);
+    let closed = |i: usize| !open(i);
     let apart = f.blocks(0.3);
     let last = f.len().saturating_sub(1);
     // drive that only passes through zero changes on the way

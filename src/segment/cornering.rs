@@ -60,13 +60,15 @@ pub fn transitions(f: &Features, corners: &[bool], config: &Config) -> Vec<bool>
     for Range { start, end } in runs(corners) {
         let side = f.lean[(start + end) / 2].signum();
         for i in (start.saturating_sub(reach)..start).rev() {
-            if !(side * f.lean_rate[i] > config.roll_rate) || corners[i] {
+            let rolls_in = side * f.lean_rate[i] > config.roll_rate;
+            if !rolls_in || corners[i] {
                 break;
             }
             out[i] = true;
         }
         for i in end..(end + reach).min(f.len()) {
-            if !(side * f.lean_rate[i] < -config.roll_rate) || corners[i] {
+            let rolls_out = side * f.lean_rate[i] < -config.roll_rate;
+            if !rolls_out || corners[i] {
                 break;
             }
             out[i] = true;

@@ -107,8 +107,11 @@ fn more_bikes() {
     }
 }
 
+/// A channel over time, s.
+type Made = (Channel, fn(f64) -> f64);
+
 /// 60 s at 50 Hz of what a function of time says.
-fn made(channels: &[(Channel, fn(f64) -> f64)]) -> Session {
+fn made(channels: &[Made]) -> Session {
     let mut session = Session::new(Meta::default(), 50.0, 3000);
     for &(channel, f) in channels {
         session.set(channel, (0..3000).map(|i| f(f64::from(i) / 50.0)).collect());
@@ -147,7 +150,7 @@ fn hopeless_sessions_are_told_from_good_ones_without_a_fuss() {
     let other = found.iter().find(|s| s.kind == Kind::Other).expect("the gap");
     assert_eq!((other.start, other.end), (1000, 1500));
     assert_eq!(other.reason.as_deref(), Some("no forward velocity recorded"));
-    let all: Vec<(Channel, fn(f64) -> f64)> =
+    let all: Vec<Made> =
         Channel::ALL.iter().map(|&c| (c, (|_| f64::NAN) as fn(f64) -> f64)).collect();
     assert_eq!(cut(&made(&all)).len(), 1);
     assert_eq!(cut(&made(&[(Channel::VelocityX, |_| 0.0)]))[0].kind, Kind::Other);
@@ -209,10 +212,18 @@ fn straights_are_out_or_back_by_heading_or_its_rate() {
 }
 
 #[test]
-#[ignore = "prints times"]
-fn times() {
+#[ignore = "prints time and reasons"]
+fn times_and_reasons() {
     let (bike, simulated) = sessions().swap_remove(0);
     let now = std::time::Instant::now();
     let found = segment::run(&simulated.session, &bike, &segment::Config::default());
     println!("{} segments in {} samples: {:?}", found.len(), simulated.session.len, now.elapsed());
+    let mut reasons: BTreeMap<(Kind, String), usize> = BTreeMap::new();
+    for s in &found {
+        let reason = s.reason.clone().unwrap_or_else(|| "used".into());
+        *reasons.entry((s.kind, reason)).or_default() += 1;
+    }
+    for ((kind, reason), count) in reasons {
+        println!("{count:4} {}: {reason}", kind.name());
+    }
 }
