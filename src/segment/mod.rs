@@ -235,6 +235,8 @@ pub fn run(session: &Session, bike: &Bike, config: &Config) -> Vec<Segment> {
     }
     let pieces = pieces(claims, &f, config);
     let axis = heading::Axis::new(&f, &pieces);
+    // without any sign of lean a straight is only believed to be one
+    let trust = if f.lean.iter().any(|l| l.is_finite()) { 1.0 } else { 0.5 };
     pieces
         .into_iter()
         .map(|(at, claim)| {
@@ -249,7 +251,7 @@ pub fn run(session: &Session, bike: &Bike, config: &Config) -> Vec<Segment> {
                 start: at.start * f.step,
                 end: (at.end * f.step).min(session.len),
                 direction,
-                quality: if verdict.quality.is_finite() { verdict.quality } else { 0.0 },
+                quality: if verdict.quality.is_finite() { trust * verdict.quality } else { 0.0 },
                 used: verdict.reason.is_none(),
                 reason: verdict.reason,
             }

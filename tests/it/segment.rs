@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use roadbench::bike::Bike;
 use roadbench::channel::Channel;
 use roadbench::filter;
+use roadbench::ingest;
 use roadbench::segment::{self, Direction, Kind, Segment};
 use roadbench::session::{Meta, Session};
 use roadbench::simulate::{self, Simulated, scenario::Scenario};
@@ -208,6 +209,25 @@ fn straights_are_out_or_back_by_heading_or_its_rate() {
             "{kinds:?}"
         );
         assert!(kinds.contains(&(Kind::Cornering, Some(Direction::Left))), "{kinds:?}");
+    }
+}
+
+#[test]
+fn real_recordings_are_covered_without_gaps() {
+    let data = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    for name in ["emoto_kiro/Primeira_Saida.txt", "tudelft_sbw_bicycle/sil_avg_5.log"] {
+        let path = data.join(name);
+        if !path.exists() {
+            println!("{} is not there: skipped", path.display());
+            continue;
+        }
+        let raw = ingest::read(&path, ingest::map::shipped()).expect(name);
+        let (mut session, _) = ingest::run(raw, &ingest::Config::default()).expect(name);
+        filter::run(&mut session, &filter::Config::default());
+        let found = cut(&session);
+        assert!(found.len() > 10, "{name}: {found:?}");
+        // neither has a gear or a brake: nothing may claim to know which brake
+        assert!(!found.iter().any(|s| matches!(s.kind, Kind::FrontBraking | Kind::RearBraking)));
     }
 }
 
