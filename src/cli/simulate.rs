@@ -69,7 +69,6 @@ fn write_bike(scenario: &Scenario, bike: usize, out: &Path) -> Result<usize, tab
     let id = &machine.bike.bike_id;
     let file = out.join("bikes").join(format!("{id}.toml"));
     table::write_bytes(&file, machine.bike.to_toml().as_bytes())?;
-    let coefficients = truth::coefficients(&machine.plant);
     let (truth_table, segment_table) =
         (Table::embedded("truth"), Table::embedded("truth_segments"));
     let count = scenario.fleet.sessions_per_bike;
@@ -81,7 +80,7 @@ fn write_bike(scenario: &Scenario, bike: usize, out: &Path) -> Result<usize, tab
         let part = format!("bike={id}");
         let folder = out.join("sessions").join(&part).join(format!("date={date}"));
         write_session(&folder.join(&name), &simulated.session, scenario.float32)?;
-        let truth = truth_rows(meta, &coefficients);
+        let truth = truth_rows(meta, &truth::coefficients(&machine.plant, &simulated));
         table::write(
             &out.join("truth/coefficients").join(&part).join(&name),
             &truth_table,
