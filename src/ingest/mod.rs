@@ -4,10 +4,13 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
+
+mod check;
+
+pub use check::check;
 
 /// Settings of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -77,16 +80,4 @@ pub fn read(_path: &Path) -> Result<Raw, Error> {
 /// Nothing usable is left.
 pub fn run(_raw: Raw, _config: &Config) -> Result<(Session, Vec<Warning>), Error> {
     Err(Error { code: "unknown_format", message: String::new() })
-}
-
-/// Checks channels against physics and against each other, given the bike.
-///
-/// # Errors
-/// A channel's unit or sign is wrong in a way that would give coefficients nobody may believe.
-pub fn check(
-    _session: &mut Session,
-    _bike: &Bike,
-    _config: &Config,
-) -> Result<Vec<Warning>, Error> {
-    Ok(Vec::new())
 }
