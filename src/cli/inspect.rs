@@ -60,7 +60,7 @@ struct Facts {
     /// Of the common clock, Hz.
     rate: f64,
     samples: usize,
-    /// m
+    /// Over what is recorded of the velocity, m.
     distance: Option<f64>,
     bike_file: Option<PathBuf>,
 }
@@ -354,7 +354,7 @@ impl Facts {
         }
         write!(out, "  {:.1} s, {} samples at {:.4} Hz", self.duration, self.samples, self.rate)?;
         match self.distance {
-            Some(d) => writeln!(out, ", {:.2} km", d / 1000.0),
+            Some(d) => writeln!(out, ", {:.2} km recorded", d / 1000.0),
             None => writeln!(out),
         }
     }
@@ -421,4 +421,51 @@ fn write_estimates(estimates: &[Estimate], out: &mut String) -> std::fmt::Result
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    fn track(channel: Channel, time: &Arc<Vec<f64>>, f: impl Fn(f64) -> f64) -> Track {
+        Track { channel, time: Arc::clone(time), values: time.iter().map(|t| f(*t)).collect() }
+    }
+
+    #[test]
+    fn a_log_of_two_channels_is_described() {
+        let time = Arc::new((0..3000).map(|i| f64::from(i) / 50.0).collect::<Vec<f64>>());
+        let v = |t: f64| if (20.0..25.0).contains(&t) { f64::NAN } else { 10.0 + t / 6.0 };
+        let raw = Raw {
+            tracks: vec![
+                track(Channel::VelocityX, &time, v),
+                track(Channel::WheelSpeedFront, &time, |t| (10.0 + t / 6.0) / 0.3),
+            ],
+            ..Raw::default()
+        };
+        let got = inspect(raw, None, &ingest::Config::default()).expect("readable");
+        let velocity = &got.channels[0];
+        assert_eq!((velocity.channel, velocity.samples, velocity.gaps), ("velocity_x", 2750, 1));
+        assert!((velocity.rate.expect("rate") - 50.0).abs() < 1e-6);
+        assert!((velocity.missing - 100.0 / 12.0).abs() < 0.1, "{}", velocity.missing);
+        assert!((velocity.longest_gap - 5.0).abs() < 0.1, "{}", velocity.longest_gap);
+        assert_eq!(velocity.min, Some(10.0));
+        let possible: Vec<&str> =
+            got.estimates.iter().filter(|e| e.status == "possible").map(|e| e.tyre).collect();
+        assert_eq!(possible, ["front", "vehicle", "front"]);
+        let text = got.to_text();
+        assert!(text.contains("missing: wheel_speed_rear; then from straight coasting"), "{text}");
+        assert!(text.contains("give --bikes"), "{text}");
+        assert!(serde_json::to_string(&got).is_ok());
+    }
+
+    #[test]
+    fn numbers_fit_their_column() {
+        for (v, text) in
+            [(0.0, "0.000"), (1.5e-5, "1.50e-5"), (-2.5, "-2.500"), (1_800_001.0, "1800001")]
+        {
+            assert_eq!(number(Some(v)), text);
+        }
+        assert_eq!(number(None), "-");
+    }
 }

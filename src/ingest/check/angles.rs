@@ -179,7 +179,7 @@ fn lean_against_yaw(lean: Median, witnesses: &[Option<Median>]) -> Error {
         code: "sign_roll_yaw",
         message: format!(
             "roll and yaw_rate disagree on left and right: tan(roll) is {:+.2} times v r / g in \
-             {} bends' means, it should be about -1 (left bend: roll negative, yaw_rate \
+             {} means of 0.2 s, it should be about -1 (left bend: roll negative, yaw_rate \
              positive); {which}",
             lean.value, lean.n
         ),

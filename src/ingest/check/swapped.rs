@@ -10,8 +10,8 @@ use super::view::{FEWEST, View, quantile};
 use crate::bike::Bike;
 use crate::channel::Channel;
 
-/// A slip difference below this is no evidence.
-const LEAST_SLIP: f64 = 0.003;
+/// A slip difference below this is no evidence: tyres grow with speed.
+const LEAST_SLIP: f64 = 0.004;
 /// Nor is one above: no tyre lasts that long so.
 const LARGEST_SLIP: f64 = 0.3;
 /// Standard errors that make evidence.

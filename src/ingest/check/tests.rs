@@ -50,7 +50,7 @@ fn ride(seed: u64) -> Session {
     let lean_factor = 1.1 + 0.1 * spread.sample(&mut rng);
     let bias: [f64; 4] = std::array::from_fn(|_| spread.sample(&mut rng));
     let n = (360.0 * RATE) as usize;
-    let mut columns = vec![Vec::with_capacity(n); Channel::COUNT];
+    let mut columns = vec![Vec::new(); Channel::COUNT];
     let (mut v, mut a, mut yaw, mut x, mut y, mut last_roll) = (8.0, 0.0, 0.5, 0.0, 0.0, 0.0);
     for i in 0..n {
         let t = (i as f64 / RATE) % 40.0;
@@ -84,8 +84,8 @@ fn ride(seed: u64) -> Session {
         put(Channel::BrakePressureFront, noisy(5e5 * front_brake.max(0.0), 5e3));
         put(Channel::BrakePressureRear, noisy(8e5 * rear_brake.max(0.0), 5e3));
         let metres = 6.371e6_f64.to_radians();
-        put(Channel::Latitude, noisy(45.0 + y / metres, 1e-7));
-        put(Channel::Longitude, noisy(9.0 + x / metres / 45.0_f64.to_radians().cos(), 1e-7));
+        put(Channel::Latitude, noisy(45.0 + y / metres, 3e-6));
+        put(Channel::Longitude, noisy(9.0 + x / metres / 45.0_f64.to_radians().cos(), 3e-6));
         last_roll = roll;
     }
     let mut session = Session::new(Meta::default(), RATE, n);
@@ -143,8 +143,17 @@ fn clean_rides_raise_nothing() {
         let session = ride(seed);
         assert_eq!(codes(without(session.clone(), &PRESSURES)), Ok(vec![]), "seed {seed}");
         assert_eq!(codes(without(session.clone(), &LATITUDE)), Ok(vec![]), "seed {seed}");
+        assert_eq!(codes(late(session.clone())), Ok(vec![]), "seed {seed}, late");
         assert_eq!(codes(session), Ok(vec![]), "seed {seed}");
     }
+}
+
+/// A satellite's velocity, 0.3 s late.
+fn late(mut session: Session) -> Session {
+    let v = session.get_mut(Channel::VelocityX).expect("there");
+    v.rotate_right(15);
+    v[..15].fill(f64::NAN);
+    session
 }
 
 #[test]
@@ -277,4 +286,19 @@ fn exchanged_wheels_and_brakes() {
         assert_eq!(codes(wheels), Err("wheels_swapped"), "seed {seed}");
         assert_eq!(codes(exchanged(ride(seed), P, Q)), Err("brakes_swapped"), "seed {seed}");
     }
+}
+
+/// `cargo test -- --ignored --nocapture`: 120 000 samples, 16 channels.
+#[test]
+#[ignore = "a measurement"]
+fn time_of_a_long_session() {
+    let short = ride(1);
+    let mut session = Session::new(Meta::default(), 100.0, 120_000);
+    for c in short.channels() {
+        let x = short.get(c).expect("there");
+        session.set(c, x.iter().cycle().take(120_000).copied().collect());
+    }
+    let start = std::time::Instant::now();
+    let result = check(&mut session, &bike(), &Config::default());
+    println!("{:.1} ms, {result:?}", start.elapsed().as_secs_f64() * 1e3);
 }

@@ -142,9 +142,9 @@ fn centred(x: &[f64], half: usize, f: impl Fn(&[f64]) -> f64) -> Vec<f64> {
 
 fn mean(x: &[f64]) -> f64 {
     let (mut sum, mut n) = (0.0, 0_usize);
-    for v in x.iter().filter(|v| v.is_finite()) {
-        sum += v;
-        n += 1;
+    for &v in x {
+        sum += if v.is_finite() { v } else { 0.0 };
+        n += usize::from(v.is_finite());
     }
     if 2 * n > x.len() { sum / n as f64 } else { f64::NAN }
 }
