@@ -164,11 +164,7 @@ impl Job<'_> {
                 continue;
             }
             let jump = a.abs().min(b.abs());
-            let around = x[i.saturating_sub(5)..i]
-                .windows(2)
-                .chain(x[i + 1..x.len().min(i + 6)].windows(2))
-                .map(|w| (w[1] - w[0]).abs())
-                .fold(0.0, f64::max);
+            let Some(around) = liveliness(x, i) else { continue };
             if jump > 0.5 * threshold * around && (x[i + 1] - x[i - 1]).abs() < 0.3 * jump {
                 if count == 0 {
                     first = i;
@@ -280,6 +276,19 @@ fn least_jump(x: &[f64], threshold: f64) -> Option<f64> {
     let span = sample[sample.len() - 1 - cut] - sample[cut];
     let least = (threshold * scale).max(0.02 * span);
     (least > 0.0).then_some(least)
+}
+
+/// Largest change between neighbours near `i` that does not involve `i`; `None` where too few
+/// samples are around to tell.
+fn liveliness(x: &[f64], i: usize) -> Option<f64> {
+    let before = x[i.saturating_sub(5)..i].windows(2);
+    let after = x[i + 1..x.len().min(i + 6)].windows(2);
+    let (mut largest, mut count) = (0.0_f64, 0);
+    for step in before.chain(after).map(|w| (w[1] - w[0]).abs()).filter(|s| s.is_finite()) {
+        largest = largest.max(step);
+        count += 1;
+    }
+    (count >= 4).then_some(largest)
 }
 
 /// Runs `a..b` of at least `least` equal samples.
