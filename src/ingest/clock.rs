@@ -42,6 +42,13 @@ pub struct Clocked {
     pub tracks: Vec<Timed>,
 }
 
+/// A recorded clock and what became of it.
+struct Source {
+    time: Arc<Vec<f64>>,
+    clock: Option<usize>,
+    kept: Option<Vec<usize>>,
+}
+
 /// Largest deviation from a uniform clock that is none, as a share of the period.
 const UNIFORM: f64 = 1e-3;
 /// A descent of more than this is a restarted clock, not a late stamp, s.
@@ -60,28 +67,26 @@ const COARSE: f64 = 0.2;
 /// # Errors
 /// `no_time` when no channel has two usable stamps, `too_short` under 1 s.
 pub fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<Clocked, Error> {
-    let mut sources: Vec<(Arc<Vec<f64>>, Option<usize>, Option<Vec<usize>>)> = Vec::new();
+    let mut sources: Vec<Source> = Vec::new();
     let mut out = Clocked { clocks: Vec::new(), tracks: Vec::with_capacity(tracks.len()) };
     let mut rows = 0;
     for track in tracks {
         rows = rows.max(track.time.len());
-        let at = match sources.iter().position(|(time, ..)| Arc::ptr_eq(time, &track.time)) {
+        let at = match sources.iter().position(|s| Arc::ptr_eq(&s.time, &track.time)) {
             Some(at) => at,
             None => {
-                let repaired = repair_one(&track.time);
-                let shared = Arc::clone(&track.time);
-                match repaired {
-                    None => sources.push((shared, None, None)),
-                    Some(repaired) => {
-                        repaired.report(warnings);
-                        sources.push((shared, Some(out.clocks.len()), repaired.kept));
-                        out.clocks.push(repaired.clock);
-                    }
+                let mut source = Source { time: Arc::clone(&track.time), clock: None, kept: None };
+                if let Some(repaired) = repair_one(&track.time) {
+                    repaired.report(warnings);
+                    source.clock = Some(out.clocks.len());
+                    source.kept = repaired.kept;
+                    out.clocks.push(repaired.clock);
                 }
+                sources.push(source);
                 sources.len() - 1
             }
         };
-        let (_, clock, kept) = &sources[at];
+        let Source { clock, kept, .. } = &sources[at];
         let Some(clock) = *clock else { continue };
         let values = match kept {
             None => track.values,

@@ -1,1 +1,3 @@
+//! The tests that use roadbench from the outside, in one binary.
+
 mod ingest;
