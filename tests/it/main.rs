@@ -1,2 +1,3 @@
-#[test]
-fn x() {}
+//! The tests that use roadbench from the outside, in one binary.
+
+mod ingest;
