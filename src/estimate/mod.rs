@@ -74,3 +74,5 @@ impl Config {
         Ok(())
     }
 }
+
+pub mod needs;

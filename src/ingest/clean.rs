@@ -19,6 +19,8 @@ const MOVING: f64 = 2.0;
 const CLIPPED: (usize, usize) = (5, 3);
 /// Least samples of a stuck run.
 const STUCK: usize = 10;
+/// A stuck run ends with a jump of so many usual changes.
+const STUCK_JUMP: f64 = 5.0;
 
 /// Inertial channels: they have limits of their own that a ride can exceed.
 const CAN_CLIP: &[Channel] = &[
@@ -164,11 +166,7 @@ impl Job<'_> {
                 continue;
             }
             let jump = a.abs().min(b.abs());
-            let around = x[i.saturating_sub(5)..i]
-                .windows(2)
-                .chain(x[i + 1..x.len().min(i + 6)].windows(2))
-                .map(|w| (w[1] - w[0]).abs())
-                .fold(0.0, f64::max);
+            let Some(around) = liveliness(x, i) else { continue };
             if jump > 0.5 * threshold * around && (x[i + 1] - x[i - 1]).abs() < 0.3 * jump {
                 if count == 0 {
                     first = i;
@@ -186,7 +184,7 @@ impl Job<'_> {
     /// Plateaus at the channel's own extreme where a peak ought to be.
     fn clipped(&mut self) {
         let Some(Extent { low, high, .. }) = self.extent() else { return };
-        if !(high > low) {
+        if high <= low {
             return;
         }
         let band = 0.05 * (high - low);
@@ -237,11 +235,12 @@ impl Job<'_> {
             let message = "does not change during the whole log".into();
             return self.warn("stuck", x.len(), 0, message);
         }
-        // a smooth source (a simulation, a filtered estimate) may rest on a value; a noisy
-        // sensor that does so has stopped
-        if !is_noisy(x) {
-            return;
-        }
+        // A smooth source (a simulation, a filtered estimate) may rest on a value, and so may a
+        // coarse one; a noisy sensor that does so and then jumps had stopped.
+        let jump = STUCK_JUMP * usual_change(x);
+        let mut runs = runs;
+        runs.retain(|&(_, b)| b == x.len() || (x[b] - x[b - 1]).abs() > jump);
+        let Some(&(first, _)) = runs.first().filter(|_| is_noisy(x)) else { return };
         let mut count = 0;
         for &(a, b) in &runs {
             self.track.values[a + 1..b].fill(f64::NAN);
@@ -282,6 +281,19 @@ fn least_jump(x: &[f64], threshold: f64) -> Option<f64> {
     (least > 0.0).then_some(least)
 }
 
+/// Largest change between neighbours near `i` that does not involve `i`; `None` where too few
+/// samples are around to tell.
+fn liveliness(x: &[f64], i: usize) -> Option<f64> {
+    let before = x[i.saturating_sub(5)..i].windows(2);
+    let after = x[i + 1..x.len().min(i + 6)].windows(2);
+    let (mut largest, mut count) = (0.0_f64, 0);
+    for step in before.chain(after).map(|w| (w[1] - w[0]).abs()).filter(|s| s.is_finite()) {
+        largest = largest.max(step);
+        count += 1;
+    }
+    (count >= 4).then_some(largest)
+}
+
 /// Runs `a..b` of at least `least` equal samples.
 fn equal_runs(x: &[f64], least: usize) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
@@ -297,19 +309,32 @@ fn equal_runs(x: &[f64], least: usize) -> Vec<(usize, usize)> {
     runs
 }
 
-/// Whether the changes from sample to sample keep changing sign, as noise does (two times in
-/// three) and a smooth signal does not.
+/// Whether the signal bends back and forth from sample to sample, as noise does (three times in
+/// four) and a smooth signal does not.
 fn is_noisy(x: &[f64]) -> bool {
-    let (mut turns, mut changes, mut last) = (0_usize, 0_usize, 0.0);
-    for w in x.windows(2) {
-        let step = w[1] - w[0];
-        if step != 0.0 && step.is_finite() {
-            turns += usize::from(step * last < 0.0);
-            changes += 1;
-            last = step;
+    let span = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let (mut turns, mut bends, mut last) = (0_usize, 0_usize, 0.0);
+    for w in x.windows(3) {
+        let bend = w[0] - 2.0 * w[1] + w[2];
+        // rounding of a computed signal is no noise
+        if bend.abs() > 1e-6 * span {
+            turns += usize::from(bend * last < 0.0);
+            bends += 1;
+            last = bend;
         }
     }
-    turns * 5 > changes
+    turns * 2 > bends
+}
+
+/// The usual size of a change, among the samples that change.
+fn usual_change(x: &[f64]) -> f64 {
+    let stride = (x.len() / 2048).max(1);
+    let changes = (1..x.len())
+        .step_by(stride)
+        .map(|i| (x[i] - x[i - 1]).abs())
+        .filter(|d| *d > 0.0)
+        .collect();
+    median(changes).unwrap_or(f64::INFINITY)
 }
 
 /// Yaw that runs on instead of wrapping at +-pi.

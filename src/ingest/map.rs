@@ -298,7 +298,7 @@ impl ChannelMap {
     /// # Errors
     /// `missing_column`.
     pub fn apply(&self, columns: &[Column]) -> Result<Vec<Track>, Error> {
-        let mut clocks: Vec<(Arc<Vec<f64>>, f64, Arc<Vec<f64>>)> = Vec::new();
+        let mut clocks = Vec::new();
         let mut tracks = Vec::with_capacity(self.entries.len());
         for entry in &self.entries {
             let sources = entry
@@ -345,20 +345,23 @@ impl ChannelMap {
     }
 }
 
-/// The clock, `delay` earlier; equal ones stay shared.
-fn shifted(
-    time: &Arc<Vec<f64>>,
+/// A clock that was shifted.
+struct Shifted {
+    source: Arc<Vec<f64>>,
     delay: f64,
-    known: &mut Vec<(Arc<Vec<f64>>, f64, Arc<Vec<f64>>)>,
-) -> Arc<Vec<f64>> {
+    made: Arc<Vec<f64>>,
+}
+
+/// The clock, `delay` earlier; equal ones stay shared.
+fn shifted(time: &Arc<Vec<f64>>, delay: f64, known: &mut Vec<Shifted>) -> Arc<Vec<f64>> {
     if delay == 0.0 {
         return Arc::clone(time);
     }
-    if let Some((_, _, made)) = known.iter().find(|(t, d, _)| Arc::ptr_eq(t, time) && *d == delay) {
-        return Arc::clone(made);
+    if let Some(k) = known.iter().find(|k| Arc::ptr_eq(&k.source, time) && k.delay == delay) {
+        return Arc::clone(&k.made);
     }
     let made = Arc::new(time.iter().map(|t| t - delay).collect::<Vec<f64>>());
-    known.push((Arc::clone(time), delay, Arc::clone(&made)));
+    known.push(Shifted { source: Arc::clone(time), delay, made: Arc::clone(&made) });
     made
 }
 

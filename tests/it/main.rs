@@ -1,4 +1,5 @@
-//! Integration tests: one binary.
+//! The tests that use roadbench from the outside, in one binary.
 
 mod fit;
+mod ingest;
 mod recovery;
