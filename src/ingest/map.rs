@@ -19,7 +19,7 @@ use serde::Deserialize;
 
 use crate::channel::Channel;
 use crate::ingest::units::{self, Conversion};
-use crate::ingest::{Error, Track};
+use crate::ingest::{Error, Track, session_table};
 use crate::schema::{self, Table};
 use crate::session::Meta;
 
@@ -232,11 +232,11 @@ impl ChannelMap {
             return Err(fail("`csv.delimiter` must be ASCII and `csv.decimal` `.` or `,`".into()));
         }
         let time = time_source(file.time, &file.format).map_err(fail)?;
-        let table = Table::embedded("session");
+        let table = session_table();
         let mut entries = Vec::new();
         for (column, entry) in file.channel {
             let channel = channel_named(&column).map_err(fail)?;
-            let entry = entry_of(channel, entry, &table)
+            let entry = entry_of(channel, entry, table)
                 .map_err(|e| fail(format!("[channel.{column}]: {e}")))?;
             entries.push(entry);
         }

@@ -543,49 +543,15 @@ fn kiro_has_the_radius_that_its_source_found() {
 }
 
 #[test]
-#[ignore]
-fn zz_timing() {
-    let n = 120_000;
-    let mut s = Session::new(
-        Meta { session_id: "s".into(), bike_id: "b".into(), ..Meta::default() },
-        100.0,
-        n,
-    );
-    for (k, c) in Channel::ALL.iter().take(16).enumerate() {
-        s.set(
-            *c,
-            noise(n)
-                .enumerate()
-                .map(|(i, x)| 10.0 + wave(0.1 * k as f64, i as f64 / 100.0) + 0.01 * x)
-                .collect(),
-        );
-    }
-    let folder = folder();
-    for f32_ in [false, true] {
-        let path = folder.path().join("t.parquet");
-        ingest::write_session(&path, &s, f32_).expect("w");
-        eprintln!("size {}", std::fs::metadata(&path).unwrap().len());
-        for _ in 0..5 {
-            let t = std::time::Instant::now();
-            let file = std::fs::File::open(&path).unwrap();
-            let r = parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder::try_new(file)
-                .unwrap()
-                .with_batch_size(n)
-                .build()
-                .unwrap();
-            let rows: usize = r.map(|b| b.unwrap().num_rows()).sum();
-            let a = t.elapsed();
-            let t = std::time::Instant::now();
-            let raw = ingest::read(&path, &[]).unwrap();
-            let b = t.elapsed();
-            let t = std::time::Instant::now();
-            let (x, w) = run(raw);
-            eprintln!(
-                "{rows} plain {a:?} read {b:?} run {:?} {} {:?}",
-                t.elapsed(),
-                x.len,
-                codes(&w)
-            );
-        }
-    }
+fn the_bicycle_has_no_time_column_and_steers_to_the_side_it_leans_to() {
+    let Some(path) = recording("tudelft_sbw_bicycle/eigen_normal_sil6.5n2_5.4kph.log") else {
+        return;
+    };
+    let (session, warnings) = read_back(&path);
+    assert_eq!((session.rate, session.len), (100.0, 13814));
+    assert_eq!(codes(&warnings), ["unknown_column"]);
+    let (roll, steer) = (session.get(Channel::Roll), session.get(Channel::SteerAngle));
+    let pairs = roll.expect("roll").iter().zip(steer.expect("steer"));
+    // ISO 8855: leaning right is positive, steering right negative
+    assert!(pairs.map(|(r, s)| r * s).sum::<f64>() < 0.0);
 }
