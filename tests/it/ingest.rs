@@ -212,8 +212,8 @@ fn a_long_gap_stays_and_a_short_one_is_bridged() {
     assert_eq!((warnings[0].count, warnings[0].time), (1, Some(10.0)));
     let roll = session.get(Channel::Roll).expect("there");
     assert_eq!(roll.iter().filter(|v| v.is_nan()).count(), 3000);
-    for i in 500..510 {
-        assert!((roll[i] - wave(0.5, session.time(i))).abs() < 0.01);
+    for (i, v) in roll.iter().enumerate().take(510).skip(500) {
+        assert!((v - wave(0.5, session.time(i))).abs() < 0.01);
     }
 }
 
@@ -491,6 +491,44 @@ fn attempt(name: &str, bytes: &[u8]) {
     if let Ok(raw) = ingest::read(&path, &[]) {
         let _ = ingest::run(raw, &Config::default());
     }
+}
+
+#[test]
+fn convert_on_the_command_line() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let mut text = "time;v\n".to_owned();
+    for i in (0..300).filter(|i| !(100..200).contains(i)) {
+        text += &format!("{};{}\n", f64::from(i) / 100.0, 36 + i % 2);
+    }
+    std::fs::write(at("ride.csv"), text).expect("written");
+    let map = "name = 'm'\nformat = 'csv'\n[csv]\ndelimiter = ';'\n[time]\ncolumn = 'time'\n\
+               [channel.velocity_x]\nfrom = 'v'\nunit = 'km/h'\n";
+    std::fs::write(at("m.toml"), map).expect("written");
+    std::fs::write(at("bad.toml"), map.replace("km/h", "furlong")).expect("written");
+    let convert = |arguments: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("roadbench").expect("built");
+        command.current_dir(folder.path()).args(["convert", "ride.csv"]).args(arguments);
+        command.output().expect("runs")
+    };
+    let output = convert(&["--map", "m.toml", "--dry-run"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && text.contains("velocity_x") && text.contains("km/h"));
+    assert_eq!(convert(&["--out", "o.parquet"]).status.code(), Some(1), "no map fits");
+    let output = convert(&["--map", "bad.toml", "--out", "o.parquet"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("`furlong`"));
+    assert!(!at("o.parquet").exists());
+    let output = convert(&["--map", "m.toml", "--out", "ride.csv/o.parquet"]);
+    assert_eq!(output.status.code(), Some(3));
+    let output = convert(&["--map", "m.toml", "--out", "o.parquet"]);
+    assert!(output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("gap: velocity_x: 1 gap(s)"));
+    let (session, warnings) = read_back(&at("o.parquet"));
+    assert_eq!(codes(&warnings), ["gap"]);
+    let speed = session.get(Channel::VelocityX).expect("there");
+    assert_eq!((session.len, speed.iter().filter(|v| v.is_nan()).count()), (300, 100));
+    assert!((speed[0] - 10.0).abs() < 1e-12);
 }
 
 /// A real recording beside the repository, if it is there.
