@@ -5,8 +5,7 @@
 
 use crate::channel::Channel;
 use crate::ingest::clock::{Clocked, Timed, median};
-use crate::ingest::{Config, warning};
-use crate::schema::Table;
+use crate::ingest::{Config, session_table, warning};
 use crate::warning::Warning;
 
 use Channel::*;
@@ -66,7 +65,7 @@ const CAN_STICK: &[Channel] = &[
 
 /// Cleans every channel, and takes out those with nothing in them.
 pub fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
-    let table = Table::embedded("session");
+    let table = session_table();
     let moving = moving_times(log);
     let start = log.span().0;
     let Clocked { clocks, tracks } = log;
@@ -111,6 +110,32 @@ struct Extent {
     count: usize,
 }
 
+impl Extent {
+    /// In lanes, which the compiler can do side by side: this pass is over every sample.
+    fn of(values: &[f64]) -> Self {
+        const LANES: usize = 8;
+        let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+        let mut missing = [0_u64; LANES];
+        let (chunks, rest) = values.as_chunks::<LANES>();
+        let mut lane = |k: usize, v: f64| {
+            low[k] = if v < low[k] { v } else { low[k] };
+            high[k] = if v > high[k] { v } else { high[k] };
+            missing[k] += u64::from(v.is_nan());
+        };
+        for chunk in chunks {
+            for (k, &v) in chunk.iter().enumerate() {
+                lane(k, v);
+            }
+        }
+        rest.iter().for_each(|&v| lane(0, v));
+        Extent {
+            low: low.into_iter().fold(f64::INFINITY, f64::min),
+            high: high.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            count: values.len() - missing.iter().sum::<u64>() as usize,
+        }
+    }
+}
+
 impl Job<'_> {
     fn warn(&mut self, code: &'static str, count: usize, at: usize, message: String) {
         let time = Some(self.stamps[at] - self.start);
@@ -121,12 +146,7 @@ impl Job<'_> {
 
     /// Smallest, largest and number of the finite samples; `None` and a warning if none is.
     fn extent(&mut self) -> Option<Extent> {
-        let mut e = Extent { low: f64::INFINITY, high: f64::NEG_INFINITY, count: 0 };
-        for &v in &self.track.values {
-            e.low = e.low.min(v);
-            e.high = e.high.max(v);
-            e.count += usize::from(v.is_finite());
-        }
+        let e = Extent::of(&self.track.values);
         if e.count == 0 {
             let n = self.track.values.len();
             self.warn("empty_channel", n, 0, "has no sample at all, left out".into());
@@ -160,11 +180,14 @@ impl Job<'_> {
         let x = &mut self.track.values;
         let Some(least) = least_jump(x, threshold) else { return };
         let (mut count, mut first) = (0, 0);
-        for i in 1..x.len().saturating_sub(1) {
+        let stands_out = |w: &[f64]| {
+            let (a, b) = (w[1] - w[0], w[1] - w[2]);
+            a.abs() > least && b.abs() > least && a * b > 0.0
+        };
+        let suspects: Vec<usize> =
+            x.windows(3).enumerate().filter(|(_, w)| stands_out(w)).map(|(i, _)| i + 1).collect();
+        for i in suspects {
             let (a, b) = (x[i] - x[i - 1], x[i] - x[i + 1]);
-            if !(a.abs() > least && b.abs() > least && a * b > 0.0) {
-                continue;
-            }
             let jump = a.abs().min(b.abs());
             let Some(around) = liveliness(x, i) else { continue };
             if jump > 0.5 * threshold * around && (x[i + 1] - x[i - 1]).abs() < 0.3 * jump {
@@ -297,14 +320,21 @@ fn liveliness(x: &[f64], i: usize) -> Option<f64> {
 /// Runs `a..b` of at least `least` equal samples.
 fn equal_runs(x: &[f64], least: usize) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
-    let mut start = 0;
-    for i in 1..=x.len() {
-        if i == x.len() || x[i] != x[i - 1] {
-            if i - start >= least && x[start].is_finite() {
-                runs.push((start, i));
-            }
-            start = i;
+    // a run that long has two equal samples at this distance, wherever it begins
+    let stride = (least / 2).max(1);
+    let mut i = 0;
+    while i + stride < x.len() {
+        if x[i] != x[i + stride] {
+            i += stride;
+            continue;
         }
+        let value = x[i];
+        let start = i - x[..i].iter().rev().take_while(|v| **v == value).count();
+        let end = i + x[i..].iter().take_while(|v| **v == value).count();
+        if end - start >= least {
+            runs.push((start, end));
+        }
+        i = end.max(i + stride);
     }
     runs
 }
@@ -371,4 +401,40 @@ fn moving_times(log: &Clocked) -> Option<Vec<(f64, f64)>> {
     }
     spans.extend(open);
     Some(spans)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_found_wherever_they_begin() {
+        for start in 0..40 {
+            for len in [9, 10, 11, 23] {
+                let mut x: Vec<f64> = (0..80).map(f64::from).collect();
+                x[start..start + len].fill(-1.0);
+                let found = if len < 10 { vec![] } else { vec![(start, start + len)] };
+                assert_eq!(equal_runs(&x, 10), found, "{len} from {start}");
+            }
+        }
+    }
+
+    #[test]
+    fn extent_passes_over_nan() {
+        let mut x: Vec<f64> = (0..21).map(f64::from).collect();
+        x[0] = f64::NAN;
+        x[20] = f64::NAN;
+        let e = Extent::of(&x);
+        assert_eq!((e.low, e.high, e.count), (1.0, 19.0, 19));
+        assert_eq!(Extent::of(&[f64::NAN; 3]).count, 0);
+    }
+
+    #[test]
+    fn yaw_runs_on() {
+        let mut yaw: Vec<f64> = (0..100).map(|i| 0.2 * f64::from(i)).collect();
+        let truth = yaw.clone();
+        yaw.iter_mut().for_each(|y| *y = y.sin().atan2(y.cos()));
+        unwrap(&mut yaw);
+        assert!(yaw.iter().zip(&truth).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
 }

@@ -212,8 +212,8 @@ fn a_long_gap_stays_and_a_short_one_is_bridged() {
     assert_eq!((warnings[0].count, warnings[0].time), (1, Some(10.0)));
     let roll = session.get(Channel::Roll).expect("there");
     assert_eq!(roll.iter().filter(|v| v.is_nan()).count(), 3000);
-    for i in 500..510 {
-        assert!((roll[i] - wave(0.5, session.time(i))).abs() < 0.01);
+    for (i, v) in roll.iter().enumerate().take(510).skip(500) {
+        assert!((v - wave(0.5, session.time(i))).abs() < 0.01);
     }
 }
 
@@ -493,6 +493,44 @@ fn attempt(name: &str, bytes: &[u8]) {
     }
 }
 
+#[test]
+fn convert_on_the_command_line() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let mut text = "time;v\n".to_owned();
+    for i in (0..300).filter(|i| !(100..200).contains(i)) {
+        text += &format!("{};{}\n", f64::from(i) / 100.0, 36 + i % 2);
+    }
+    std::fs::write(at("ride.csv"), text).expect("written");
+    let map = "name = 'm'\nformat = 'csv'\n[csv]\ndelimiter = ';'\n[time]\ncolumn = 'time'\n\
+               [channel.velocity_x]\nfrom = 'v'\nunit = 'km/h'\n";
+    std::fs::write(at("m.toml"), map).expect("written");
+    std::fs::write(at("bad.toml"), map.replace("km/h", "furlong")).expect("written");
+    let convert = |arguments: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("roadbench").expect("built");
+        command.current_dir(folder.path()).args(["convert", "ride.csv"]).args(arguments);
+        command.output().expect("runs")
+    };
+    let output = convert(&["--map", "m.toml", "--dry-run"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && text.contains("velocity_x") && text.contains("km/h"));
+    assert_eq!(convert(&["--out", "o.parquet"]).status.code(), Some(1), "no map fits");
+    let output = convert(&["--map", "bad.toml", "--out", "o.parquet"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("`furlong`"));
+    assert!(!at("o.parquet").exists());
+    let output = convert(&["--map", "m.toml", "--out", "ride.csv/o.parquet"]);
+    assert_eq!(output.status.code(), Some(3));
+    let output = convert(&["--map", "m.toml", "--out", "o.parquet"]);
+    assert!(output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("gap: velocity_x: 1 gap(s)"));
+    let (session, warnings) = read_back(&at("o.parquet"));
+    assert_eq!(codes(&warnings), ["gap"]);
+    let speed = session.get(Channel::VelocityX).expect("there");
+    assert_eq!((session.len, speed.iter().filter(|v| v.is_nan()).count()), (300, 100));
+    assert!((speed[0] - 10.0).abs() < 1e-12);
+}
+
 /// A real recording beside the repository, if it is there.
 fn recording(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
@@ -543,49 +581,15 @@ fn kiro_has_the_radius_that_its_source_found() {
 }
 
 #[test]
-#[ignore]
-fn zz_timing() {
-    let n = 120_000;
-    let mut s = Session::new(
-        Meta { session_id: "s".into(), bike_id: "b".into(), ..Meta::default() },
-        100.0,
-        n,
-    );
-    for (k, c) in Channel::ALL.iter().take(16).enumerate() {
-        s.set(
-            *c,
-            noise(n)
-                .enumerate()
-                .map(|(i, x)| 10.0 + wave(0.1 * k as f64, i as f64 / 100.0) + 0.01 * x)
-                .collect(),
-        );
-    }
-    let folder = folder();
-    for f32_ in [false, true] {
-        let path = folder.path().join("t.parquet");
-        ingest::write_session(&path, &s, f32_).expect("w");
-        eprintln!("size {}", std::fs::metadata(&path).unwrap().len());
-        for _ in 0..5 {
-            let t = std::time::Instant::now();
-            let file = std::fs::File::open(&path).unwrap();
-            let r = parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder::try_new(file)
-                .unwrap()
-                .with_batch_size(n)
-                .build()
-                .unwrap();
-            let rows: usize = r.map(|b| b.unwrap().num_rows()).sum();
-            let a = t.elapsed();
-            let t = std::time::Instant::now();
-            let raw = ingest::read(&path, &[]).unwrap();
-            let b = t.elapsed();
-            let t = std::time::Instant::now();
-            let (x, w) = run(raw);
-            eprintln!(
-                "{rows} plain {a:?} read {b:?} run {:?} {} {:?}",
-                t.elapsed(),
-                x.len,
-                codes(&w)
-            );
-        }
-    }
+fn the_bicycle_has_no_time_column_and_steers_to_the_side_it_leans_to() {
+    let Some(path) = recording("tudelft_sbw_bicycle/eigen_normal_sil6.5n2_5.4kph.log") else {
+        return;
+    };
+    let (session, warnings) = read_back(&path);
+    assert_eq!((session.rate, session.len), (100.0, 13814));
+    assert_eq!(codes(&warnings), ["unknown_column"]);
+    let (roll, steer) = (session.get(Channel::Roll), session.get(Channel::SteerAngle));
+    let pairs = roll.expect("roll").iter().zip(steer.expect("steer"));
+    // ISO 8855: leaning right is positive, steering right negative
+    assert!(pairs.map(|(r, s)| r * s).sum::<f64>() < 0.0);
 }
