@@ -1,2 +1,3 @@
-#[test]
-fn x() {}
+//! Integration tests, one binary.
+
+mod report;
