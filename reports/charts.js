@@ -13,8 +13,8 @@
   };
   const FONT = '12px system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif';
   const LETTERS = {
-    coasting: "C", front_braking: "F", rear_braking: "R", combined_braking: "F+R",
-    driving: "D", cornering: "", airborne: "A", whoops: "W",
+    coasting: "C", front_braking: "F", rear_braking: "R", combined_braking: "FR",
+    driving: "D", cornering: "\u21b6\u21b7", airborne: "A", whoops: "W",
   };
   let theme = {}, printing = false;
   const readTheme = () => {
@@ -24,6 +24,7 @@
       ink: get("--ink"), soft: get("--soft"), grid: get("--grid"), zero: get("--zero"),
       cloud: get("--cloud"), outlier: get("--outlier"),
       lines: [get("--line-1"), get("--line-2"), get("--line-3"), get("--line-4")],
+      traces: [get("--ink"), get("--line-1"), get("--line-2"), get("--line-3")],
       kind: name => get("--kind-" + String(name).replace(/[^a-z_]/g, "")) || get("--kind-other"),
     };
   };
@@ -73,13 +74,13 @@
   };
 
   // Lines on their common abscissa: one column per line, then its lower and upper edge.
-  const columns = (chart, hidden) => {
+  const columns = (chart, hidden, palette) => {
     const tables = [], series = [{}], bands = [];
     chart.lines.forEach((line, i) => {
-      const colour = theme.lines[i % theme.lines.length];
+      const colour = palette[i % palette.length];
       const first = series.length;
       const show = !hidden.has(line.name);
-      series.push({ label: line.name, show, stroke: colour, width: 2, points: { show: false } });
+      series.push({ label: line.name, show, stroke: colour, width: chart.clouds.length ? 2 : 1.5, pxAlign: 0, points: { show: false } });
       const table = [line.x, line.y];
       if (line.lo.length) {
         table.push(line.lo, line.hi);
@@ -93,14 +94,14 @@
     return { series, bands, data: tables.length > 1 ? uPlot.join(tables) : tables[0] };
   };
 
-  const axes = (chart, compact) => {
+  const axes = (chart, compact, bare) => {
     const common = {
       stroke: theme.soft, font: FONT, labelFont: FONT,
       grid: { stroke: theme.grid, width: 1 }, ticks: { stroke: theme.grid, width: 1, size: 4 },
       values: (u, splits) => splits.map(v => v == null ? null : minus(+v.toPrecision(10))),
     };
     return [
-      { ...common, size: 30, gap: 4, label: compact ? undefined : named(chart.x), labelSize: 18, space: 60 },
+      { ...common, size: bare ? 6 : 30, gap: 4, label: bare ? undefined : named(chart.x), labelSize: 18, space: 60, ...(bare ? { values: () => [] } : {}) },
       { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 24 : 36 },
     ];
   };
@@ -212,9 +213,9 @@
     }
     return entries;
   };
-  const lineEntries = chart => chart.lines.map((l, i) => ({
-    key: l.name, label: words(l.name), mark: "line",
-    paint: e => { e.style.background = theme.lines[i % theme.lines.length]; },
+  const lineEntries = (chart, palette) => chart.lines.map((l, i) => ({
+    key: l.name, label: l.label, mark: "line",
+    paint: e => { e.style.background = palette()[i % palette().length]; },
   }));
 
   const kinds = new Map(data.segments.map(s => [s.id, s]));
@@ -223,7 +224,7 @@
   const fit = (holder, chart) => {
     const view = extent(chart), hidden = new Set(), tip = tooltip(holder);
     let u;
-    const entries = lineEntries(chart);
+    const entries = lineEntries(chart, () => theme.lines);
     for (const c of chart.clouds) {
       entries.push({ key: c.name, label: words(c.name), mark: "dot", paint: e => { e.style.background = theme.cloud; } });
       if (c.w.includes(0))
@@ -251,7 +252,7 @@
         if (i < 1 || l.y[i] == null || l.y[i - 1] == null) continue;
         const t = (x - l.x[i - 1]) / (l.x[i] - l.x[i - 1] || 1);
         const at = a => a[i - 1] + t * (a[i] - a[i - 1]);
-        rows.push([words(l.name), withUnit(at(l.y), yr, chart.y)]);
+        rows.push([l.label, withUnit(at(l.y), yr, chart.y)]);
         if (l.lo.length && l.lo[i] != null && l.lo[i - 1] != null)
           rows.push(["  95 % band", `${figure(at(l.lo), yr)} to ${figure(at(l.hi), yr)}`]);
       }
@@ -266,10 +267,10 @@
     };
     const build = () => {
       if (u) u.destroy();
-      const width = printing ? 330 : holder.clientWidth;
+      const width = printing ? 330 : holder.clientWidth, c = columns(chart, hidden, theme.lines);
       u = new uPlot({
         width, height: Math.round(Math.max(230, Math.min(320, width * 0.62))),
-        ...columns(chart, hidden), data: undefined,
+        series: c.series, bands: c.bands,
         scales: { x: { time: false, auto: false, range: view.x }, y: { auto: false, range: view.y } },
         axes: axes(chart, false), legend: { show: false },
         cursor: {
@@ -280,7 +281,7 @@
           drawAxes: [v => { zeroLines(v); for (const c of chart.clouds) drawCloud(v, c, hidden); }],
           setCursor: [() => { if (u) hover(); }],
         },
-      }, columns(chart, hidden).data, holder);
+      }, c.data, holder);
       reset(u, view);
     };
     build();
@@ -305,7 +306,8 @@
     }
     return hatches.get(colour);
   };
-  const letter = s => s.kind === "cornering" ? (s.direction === "left" ? "L" : s.direction === "right" ? "R" : "") : LETTERS[s.kind] || "";
+  const letter = s => s.kind !== "cornering" ? LETTERS[s.kind] || ""
+    : s.direction === "left" ? "\u21b6" : s.direction === "right" ? "\u21b7" : "";
   const shade = (u, lane) => {
     const { ctx, bbox } = u, px = devicePixelRatio || 1;
     ctx.save();
@@ -348,6 +350,7 @@
   };
   const panel = (holder, chart, index) => {
     const view = extent(chart), hidden = new Set(), tip = tooltip(holder);
+    const last = index === data.panels.length - 1;
     view.x = timeRange();
     if (index === 0) view.y[1] += (view.y[1] - view.y[0]) * 0.16; // room for the lane of letters
     let u, busy = false;
@@ -357,7 +360,7 @@
       const t = u.posToVal(left, "x"), rows = [["time", `${t.toFixed(1)} s`]];
       for (const p of data.panels) for (const l of p.lines) {
         const r = Math.max(...l.y) - Math.min(...l.y);
-        rows.push([words(l.name), figure(valueAt(l, t), r || 1) + (p.y.unit ? (p.y.unit === "°" ? "" : " ") + p.y.unit : "")]);
+        rows.push([l.label, figure(valueAt(l, t), r || 1) + (p.y.unit ? (p.y.unit === "°" ? "" : " ") + p.y.unit : "")]);
       }
       const s = data.segments.find(v => v.start <= t && t < v.end);
       if (s) {
@@ -370,11 +373,11 @@
     const home = () => reset(u, view);
     const build = () => {
       if (u) u.destroy();
-      const width = printing ? 680 : holder.clientWidth, c = columns(chart, hidden);
+      const width = printing ? 680 : holder.clientWidth, c = columns(chart, hidden, theme.traces);
       u = new uPlot({
-        width, height: index === 0 ? 150 : 124, series: c.series, bands: c.bands,
+        width, height: 92 + (index === 0 ? 26 : 0) + (last ? 42 : 0), series: c.series, bands: c.bands,
         scales: { x: { time: false, auto: false, range: view.x }, y: { auto: false, range: view.y } },
-        axes: axes(chart, true), legend: { show: false },
+        axes: axes(chart, true, !last), legend: { show: false },
         cursor: {
           y: false, points: { show: false }, drag: { x: true, y: false },
           sync: { key: "time", setSeries: false, scales: ["x", null], filters: { pub: type => type === "mousemove" || type === "mouseleave" } },
@@ -402,7 +405,7 @@
     };
     build();
     panels.push(() => u);
-    const entries = lineEntries(chart);
+    const entries = lineEntries(chart, () => theme.traces);
     legend(holder, entries, hidden, build);
     keys(holder, () => { u.hovered = true; return u; }, home);
     holder.addEventListener("blur", () => { u.hovered = false; tip.hide(); });
@@ -410,7 +413,10 @@
   };
 
   const swatches = () => {
-    for (const e of document.querySelectorAll(".swatch")) e.style.background = theme.kind(e.dataset.kind);
+    for (const e of document.querySelectorAll(".swatch")) {
+      e.style.background = theme.kind(e.dataset.kind);
+      if (e.closest(".kinds")) e.textContent = LETTERS[e.dataset.kind] || "";
+    }
   };
   readTheme();
   swatches();

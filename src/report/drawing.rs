@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 /// Half the width of the interval bar's axis, as a share of the value.
-const REACH: f64 = 0.5;
+const REACH: f64 = 0.25;
 
-/// A coefficient's 95 % interval relative to its value: the axis goes from half to one and a
-/// half times the value, an arrow marks an end that lies beyond. Empty where there is no scale.
+/// A coefficient's 95 % interval relative to its value: the axis goes a quarter of
+/// the value to each side, an arrow marks an end that lies beyond. Empty where there is no scale.
 pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
     let (Some(value), Some(low), Some(high)) = (value, low, high) else { return String::new() };
     if value == 0.0 {
@@ -72,12 +72,12 @@ mod tests {
 
     #[test]
     fn the_bar_is_relative_to_the_value() {
-        let svg = interval(Some(10.0), Some(7.5), Some(12.5));
-        // a quarter of the value is half the reach: 26 of 52 units to each side of 60
+        let svg = interval(Some(10.0), Some(8.75), Some(11.25));
+        // an eighth of the value is half the reach: 26 of 52 units to each side of 60
         assert!(svg.contains("M34.0 8H86.0"), "{svg}");
         assert!(!svg.contains("arrow"));
         // a negative value keeps low on the left
-        assert!(interval(Some(-10.0), Some(-12.5), Some(-7.5)).contains("M34.0 8H86.0"));
+        assert!(interval(Some(-10.0), Some(-11.25), Some(-8.75)).contains("M34.0 8H86.0"));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 use serde::Serialize;
 
 use crate::report::number::round;
+use crate::report::words;
 use crate::rows::{Manoeuvre, PlotPoint};
 use crate::schema::Table;
 
@@ -157,6 +158,8 @@ pub struct Label {
 pub struct Line {
     /// Series.
     pub name: String,
+    /// The series in words.
+    pub label: String,
     /// Abscissae, rising.
     pub x: Vec<f64>,
     /// Ordinates; null breaks the line.
@@ -255,7 +258,7 @@ fn panels(points: &[PlotPoint]) -> Vec<Chart> {
             chart.y.unit = session
                 .column(name)
                 .and_then(|c| c.unit.as_deref())
-                .map(crate::report::words::unit)
+                .map(words::unit)
                 .unwrap_or_default();
             out.push(chart);
         }
@@ -330,6 +333,7 @@ fn assemble(
             };
             chart.lines.push(Line {
                 name: series.to_owned(),
+                label: words::series(series),
                 x: own.iter().map(|p| put_x(p.x)).collect(),
                 y: own.iter().map(|p| p.y.map(put_y)).collect(),
                 lo: edge(|p| p.y_low),

@@ -39,6 +39,8 @@ pub struct BikePart {
     pub bike_id: String,
     /// How many sessions.
     pub sessions: usize,
+    /// Whether the table `fleet` says more than the medians.
+    pub fleet: bool,
     /// Its tyres.
     pub tyres: Vec<TyrePart>,
 }
@@ -178,7 +180,8 @@ fn bike(
             tyre.rows.push(overview(rows, known));
         }
     }
-    BikePart { bike_id: bike_id.to_owned(), sessions: own.len(), tyres }
+    let fleet = fleet.iter().any(|f| f.bike_id == bike_id);
+    BikePart { bike_id: bike_id.to_owned(), sessions: own.len(), fleet, tyres }
 }
 
 fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
@@ -190,8 +193,9 @@ fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
     let spread = fleet.and_then(|f| f.robust_sd).or_else(|| number::robust_sd(&values));
     let within = number::median(&errors);
     let digits = median.map_or(3, |m| {
-        let u = spread.filter(|s| *s > 0.0).or(within);
-        number::decimals_of(m, u)
+        // two sessions may agree by chance: the wider of the two says what the digits mean
+        let u = spread.unwrap_or(0.0).max(within.unwrap_or(0.0));
+        number::decimals_of(m, Some(u))
     });
     let show = |v: Option<f64>| v.map(|v| typeset(&fixed(v, digits))).unwrap_or_default();
     let estimates: Vec<drawing::Estimate> = good

@@ -114,11 +114,24 @@ pub fn spaced(name: &str) -> String {
     name.replace('_', " ")
 }
 
+/// A plotted series in words.
+pub fn series(name: &str) -> String {
+    match name {
+        "k_alpha" => "cornering kα".to_owned(),
+        "k_gamma" => "camber kγ".to_owned(),
+        "slip_ratio_front" => "front slip ratio".to_owned(),
+        "slip_ratio_rear" => "rear slip ratio".to_owned(),
+        "velocity_x" => "speed".to_owned(),
+        "acceleration_x" => "forward acceleration".to_owned(),
+        other => spaced(other),
+    }
+}
+
 /// A unit as people write it; a pure number has none.
 pub fn unit(unit: &str) -> String {
     match unit {
         "1" => String::new(),
-        other => other.replace("s2", "s²").replace("degC", "°C"),
+        other => other.replace("s2", "s²").replace("rad2", "rad²").replace("degC", "°C"),
     }
 }
 
