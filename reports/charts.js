@@ -102,7 +102,7 @@
     };
     return [
       { ...common, size: bare ? 6 : 30, gap: 4, label: bare ? undefined : named(chart.x), labelSize: 18, space: 60, ...(bare ? { values: () => [] } : {}) },
-      { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 24 : 36 },
+      { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 17 : 36 },
     ];
   };
 
