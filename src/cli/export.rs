@@ -1,6 +1,7 @@
 //! `roadbench export`.
 
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
@@ -59,7 +60,11 @@ enum End {
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let text = text(&arguments).map_err(Failure::Usage)?;
     match &arguments.file {
-        None => print!("{text}"),
+        None => match std::io::stdout().write_all(text.as_bytes()) {
+            // who reads has seen enough
+            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
+            other => other.map_err(|e| Failure::Output(format!("cannot write to stdout: {e}")))?,
+        },
         Some(path) => {
             table::write_bytes(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))?
         }
@@ -92,7 +97,7 @@ fn text(arguments: &Arguments) -> Result<String, String> {
 }
 
 /// The bike's file; an id from a table never leads out of the folder.
-fn bike_file(folder: &std::path::Path, bike_id: &str) -> Result<Bike, String> {
+fn bike_file(folder: &Path, bike_id: &str) -> Result<Bike, String> {
     if bike_id.is_empty() || bike_id.contains(['/', '\\', '\0']) || bike_id.starts_with('.') {
         return Err(format!("`{bike_id}` cannot be the name of a bike file"));
     }

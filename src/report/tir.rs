@@ -268,7 +268,7 @@ impl File {
     }
 
     fn number(&mut self, key: &str, value: f64, note: &str) {
-        self.put(key, &format!("{}", rounded(value)), note);
+        self.put(key, &format!("{:?}", rounded(value)), note);
     }
 
     fn text(&mut self, key: &str, value: &str, note: &str) {

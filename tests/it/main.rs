@@ -1,3 +1,4 @@
-//! Integration tests, one binary.
+//! Integration tests: one binary.
 
+mod fit;
 mod report;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use roadbench::bike::{Axle, Bike};
 use roadbench::report::tir::{self, Setting};
 use roadbench::report::tyre::Fitted;
-use roadbench::report::{figures, names, words};
+use roadbench::report::{figures, names, tables, terminal, words};
 use roadbench::rows::{
     Coefficient, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status, WarningRow,
 };
@@ -499,7 +499,7 @@ fn the_bike_file_fills_the_static_load() {
     let file = tir::write(&fitted, Axle::Front, &setting).expect("tir");
     // half of 260 kg on each wheel: 260 * 9.80665 / 2 = 1274.8645 N
     assert!((keys(&file)["FNOMIN"] - 1274.8645).abs() < 1e-3, "{file}");
-    assert!(file.contains("WIDTH                = 0.12"), "{file}");
+    assert!(file.contains("WIDTH                = 0.12 "), "{file}");
 }
 
 #[test]
@@ -546,4 +546,11 @@ fn demo() {
     let out = std::env::var("ROADBENCH_REPORT_DEMO").expect("ROADBENCH_REPORT_DEMO");
     generate(Path::new(&out));
     roadbench::report::write(Path::new(&out)).expect("report");
+    let sessions = tables::sessions(Path::new(&out)).expect("sessions");
+    let coefficients = tables::coefficients(Path::new(&out)).expect("coefficients");
+    let rejected = tables::rejected(Path::new(&out)).expect("rejected");
+    let own = |c: &&Coefficient| tables::key(&c.ident) == tables::key(&sessions[1].ident);
+    let own: Vec<Coefficient> = coefficients.iter().filter(own).cloned().collect();
+    println!("{}", terminal::summary(&sessions[1], &own));
+    println!("{}", terminal::batch_summary(&sessions, &coefficients, &rejected, 12.3));
 }
