@@ -42,7 +42,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
             line(
                 &mut out,
                 &format!(
-                    "{:<26}{:>12}   {:<12}{:>23}  {:<5}  status",
+                    "{:<26}{:>11}   {:<10}{:>22}  {:<6}  status",
                     clean(words::tyre(tyre)),
                     "value",
                     "std error",
@@ -57,7 +57,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
         line(
             &mut out,
             &format!(
-                "  {:<24}{:>12} {sign} {:<12}{:>23}  {:<5}  {}",
+                "  {:<24}{:>11} {sign} {:<10}{:>22}  {:<6}  {}",
                 clean(&c.coefficient),
                 value,
                 shown.std_error,
@@ -247,7 +247,10 @@ mod tests {
     fn a_summary_fits_the_page_and_cannot_steer_the_terminal() {
         let long = "no rear braking above 0.3 g was found; ride several hard stops with the rear \
                     brake alone, clutch in, from 80 km/h or more, on an even surface";
+        let mut poor = coefficient("rear", "effective_rolling_radius", Some(0.3), Some(long));
+        poor.status = Status::PoorlyDetermined;
         let rows = [
+            poor,
             coefficient("rear", "mf_d", None, Some(long)),
             coefficient("front", "effective_rolling_radius", Some(0.298_712), None),
         ];
@@ -257,7 +260,11 @@ mod tests {
         assert!(text.contains("0.2987 ± 0.0030"), "{text}");
         assert!(text.contains("0.2927 to 0.3047"), "{text}");
         assert!(text.find("Front tyre") < text.find("Rear tyre"));
-        assert!(text.contains("1 of 2 coefficients determined; 1 not available; 23 of 57"));
+        assert!(
+            text.contains(
+                "1 of 3 coefficients determined; 1 poorly determined; 1 not available; 23"
+            )
+        );
     }
 
     #[test]
