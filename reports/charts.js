@@ -160,11 +160,15 @@
         const over = u.over.getBoundingClientRect(), own = holder.getBoundingClientRect();
         const at = over.left - own.left + left;
         tip.style.left = `${Math.max(0, Math.min(at > own.width / 2 ? at - tip.offsetWidth - 14 : at + 14, own.width - tip.offsetWidth))}px`;
-        tip.style.top = "6px";
+        // away from the pointer: at the foot when it is in the upper half of a tall chart
+        const tall = own.height > 200 && u.cursor.top < u.over.clientHeight / 2;
+        tip.style.top = tall ? `${Math.max(6, own.height - tip.offsetHeight - 54)}px` : "6px";
       },
     };
   };
 
+  // uPlot sends every x range through this function, a zoom's too: what is asked for stands.
+  const asked = view => (u, min, max) => min == null ? view.x : [min, max];
   const reset = (u, view) => u.batch(() => {
     u.setScale("x", { min: view.x[0], max: view.x[1] });
     u.setScale("y", { min: view.y[0], max: view.y[1] });
@@ -277,7 +281,7 @@
       u = new uPlot({
         width, height: Math.round(Math.max(230, Math.min(320, width * 0.62))),
         series: c.series, bands: c.bands,
-        scales: { x: { time: false, auto: false, range: view.x }, y: { auto: false, range: view.y } },
+        scales: { x: { time: false, auto: false, range: asked(view) }, y: { auto: false, range: view.y } },
         axes: axes(chart, false), legend: { show: false },
         cursor: {
           y: false, points: { show: false }, drag: { x: true, y: true, uni: 24 },
@@ -383,7 +387,7 @@
       const width = printing ? 680 : holder.clientWidth, c = columns(chart, hidden, theme.traces);
       u = new uPlot({
         width, height: 92 + (index === 0 ? 26 : 0) + (last ? 42 : 0), series: c.series, bands: c.bands,
-        scales: { x: { time: false, auto: false, range: view.x }, y: { auto: false, range: view.y } },
+        scales: { x: { time: false, auto: false, range: asked(view) }, y: { auto: false, range: view.y } },
         axes: axes(chart, true, !last), legend: { show: false },
         cursor: {
           y: false, points: { show: false }, drag: { x: true, y: false },
