@@ -3,3 +3,4 @@
 mod fit;
 mod ingest;
 mod recovery;
+mod report;
