@@ -105,7 +105,12 @@ pub fn run(
     watch.planned(inputs, bytes);
 
     let mut rejected = Vec::new();
+    let mut unwritten = 0;
     for refused in refused {
+        if stop.load(Ordering::Relaxed) {
+            unwritten += 1;
+            continue;
+        }
         let row = refused.row;
         reject(&store, &row)?;
         watch.finished(&Finished { bytes: refused.bytes, ..rejection(&row) });
@@ -133,7 +138,7 @@ pub fn run(
     }
     rejected.append(&mut tally.rejected);
     rejected.sort_by(|a, b| a.path.cmp(&b.path));
-    let left = jobs.len() - tally.done - tally.unchanged - tally.refused;
+    let left = unwritten + jobs.len() - tally.done - tally.unchanged - tally.refused;
     let run = Run {
         inputs,
         done: tally.done,

@@ -81,22 +81,22 @@ pub fn plan(
     for (found, meta) in found.into_iter().zip(identified) {
         let log = found.path.to_string_lossy().into_owned();
         let bytes = found.path.metadata().map_or(0, |m| m.len());
-        let ready = meta.map_err(|r| (None, r)).and_then(|meta| {
-            let bike = (|| {
-                claim(&mut first, &meta, &log)?;
-                lookup(&mut garage, bikes, &meta.bike_id, &salt)
-            })();
-            match bike {
-                Ok(bike) => Ok((meta, bike)),
-                Err(rejection) => Err((Some(meta), rejection)),
+        let refuse = |log, meta, why| {
+            let hash = hash_file(&found.path).ok();
+            Refused { row: row(log, meta, why, hash), bytes }
+        };
+        let meta = match meta {
+            Ok(meta) => meta,
+            Err(why) => {
+                plan.refused.push(refuse(log, None, why));
+                continue;
             }
-        });
-        match ready {
-            Ok((meta, bike)) => plan.jobs.push(Job { found, log, bytes, meta, bike }),
-            Err((meta, rejection)) => {
-                let hash = hash_file(&found.path).ok();
-                plan.refused.push(Refused { row: row(log, meta, rejection, hash), bytes });
-            }
+        };
+        let bike = claim(&mut first, &meta, &log)
+            .and_then(|()| lookup(&mut garage, bikes, &meta.bike_id, &salt));
+        match bike {
+            Ok(bike) => plan.jobs.push(Job { found, log, bytes, meta, bike }),
+            Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
         }
     }
     Ok(plan)

@@ -60,11 +60,11 @@ impl Watch for Progress {
                 tracing::info!(session = id, log = f.log, seconds, samples, status = "done");
             }
             (State::Unchanged, _) => {
-                tracing::debug!(session = id, log = f.log, seconds, status = "unchanged");
+                tracing::info!(session = id, log = f.log, seconds, status = "unchanged");
             }
             (State::Rejected, why) => {
                 let (code, message) = why.unwrap_or_default();
-                tracing::warn!(
+                tracing::info!(
                     session = id,
                     log = f.log,
                     seconds,

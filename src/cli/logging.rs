@@ -1,6 +1,6 @@
 //! Where log events go: stderr, as text or JSON lines, around the progress bar.
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 
 use indicatif::ProgressBar;
 use tracing::level_filters::LevelFilter;
@@ -16,9 +16,17 @@ pub enum LogFormat {
     Json,
 }
 
-/// Sends events to stderr; the bar steps aside for each line. `verbose` shows more of them.
+/// Sends events to stderr; the bar steps aside for each line.
+///
+/// Text at a terminal is for a person, who sees the bar and the list of what was rejected:
+/// only what needs attention is logged. Elsewhere there is an event per session. `verbose`
+/// shows everything.
 pub fn init(format: LogFormat, verbose: bool, bar: &ProgressBar) {
-    let level = if verbose { LevelFilter::DEBUG } else { LevelFilter::INFO };
+    let level = match (verbose, format) {
+        (true, _) => LevelFilter::DEBUG,
+        (false, LogFormat::Text) if io::stderr().is_terminal() => LevelFilter::WARN,
+        (false, _) => LevelFilter::INFO,
+    };
     let bar = bar.clone();
     let writer = move || Lines { bar: bar.clone() };
     let builder = fmt().with_max_level(level).with_writer(writer);

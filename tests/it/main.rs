@@ -1,4 +1,4 @@
-#[test]
-fn x() {}
+//! Integration tests: one binary, one module per area.
 
 mod batch;
+mod cli;
