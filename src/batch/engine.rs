@@ -54,8 +54,10 @@ pub trait Watch: Sync {
 impl Watch for () {}
 
 /// What a run did.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Run {
+    /// The output folder: no other run writes there until this is dropped.
+    pub store: Store,
     /// Inputs found.
     pub inputs: usize,
     /// Computed and written.
@@ -140,6 +142,7 @@ pub fn run(
     rejected.sort_by(|a, b| a.path.cmp(&b.path));
     let left = unwritten + jobs.len() - tally.done - tally.unchanged - tally.refused;
     let run = Run {
+        store,
         inputs,
         done: tally.done,
         unchanged: tally.unchanged,

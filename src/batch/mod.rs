@@ -17,9 +17,13 @@
 
 pub mod discover;
 pub mod engine;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 pub mod names;
 pub mod plan;
 pub mod progress;
+#[cfg(any(feature = "fleet", test))]
+mod spread;
 pub mod store;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

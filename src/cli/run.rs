@@ -89,6 +89,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
             run.left
         )));
     }
+    aggregate(&run)?;
     print(&overview(&run, start.elapsed().as_secs_f64()));
     if run.rejected.is_empty() {
         return Ok(());
@@ -119,6 +120,21 @@ fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
     })
     .map_err(|e| Failure::Usage(format!("cannot listen for Ctrl-C: {e}")))?;
     Ok(stop)
+}
+
+/// The tables over all sessions of the output, of this run and of earlier ones.
+#[cfg(feature = "fleet")]
+fn aggregate(run: &Run) -> Result<(), Failure> {
+    let rows = batch::fleet::write(run.store.root())?;
+    tracing::debug!(rows = rows.len(), "fleet");
+    Ok(())
+}
+
+/// Built without the feature `fleet`: there is no such table.
+#[cfg(not(feature = "fleet"))]
+fn aggregate(_run: &Run) -> Result<(), Failure> {
+    tracing::debug!("built without the feature `fleet`: no fleet table");
+    Ok(())
 }
 
 fn overview(run: &Run, seconds: f64) -> String {
