@@ -1,15 +1,156 @@
 //! `roadbench convert`.
 
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use crate::channel::Channel;
 use crate::cli::Failure;
+use crate::ingest::map::{ChannelMap, TimeSource};
+use crate::ingest::{self, Raw};
+use crate::schema::Table;
+use crate::session::Session;
+use crate::warning::Warning;
 
 /// Turn any supported log into a session.v1 Parquet file
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// The log.
+    log: PathBuf,
+    /// Channel map to use; may be repeated. Without it the shipped maps are tried.
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
+    /// The Parquet file to write.
+    #[arg(long, value_name = "FILE", required_unless_present = "dry_run")]
+    out: Option<PathBuf>,
+    /// Rate of the common clock; without it the fastest channel's own.
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// Longest gap that is interpolated over, s.
+    #[arg(long, value_name = "S")]
+    max_gap: Option<f64>,
+    /// Write samples as float32: half the size, 7 digits.
+    #[arg(long)]
+    float32: bool,
+    /// Show which source column feeds which column and write nothing.
+    #[arg(long)]
+    dry_run: bool,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(_arguments: Arguments) -> Result<(), Failure> {
-    Err(Failure::Usage("not there yet".into()))
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let maps = arguments
+        .map
+        .iter()
+        .map(|path| ChannelMap::read(path))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(Failure::Usage)?;
+    let mut config = ingest::Config::default();
+    for (name, given, slot) in [
+        ("--rate", arguments.rate, &mut config.rate),
+        ("--max-gap", arguments.max_gap, &mut config.max_gap),
+    ] {
+        let Some(value) = given else { continue };
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Failure::Usage(format!("{name} {value} must be positive")));
+        }
+        *slot = value;
+    }
+    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
+    if arguments.dry_run {
+        let map = ingest::map_for(&arguments.log, &maps).map_err(rejected)?;
+        print!("{}", mapping(&raw, map.as_ref()));
+        return Ok(());
+    }
+    let (session, warnings) = ingest::run(raw, &config).map_err(rejected)?;
+    for warning in &warnings {
+        eprintln!("warning: {}: {}", warning.code, warning.message);
+    }
+    let Some(out) = arguments.out else { return Ok(()) };
+    ingest::write_session(&out, &session, arguments.float32)
+        .map_err(|e| Failure::Output(e.to_string()))?;
+    print!("{}", summary(&session, &warnings));
+    println!("written to {}", out.display());
+    Ok(())
+}
+
+/// Which source column feeds which column, and how.
+fn mapping(raw: &Raw, map: Option<&ChannelMap>) -> String {
+    let mut text = format!("session {:?}, bike {:?}\n", raw.meta.session_id, raw.meta.bike_id);
+    let Some(map) = map else {
+        text.push_str("session.v1 already: every column feeds the one of its name\n");
+        for track in &raw.tracks {
+            let _ = writeln!(text, "  {:26} {} rows", track.channel.name(), track.values.len());
+        }
+        return text;
+    };
+    let clock = match &map.time {
+        TimeSource::Column { name, factor, .. } => format!("`{name}`, {factor} s per unit"),
+        TimeSource::Rate(rate) => format!("none, {rate} Hz assumed"),
+        TimeSource::Own => "the format's own".to_owned(),
+    };
+    let _ = writeln!(text, "channel map {} ({}); clock: {clock}", map.name, map.format);
+    let _ = writeln!(
+        text,
+        "{:24} {:32} {:8} {:>4} {:>12} {:>10} {:>8} {:>7}",
+        "column", "from", "unit", "sign", "to SI: x *", "+", "delay s", "rows"
+    );
+    for entry in &map.entries {
+        let Some(track) = raw.tracks.iter().find(|t| t.channel == entry.channel) else { continue };
+        let _ = writeln!(
+            text,
+            "{:24} {:32} {:8} {:>4} {:>12.6} {:>10.4} {:>8.3} {:>7}",
+            entry.channel.name(),
+            entry.from.join(" + "),
+            entry.unit,
+            entry.sign,
+            entry.to_si.factor,
+            entry.to_si.offset,
+            entry.delay,
+            track.values.len()
+        );
+    }
+    text
+}
+
+/// What the session holds, a line per channel.
+fn summary(session: &Session, warnings: &[Warning]) -> String {
+    let table = Table::embedded("session");
+    let mut text = format!(
+        "session {:?}, bike {:?}: {:.1} s at {} Hz, {} samples, {} warning(s)\n",
+        session.meta.session_id,
+        session.meta.bike_id,
+        session.duration(),
+        session.rate,
+        session.len,
+        warnings.len()
+    );
+    let _ = writeln!(
+        text,
+        "{:26} {:8} {:>10} {:>10} {:>10} {:>9}",
+        "column", "unit", "min", "median", "max", "missing"
+    );
+    for channel in session.channels() {
+        let unit = table.column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("");
+        let [low, middle, high, missing] = extent(session, channel);
+        let name = channel.name();
+        let _ = writeln!(
+            text,
+            "{name:26} {unit:8} {low:>10.4} {middle:>10.4} {high:>10.4} {missing:>8.2}%"
+        );
+    }
+    text
+}
+
+/// Least, middle and largest sample, and the share of missing ones in percent.
+fn extent(session: &Session, channel: Channel) -> [f64; 4] {
+    let all = session.get(channel).unwrap_or_default();
+    let mut present: Vec<f64> = all.iter().copied().filter(|v| !v.is_nan()).collect();
+    present.sort_unstable_by(f64::total_cmp);
+    let at = |i: usize| present.get(i).copied().unwrap_or(f64::NAN);
+    let missing = 100.0 * (all.len() - present.len()) as f64 / all.len().max(1) as f64;
+    [at(0), at(present.len() / 2), at(present.len().saturating_sub(1)), missing]
 }

@@ -1,1 +1,76 @@
 //! Tyre slips, loads and forces, sample by sample, from what was measured.
+//!
+//! Assumes a filtered session and its segments. [`zeros`] finds the sensors' zeros and the
+//! velocity's latency, [`samples`] gathers the samples of the used segments, [`signals`] is the
+//! algebra (eqs. 24-36). Nothing is fitted here.
+
+pub mod samples;
+pub mod signals;
+pub mod zeros;
+
+use serde::{Deserialize, Serialize};
+
+/// Which form of the paper's equations is used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Formulation {
+    /// With the corrections of `onroad.md`, section 4.
+    #[default]
+    Corrected,
+    /// As printed, for comparison.
+    Paper,
+}
+
+/// Settings of the stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Which form of the equations.
+    pub formulation: Formulation,
+    /// Samples per second taken from straight manoeuvres, Hz.
+    pub straight_rate: f64,
+    /// Samples per second taken from corners, Hz.
+    pub corner_rate: f64,
+    /// Corner samples that roll faster are not quasi-static, rad/s.
+    pub max_roll_rate: f64,
+    /// Corner samples nearer to upright say nothing about camber, rad.
+    pub min_camber: f64,
+    /// Samples slower than this are not used, m/s.
+    pub min_speed: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config {
+            formulation: Formulation::Corrected,
+            straight_rate: 50.0,
+            corner_rate: 12.5,
+            max_roll_rate: 0.2,
+            min_camber: 0.07,
+            min_speed: 3.0,
+        }
+    }
+}
+
+impl Config {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self) -> Result<(), String> {
+        for (key, value, low, high) in [
+            ("straight_rate", self.straight_rate, 1.0, 1000.0),
+            ("corner_rate", self.corner_rate, 1.0, 1000.0),
+            ("max_roll_rate", self.max_roll_rate, 0.01, 10.0),
+            ("min_camber", self.min_camber, 0.0, 0.5),
+            ("min_speed", self.min_speed, 1.0, 20.0),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(format!(
+                    "[estimate] `{key}` = {value} is not between {low} and {high}"
+                ));
+            }
+        }
+        Ok(())
+    }
+}

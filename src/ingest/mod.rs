@@ -1,13 +1,42 @@
-//! Any log to one [`Session`](crate::session::Session) on one clean clock.
+//! Any log to one [`Session`] on one clean clock.
+//!
+//! ```text
+//! file -> reader (READERS) -> Raw: SI tracks, each on its source's own clock
+//!      -> run: clocks repaired, faults taken out, one common clock -> Session
+//!      -> check: channels against physics, given the bike
+//! ```
+//!
+//! A new format is one file with a `read` and one line in [`READERS`]. A new source of a
+//! known format is one channel map ([`map`]), no code.
 
+use std::io::Read as _;
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
+
+mod check;
+mod clean;
+mod clock;
+mod csv;
+mod gaps;
+mod ident;
+mod kiro;
+pub mod map;
+mod parquet;
+mod resample;
+pub mod units;
+mod write;
+mod yaw;
+
+pub use check::check;
+pub use write::write_session;
+
+use map::ChannelMap;
 
 /// Settings of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,13 +44,20 @@ use crate::warning::Warning;
 pub struct Config {
     /// Rate of the common clock, Hz; 0 takes the fastest channel's own.
     pub rate: f64,
-    /// Longest gap that is interpolated over, s.
+    /// Longest gap that is interpolated over, s. A channel that is slower than that by nature
+    /// (GPS at 1 Hz) is interpolated between its own samples, never over a lost one.
     pub max_gap: f64,
+    /// A single sample is a spike when it stands out of its neighbourhood by this many times
+    /// what the signal does there otherwise; 0 looks for none.
+    pub spike_threshold: f64,
+    /// A channel that does not change at all for this long while the bike moves is stuck, s;
+    /// 0 looks for none.
+    pub stuck_time: f64,
 }
 
 impl Default for Config {
     fn default() -> Self {
-        Config { rate: 0.0, max_gap: 0.25 }
+        Config { rate: 0.0, max_gap: 0.25, spike_threshold: 8.0, stuck_time: 2.0 }
     }
 }
 
@@ -30,19 +66,25 @@ impl Default for Config {
 pub struct Track {
     /// Which.
     pub channel: Channel,
-    /// Stamps as recorded, s: may repeat, jump back or jitter.
-    pub time: std::sync::Arc<Vec<f64>>,
-    /// SI values, NaN where there is none.
+    /// Stamps as recorded, s: may repeat, jump back or jitter. Channels that were logged
+    /// together share one clock.
+    pub time: Arc<Vec<f64>>,
+    /// SI values, NaN where there is none; as many as stamps.
     pub values: Vec<f64>,
 }
 
 /// A log as read: units are SI, the clocks are still the source's.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Raw {
     /// Who, when, on what.
     pub meta: Meta,
     /// The channels.
     pub tracks: Vec<Track>,
+    /// What the reader noticed.
+    pub warnings: Vec<Warning>,
+    /// Whether velocities, accelerations and yaw are along the Euler yaw instead of the
+    /// frame's trace on the road.
+    pub euler_yaw: bool,
 }
 
 /// Why a log cannot be used; `code` is the `rejected` table's.
@@ -55,38 +97,136 @@ pub struct Error {
     pub message: String,
 }
 
+impl Error {
+    fn new(code: &'static str, message: impl Into<String>) -> Self {
+        Error { code, message: message.into() }
+    }
+
+    fn unreadable(path: &Path, error: &std::io::Error) -> Self {
+        Error::new("unreadable", format!("cannot read {}: {error}", path.display()))
+    }
+}
+
+/// A format that can be read.
+#[derive(Debug)]
+pub struct Reader {
+    /// Its name, as in `format` of a channel map.
+    pub name: &'static str,
+    /// Whether a file is of this format, from its path and first bytes.
+    pub sniff: fn(&Head<'_>) -> bool,
+    /// Who and when, without decoding samples.
+    pub identify: fn(&Path, &[ChannelMap]) -> Result<Meta, Error>,
+    /// The whole log.
+    pub read: fn(&Path, &[ChannelMap]) -> Result<Raw, Error>,
+    /// The channel map that `read` goes through, if it needs one.
+    pub map: fn(&Path, &[ChannelMap]) -> Result<Option<ChannelMap>, Error>,
+}
+
+/// Every format, the most particular first.
+pub const READERS: &[Reader] = &[parquet::READER, kiro::READER, csv::READER];
+
+/// What a format is recognised by.
+#[derive(Debug)]
+pub struct Head<'a> {
+    /// The file's path.
+    pub path: &'a Path,
+    /// Its first bytes, at most [`HEAD_LEN`].
+    pub bytes: &'a [u8],
+}
+
+impl Head<'_> {
+    /// Whether the path ends so, whatever the case.
+    pub fn has_extension(&self, extension: &str) -> bool {
+        self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+    }
+}
+
+/// How much of a file is looked at to recognise its format, bytes.
+pub const HEAD_LEN: u64 = 64 * 1024;
+
+/// Largest file that is read, bytes: a day of 100 Hz riding is a tenth of it.
+const MAX_FILE: u64 = 4 << 30;
+
 /// Who and when, without reading the samples.
 ///
+/// `maps` are the channel maps to choose from; an empty slice means [`map::shipped`].
+///
 /// # Errors
-/// The file cannot be read or is of no known kind.
-pub fn identify(_path: &Path) -> Result<Meta, Error> {
-    Err(Error { code: "unknown_format", message: String::new() })
+/// The file cannot be read or is of no known kind, or it names itself in a way that cannot be
+/// a file name (`bad_bike_id`, `bad_session_id`).
+pub fn identify(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {
+    let meta = (reader(path)?.identify)(path, maps)?;
+    ident::checked(meta)
 }
 
 /// Reads a log of any known format.
 ///
+/// `maps` as in [`identify`].
+///
 /// # Errors
 /// The file cannot be read, or lacks what every session needs.
-pub fn read(_path: &Path) -> Result<Raw, Error> {
-    Err(Error { code: "unknown_format", message: String::new() })
+pub fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
+    let mut raw = (reader(path)?.read)(path, maps)?;
+    raw.meta = ident::checked(raw.meta)?;
+    Ok(raw)
 }
 
-/// Repairs the clocks and brings every channel onto one.
+/// The channel map that [`read`] takes for a log; `None` if it is `session.v1` already.
 ///
 /// # Errors
-/// Nothing usable is left.
-pub fn run(_raw: Raw, _config: &Config) -> Result<(Session, Vec<Warning>), Error> {
-    Err(Error { code: "unknown_format", message: String::new() })
+/// As [`identify`].
+pub fn map_for(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
+    (reader(path)?.map)(path, maps)
 }
 
-/// Checks channels against physics and against each other, given the bike.
+fn reader(path: &Path) -> Result<&'static Reader, Error> {
+    let fail = |e: std::io::Error| Error::unreadable(path, &e);
+    let mut file = std::fs::File::open(path).map_err(fail)?;
+    let size = file.metadata().map_err(fail)?.len();
+    if size == 0 {
+        return Err(Error::new("empty_file", format!("{} is empty", path.display())));
+    }
+    if size > MAX_FILE {
+        let message = format!("{} is {} MB long; split the log", path.display(), size >> 20);
+        return Err(Error::new("file_too_large", message));
+    }
+    let mut bytes = Vec::new();
+    file.by_ref().take(HEAD_LEN).read_to_end(&mut bytes).map_err(fail)?;
+    let head = Head { path, bytes: &bytes };
+    READERS.iter().find(|r| (r.sniff)(&head)).ok_or_else(|| {
+        let names: Vec<&str> = READERS.iter().map(|r| r.name).collect();
+        let message = format!("{} is none of {}", path.display(), names.join(", "));
+        Error::new("unknown_format", message)
+    })
+}
+
+/// Repairs the clocks, takes out what no sensor can have meant, and brings every channel onto
+/// one clock.
+///
+/// In this order, each with its warning: stamps (`time_missing`, `time_duplicated`,
+/// `time_backwards`, `time_jitter`), values out of the schema's range (`out_of_range`),
+/// `spike`, `clipped`, `stuck`, `gap`, `empty_channel`, `down_sampled`.
 ///
 /// # Errors
-/// A channel's unit or sign is wrong in a way that would give coefficients nobody may believe.
-pub fn check(
-    _session: &mut Session,
-    _bike: &Bike,
-    _config: &Config,
-) -> Result<Vec<Warning>, Error> {
-    Ok(Vec::new())
+/// Nothing usable is left: `no_time`, `too_short`.
+pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> {
+    let Raw { meta, tracks, mut warnings, euler_yaw } = raw;
+    let mut tracks = clock::repair(tracks, &mut warnings)?;
+    clean::clean(&mut tracks, config, &mut warnings);
+    let mut session = resample::onto_one_clock(meta, tracks, config, &mut warnings)?;
+    if euler_yaw {
+        yaw::to_trace(&mut session, &mut warnings);
+    }
+    Ok((session, warnings))
+}
+
+/// A warning of this stage.
+fn warning(
+    code: &'static str,
+    channel: Option<Channel>,
+    count: usize,
+    time: Option<f64>,
+    message: String,
+) -> Warning {
+    Warning { stage: "ingest", code, channel, count, time, message }
 }

@@ -1,1 +1,227 @@
-//! A motorcycle whose tyres are known.
+//! A motorcycle whose tyres are known: it makes the archives that the estimates are tested on.
+//!
+//! ```text
+//! scenario -> machine (bike file + truth) -> plan -> rider + motorcycle -> sensors -> session
+//! ```
+//!
+//! Seeded and deterministic: a session depends on the scenario and its own number only.
+
+pub mod motorcycle;
+pub mod plan;
+pub mod random;
+pub mod rider;
+pub mod scenario;
+pub mod sensors;
+pub mod truth;
+
+use crate::channel::Channel;
+use crate::rows;
+use crate::segment::{Direction, Kind};
+use crate::session::{Meta, Session};
+use motorcycle::{Action, Plant, Response, State};
+use random::Random;
+use rider::{Controls, Rider};
+use scenario::{Machine, Scenario};
+
+/// One simulated session with everything known about it.
+#[derive(Debug, Clone)]
+pub struct Simulated {
+    /// What the logger recorded.
+    pub session: Session,
+    /// What the rider was doing: kind, start and end (s), direction.
+    pub labels: Vec<(Kind, f64, f64, Option<Direction>)>,
+    /// The true signals behind the recording, sample by sample.
+    pub trace: Vec<Response>,
+    /// The true states, sample by sample.
+    pub states: Vec<State>,
+}
+
+/// Longest ride that is simulated, s: a plan that does not end is a defect.
+const LONGEST: f64 = 7200.0;
+
+/// The `number`-th session of the fleet (bike by bike).
+pub fn session(scenario: &Scenario, machine: &Machine, number: usize) -> Simulated {
+    let id = format!("{}_s{:04}", scenario.name, number + 1);
+    let purpose = |what: &str| Random::new(scenario.seed, &format!("{id} {what}"));
+    let plan = &scenario.plans[number % scenario.plans.len()];
+    let phases = plan.phases(&mut purpose("plan"));
+    let dt = 1.0 / scenario.rate;
+    // the rider decides at 100 Hz at least
+    let decisions = (100.0 / scenario.rate).ceil().max(1.0) as usize;
+    let step = dt / decisions as f64;
+    let plant = &machine.plant;
+    let mut rider = Rider::new(plant, &phases, scenario.disturbance, purpose("ride"), step);
+
+    let mut state = State::default();
+    let mut action = Action::default();
+    let mut record = Record::default();
+    let limit = (LONGEST * scenario.rate) as usize;
+    while rider.phase().is_some() && record.states.len() < limit {
+        for decision in 0..decisions {
+            let response = plant.response(&state, &action);
+            let label = rider.label(state.roll);
+            let (next, controls) = rider.act(&state, &response);
+            action = next;
+            if decision == 0 {
+                let response = plant.response(&state, &action);
+                record.push(&state, &response, controls, label);
+            }
+            plant.advance(&mut state, &action, step);
+        }
+    }
+
+    let day = number / 2 % 28 + 1;
+    let meta = Meta {
+        session_id: id,
+        bike_id: machine.bike.bike_id.clone(),
+        start_time: Some(format!(
+            "2026-{:02}-{day:02}T{:02}:00:00Z",
+            5 + number / 56 % 6,
+            9 + 4 * (number % 2)
+        )),
+        tyre_front: machine.bike.front.model.clone(),
+        tyre_rear: machine.bike.rear.model.clone(),
+        site: Some("simulated".into()),
+        rider_id: Some(format!("rider_{}", number % 3 + 1)),
+    };
+    let mut session = record.session(meta, scenario.rate, plant);
+    for &channel in &scenario.drop {
+        session.remove(channel);
+    }
+    sensors::measure(&mut session, &scenario.sensors, scenario.seed);
+    clamp_physical(&mut session);
+    let labels = record.labels(scenario.rate);
+    Simulated { session, labels, trace: record.responses, states: record.states }
+}
+
+/// Pedals and levers do not read below nothing, gears are whole.
+fn clamp_physical(session: &mut Session) {
+    for channel in [Channel::Throttle, Channel::BrakePressureFront, Channel::BrakePressureRear] {
+        if let Some(x) = session.get_mut(channel) {
+            x.iter_mut().for_each(|x| *x = x.max(0.0));
+        }
+    }
+}
+
+/// Every coefficient of a machine as rows of the `truth` table.
+pub fn truth_rows(session: &Meta, coefficients: &[truth::True]) -> Vec<rows::Truth> {
+    coefficients
+        .iter()
+        .map(|&(tyre, coefficient, value, unit)| rows::Truth {
+            session_id: session.session_id.clone(),
+            bike_id: session.bike_id.clone(),
+            tyre: tyre.to_owned(),
+            coefficient: coefficient.to_owned(),
+            value,
+            unit: unit.to_owned(),
+        })
+        .collect()
+}
+
+#[derive(Default)]
+struct Record {
+    states: Vec<State>,
+    responses: Vec<Response>,
+    controls: Vec<Controls>,
+    kinds: Vec<(Kind, Option<Direction>)>,
+}
+
+impl Record {
+    fn push(
+        &mut self,
+        state: &State,
+        response: &Response,
+        controls: Controls,
+        kind: (Kind, Option<Direction>),
+    ) {
+        self.states.push(*state);
+        self.responses.push(*response);
+        self.controls.push(controls);
+        self.kinds.push(kind);
+    }
+
+    fn session(&self, meta: Meta, rate: f64, plant: &Plant) -> Session {
+        let mut session = Session::new(meta, rate, self.states.len());
+        let states = |f: fn(&State) -> f64| self.states.iter().map(f).collect::<Vec<_>>();
+        let responses = |f: fn(&Response) -> f64| self.responses.iter().map(f).collect::<Vec<_>>();
+        let controls = |f: fn(&Controls) -> f64| self.controls.iter().map(f).collect::<Vec<_>>();
+        use Channel as C;
+        session.set(C::VelocityX, states(|s| s.vx));
+        session.set(C::VelocityY, states(|s| s.vy));
+        session.set(C::AccelerationX, responses(|r| r.acceleration[0]));
+        session.set(C::AccelerationY, responses(|r| r.acceleration[1]));
+        session.set(C::Roll, states(|s| s.roll));
+        session.set(C::Yaw, states(|s| s.yaw));
+        session.set(C::RollRate, states(|s| s.roll_rate));
+        session.set(C::YawRate, states(|s| s.yaw_rate));
+        session.set(C::SteerAngle, states(|s| s.steer));
+        session.set(C::WheelSpeedFront, states(|s| s.omega[0]));
+        session.set(C::WheelSpeedRear, states(|s| s.omega[1]));
+        session.set(C::BrakePressureFront, controls(|c| c.pressure[0]));
+        session.set(C::BrakePressureRear, controls(|c| c.pressure[1]));
+        session.set(C::Throttle, controls(|c| c.throttle));
+        session.set(C::Gear, controls(|c| c.gear));
+        // springs of 20 kN/m at each end: positive nose down under braking
+        let static_front =
+            plant.mass * crate::GRAVITY * (1.0 - plant.cg_to_front / plant.wheelbase);
+        let pitch = self
+            .responses
+            .iter()
+            .map(|r| 2.0 * (r.load[0] - static_front) / 20e3 / plant.wheelbase)
+            .collect();
+        session.set(C::Pitch, pitch);
+        session
+    }
+
+    fn labels(&self, rate: f64) -> Vec<(Kind, f64, f64, Option<Direction>)> {
+        let mut labels = Vec::new();
+        let mut start = 0;
+        for i in 1..=self.kinds.len() {
+            if i == self.kinds.len() || self.kinds[i] != self.kinds[start] {
+                let (kind, direction) = self.kinds[start];
+                labels.push((kind, start as f64 / rate, i as f64 / rate, direction));
+                start = i;
+            }
+        }
+        labels
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ride_ends_stays_upright_and_is_reproducible() {
+        let scenario = Scenario::builtin("paper").expect("scenario");
+        let machine = scenario.machine(0);
+        let a = session(&scenario, &machine, 0);
+        assert!(a.session.duration() > 300.0 && a.session.duration() < 2000.0);
+        let roll = a.states.iter().map(|s| s.roll.abs()).fold(0.0, f64::max);
+        assert!((0.5..0.85).contains(&roll), "largest lean {roll} rad");
+        let b = session(&scenario, &machine, 0);
+        for channel in a.session.channels() {
+            let (x, y) = (a.session.get(channel), b.session.get(channel));
+            assert_eq!(x, y, "{channel}");
+        }
+    }
+
+    #[test]
+    fn measured_kinematics_are_consistent() {
+        // v' = ax + r vy along the whole ride, for an undisturbed logger
+        let scenario = Scenario::builtin("perfect").expect("scenario");
+        let machine = scenario.machine(0);
+        let s = session(&scenario, &machine, 0);
+        let rate = scenario.rate;
+        let mut worst: f64 = 0.0;
+        for i in 1..s.states.len() - 1 {
+            let derivative = (s.states[i + 1].vx - s.states[i - 1].vx) * rate / 2.0;
+            let here = &s.states[i];
+            let expected = s.trace[i].acceleration[0] + here.yaw_rate * here.vy;
+            if here.vx > 5.0 && s.trace[i].slip_ratio[0] > -0.1 {
+                worst = worst.max((derivative - expected).abs());
+            }
+        }
+        assert!(worst < 0.8, "{worst}"); // steps of throttle and brake between samples
+    }
+}

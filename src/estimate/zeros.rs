@@ -1,0 +1,355 @@
+//! What the sensors read when there is nothing to read, and how late the velocity is.
+//!
+//! A steering zero of 0.1 degrees is a tenth of a front slip angle at 30 degrees of lean; a
+//! latency of 10 ms under full braking is a slip of 1 %. The ride itself shows them:
+//!
+//! - latency and the zero of `acceleration_x`: `v' = a_x + psi' v_y` (inertial unit against
+//!   satellite velocity);
+//! - the zero of `yaw_rate`: the change of heading over the ride, else standstill;
+//! - the zero of `roll`: straight running, `phi = -v psi' / g` on average;
+//! - the zeros of `velocity_y` and steering: straight running, where slip angles are zero.
+//!
+//! Each comes with its standard error, which the fits pass on.
+
+use crate::GRAVITY;
+use crate::bike::Bike;
+use crate::channel::Channel;
+use crate::fit::bisquare::{self, Options};
+use crate::fit::cluster::{Scores, sandwich};
+use crate::model::kinematics::kinematic_steer;
+use crate::session::Session;
+use crate::warning::Warning;
+
+use super::Formulation::Corrected;
+
+/// An error of lateral velocity at an axle, `constant + angle v`, with its covariance.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LateralZero {
+    /// m/s.
+    pub constant: f64,
+    /// rad.
+    pub angle: f64,
+    /// Variances and covariance `[cc, ca, aa]`.
+    pub covariance: [f64; 3],
+}
+
+/// The zeros of one session.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Zeros {
+    /// How much the velocity channels lag, s.
+    pub latency: f64,
+    /// Its standard error.
+    pub latency_se: f64,
+    /// Of `acceleration_x`, m/s².
+    pub acceleration_x: f64,
+    /// Its standard error.
+    pub acceleration_x_se: f64,
+    /// Of `yaw_rate`, rad/s.
+    pub yaw_rate: f64,
+    /// Of `roll`, rad.
+    pub roll: f64,
+    /// Its standard error.
+    pub roll_se: f64,
+    /// Of the lateral velocity over the front wheel, steering zero included.
+    pub front: LateralZero,
+    /// Of the lateral velocity over the rear wheel.
+    pub rear: LateralZero,
+    /// Whether there was enough straight running for the lateral zeros.
+    pub lateral_known: bool,
+}
+
+/// Smallest latency that is acted upon, s.
+const MIN_LATENCY: f64 = 1e-3;
+/// Largest latency that is looked for, s.
+const MAX_LATENCY: f64 = 0.4;
+
+/// A channel in means of consecutive samples, about `rate` Hz.
+struct Coarse {
+    rate: f64,
+    len: usize,
+    step: usize,
+}
+
+impl Coarse {
+    fn new(session: &Session, rate: f64) -> Self {
+        let step = (session.rate / rate).round().max(1.0) as usize;
+        Coarse { rate: session.rate / step as f64, len: session.len / step, step }
+    }
+
+    fn mean(&self, x: &[f64]) -> Vec<f64> {
+        x.chunks_exact(self.step).map(|c| c.iter().sum::<f64>() / c.len() as f64).collect()
+    }
+}
+
+/// Central difference over two neighbours on each side, smoothing noise; NaN at the ends.
+fn slope(x: &[f64], rate: f64) -> Vec<f64> {
+    let mut out = vec![f64::NAN; x.len()];
+    for i in 2..x.len().saturating_sub(2) {
+        out[i] = rate * (2.0 * (x[i + 2] - x[i - 2]) + (x[i + 1] - x[i - 1])) / 10.0;
+    }
+    out
+}
+
+/// The moving average that belongs to [`slope`]: the slope of an integral, exactly.
+fn smooth(x: &[f64]) -> Vec<f64> {
+    let mut out = vec![f64::NAN; x.len()];
+    for i in 2..x.len().saturating_sub(2) {
+        // slope of the trapezoid integral: weights 2,3(+..),.. over the five samples
+        let (a, b) = (x[i - 2] + x[i + 2], x[i - 1] + x[i + 1]);
+        out[i] = (a + 2.5 * b + 3.0 * x[i]) / 10.0;
+    }
+    out
+}
+
+/// Finds the zeros of a filtered session.
+pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
+    let mut zeros = Zeros::default();
+    let mut warnings = Vec::new();
+    let coarse = Coarse::new(session, 25.0);
+    let get = |channel| session.get(channel).map(|x| coarse.mean(x));
+    let Some(v) = get(Channel::VelocityX) else { return (zeros, warnings) };
+    let yaw_rate = get(Channel::YawRate);
+    let velocity_y = get(Channel::VelocityY);
+
+    zeros.yaw_rate = yaw_rate_zero(&v, yaw_rate.as_deref(), get(Channel::Yaw).as_deref(), &coarse);
+    let turn: Vec<f64> = match &yaw_rate {
+        Some(r) => r.iter().map(|r| r - zeros.yaw_rate).collect(),
+        None => vec![0.0; coarse.len],
+    };
+    if let Some(ax) = get(Channel::AccelerationX) {
+        let along: Vec<f64> = match &velocity_y {
+            Some(vy) => (0..coarse.len).map(|i| ax[i] + turn[i] * vy[i]).collect(),
+            None => ax,
+        };
+        longitudinal(&v, &along, &coarse, &mut zeros, &mut warnings);
+    }
+    let delayed =
+        |x: Vec<f64>| if zeros.latency == 0.0 { x } else { shift(&x, zeros.latency * coarse.rate) };
+    let v = delayed(v);
+    let roll = get(Channel::Roll);
+    let blocks = straight_blocks(&v, &turn, roll.as_deref(), &coarse);
+    if let Some(roll) = &roll {
+        let y: Vec<f64> = blocks
+            .iter()
+            .map(|&(i, _)| roll[i] + 1.08 * (v[i] * turn[i] / GRAVITY).atan())
+            .collect();
+        let ones = vec![1.0; y.len()];
+        if let Some((theta, covariance)) = robust(&[&ones], &y, &blocks) {
+            zeros.roll = theta[0];
+            zeros.roll_se = covariance[0].sqrt();
+        }
+    }
+    if let (Some(vy), Some(roll), Some(_)) = (velocity_y, &roll, &yaw_rate) {
+        let vy = delayed(vy);
+        let roll_rate = get(Channel::RollRate).unwrap_or_else(|| slope(roll, coarse.rate));
+        let steer = get(Channel::SteerAngle);
+        let lean = |i: usize| roll[i] - zeros.roll;
+        // lateral velocity of the contact line below the mass centre
+        let base = |i: usize| {
+            let height = bike.cg_height + bike.velocity_sensor_z;
+            vy[i] + height * lean(i).cos() * roll_rate[i] - bike.velocity_sensor_x * turn[i]
+        };
+        let usable: Vec<(usize, usize)> = blocks
+            .iter()
+            .copied()
+            .filter(|&(i, _)| {
+                base(i).is_finite() && steer.as_ref().is_none_or(|s| s[i].is_finite())
+            })
+            .collect();
+        let ones = vec![1.0; usable.len()];
+        let speed: Vec<f64> = usable.iter().map(|&(i, _)| v[i]).collect();
+        let leaning: Vec<f64> = usable.iter().map(|&(i, _)| v[i] * lean(i)).collect();
+        let columns: [&[f64]; 3] = [&ones, &speed, &leaning];
+        let fit = |y: &[f64]| {
+            robust(&columns, y, &usable).map(|(theta, c)| LateralZero {
+                constant: theta[0],
+                angle: theta[1],
+                covariance: [c[0], c[1], c[4]],
+            })
+        };
+        let rear: Vec<f64> =
+            usable.iter().map(|&(i, _)| base(i) - bike.cg_to_rear() * turn[i]).collect();
+        let known_rear = fit(&rear);
+        let front: Option<Vec<f64>> = steer.map(|steer| {
+            let at = |i: usize| {
+                let delta = kinematic_steer(steer[i], lean(i), bike.caster_angle, Corrected);
+                base(i) + bike.cg_to_front * turn[i] - v[i] * delta
+            };
+            usable.iter().map(|&(i, _)| at(i)).collect()
+        });
+        zeros.rear = known_rear.unwrap_or_default();
+        zeros.front = front.and_then(|y| fit(&y)).unwrap_or_default();
+        zeros.lateral_known = known_rear.is_some();
+    }
+    (zeros, warnings)
+}
+
+/// Heading over the ride if there is one, else the mean at standstill, else nothing.
+fn yaw_rate_zero(v: &[f64], rate: Option<&[f64]>, yaw: Option<&[f64]>, coarse: &Coarse) -> f64 {
+    let Some(rate) = rate else { return 0.0 };
+    if let Some(yaw) = yaw {
+        let (mut turned, mut integral, mut time) = (0.0, 0.0, 0.0);
+        for i in 1..coarse.len {
+            let step = yaw[i] - yaw[i - 1];
+            let both = 0.5 * (rate[i] + rate[i - 1]);
+            if step.is_finite() && both.is_finite() {
+                // the heading may wrap; it never turns half round in one step
+                turned += (step + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
+                    - std::f64::consts::PI;
+                integral += both / coarse.rate;
+                time += 1.0 / coarse.rate;
+            }
+        }
+        if time > 30.0 {
+            return (integral - turned) / time;
+        }
+    }
+    let still: Vec<f64> = (0..coarse.len)
+        .filter(|&i| v[i].abs() < 0.15 && rate[i].is_finite())
+        .map(|i| rate[i])
+        .collect();
+    if still.len() as f64 > 1.5 * coarse.rate {
+        let mut sorted = still;
+        sorted.sort_by(f64::total_cmp);
+        return sorted[sorted.len() / 2];
+    }
+    0.0
+}
+
+/// Latency of the velocity and zero of the acceleration.
+fn longitudinal(
+    v: &[f64],
+    along: &[f64],
+    coarse: &Coarse,
+    zeros: &mut Zeros,
+    warnings: &mut Vec<Warning>,
+) {
+    let dv = slope(v, coarse.rate);
+    let a = smooth(along);
+    let reach = (MAX_LATENCY * coarse.rate).ceil() as usize;
+    let rows: Vec<usize> = (reach..v.len().saturating_sub(reach))
+        .filter(|&i| v[i] > 3.0 && dv[i].is_finite())
+        .filter(|&i| (i - reach..=i + reach).all(|k| a[k].is_finite()))
+        .collect();
+    if (rows.len() as f64) < 20.0 * coarse.rate {
+        return;
+    }
+    let n = rows.len() as f64;
+    // spread of a(t - tau) - v'(t): least where the two are in step; the mean is the zero
+    let spread = |lag: i64| {
+        let mut sum = 0.0;
+        let mut square = 0.0;
+        for &i in &rows {
+            let d = a[(i as i64 - lag) as usize] - dv[i];
+            sum += d;
+            square += d * d;
+        }
+        (square / n - (sum / n).powi(2), sum / n)
+    };
+    let reach = reach as i64;
+    let best = (-reach..=reach).min_by(|&p, &q| spread(p).0.total_cmp(&spread(q).0)).unwrap_or(0);
+    if best.abs() == reach {
+        return; // no dip: the two have nothing in common
+    }
+    let (low, here, high) = (spread(best - 1).0, spread(best).0, spread(best + 1).0);
+    let curvature = low - 2.0 * here + high;
+    if curvature <= 0.0 {
+        return;
+    }
+    let shift = 0.5 * (low - high) / curvature;
+    let latency = (best as f64 + shift) / coarse.rate;
+    // residual noise is correlated over the five-sample window
+    let least = here - 0.125 * (low - high) * (low - high) / curvature;
+    let latency_se = (5.0 * least.max(0.0) / (0.5 * curvature) / n).sqrt() / coarse.rate;
+    if latency.abs() > MIN_LATENCY.max(2.0 * latency_se) {
+        zeros.latency = latency;
+        zeros.latency_se = latency_se;
+        if latency.abs() > 5e-3 {
+            warnings.push(Warning {
+                stage: "estimate",
+                code: "velocity_latency",
+                channel: Some(Channel::VelocityX),
+                count: 1,
+                time: None,
+                message: format!(
+                    "the velocity lags the acceleration by {:.1} ms; corrected",
+                    1e3 * latency
+                ),
+            });
+        }
+    }
+    let zero = spread(best).1;
+    // the velocity error at the ends of each moving stretch is what is left of the mean
+    let stretches = 1 + rows.windows(2).filter(|w| w[1] != w[0] + 1).count();
+    zeros.acceleration_x = zero;
+    zeros.acceleration_x_se = 0.06 * (stretches as f64).sqrt() / (n / coarse.rate);
+    if zero.abs() > 0.1 {
+        warnings.push(Warning {
+            stage: "estimate",
+            code: "acceleration_bias",
+            channel: Some(Channel::AccelerationX),
+            count: 1,
+            time: None,
+            message: format!("acceleration_x reads {zero:.3} m/s² too much; corrected"),
+        });
+    }
+}
+
+/// Reads a signal `by` samples later (it lags by that much), linearly.
+fn shift(x: &[f64], by: f64) -> Vec<f64> {
+    let last = x.len().saturating_sub(1);
+    (0..x.len())
+        .map(|i| {
+            let at = (i as f64 + by).clamp(0.0, last as f64);
+            let k = (at.floor() as usize).min(last.saturating_sub(1));
+            let f = at - k as f64;
+            x[k] + f * (x[(k + 1).min(last)] - x[k])
+        })
+        .collect()
+}
+
+/// Coarse samples of straight running with the number of their block (at most 5 s long).
+fn straight_blocks(
+    v: &[f64],
+    turn: &[f64],
+    roll: Option<&[f64]>,
+    coarse: &Coarse,
+) -> Vec<(usize, usize)> {
+    let longest = (5.0 * coarse.rate) as usize;
+    let mut rows = Vec::new();
+    let (mut block, mut since) = (0, usize::MAX);
+    for i in (0..coarse.len).step_by(2) {
+        let straight = v[i] > 4.0 && turn[i].abs() < 0.06 && roll.is_none_or(|r| r[i].abs() < 0.09);
+        if !straight {
+            since = usize::MAX;
+            continue;
+        }
+        if since == usize::MAX || i - since >= longest {
+            block += 1;
+            since = i;
+        }
+        rows.push((i, block));
+    }
+    rows
+}
+
+/// Bisquare fit with its covariance from blocks, row by row; `None` where there are too few.
+fn robust(x: &[&[f64]], y: &[f64], blocks: &[(usize, usize)]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let first = blocks.first()?.1;
+    let n_blocks = blocks.last()?.1 - first + 1;
+    if n_blocks < 4 + x.len() || y.len() < 50 {
+        return None;
+    }
+    let fit = bisquare::linear(x, y, &Options { leverage: false, ..Options::default() }).ok()?;
+    let jacobian = nalgebra::DMatrix::from_fn(y.len(), x.len(), |i, j| x[j][i]);
+    let clusters: Vec<usize> = blocks.iter().map(|b| b.1).collect();
+    let covariance = sandwich(&Scores {
+        jacobian: &jacobian,
+        residuals: &fit.residuals,
+        weights: &fit.weights,
+        psi_derivatives: Some(&fit.psi_derivatives),
+        clusters: &clusters,
+    })
+    .ok()?;
+    Some((fit.coefficients, covariance.covariance.iter().copied().collect()))
+}

@@ -1,0 +1,99 @@
+//! Who and when, where the log itself does not say.
+
+use std::path::Path;
+
+use crate::ingest::Error;
+use crate::session::Meta;
+
+/// What the path `bike=<id>/date=<yyyy-mm-dd>/<session_id>.<ext>` says.
+pub fn from_path(path: &Path) -> Meta {
+    let mut meta = Meta::default();
+    for part in path.parent().into_iter().flat_map(Path::components) {
+        let part = part.as_os_str().to_string_lossy();
+        if let Some(bike) = part.strip_prefix("bike=") {
+            meta.bike_id = bike.to_owned();
+        } else if let Some(date) = part.strip_prefix("date=")
+            && date.parse::<jiff::civil::Date>().is_ok()
+        {
+            meta.start_time = Some(format!("{date}T00:00:00Z"));
+        }
+    }
+    meta.session_id = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    meta
+}
+
+/// Fills what `meta` lacks from `other`.
+pub fn or(mut meta: Meta, other: Meta) -> Meta {
+    if meta.session_id.is_empty() {
+        meta.session_id = other.session_id;
+    }
+    if meta.bike_id.is_empty() {
+        meta.bike_id = other.bike_id;
+    }
+    meta.start_time = meta.start_time.or(other.start_time);
+    meta.tyre_front = meta.tyre_front.or(other.tyre_front);
+    meta.tyre_rear = meta.tyre_rear.or(other.tyre_rear);
+    meta.site = meta.site.or(other.site);
+    meta.rider_id = meta.rider_id.or(other.rider_id);
+    meta
+}
+
+/// Ids become file names: refuses those that could lead elsewhere.
+///
+/// # Errors
+/// `bad_bike_id`, `bad_session_id`. An empty bike id is let through: the batch knows what to say.
+pub fn checked(meta: Meta) -> Result<Meta, Error> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
+    if meta.bike_id.starts_with('.') || !meta.bike_id.chars().all(plain) {
+        return Err(Error::new(
+            "bad_bike_id",
+            format!(
+                "bike_id {:?} cannot name a file; use letters, digits, `.`, `_` and `-`, \
+                 and no `.` in front",
+                meta.bike_id
+            ),
+        ));
+    }
+    let id = &meta.session_id;
+    let elsewhere = |c: char| c == '/' || c == '\\' || c.is_control();
+    if id.is_empty() || id.starts_with('.') || id.len() > 200 || id.contains(elsewhere) {
+        return Err(Error::new(
+            "bad_session_id",
+            format!(
+                "session_id {id:?} cannot name a file; it must not be empty, start with `.`, \
+                 contain a slash or be longer than 200 bytes"
+            ),
+        ));
+    }
+    Ok(meta)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_path_says_bike_date_and_session() {
+        let meta = from_path(Path::new("a/bike=b-1/date=2025-06-01/s 7.parquet"));
+        assert_eq!(meta.bike_id, "b-1");
+        assert_eq!(meta.session_id, "s 7");
+        assert_eq!(meta.start_time.as_deref(), Some("2025-06-01T00:00:00Z"));
+        assert_eq!(from_path(Path::new("x/date=soon/y.csv")).start_time, None);
+    }
+
+    #[test]
+    fn ids_that_lead_elsewhere_are_refused() {
+        let meta = |session: &str, bike: &str| Meta {
+            session_id: session.into(),
+            bike_id: bike.into(),
+            ..Meta::default()
+        };
+        for bad in ["../evil", "a/b", "a\\b", "", "..", "a\nb"] {
+            assert_eq!(checked(meta(bad, "b")).expect_err(bad).code, "bad_session_id");
+        }
+        for bad in ["../evil", "a/b", "a b", ".b", "ä"] {
+            assert_eq!(checked(meta("s", bad)).expect_err(bad).code, "bad_bike_id");
+        }
+        assert!(checked(meta("KIRO 4", "")).is_ok());
+    }
+}

@@ -1,0 +1,185 @@
+//! The KIRO electric race motorcycle's logger: lines of several kinds in one text file.
+//!
+//! Every line ends with the logger's milliseconds. Three kinds carry what a tyre needs:
+//!
+//! ```text
+//! $GPGGA,hhmmss.sss,ddmm.mmmm,N,dddmm.mmmm,W,$GPVTG,course,T,,M,knots,N,km/h,K,ms   1 Hz
+//! 15,rpm,_,_,_,ms                                                                   5 Hz
+//! susp front,rear,ms                                                               10 Hz
+//! ```
+//!
+//! Each kind keeps its own clock. The columns are `gps_speed` (km/h), `gps_course`,
+//! `gps_latitude`, `gps_longitude` (deg), `motor_speed` (rpm), `suspension_front`,
+//! `suspension_rear` (uncalibrated counts); a channel map takes it from there.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::ingest::map::{ChannelMap, Column, of_format};
+use crate::ingest::{Error, Head, Raw, Reader, ident, warning};
+use crate::session::Meta;
+
+/// The format.
+pub const READER: Reader = Reader { name: "kiro", sniff, identify, read, map };
+
+const GPS: [&str; 4] = ["gps_speed", "gps_course", "gps_latitude", "gps_longitude"];
+const MOTOR: [&str; 1] = ["motor_speed"];
+const SUSPENSION: [&str; 2] = ["suspension_front", "suspension_rear"];
+
+/// A line of one of the kinds at a line's beginning, and nothing but text.
+fn sniff(head: &Head<'_>) -> bool {
+    if head.bytes.contains(&0) {
+        return false;
+    }
+    let text = String::from_utf8_lossy(head.bytes);
+    let known = |l: &&str| {
+        (l.starts_with("$GPGGA,") && l.contains("$GPVTG,"))
+            || l.strip_prefix("susp ").is_some_and(|r| r.split(',').count() == 3)
+    };
+    text.lines().filter(known).take(3).count() == 3
+}
+
+fn choose<'a>(path: &Path, maps: &'a [ChannelMap]) -> Result<&'a ChannelMap, Error> {
+    of_format(maps, "kiro").into_iter().next().ok_or_else(|| {
+        let message = format!(
+            "{} is a KIRO log, and none of the channel maps given has format = \"kiro\"",
+            path.display()
+        );
+        Error::new("no_channel_map", message)
+    })
+}
+
+fn identify(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {
+    Ok(ident::or(ident::from_path(path), choose(path, maps)?.meta.clone()))
+}
+
+fn map(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
+    choose(path, maps).map(|map| Some(map.clone()))
+}
+
+fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
+    let map = choose(path, maps)?;
+    let bytes = std::fs::read(path).map_err(|e| Error::unreadable(path, &e))?;
+    let (columns, broken) = decode(&String::from_utf8_lossy(&bytes));
+    let mut raw = Raw {
+        meta: identify(path, maps)?,
+        tracks: map.apply(&columns)?,
+        warnings: Vec::new(),
+        euler_yaw: map.euler_yaw,
+    };
+    if broken > 0 {
+        let message = format!("{broken} lines of a known kind are broken off; taken as missing");
+        raw.warnings.push(warning("bad_line", None, broken, None, message));
+    }
+    Ok(raw)
+}
+
+/// One kind of line: its stamps and its columns.
+struct Kind<const N: usize> {
+    time: Vec<f64>,
+    values: [Vec<f64>; N],
+}
+
+impl<const N: usize> Kind<N> {
+    fn new() -> Self {
+        Kind { time: Vec::new(), values: [const { Vec::new() }; N] }
+    }
+
+    fn push(&mut self, ms: f64, row: [f64; N]) {
+        self.time.push(ms * 1e-3);
+        self.values.iter_mut().zip(row).for_each(|(column, x)| column.push(x));
+    }
+
+    fn columns(self, names: [&str; N]) -> impl Iterator<Item = Column> {
+        let time = Arc::new(self.time);
+        let names = names.map(str::to_owned);
+        self.values.into_iter().zip(names).map(move |(values, name)| Column {
+            name,
+            time: Arc::clone(&time),
+            values,
+        })
+    }
+}
+
+/// All columns, and how many lines of a known kind could not be read.
+fn decode(text: &str) -> (Vec<Column>, usize) {
+    let (mut gps, mut motor, mut suspension) = (Kind::new(), Kind::new(), Kind::new());
+    let mut broken = 0;
+    for line in text.lines() {
+        let line = line.trim_end();
+        let done = if line.starts_with("$GPGGA") {
+            gps_line(line).map(|(ms, row)| gps.push(ms, row))
+        } else if let Some(rest) = line.strip_prefix("15,") {
+            motor_line(rest).map(|(ms, row)| motor.push(ms, row))
+        } else if let Some(rest) = line.strip_prefix("susp ") {
+            suspension_line(rest).map(|(ms, row)| suspension.push(ms, row))
+        } else {
+            continue;
+        };
+        broken += usize::from(done.is_none());
+    }
+    let columns =
+        gps.columns(GPS).chain(motor.columns(MOTOR)).chain(suspension.columns(SUSPENSION));
+    (columns.collect(), broken)
+}
+
+/// A GPS line; without a fix its numbers are missing.
+fn gps_line(line: &str) -> Option<(f64, [f64; 4])> {
+    let cells: Vec<&str> = line.split(',').collect();
+    let [_, _, latitude, ns, longitude, ew, "$GPVTG", course, "T", _, "M", _, "N", kmh, "K", ms] =
+        cells[..]
+    else {
+        return None;
+    };
+    let ms: f64 = ms.parse().ok()?;
+    let degrees = |text: &str, half: &str, negative: &str| {
+        let packed: f64 = text.parse().ok()?;
+        let whole = (packed / 100.0).floor();
+        let angle = whole + (packed - 100.0 * whole) / 60.0;
+        Some(if half == negative { -angle } else { angle })
+    };
+    let Some(latitude) = degrees(latitude, ns, "S") else { return Some((ms, [f64::NAN; 4])) };
+    let longitude = degrees(longitude, ew, "W").unwrap_or(f64::NAN);
+    let number = |text: &str| text.parse().unwrap_or(f64::NAN);
+    Some((ms, [number(kmh), number(course), latitude, longitude]))
+}
+
+/// `rpm,_,_,_,ms`; the speed is a signed 16-bit number, logged signed or unsigned.
+fn motor_line(rest: &str) -> Option<(f64, [f64; 1])> {
+    let cells: Vec<&str> = rest.split(',').collect();
+    let [rpm, _, _, _, ms] = cells[..] else { return None };
+    let rpm: i32 = rpm.parse().ok()?;
+    let rpm = if (0x8000..0x1_0000).contains(&rpm) { rpm - 0x1_0000 } else { rpm };
+    Some((ms.parse().ok()?, [f64::from(rpm)]))
+}
+
+fn suspension_line(rest: &str) -> Option<(f64, [f64; 2])> {
+    let cells: Vec<&str> = rest.split(',').collect();
+    let [front, rear, ms] = cells[..] else { return None };
+    Some((ms.parse().ok()?, [front.parse().ok()?, rear.parse().ok()?]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOG: &str = "susp 1066,1014,33897 \n\
+        $GPGGA,163625.000,3916.0521,N,00911.3152,W,$GPVTG,140.50,T,,M,14.38,N,26.65,K,397451\n\
+        $GPGGA,102308.000,3916.0,$GPVTG,99.29,T,,M,24.09,N,44.65,K,307347\n\
+        $GPGGA,235942.800,,,,,$GPVTG,0.00,T,,M,0.00,N,0.00,K,2741\n\n\
+        15,1550,0,274,4512,75499\n15,65526,0,0,0,75700\n11,1,2,3,4,75702\n";
+
+    #[test]
+    fn lines_become_columns_on_their_own_clocks() {
+        let (columns, broken) = decode(LOG);
+        assert_eq!(broken, 1);
+        let of = |name: &str| columns.iter().find(|c| c.name == name).expect("there");
+        assert_eq!(*of("gps_speed").time, [397.451, 2.741]);
+        assert_eq!(of("gps_speed").values[0], 26.65);
+        assert!(of("gps_speed").values[1].is_nan(), "no fix, no speed");
+        assert!((of("gps_latitude").values[0] - (39.0 + 16.0521 / 60.0)).abs() < 1e-12);
+        assert!((of("gps_longitude").values[0] + (9.0 + 11.3152 / 60.0)).abs() < 1e-12);
+        assert_eq!(of("motor_speed").values, [1550.0, -10.0]);
+        assert_eq!(of("suspension_rear").values, [1014.0]);
+    }
+}

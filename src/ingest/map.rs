@@ -1,0 +1,533 @@
+//! Channel maps: which channel of a source feeds which column of `session.v1`.
+//!
+//! One small TOML file per source; `schemas/channel_map.v1.toml` describes every key. The
+//! value of a column is
+//!
+//! ```text
+//! sign * SI(scale * x + offset) / (radius * ratio)
+//! ```
+//!
+//! where `x` is the source's number (the mean of several columns if several are given) and
+//! `SI` converts from `unit`. `radius` turns a wheel's surface speed into spin, `ratio` a
+//! motor's spin into the wheel's.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use serde::Deserialize;
+
+use crate::channel::Channel;
+use crate::ingest::units::{self, Conversion};
+use crate::ingest::{Error, Track};
+use crate::schema::{self, Table};
+use crate::session::Meta;
+
+/// A checked channel map.
+#[derive(Debug, Clone)]
+pub struct ChannelMap {
+    /// Its name, unique among maps.
+    pub name: String,
+    /// Name of the reader it belongs to: `csv`, `parquet`, `kiro`.
+    pub format: String,
+    /// How the text is laid out, for `csv`.
+    pub csv: CsvLayout,
+    /// Source columns that must be there for the map to be chosen by itself.
+    pub detect: Vec<String>,
+    /// What is used where neither the log nor its path says it.
+    pub meta: Meta,
+    /// The clock.
+    pub time: TimeSource,
+    /// Whether the source's velocity is along the Euler yaw.
+    pub euler_yaw: bool,
+    /// Whether entries whose columns are not in the log are left out instead of an error.
+    pub optional: bool,
+    /// What feeds which channel, in schema order.
+    pub entries: Vec<Entry>,
+    /// The file's text: part of what a result was made from.
+    pub text: String,
+}
+
+/// Layout of a delimited text file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CsvLayout {
+    /// Between cells.
+    pub delimiter: char,
+    /// `.` or `,`.
+    pub decimal: char,
+    /// In front of the header line, taken off.
+    pub header_prefix: String,
+    /// Lines before the header.
+    pub skip_rows: usize,
+    /// Lines between header and data (units, say).
+    pub rows_after_header: usize,
+    /// Cells that mean "no sample", besides empty ones and `nan`.
+    pub missing: Vec<String>,
+}
+
+impl Default for CsvLayout {
+    fn default() -> Self {
+        CsvLayout {
+            delimiter: ',',
+            decimal: '.',
+            header_prefix: "#".into(),
+            skip_rows: 0,
+            rows_after_header: 0,
+            missing: Vec::new(),
+        }
+    }
+}
+
+/// Where the stamps come from.
+#[derive(Debug, Clone)]
+pub enum TimeSource {
+    /// A column of the source.
+    Column {
+        /// Its name.
+        name: String,
+        /// Seconds per unit of the column.
+        factor: f64,
+        /// Whether it counts from 1970 (UTC) and so also tells the start time.
+        epoch: bool,
+    },
+    /// No column: one row every `1 / rate` seconds.
+    Rate(f64),
+    /// The format brings its own clocks.
+    Own,
+}
+
+/// What feeds one channel.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// The channel.
+    pub channel: Channel,
+    /// Source columns; more than one are averaged.
+    pub from: Vec<String>,
+    /// Unit of the source, after `scale` and `offset`.
+    pub unit: String,
+    /// Factor on the source's number.
+    pub scale: f64,
+    /// Added after `scale`, in the source's unit.
+    pub offset: f64,
+    /// 1 or -1, last of all.
+    pub sign: f64,
+    /// Wheel radius that turns surface speed into spin, m.
+    pub radius: Option<f64>,
+    /// Turns of the source per turn of the wheel.
+    pub ratio: Option<f64>,
+    /// How late the source's stamps are, s; they are shifted earlier by it.
+    pub delay: f64,
+    /// All of the above in one: `value = x * factor + offset`.
+    pub to_si: Conversion,
+}
+
+/// A column of a source as decoded, before any map.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Its name in the source.
+    pub name: String,
+    /// Its stamps, s.
+    pub time: Arc<Vec<f64>>,
+    /// Its numbers, NaN where there is none.
+    pub values: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    format: String,
+    #[serde(default)]
+    #[allow(dead_code)] // for people
+    description: String,
+    #[serde(default)]
+    optional: bool,
+    #[serde(default)]
+    yaw_convention: YawConvention,
+    #[serde(default)]
+    csv: CsvLayout,
+    #[serde(default)]
+    detect: FileDetect,
+    #[serde(default)]
+    meta: FileMeta,
+    time: Option<FileTime>,
+    channel: BTreeMap<String, FileEntry>,
+}
+
+#[derive(Deserialize, Default, PartialEq)]
+#[serde(rename_all = "snake_case")]
+enum YawConvention {
+    #[default]
+    Trace,
+    Euler,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct FileDetect {
+    columns: Vec<String>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct FileMeta {
+    bike_id: Option<String>,
+    tyre_front: Option<String>,
+    tyre_rear: Option<String>,
+    site: Option<String>,
+    rider_id: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileTime {
+    column: Option<String>,
+    unit: Option<String>,
+    rate: Option<f64>,
+    #[serde(default)]
+    epoch: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileEntry {
+    from: toml::Value,
+    unit: Option<String>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    sign: Option<f64>,
+    radius: Option<f64>,
+    ratio: Option<f64>,
+    delay: Option<f64>,
+}
+
+impl ChannelMap {
+    /// Reads and checks a map.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| format!("cannot read channel map {}: {e}", path.display()))?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Checks a map's text; `name` is for messages.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn parse(text: &str, name: &str) -> Result<Self, String> {
+        let fail = |message: String| format!("channel map {name}: {message}");
+        let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        let formats: Vec<&str> = super::READERS.iter().map(|r| r.name).collect();
+        if !formats.contains(&file.format.as_str()) {
+            return Err(fail(format!(
+                "unknown format `{}`; known are {}",
+                file.format,
+                formats.join(", ")
+            )));
+        }
+        if !(file.csv.delimiter.is_ascii() && matches!(file.csv.decimal, '.' | ',')) {
+            return Err(fail("`csv.delimiter` must be ASCII and `csv.decimal` `.` or `,`".into()));
+        }
+        let time = time_source(file.time, &file.format).map_err(fail)?;
+        let table = Table::embedded("session");
+        let mut entries = Vec::new();
+        for (column, entry) in file.channel {
+            let channel = channel_named(&column).map_err(fail)?;
+            let entry = entry_of(channel, entry, &table)
+                .map_err(|e| fail(format!("[channel.{column}]: {e}")))?;
+            entries.push(entry);
+        }
+        entries.sort_by_key(|e| e.channel);
+        Ok(ChannelMap {
+            name: file.name,
+            format: file.format,
+            csv: file.csv,
+            detect: file.detect.columns,
+            meta: Meta {
+                session_id: String::new(),
+                bike_id: file.meta.bike_id.unwrap_or_default(),
+                start_time: None,
+                tyre_front: file.meta.tyre_front,
+                tyre_rear: file.meta.tyre_rear,
+                site: file.meta.site,
+                rider_id: file.meta.rider_id,
+            },
+            time,
+            euler_yaw: file.yaw_convention == YawConvention::Euler,
+            optional: file.optional,
+            entries,
+            text: text.to_owned(),
+        })
+    }
+
+    /// Whether a source with these columns is what the map was written for.
+    pub fn detects(&self, columns: &[String]) -> bool {
+        !self.detect.is_empty() && self.detect.iter().all(|d| columns.contains(d))
+    }
+
+    /// The map for a log with these columns: if it is `optional`, without the entries that
+    /// read others.
+    pub fn fitted(&self, columns: &[String]) -> ChannelMap {
+        let mut map = self.clone();
+        if map.optional {
+            map.entries.retain(|e| e.from.iter().all(|name| columns.contains(name)));
+        }
+        map
+    }
+
+    /// The source columns that the map reads, each once, the time column first.
+    pub fn needed(&self) -> Vec<&str> {
+        let time = match &self.time {
+            TimeSource::Column { name, .. } => Some(name.as_str()),
+            _ => None,
+        };
+        let mut needed: Vec<&str> = time.into_iter().collect();
+        for name in self.entries.iter().flat_map(|e| &e.from) {
+            if !needed.contains(&name.as_str()) {
+                needed.push(name);
+            }
+        }
+        needed
+    }
+
+    /// Source columns to tracks. Every column that [`Self::needed`] names must be there.
+    ///
+    /// # Errors
+    /// `missing_column`.
+    pub fn apply(&self, columns: &[Column]) -> Result<Vec<Track>, Error> {
+        let mut clocks: Vec<(Arc<Vec<f64>>, f64, Arc<Vec<f64>>)> = Vec::new();
+        let mut tracks = Vec::with_capacity(self.entries.len());
+        for entry in &self.entries {
+            let sources = entry
+                .from
+                .iter()
+                .map(|name| {
+                    columns.iter().find(|c| &c.name == name).ok_or_else(|| self.missing(name))
+                })
+                .collect::<Result<Vec<&Column>, Error>>()?;
+            let Some(first) = sources.first() else { continue };
+            let mut values = first.values.clone();
+            for source in &sources[1..] {
+                if !Arc::ptr_eq(&source.time, &first.time) {
+                    return Err(Error::new(
+                        "mixed_clocks",
+                        format!(
+                            "channel map {}: {} is the mean of columns with different clocks",
+                            self.name, entry.channel
+                        ),
+                    ));
+                }
+                values.iter_mut().zip(&source.values).for_each(|(a, b)| *a += b);
+            }
+            let Conversion { factor, offset } = entry.to_si;
+            let factor = factor / sources.len() as f64;
+            values.iter_mut().for_each(|x| *x = *x * factor + offset);
+            tracks.push(Track {
+                channel: entry.channel,
+                time: shifted(&first.time, entry.delay, &mut clocks),
+                values,
+            });
+        }
+        Ok(tracks)
+    }
+
+    /// The error for a source column that is not there.
+    pub(super) fn missing(&self, name: &str) -> Error {
+        let message = format!(
+            "column `{name}`, which channel map {} reads, is not in the log; correct the map's \
+             `from` or take the entry out",
+            self.name
+        );
+        Error::new("missing_column", message)
+    }
+}
+
+/// The clock, `delay` earlier; equal ones stay shared.
+fn shifted(
+    time: &Arc<Vec<f64>>,
+    delay: f64,
+    known: &mut Vec<(Arc<Vec<f64>>, f64, Arc<Vec<f64>>)>,
+) -> Arc<Vec<f64>> {
+    if delay == 0.0 {
+        return Arc::clone(time);
+    }
+    if let Some((_, _, made)) = known.iter().find(|(t, d, _)| Arc::ptr_eq(t, time) && *d == delay) {
+        return Arc::clone(made);
+    }
+    let made = Arc::new(time.iter().map(|t| t - delay).collect::<Vec<f64>>());
+    known.push((Arc::clone(time), delay, Arc::clone(&made)));
+    made
+}
+
+fn channel_named(column: &str) -> Result<Channel, String> {
+    Channel::from_name(column).ok_or_else(|| {
+        let names = Channel::ALL.iter().map(|c| c.name());
+        match schema::closest(column, names) {
+            Some(near) => format!("unknown column `{column}`; did you mean `{near}`?"),
+            None => format!("unknown column `{column}`; `roadbench schema session` lists them"),
+        }
+    })
+}
+
+fn time_source(time: Option<FileTime>, format: &str) -> Result<TimeSource, String> {
+    let Some(time) = time else {
+        return match format {
+            "kiro" => Ok(TimeSource::Own),
+            _ => Err("missing `[time]`; give `column` and `unit`, or `rate`".into()),
+        };
+    };
+    match (time.column, time.rate) {
+        (Some(name), None) => {
+            let unit = time.unit.as_deref().unwrap_or("s");
+            let c = units::conversion(unit, "s").map_err(|e| format!("[time]: {e}"))?;
+            Ok(TimeSource::Column { name, factor: c.factor, epoch: time.epoch })
+        }
+        (None, Some(rate)) if rate > 0.0 && rate.is_finite() => Ok(TimeSource::Rate(rate)),
+        (None, Some(rate)) => Err(format!("`time.rate` = {rate} Hz must be positive")),
+        _ => Err("`[time]` needs either `column` or `rate`".into()),
+    }
+}
+
+fn entry_of(channel: Channel, entry: FileEntry, table: &Table) -> Result<Entry, String> {
+    let from = match entry.from {
+        toml::Value::String(name) => vec![name],
+        toml::Value::Array(names) if !names.is_empty() => names
+            .into_iter()
+            .map(|n| n.as_str().map(str::to_owned).ok_or("`from` must list texts".to_owned()))
+            .collect::<Result<Vec<_>, _>>()?,
+        _ => return Err("`from` must be a column's name or a list of names".into()),
+    };
+    let si = table.column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("1");
+    let unit = entry.unit.unwrap_or_else(|| si.to_owned());
+    let (sign, delay) = (entry.sign.unwrap_or(1.0), entry.delay.unwrap_or(0.0));
+    if sign.abs() != 1.0 {
+        return Err(format!("`sign` = {sign} must be 1 or -1"));
+    }
+    let mut divisor = 1.0;
+    for (key, value) in [("radius", entry.radius), ("ratio", entry.ratio)] {
+        let Some(value) = value else { continue };
+        if si != "rad/s" || !(value > 0.0 && value.is_finite()) {
+            return Err(format!("`{key}` must be positive, and is for wheel speeds only"));
+        }
+        divisor *= value;
+    }
+    // a surface speed in m/s over the radius is the spin in rad/s
+    let target = if entry.radius.is_some() { "m/s" } else { si };
+    let unit_to_si = units::conversion(&unit, target)?;
+    let (scale, offset) = (entry.scale.unwrap_or(1.0), entry.offset.unwrap_or(0.0));
+    if !(scale.is_finite() && scale != 0.0 && offset.is_finite() && delay.is_finite()) {
+        return Err("`scale` must not be 0, and every number finite".into());
+    }
+    let to_si = Conversion {
+        factor: sign * unit_to_si.factor * scale / divisor,
+        offset: sign * (unit_to_si.factor * offset + unit_to_si.offset) / divisor,
+    };
+    let (radius, ratio) = (entry.radius, entry.ratio);
+    Ok(Entry { channel, from, unit, scale, offset, sign, radius, ratio, delay, to_si })
+}
+
+macro_rules! ship {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../pipelines/maps/", $name, ".toml")))),*]
+    };
+}
+
+/// Name and text of the maps that come with the program.
+pub const SHIPPED: &[(&str, &str)] =
+    ship!("session_csv", "indy_av21_car", "tudelft_bicycle", "kiro");
+
+/// The maps that come with the program.
+///
+/// # Panics
+/// If one is broken: they are the program's own, and a test loads them all.
+pub fn shipped() -> &'static [ChannelMap] {
+    static MAPS: OnceLock<Vec<ChannelMap>> = OnceLock::new();
+    MAPS.get_or_init(|| {
+        let parse = |(name, text): &(&str, &str)| {
+            ChannelMap::parse(text, &format!("pipelines/maps/{name}.toml"))
+                .unwrap_or_else(|e| panic!("{e}"))
+        };
+        SHIPPED.iter().map(parse).collect()
+    })
+}
+
+/// The maps of one format among those given, or among the shipped ones if none are given.
+pub(super) fn of_format<'a>(maps: &'a [ChannelMap], format: &str) -> Vec<&'a ChannelMap> {
+    let maps: &'a [ChannelMap] = if maps.is_empty() { shipped() } else { maps };
+    maps.iter().filter(|m| m.format == format).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BASE: &str = "name = 'm'\nformat = 'csv'\n[time]\ncolumn = 't'\nunit = 'ms'\n";
+
+    fn parse(more: &str) -> Result<ChannelMap, String> {
+        ChannelMap::parse(&format!("{BASE}{more}"), "m.toml")
+    }
+
+    fn column(name: &str, time: &Arc<Vec<f64>>, values: &[f64]) -> Column {
+        Column { name: name.into(), time: Arc::clone(time), values: values.to_vec() }
+    }
+
+    #[test]
+    fn the_shipped_maps_load() {
+        let names: Vec<&str> = SHIPPED.iter().map(|(n, _)| *n).collect();
+        let loaded: Vec<&str> = shipped().iter().map(|m| m.name.as_str()).collect();
+        assert_eq!(names, loaded);
+    }
+
+    #[test]
+    fn unit_sign_offset_scale_radius_ratio_and_mean() {
+        let map = parse(
+            "[channel.wheel_speed_front]\nfrom = ['l', 'r']\nunit = 'km/h'\nradius = 0.3\n\
+             [channel.wheel_speed_rear]\nfrom = 'rpm'\nunit = 'rpm'\nratio = 5\n\
+             [channel.roll]\nfrom = 'lean'\nunit = 'deg'\nsign = -1\noffset = 2\nscale = 0.1\n\
+             delay = 0.5\n",
+        )
+        .expect("a map");
+        assert_eq!(map.needed(), ["t", "lean", "l", "r", "rpm"]);
+        let time = Arc::new(vec![1.0, 2.0]);
+        let columns = [
+            column("l", &time, &[35.0, f64::NAN]),
+            column("r", &time, &[37.0, 37.0]),
+            column("rpm", &time, &[3000.0, 0.0]),
+            column("lean", &time, &[280.0, -20.0]),
+        ];
+        let tracks = map.apply(&columns).expect("all there");
+        let of = |c| tracks.iter().find(|t| t.channel == c).expect("mapped");
+        let front = of(Channel::WheelSpeedFront);
+        assert!((front.values[0] - 10.0 / 0.3).abs() < 1e-12 && front.values[1].is_nan());
+        let rear = of(Channel::WheelSpeedRear);
+        assert!((rear.values[0] - 600.0 * std::f64::consts::PI / 30.0).abs() < 1e-9);
+        let roll = of(Channel::Roll);
+        assert!((roll.values[0] + 30_f64.to_radians()).abs() < 1e-12);
+        assert!(roll.values[1].abs() < 1e-12);
+        assert_eq!(*roll.time, [0.5, 1.5]);
+        assert!(Arc::ptr_eq(&front.time, &rear.time));
+    }
+
+    #[test]
+    fn every_mistake_is_named() {
+        let cases = [
+            ("[channel.rol]\nfrom = 'x'\n", "did you mean `roll`"),
+            ("[channel.roll]\nfrom = 'x'\nunit = 'furlong'\n", "unknown unit `furlong`"),
+            ("[channel.roll]\nfrom = 'x'\nunit = 'm/s'\n", "not angle"),
+            ("[channel.roll]\nfrom = 'x'\nsigne = 1\n", "signe"),
+            ("[channel.roll]\nfrom = 'x'\nsign = 2\n", "`sign` = 2"),
+            ("[channel.roll]\nfrom = 'x'\nratio = 2\n", "`ratio`"),
+            ("[channel.roll]\nfrom = 3\n", "`from`"),
+            ("[cvs]\n", "cvs"),
+        ];
+        for (text, wanted) in cases {
+            let message = parse(text).expect_err(text);
+            assert!(message.contains(wanted) && message.contains("m.toml"), "{message}");
+        }
+        let message = ChannelMap::parse("name='m'\nformat='xls'\nchannel={}", "m").expect_err("x");
+        assert!(message.contains("`xls`") && message.contains("csv"), "{message}");
+    }
+}

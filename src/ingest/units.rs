@@ -1,0 +1,160 @@
+//! Units of recorded channels and how they become the contract's.
+
+/// One unit: a value `x` in it is `x * factor + offset` in its dimension's base unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Unit {
+    dimension: &'static str,
+    factor: f64,
+    offset: f64,
+}
+
+const DEG: f64 = std::f64::consts::PI / 180.0;
+const RPM: f64 = std::f64::consts::PI / 30.0;
+const G: f64 = crate::GRAVITY;
+const MPH: f64 = 0.44704;
+const KNOT: f64 = 1852.0 / 3600.0;
+const INCH: f64 = 0.0254;
+const PSI: f64 = 6_894.757_293_168;
+const FAHRENHEIT: f64 = 5.0 / 9.0;
+
+/// Spelling, dimension, factor, offset. Spellings are compared without case and blanks, with
+/// `²` as `2`, `°` as `deg` and `µ` as `u`; where case matters (`mPa`) the unit is left out.
+#[rustfmt::skip]
+const UNITS: &[(&str, &str, f64, f64)] = &[
+    ("1", "ratio", 1.0, 0.0), ("", "ratio", 1.0, 0.0), ("-", "ratio", 1.0, 0.0),
+    ("%", "ratio", 0.01, 0.0), ("percent", "ratio", 0.01, 0.0),
+    ("s", "time", 1.0, 0.0), ("ms", "time", 1e-3, 0.0), ("us", "time", 1e-6, 0.0),
+    ("ns", "time", 1e-9, 0.0), ("min", "time", 60.0, 0.0), ("h", "time", 3600.0, 0.0),
+    ("m/s", "speed", 1.0, 0.0), ("km/h", "speed", 1.0 / 3.6, 0.0), ("kmh", "speed", 1.0 / 3.6, 0.0),
+    ("kph", "speed", 1.0 / 3.6, 0.0), ("kmph", "speed", 1.0 / 3.6, 0.0), ("mph", "speed", MPH, 0.0),
+    ("kn", "speed", KNOT, 0.0), ("knot", "speed", KNOT, 0.0), ("knots", "speed", KNOT, 0.0),
+    ("mm/s", "speed", 1e-3, 0.0), ("cm/s", "speed", 1e-2, 0.0),
+    ("m/s2", "acceleration", 1.0, 0.0), ("m/s^2", "acceleration", 1.0, 0.0),
+    ("g", "acceleration", G, 0.0), ("mg", "acceleration", 1e-3 * G, 0.0),
+    ("rad", "angle", 1.0, 0.0), ("mrad", "angle", 1e-3, 0.0), ("deg", "angle", DEG, 0.0),
+    ("rad/s", "angular rate", 1.0, 0.0), ("mrad/s", "angular rate", 1e-3, 0.0),
+    ("deg/s", "angular rate", DEG, 0.0), ("rpm", "angular rate", RPM, 0.0),
+    ("1/min", "angular rate", RPM, 0.0), ("rev/s", "angular rate", 60.0 * RPM, 0.0),
+    ("hz", "angular rate", 60.0 * RPM, 0.0),
+    ("pa", "pressure", 1.0, 0.0), ("hpa", "pressure", 1e2, 0.0), ("kpa", "pressure", 1e3, 0.0),
+    ("bar", "pressure", 1e5, 0.0), ("mbar", "pressure", 1e2, 0.0), ("psi", "pressure", PSI, 0.0),
+    ("m", "length", 1.0, 0.0), ("cm", "length", 1e-2, 0.0), ("mm", "length", 1e-3, 0.0),
+    ("km", "length", 1e3, 0.0), ("ft", "length", 12.0 * INCH, 0.0), ("in", "length", INCH, 0.0),
+    ("degc", "temperature", 1.0, 0.0), ("c", "temperature", 1.0, 0.0),
+    ("celsius", "temperature", 1.0, 0.0), ("k", "temperature", 1.0, -273.15),
+    ("degf", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT),
+    ("f", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT),
+];
+
+/// From one unit to another: `y = x * factor + offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conversion {
+    /// Factor.
+    pub factor: f64,
+    /// Offset, in the target unit.
+    pub offset: f64,
+}
+
+impl Conversion {
+    /// Leaves values as they are.
+    pub const IDENTITY: Conversion = Conversion { factor: 1.0, offset: 0.0 };
+
+    /// Whether it does.
+    pub fn is_identity(self) -> bool {
+        self == Self::IDENTITY
+    }
+}
+
+/// How a value in unit `from` becomes one in unit `to`.
+///
+/// # Errors
+/// A sentence that names the unit and lists those that would do.
+pub fn conversion(from: &str, to: &str) -> Result<Conversion, String> {
+    if from == to {
+        return Ok(Conversion::IDENTITY);
+    }
+    let target = lookup(to).ok_or_else(|| format!("unknown unit `{to}`"))?;
+    let source = lookup(from)
+        .ok_or_else(|| format!("unknown unit `{from}`; known are {}", known(target.dimension)))?;
+    if source.dimension != target.dimension {
+        return Err(format!(
+            "unit `{from}` measures {}, not {}; known are {}",
+            source.dimension,
+            target.dimension,
+            known(target.dimension)
+        ));
+    }
+    Ok(Conversion {
+        factor: source.factor / target.factor,
+        offset: (source.offset - target.offset) / target.factor,
+    })
+}
+
+/// The known spellings of a dimension, for messages.
+fn known(dimension: &str) -> String {
+    let names: Vec<&str> =
+        UNITS.iter().filter(|u| u.1 == dimension && !u.0.is_empty()).map(|u| u.0).collect();
+    names.join(", ")
+}
+
+fn lookup(text: &str) -> Option<Unit> {
+    let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+    let text = text.to_lowercase().replace('²', "2").replace('°', "deg").replace(['µ', 'μ'], "u");
+    UNITS.iter().find(|u| u.0 == text).map(|&(_, dimension, factor, offset)| Unit {
+        dimension,
+        factor,
+        offset,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::schema::Table;
+
+    fn convert(x: f64, from: &str, to: &str) -> f64 {
+        let c = conversion(from, to).expect(from);
+        x * c.factor + c.offset
+    }
+
+    #[test]
+    fn textbook_values() {
+        let cases = [
+            (36.0, "km/h", "m/s", 10.0),
+            (1.0, "kn", "m/s", 0.514_444_444_444),
+            (60.0, "mph", "m/s", 26.8224),
+            (180.0, "°", "rad", std::f64::consts::PI),
+            (60.0, "rpm", "rad/s", std::f64::consts::TAU),
+            (1.0, "g", "m/s²", 9.80665),
+            (2.5, "bar", "Pa", 250_000.0),
+            (212.0, "degF", "degC", 100.0),
+            (-40.0, "degF", "degC", -40.0),
+            (293.15, "K", "degC", 20.0),
+            (50.0, "%", "1", 0.5),
+            (39.27, "deg", "deg", 39.27),
+            (std::f64::consts::PI, "rad", "deg", 180.0),
+            (1500.0, "µs", "s", 0.0015),
+            (1.0, "psi", "Pa", 6_894.757),
+        ];
+        for (x, from, to, y) in cases {
+            let got = convert(x, from, to);
+            assert!((got - y).abs() < 1e-6 * y.abs().max(1.0), "{x} {from} -> {got} {to}, not {y}");
+        }
+    }
+
+    #[test]
+    fn every_unit_of_the_contract_is_known() {
+        for column in Table::embedded("session").columns {
+            let unit = column.unit.expect("a unit");
+            assert!(lookup(&unit).is_some(), "{}: {unit}", column.name);
+        }
+    }
+
+    #[test]
+    fn wrong_units_are_named_with_those_that_would_do() {
+        let message = conversion("furlong", "m/s").expect_err("unknown");
+        assert!(message.contains("`furlong`") && message.contains("km/h"), "{message}");
+        let message = conversion("deg", "m/s").expect_err("mixed");
+        assert!(message.contains("angle"), "{message}");
+    }
+}

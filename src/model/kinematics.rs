@@ -1,0 +1,67 @@
+//! Steering geometry: what handlebar angle and roll make of the front wheel (eqs. 30, 31).
+//!
+//! The wheel's axle is turned about the raked steering axis, then rolled; ISO axes. Both
+//! signs differ from the print (`onroad.md`, section 4).
+
+use crate::estimate::Formulation;
+
+/// Kinematic steering angle `Delta` on the road, rad, eq. 30.
+pub fn kinematic_steer(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
+    let sign = match formulation {
+        Formulation::Corrected => 1.0,
+        Formulation::Paper => -1.0,
+    };
+    let (sin_delta, cos_delta) = delta.sin_cos();
+    let (sin_phi, cos_phi) = phi.sin_cos();
+    let (sin_eps, cos_eps) = epsilon.sin_cos();
+    (sin_delta * cos_eps).atan2(cos_phi * cos_delta + sign * sin_phi * sin_delta * sin_eps) // (30)
+}
+
+/// Camber of the front wheel, rad, eq. 31a.
+pub fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
+    let sign = match formulation {
+        Formulation::Corrected => -1.0,
+        Formulation::Paper => 1.0,
+    };
+    (delta.cos() * phi.sin() + sign * phi.cos() * delta.sin() * epsilon.sin()).asin() // (31a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Rotation3, Unit, Vector3};
+
+    /// The front axle (left-pointing) from rotations alone: about the raked axis, then roll.
+    fn axle(delta: f64, phi: f64, epsilon: f64) -> Vector3<f64> {
+        // the steering axis leans back: up and rearwards
+        let steering = Unit::new_normalize(Vector3::new(-epsilon.sin(), 0.0, epsilon.cos()));
+        let steer = Rotation3::from_axis_angle(&steering, delta);
+        let roll = Rotation3::from_axis_angle(&Vector3::x_axis(), phi);
+        roll * steer * Vector3::y()
+    }
+
+    #[test]
+    fn both_follow_from_the_rotation_of_the_axle() {
+        for phi in [-0.7, -0.3, 0.0, 0.5] {
+            for delta in [-0.2, 0.03, 0.4] {
+                let epsilon = 0.42;
+                let a = axle(delta, phi, epsilon);
+                // the wheel's heading is the horizontal direction square to its axle
+                let heading = (-a.x).atan2(a.y);
+                let camber = a.z.asin();
+                let found = kinematic_steer(delta, phi, epsilon, Formulation::Corrected);
+                assert!((found - heading).abs() < 1e-12, "{phi} {delta}: {found} {heading}");
+                let found = front_camber(delta, phi, epsilon, Formulation::Corrected);
+                assert!((found - camber).abs() < 1e-12, "{phi} {delta}: {found} {camber}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_printed_camber_is_two_degrees_off_at_thirty() {
+        let (phi, delta, eps) = (-30_f64.to_radians(), 3.0_f64.to_radians(), 0.42);
+        let error = front_camber(delta, phi, eps, Formulation::Paper)
+            - front_camber(delta, phi, eps, Formulation::Corrected);
+        assert!((error.to_degrees() - 2.4).abs() < 0.4, "{}", error.to_degrees());
+    }
+}

@@ -1,0 +1,416 @@
+//! A reduced-order motorcycle on the paper's tyres: planar motion of the mass centre, yaw,
+//! roll, both wheel spins, lagged slip angles, steering.
+//!
+//! Wheel loads and roll acceleration follow from the same instant's balances (tyre forces are
+//! proportional to load, so this is a 3x3 linear solve, not a lag):
+//!
+//! ```text
+//! vertical  Nf + Nr                       = m (g + z''),  z = h cos(phi)
+//! pitch     -lf Nf + lr Nr - h cos(phi) X = cos(phi) sum(I omega')
+//! roll      Ix phi''  = N h sin(phi) + h cos(phi) Y + Mx + sum(I omega) r cos(phi)
+//! yaw       Iz r'     = lf Yf - lr Yr + Mz - h sin(phi) X - d/dt sum(I omega sin(phi))
+//! plane     m (vx' - r vy) = X - drag + Fx,   m (vy' + r vx) = Y + Fy
+//! ```
+//!
+//! Level frame on the trace of the bike's plane, ISO 8855; `X, Y` are tyre forces in that frame,
+//! `v` is the mass centre's velocity. Left out: pitch and bounce dynamics, products of inertia,
+//! the difference of yaw and pitch inertia, camber's influence on the rolling radius.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::GRAVITY;
+use crate::estimate::Formulation::Corrected;
+use crate::model::kinematics::{front_camber, kinematic_steer};
+use crate::model::tyre::{Input, Output, Tyre};
+
+/// Everything true about the simulated bike. SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plant {
+    /// Mass with rider.
+    pub mass: f64,
+    /// Front contact to mass centre.
+    pub cg_to_front: f64,
+    /// Wheelbase.
+    pub wheelbase: f64,
+    /// Mass centre height.
+    pub cg_height: f64,
+    /// Caster angle.
+    pub caster_angle: f64,
+    /// Roll inertia about the mass centre.
+    pub roll_inertia: f64,
+    /// Yaw inertia about the mass centre.
+    pub yaw_inertia: f64,
+    /// Wheel spin inertias, front and rear.
+    pub wheel_inertia: [f64; 2],
+    /// Tyres, front and rear.
+    pub tyres: [Tyre; 2],
+    /// Drag `F = c v^2`.
+    pub drag: f64,
+    /// Road friction.
+    pub friction: f64,
+    /// Brake torque per pressure, front and rear.
+    pub brake_gain: [f64; 2],
+}
+
+/// The integrated state.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct State {
+    /// Mass centre forward velocity.
+    pub vx: f64,
+    /// Mass centre lateral velocity.
+    pub vy: f64,
+    /// Yaw rate.
+    pub yaw_rate: f64,
+    /// Heading.
+    pub yaw: f64,
+    /// Roll.
+    pub roll: f64,
+    /// Roll rate.
+    pub roll_rate: f64,
+    /// Wheel spins, front and rear.
+    pub omega: [f64; 2],
+    /// Lagged slip angles, front and rear.
+    pub alpha: [f64; 2],
+    /// Handlebar angle.
+    pub steer: f64,
+}
+
+const N: usize = 11;
+
+impl State {
+    fn to_array(self) -> [f64; N] {
+        let s = self;
+        [
+            s.vx,
+            s.vy,
+            s.yaw_rate,
+            s.yaw,
+            s.roll,
+            s.roll_rate,
+            s.omega[0],
+            s.omega[1],
+            s.alpha[0],
+            s.alpha[1],
+            s.steer,
+        ]
+    }
+
+    fn from_array(a: &[f64; N]) -> Self {
+        State {
+            vx: a[0],
+            vy: a[1],
+            yaw_rate: a[2],
+            yaw: a[3],
+            roll: a[4],
+            roll_rate: a[5],
+            omega: [a[6], a[7]],
+            alpha: [a[8], a[9]],
+            steer: a[10],
+        }
+    }
+}
+
+/// What rider, road and air do during a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Action {
+    /// Commanded handlebar angle.
+    pub steer: f64,
+    /// Brake torques, front and rear.
+    pub brake: [f64; 2],
+    /// Drive torque at the rear wheel.
+    pub drive: f64,
+    /// Extra forward force on the mass centre: slope, gusts.
+    pub force_x: f64,
+    /// Extra lateral force on the mass centre.
+    pub force_y: f64,
+    /// Extra yaw moment.
+    pub moment_z: f64,
+}
+
+/// What follows from a state and an action.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Response {
+    /// Mass centre acceleration, level frame.
+    pub acceleration: [f64; 2],
+    /// Roll acceleration.
+    pub roll_acceleration: f64,
+    /// Wheel loads.
+    pub load: [f64; 2],
+    /// Slip ratios.
+    pub slip_ratio: [f64; 2],
+    /// Camber angles.
+    pub camber: [f64; 2],
+    /// Tyre outputs, wheel frame; without rolling resistance.
+    pub tyre: [Output; 2],
+    /// Kinematic steering angle on the road.
+    pub kinematic_steer: f64,
+}
+
+/// Below this speed slips are formed with this speed: no division by a standstill.
+const SLIP_SPEED: f64 = 1.0;
+/// Below this speed the rider's feet hold the bike up.
+const FEET_DOWN: f64 = 2.5;
+/// Lag of the rider's arms on the handlebar, s.
+const STEER_LAG: f64 = 0.01;
+
+impl Plant {
+    /// Longitudinal and lateral velocity of the contact points in their wheels' frames.
+    fn contact_velocity(&self, s: &State, delta: f64) -> [(f64, f64); 2] {
+        let (sin_phi, cos_phi) = s.roll.sin_cos();
+        // the contact line lies beside the leaned mass centre
+        let u = s.vx - s.yaw_rate * self.cg_height * sin_phi;
+        let w = s.vy + self.cg_height * cos_phi * s.roll_rate;
+        let (wf, wr) = (
+            w + self.cg_to_front * s.yaw_rate,
+            w - (self.wheelbase - self.cg_to_front) * s.yaw_rate,
+        );
+        let (sin_d, cos_d) = delta.sin_cos();
+        [(u * cos_d + wf * sin_d, wf * cos_d - u * sin_d), (u, wr)]
+    }
+
+    /// Derivative of the state, and everything on the way.
+    fn derivative(&self, s: &State, action: &Action) -> ([f64; N], Response) {
+        let (m, h) = (self.mass, self.cg_height);
+        let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
+        let (sin_phi, cos_phi) = s.roll.sin_cos();
+        let delta = kinematic_steer(s.steer, s.roll, self.caster_angle, Corrected);
+        let camber = [front_camber(s.steer, s.roll, self.caster_angle, Corrected), s.roll];
+        let velocity = self.contact_velocity(s, delta);
+
+        // tyre outputs per unit of load: all but the trail are proportional to it
+        let static_load = [m * GRAVITY * lr / self.wheelbase, m * GRAVITY * lf / self.wheelbase];
+        let mut slip_ratio = [0.0; 2];
+        let mut alpha_rate = [0.0; 2];
+        let mut unit = [Output::default(); 2];
+        for i in 0..2 {
+            let tyre = &self.tyres[i];
+            let (vx, vy) = velocity[i];
+            let reference = vx.abs().max(SLIP_SPEED);
+            slip_ratio[i] = (tyre.rolling_radius * s.omega[i] - vx) / reference;
+            let alpha_kin = vy.atan2(reference);
+            alpha_rate[i] = tyre.slip_angle_rate(s.omega[i], alpha_kin, s.alpha[i]);
+            let out = tyre.forces(&Input {
+                slip_ratio: slip_ratio[i],
+                slip_angle: s.alpha[i],
+                camber: camber[i],
+                load: static_load[i],
+                friction: self.friction,
+            });
+            let per = 1.0 / static_load[i];
+            unit[i] = Output {
+                force_x: out.force_x * per,
+                force_y: out.force_y * per,
+                moment_x: out.moment_x * per,
+                moment_z: out.moment_z * per,
+            };
+        }
+
+        // forces per load in the level frame
+        let rolling = |i: usize| {
+            let fade = (velocity[i].0 / 0.3).tanh(); // nothing resists a standing wheel
+            -self.tyres[i].rolling_resistance * fade
+        };
+        let (sin_d, cos_d) = delta.sin_cos();
+        let ax = [unit[0].force_x + rolling(0), unit[1].force_x + rolling(1)];
+        let x = [ax[0] * cos_d - unit[0].force_y * sin_d, ax[1]];
+        let y = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y];
+
+        let torque: [f64; 2] = std::array::from_fn(|i| {
+            let drive = if i == 1 { action.drive } else { 0.0 };
+            drive - action.brake[i] * (s.omega[i] / 0.5).tanh()
+        });
+        let spin: f64 = (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum();
+        let drive_per_load: [f64; 2] =
+            std::array::from_fn(|i| self.tyres[i].rolling_radius * unit[i].force_x);
+
+        let arm = |i: usize| h * sin_phi + h * cos_phi * y[i] + unit[i].moment_x;
+        let a = Matrix3::new(
+            1.0,
+            1.0,
+            m * h * sin_phi,
+            -lf - h * cos_phi * x[0] + cos_phi * drive_per_load[0],
+            lr - h * cos_phi * x[1] + cos_phi * drive_per_load[1],
+            0.0,
+            -arm(0),
+            -arm(1),
+            self.roll_inertia,
+        );
+        let b = Vector3::new(
+            m * (GRAVITY - h * cos_phi * s.roll_rate * s.roll_rate),
+            cos_phi * (torque[0] + torque[1]),
+            // the extra lateral force acts at the mass centre: no moment
+            spin * s.yaw_rate * cos_phi,
+        );
+        let solution = a.lu().solve(&b).unwrap_or_else(|| {
+            Vector3::new(static_load[0], static_load[1], 0.0) // singular: hold the static loads
+        });
+        let load = [solution[0].max(0.0), solution[1].max(0.0)];
+        let roll_acceleration = solution[2];
+
+        let mut tyre = [Output::default(); 2];
+        for i in 0..2 {
+            tyre[i] = Output {
+                force_x: unit[i].force_x * load[i],
+                force_y: unit[i].force_y * load[i],
+                moment_x: unit[i].moment_x * load[i],
+                moment_z: unit[i].moment_z * load[i],
+            };
+        }
+        let omega_rate: [f64; 2] = std::array::from_fn(|i| {
+            (torque[i] - self.tyres[i].rolling_radius * tyre[i].force_x) / self.wheel_inertia[i]
+        });
+        let total_x: f64 = x[0] * load[0] + x[1] * load[1];
+        let total_y: f64 = y[0] * load[0] + y[1] * load[1];
+        let drag = self.drag * s.vx * s.vx.abs();
+        let acceleration = [(total_x - drag + action.force_x) / m, (total_y + action.force_y) / m];
+        let spin_moment: f64 = (0..2)
+            .map(|i| {
+                self.wheel_inertia[i]
+                    * (omega_rate[i] * sin_phi + s.omega[i] * cos_phi * s.roll_rate)
+            })
+            .sum();
+        let yaw_acceleration =
+            (lf * y[0] * load[0] - lr * y[1] * load[1] + tyre[0].moment_z + tyre[1].moment_z
+                - h * sin_phi * total_x
+                - spin_moment
+                + action.moment_z)
+                / self.yaw_inertia;
+
+        let mut d = [
+            acceleration[0] + s.yaw_rate * s.vy,
+            acceleration[1] - s.yaw_rate * s.vx,
+            yaw_acceleration,
+            s.yaw_rate,
+            s.roll_rate,
+            roll_acceleration,
+            omega_rate[0],
+            omega_rate[1],
+            alpha_rate[0],
+            alpha_rate[1],
+            (action.steer - s.steer) / STEER_LAG,
+        ];
+        if s.vx < FEET_DOWN {
+            let settle = |value: f64| -value / 0.2;
+            d[1] = settle(s.vy);
+            d[2] = settle(s.yaw_rate);
+            d[5] = -10.0 * s.roll_rate - 25.0 * s.roll;
+            d[8] = settle(s.alpha[0]);
+            d[9] = settle(s.alpha[1]);
+            d[10] = settle(s.steer);
+        }
+        let response = Response {
+            acceleration,
+            roll_acceleration,
+            load,
+            slip_ratio,
+            camber,
+            tyre,
+            kinematic_steer: delta,
+        };
+        (d, response)
+    }
+
+    /// Everything that follows from a state and an action at this instant.
+    pub fn response(&self, state: &State, action: &Action) -> Response {
+        self.derivative(state, action).1
+    }
+
+    /// Rates of the state at this instant: zero in a steady turn but for the heading.
+    pub fn rates(&self, state: &State, action: &Action) -> State {
+        State::from_array(&self.derivative(state, action).0)
+    }
+
+    /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.
+    fn substeps(&self, s: &State, dt: f64) -> usize {
+        let load = self.mass * GRAVITY;
+        let fastest = (0..2)
+            .map(|i| {
+                let tyre = &self.tyres[i];
+                tyre.friction.stiffness() * load * tyre.rolling_radius.powi(2)
+                    / (self.wheel_inertia[i] * s.vx.abs().max(SLIP_SPEED))
+            })
+            .fold(0.0, f64::max);
+        // 1.6 is well inside the stability bound 2.78 of the classical scheme
+        ((dt * fastest / 1.6).ceil() as usize).clamp(2, 60)
+    }
+
+    /// Advances the state by `dt` with the action held (classical Runge-Kutta, sub-stepped).
+    pub fn advance(&self, state: &mut State, action: &Action, dt: f64) {
+        let n = self.substeps(state, dt);
+        let h = dt / n as f64;
+        for _ in 0..n {
+            let y = state.to_array();
+            let at = |k: &[f64; N], f: f64| {
+                State::from_array(&std::array::from_fn(|i| y[i] + f * h * k[i]))
+            };
+            let k1 = self.derivative(state, action).0;
+            let k2 = self.derivative(&at(&k1, 0.5), action).0;
+            let k3 = self.derivative(&at(&k2, 0.5), action).0;
+            let k4 = self.derivative(&at(&k3, 1.0), action).0;
+            *state = State::from_array(&std::array::from_fn(|i| {
+                y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
+            }));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::scenario::Scenario;
+
+    fn plant() -> Plant {
+        Scenario::builtin("perfect").expect("scenario").nominal_plant()
+    }
+
+    #[test]
+    fn coasting_follows_the_closed_form() {
+        // m* v' = -c v^2 - c_rol m g with m* = m + sum(I/R^2):
+        // v(t) = sqrt(r/c) tan(atan(v0 sqrt(c/r)) - sqrt(r c)/m* t)
+        let p = plant();
+        let mut s = State { vx: 20.0, ..State::default() };
+        s.omega = [20.0 / p.tyres[0].rolling_radius, 20.0 / p.tyres[1].rolling_radius];
+        for _ in 0..1000 {
+            p.advance(&mut s, &Action::default(), 0.01);
+        }
+        let effective = p.mass
+            + (0..2).map(|i| p.wheel_inertia[i] / p.tyres[i].rolling_radius.powi(2)).sum::<f64>();
+        let resist = p.tyres[0].rolling_resistance * p.mass * GRAVITY;
+        let root = (resist / p.drag).sqrt();
+        let v = root * ((20.0 / root).atan() - (resist * p.drag).sqrt() / effective * 10.0).tan();
+        assert!((s.vx - v).abs() < 2e-3, "{} {v}", s.vx);
+    }
+
+    #[test]
+    fn loads_carry_the_weight_and_the_load_transfer() {
+        let p = plant();
+        let s = State { vx: 15.0, omega: [50.0, 48.0], ..State::default() };
+        let action = Action { brake: [400.0, 0.0], ..Action::default() };
+        let r = p.response(&s, &action);
+        assert!((r.load[0] + r.load[1] - p.mass * GRAVITY).abs() < 1e-6);
+        // pitch balance about the front contact with drag at the mass centre
+        let rates = p.rates(&s, &action);
+        let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * rates.omega[i]).sum();
+        let x = p.mass * r.acceleration[0] + p.drag * s.vx * s.vx;
+        let rear = (p.mass * GRAVITY * p.cg_to_front + x * p.cg_height + spin) / p.wheelbase;
+        assert!((r.load[1] - rear).abs() < 1e-6, "{} {rear}", r.load[1]);
+    }
+
+    #[test]
+    fn a_finer_step_changes_nothing_visible() {
+        let p = plant();
+        let start = State { vx: 12.0, omega: [41.0, 39.5], roll: -0.2, ..State::default() };
+        let action = Action { steer: 0.02, brake: [150.0, 40.0], ..Action::default() };
+        let (mut a, mut b) = (start, start);
+        for _ in 0..50 {
+            p.advance(&mut a, &action, 0.01);
+            for _ in 0..8 {
+                p.advance(&mut b, &action, 0.00125);
+            }
+        }
+        let (a, b) = (a.to_array(), b.to_array());
+        for i in 0..N {
+            assert!((a[i] - b[i]).abs() < 1e-5 * (1.0 + b[i].abs()), "{i}: {} {}", a[i], b[i]);
+        }
+    }
+}

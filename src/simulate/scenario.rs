@@ -1,0 +1,360 @@
+//! A scenario file: which bikes, tyres, rides and sensors a synthetic archive has.
+//!
+//! Built-in scenarios live in `pipelines/scenarios/`; `roadbench simulate` takes their name or
+//! a file of the same form. Every number of `[bike]` that has an `[uncertainty]` is the bike
+//! file's belief: the simulated truth is drawn around it, so that intervals can be tested.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::motorcycle::Plant;
+use super::plan::Plan;
+use super::random::Random;
+use super::rider::Disturbance;
+use super::sensors::Sensors;
+use crate::bike::{Axle, Bike};
+use crate::channel::Channel;
+use crate::model::{MagicFormula, Stiffness, Tyre};
+use crate::schema::closest;
+
+/// Built-in scenarios by name.
+pub const BUILTIN: &[(&str, &str)] = &[
+    ("archive", include_str!("../../pipelines/scenarios/archive.toml")),
+    ("perfect", include_str!("../../pipelines/scenarios/perfect.toml")),
+    ("paper", include_str!("../../pipelines/scenarios/paper.toml")),
+    ("naturalistic", include_str!("../../pipelines/scenarios/naturalistic.toml")),
+];
+
+/// What the bike file cannot say and the simulation must know, with defaults: dotted path,
+/// default, meaning.
+pub const TRUTH: &[(&str, f64, &str)] = &[
+    ("roll_inertia", 22.0, "about the mass centre, kg m2"),
+    ("yaw_inertia", 28.0, "about the mass centre, kg m2"),
+    ("drag", 0.35, "F = c v^2, kg/m"),
+    ("rolling_resistance", 0.015, "both tyres"),
+    ("friction", 1.0, "road friction over that of the tyre's characterisation"),
+    ("brake_gain_front", 2.4e-4, "torque per pressure, N m/Pa"),
+    ("brake_gain_rear", 1.6e-4, "torque per pressure, N m/Pa"),
+    ("front_inertia", 0.45, "wheel spin inertia where the bike file has none, kg m2"),
+    ("rear_inertia", 0.60, "wheel spin inertia where the bike file has none, kg m2"),
+    ("front.radius_ratio", 0.99, "rolling radius over the bike file's nominal"),
+    ("front.b", 13.0, "eq. 28"),
+    ("front.c", 1.55, "eq. 28"),
+    ("front.d", 1.05, "eq. 28"),
+    ("front.e1", 0.3, "eq. 28; a front wheel is never driven, so e2 is zero"),
+    ("front.cornering_stiffness", 12.5, "upright, 1/rad"),
+    ("front.stiffness_decay", 0.6, "k_alpha = k0 tan(g)/g / (1 + decay g^2), 1/rad2"),
+    ("front.overturning_stiffness", 0.045, "m; the rear's follows the tyre widths"),
+    ("rear.radius_ratio", 0.99, "as front"),
+    ("rear.b", 12.0, "eq. 28"),
+    ("rear.c", 1.50, "eq. 28"),
+    ("rear.d", 1.08, "eq. 28"),
+    ("rear.e1", 0.25, "eq. 28"),
+    ("rear.e2", -0.1, "eq. 28"),
+    ("rear.cornering_stiffness", 13.2, "upright, 1/rad"),
+    ("rear.stiffness_decay", 0.8, "as front"),
+];
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    description: String,
+    seed: u64,
+    rate: f64,
+    float32: bool,
+    #[serde(default)]
+    drop: Vec<String>,
+    plans: Vec<Plan>,
+    fleet: Fleet,
+    bike: toml::Table,
+    #[serde(default)]
+    truth: toml::Table,
+    #[serde(default)]
+    spread: BTreeMap<String, f64>,
+    #[serde(default)]
+    disturbance: Disturbance,
+    #[serde(default)]
+    sensors: Sensors,
+}
+
+/// How many bikes and rides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fleet {
+    /// Bikes, each with its own tyres.
+    pub bikes: usize,
+    /// Sessions of each.
+    pub sessions_per_bike: usize,
+}
+
+/// A checked scenario.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// Its name.
+    pub name: String,
+    /// What it is for.
+    pub description: String,
+    /// Of all randomness.
+    pub seed: u64,
+    /// Of the logs, Hz.
+    pub rate: f64,
+    /// Whether the logs are written in single precision.
+    pub float32: bool,
+    /// Channels that the logger does not have.
+    pub drop: Vec<Channel>,
+    /// Ride plans, taken in turn by a bike's sessions.
+    pub plans: Vec<Plan>,
+    /// How many bikes and rides.
+    pub fleet: Fleet,
+    /// Unsteadiness of rider, road and air.
+    pub disturbance: Disturbance,
+    /// The sensors.
+    pub sensors: Sensors,
+    bike: Bike,
+    truth: BTreeMap<String, f64>,
+    spread: BTreeMap<String, f64>,
+}
+
+/// One bike of the fleet: what its file says and what is true.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    /// The bike file.
+    pub bike: Bike,
+    /// The truth.
+    pub plant: Plant,
+}
+
+impl Scenario {
+    /// A built-in scenario.
+    ///
+    /// # Errors
+    /// There is none of that name, or it does not load (a defect that a test would find).
+    pub fn builtin(name: &str) -> Result<Self, String> {
+        let (_, text) = BUILTIN.iter().find(|(n, _)| *n == name).ok_or_else(|| {
+            let names: Vec<&str> = BUILTIN.iter().map(|(n, _)| *n).collect();
+            format!("no scenario `{name}`; give a file, or one of {}", names.join(", "))
+        })?;
+        Self::parse(text, name)
+    }
+
+    /// A built-in scenario by name, or a scenario file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a key is wrong; the message names both.
+    pub fn load(name_or_path: &str) -> Result<Self, String> {
+        let path = Path::new(name_or_path);
+        if BUILTIN.iter().any(|(n, _)| *n == name_or_path) || !path.exists() {
+            return Self::builtin(name_or_path);
+        }
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| format!("cannot read scenario {}: {e}", path.display()))?;
+        Self::parse(&text, name_or_path)
+    }
+
+    /// Checks a scenario's text; `source` is for messages.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn parse(text: &str, source: &str) -> Result<Self, String> {
+        let fail = |message: String| format!("scenario {source}: {message}");
+        let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        if !(10.0..=1000.0).contains(&file.rate) {
+            return Err(fail(format!("`rate` = {} Hz is not between 10 and 1000", file.rate)));
+        }
+        if file.plans.is_empty() {
+            return Err(fail("`plans` is empty".into()));
+        }
+        let channel = |name: &String| {
+            Channel::from_name(name).ok_or_else(|| {
+                let near = closest(name, Channel::ALL.iter().map(|c| c.name()));
+                let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+                fail(format!("unknown channel `{name}`{hint}"))
+            })
+        };
+        let drop = file.drop.iter().map(channel).collect::<Result<_, _>>()?;
+        for name in file.sensors.keys() {
+            channel(name)?;
+        }
+        let bike = Bike::parse(&file.bike.to_string(), &file.name, Path::new(source))
+            .map_err(|e| e.to_string())?;
+        let truth = truth_values(&file.truth).map_err(fail)?;
+        for key in file.spread.keys() {
+            let known = match key.strip_prefix("truth.") {
+                Some(key) => truth.contains_key(key),
+                None => bike.value(key).is_some(),
+            };
+            if !known {
+                return Err(fail(format!("[spread]: `{key}` is neither a bike key nor `truth.*`")));
+            }
+        }
+        Ok(Scenario {
+            name: file.name,
+            description: file.description,
+            seed: file.seed,
+            rate: file.rate,
+            float32: file.float32,
+            drop,
+            plans: file.plans,
+            fleet: file.fleet,
+            disturbance: file.disturbance,
+            sensors: file.sensors,
+            bike,
+            truth,
+            spread: file.spread,
+        })
+    }
+
+    /// The plant without any draw: bike file and truth as they stand.
+    pub fn nominal_plant(&self) -> Plant {
+        plant(&self.bike, &self.truth)
+    }
+
+    /// The `index`-th bike of the fleet: its file and its truth.
+    pub fn machine(&self, index: usize) -> Machine {
+        let mut random = Random::new(self.seed, &format!("{} bike {index}", self.name));
+        let mut bike = self.bike.clone();
+        bike.bike_id = format!("{}_{:02}", self.name, index + 1);
+        let mut truth = self.truth.clone();
+        for (key, spread) in &self.spread {
+            let factor = 1.0 + spread * random.between(-1.0, 1.0);
+            if let Some(key) = key.strip_prefix("truth.") {
+                if let Some(value) = truth.get_mut(key) {
+                    *value *= factor;
+                }
+            } else if let Some(value) = bike.value(key) {
+                bike = bike.with(key, value * factor);
+            }
+        }
+        let mut real = bike.clone();
+        for (key, sd) in &bike.uncertainty {
+            if let Some(value) = bike.value(key) {
+                real = real.with(key, value + sd * random.normal());
+            }
+        }
+        Machine { plant: plant(&real, &truth), bike }
+    }
+}
+
+fn truth_values(table: &toml::Table) -> Result<BTreeMap<String, f64>, String> {
+    let mut values: BTreeMap<String, f64> =
+        TRUTH.iter().map(|(key, default, _)| ((*key).to_owned(), *default)).collect();
+    let mut put = |key: String, value: &toml::Value| {
+        let number = match value {
+            toml::Value::Float(x) => *x,
+            toml::Value::Integer(i) => *i as f64,
+            _ => return Err(format!("[truth]: `{key}` must be a number")),
+        };
+        match values.get_mut(&key) {
+            Some(slot) => {
+                *slot = number;
+                Ok(())
+            }
+            None => {
+                let near = closest(&key, TRUTH.iter().map(|(k, _, _)| *k));
+                let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+                Err(format!("[truth]: unknown key `{key}`{hint}"))
+            }
+        }
+    };
+    for (key, value) in table {
+        match value {
+            toml::Value::Table(inner) => {
+                for (leaf, value) in inner {
+                    put(format!("{key}.{leaf}"), value)?;
+                }
+            }
+            leaf => put(key.clone(), leaf)?,
+        }
+    }
+    Ok(values)
+}
+
+/// The plant of a bike whose file is true, and of a truth.
+fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
+    let get = |key: &str| truth.get(key).copied().unwrap_or(f64::NAN);
+    let crown_front = get("front.overturning_stiffness");
+    let tyre = |axle: Axle| {
+        let wheel = bike.wheel(axle);
+        let end = axle.name();
+        let get = |key: &str| truth.get(&format!("{end}.{key}")).copied();
+        let value = |key: &str| get(key).unwrap_or(f64::NAN);
+        let friction = MagicFormula {
+            b: value("b"),
+            c: value("c"),
+            d: value("d"),
+            e1: value("e1"),
+            e2: get("e2").unwrap_or(0.0),
+        };
+        let ratio = wheel.side_force_ratio;
+        let rolling_radius = wheel.radius * value("radius_ratio");
+        Tyre {
+            friction,
+            // any c1 gives the same k_alpha: only c1 + C enters
+            stiffness: Stiffness {
+                ct: -value("cornering_stiffness") * ratio,
+                c1: 0.0,
+                c3: value("stiffness_decay") * ratio,
+            },
+            side_force_ratio: ratio,
+            twisting_stiffness: wheel.twisting_stiffness,
+            overturning_stiffness: match axle {
+                Axle::Front => crown_front,
+                Axle::Rear => crown_front * bike.rear.width / bike.front.width,
+            },
+            rolling_radius,
+            rolling_resistance: truth["rolling_resistance"],
+            relaxation_length: wheel.relaxation_length.unwrap_or(rolling_radius),
+            vertical_stiffness: wheel.vertical_stiffness,
+            slip_transition: wheel.slip_transition,
+            camber_force_decay: wheel.camber_force_decay,
+            camber_moment_decay: wheel.camber_moment_decay,
+            reference_friction: 1.0,
+            peak_slip: friction.peak_slip().unwrap_or(1.0),
+        }
+    };
+    Plant {
+        mass: bike.mass,
+        cg_to_front: bike.cg_to_front,
+        wheelbase: bike.wheelbase,
+        cg_height: bike.cg_height,
+        caster_angle: bike.caster_angle,
+        roll_inertia: get("roll_inertia"),
+        yaw_inertia: get("yaw_inertia"),
+        wheel_inertia: [
+            bike.front.wheel_inertia.unwrap_or(get("front_inertia")),
+            bike.rear.wheel_inertia.unwrap_or(get("rear_inertia")),
+        ],
+        tyres: [tyre(Axle::Front), tyre(Axle::Rear)],
+        drag: get("drag"),
+        friction: get("friction"),
+        brake_gain: [get("brake_gain_front"), get("brake_gain_rear")],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn builtin_scenarios_load_and_every_tyre_has_a_peak() {
+        for (name, _) in BUILTIN {
+            let scenario = Scenario::builtin(name).expect(name);
+            for i in 0..scenario.fleet.bikes {
+                let machine = scenario.machine(i);
+                for tyre in machine.plant.tyres {
+                    assert!(tyre.friction.peak_slip().is_some(), "{name} {i}: {tyre:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn wrong_keys_are_named() {
+        let text = BUILTIN[1].1.replace("[bike]", "[truth]\nfrontt.b = 2\n[bike]");
+        let message = Scenario::parse(&text, "x").expect_err("unknown key");
+        assert!(message.contains("frontt.b") && message.contains("front.b"), "{message}");
+    }
+}
