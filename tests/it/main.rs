@@ -3,3 +3,4 @@
 mod batch;
 mod cli;
 mod fit;
+mod report;
