@@ -1,5 +1,6 @@
 //! The batch itself: a session per worker, results to the store as they come.
 
+use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
@@ -54,12 +55,12 @@ pub trait Watch: Sync {
 impl Watch for () {}
 
 /// What a run did.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Run {
-    /// The output folder: no other run writes there until this is dropped.
-    pub store: Store,
     /// Inputs found.
     pub inputs: usize,
+    /// The sessions that came through, by id.
+    pub sessions: BTreeSet<String>,
     /// Computed and written.
     pub done: usize,
     /// Were there already.
@@ -76,7 +77,8 @@ pub struct Run {
 
 /// Runs the batch. `stop` ends it early: sessions under way are finished, no other is begun.
 ///
-/// A single log is always computed, so that its coefficients can be shown.
+/// Gives back the output too, still locked: no other run writes there until it is dropped. A
+/// single log is always computed, so that its coefficients can be shown.
 ///
 /// # Errors
 /// Before anything is written: bad usage. Later: the output cannot be written.
@@ -85,7 +87,7 @@ pub fn run(
     work: &impl Work,
     watch: &impl Watch,
     stop: &AtomicBool,
-) -> Result<Run, Error> {
+) -> Result<(Run, Store), Error> {
     let found = discover(settings.inputs, settings.out)?;
     let beside = bikes_beside(settings.inputs)?;
     let bikes = settings.bikes.or(beside.as_deref()).ok_or_else(|| {
@@ -142,8 +144,8 @@ pub fn run(
     rejected.sort_by(|a, b| a.path.cmp(&b.path));
     let left = unwritten + jobs.len() - tally.done - tally.unchanged - tally.refused;
     let run = Run {
-        store,
         inputs,
+        sessions: tally.sessions,
         done: tally.done,
         unchanged: tally.unchanged,
         rejected,
@@ -151,18 +153,18 @@ pub fn run(
         bytes,
         only: tally.only,
     };
-    if run.done + run.unchanged + run.rejected.len() + run.left != run.inputs
+    if run.sessions.len() + run.rejected.len() + run.left != run.inputs
         || (run.left > 0 && !stop.load(Ordering::Relaxed))
     {
         return Err(Error::Internal(format!(
             "{} inputs but {} sessions, {} rejected and {} left",
             run.inputs,
-            run.done + run.unchanged,
+            run.sessions.len(),
             run.rejected.len(),
             run.left
         )));
     }
-    Ok(run)
+    Ok((run, store))
 }
 
 /// What the workers share.
@@ -179,6 +181,7 @@ struct Shared<'a> {
 
 #[derive(Default)]
 struct Tally {
+    sessions: BTreeSet<String>,
     done: usize,
     unchanged: usize,
     refused: usize,
@@ -213,6 +216,7 @@ impl Shared<'_> {
                     return;
                 }
                 Ok(Ended::Unchanged) => {
+                    tally.sessions.insert(job.meta.session_id.clone());
                     tally.unchanged += 1;
                     finished.state = State::Unchanged;
                     watch.finished(&finished);
@@ -223,6 +227,7 @@ impl Shared<'_> {
                     tally.rejected.push(row);
                 }
                 Ok(Ended::Done(outcome)) => {
+                    tally.sessions.insert(job.meta.session_id.clone());
                     tally.done += 1;
                     finished.samples = outcome.session.n_samples;
                     watch.finished(&finished);
@@ -257,6 +262,7 @@ impl Shared<'_> {
         }
         let input = Input {
             path: &job.found.path,
+            maps: &self.settings.maps.list,
             input_hash: wanted.input_hash.clone(),
             pipeline_hash: wanted.pipeline_hash.clone(),
             signals: self.settings.signals,

@@ -22,8 +22,7 @@ pub mod fleet;
 pub mod names;
 pub mod plan;
 pub mod progress;
-#[cfg(any(feature = "fleet", test))]
-mod spread;
+pub mod spread;
 pub mod store;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -33,6 +32,7 @@ pub use engine::{Finished, Run, State, Watch, run};
 
 use crate::bike::Bike;
 use crate::ingest;
+use crate::ingest::map::ChannelMap;
 use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
 use crate::session::Meta;
 
@@ -61,8 +61,8 @@ pub struct Settings<'a> {
     pub out: &'a Path,
     /// The stages' settings.
     pub pipeline: &'a Pipeline,
-    /// The channel maps' text: part of what the tables are made from.
-    pub maps: &'a [u8],
+    /// The channel maps to choose from; none means those that come with the program.
+    pub maps: &'a Maps,
     /// Workers; 0 takes one per core.
     pub jobs: usize,
     /// Compute again what is there already.
@@ -71,13 +71,39 @@ pub struct Settings<'a> {
     pub signals: bool,
 }
 
+/// Channel maps, with the text that they were read from: it is part of what the tables are
+/// made from.
+#[derive(Debug, Default)]
+pub struct Maps {
+    list: Vec<ChannelMap>,
+    text: Vec<u8>,
+}
+
+impl Maps {
+    /// Reads map files.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn read(paths: &[PathBuf]) -> Result<Self, String> {
+        let mut maps = Maps::default();
+        for path in paths {
+            let name = path.display().to_string();
+            let text = std::fs::read_to_string(path)
+                .map_err(|e| format!("cannot read channel map {name}: {e}"))?;
+            maps.list.push(ChannelMap::parse(&text, &name)?);
+            maps.text.extend_from_slice(blake3::hash(text.as_bytes()).as_bytes());
+        }
+        Ok(maps)
+    }
+}
+
 /// What is done with one log.
 pub trait Work: Sync {
     /// Who and when.
     ///
     /// # Errors
     /// The log cannot be read that far.
-    fn identify(&self, path: &Path) -> Result<Meta, ingest::Error>;
+    fn identify(&self, path: &Path, maps: &[ChannelMap]) -> Result<Meta, ingest::Error>;
 
     /// Everything else.
     ///
@@ -93,11 +119,11 @@ pub trait Work: Sync {
 
 /// The real work: [`ingest::identify`] and [`pipeline::run`].
 #[derive(Debug, Default)]
-pub struct Stages {}
+pub struct Stages;
 
 impl Work for Stages {
-    fn identify(&self, path: &Path) -> Result<Meta, ingest::Error> {
-        ingest::identify(path)
+    fn identify(&self, path: &Path, maps: &[ChannelMap]) -> Result<Meta, ingest::Error> {
+        ingest::identify(path, maps)
     }
 
     fn run(

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::discover::Found;
 use super::names::is_plain;
-use super::{Error, Work, guarded};
+use super::{Error, Maps, Work, guarded};
 use crate::bike::Bike;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::rows::Rejected;
@@ -68,13 +68,13 @@ pub fn plan(
     found: Vec<Found>,
     bikes: &Path,
     pipeline: &Pipeline,
-    maps: &[u8],
+    maps: &Maps,
     work: &impl Work,
 ) -> Result<Plan, Error> {
     check_bikes(bikes)?;
     let salt = salt(pipeline, maps)?;
     let identified: Vec<Result<Meta, Rejection>> =
-        found.par_iter().map(|f| identify(f, work)).collect();
+        found.par_iter().map(|f| identify(f, maps, work)).collect();
     let mut garage = BTreeMap::new();
     let mut first: BTreeMap<String, String> = BTreeMap::new();
     let mut plan = Plan::default();
@@ -138,12 +138,12 @@ pub fn hash_file(path: &Path) -> std::io::Result<String> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
-fn identify(found: &Found, work: &impl Work) -> Result<Meta, Rejection> {
+fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Rejection> {
     if let Some(problem) = &found.problem {
         return Err(problem.clone());
     }
     guarded("ingest", || {
-        work.identify(&found.path).map_err(|e| Rejection {
+        work.identify(&found.path, &maps.list).map_err(|e| Rejection {
             stage: "ingest",
             code: e.code,
             message: e.message,
@@ -240,10 +240,10 @@ fn check_bikes(bikes: &Path) -> Result<(), Error> {
 }
 
 /// What every session's pipeline hash starts from; each part is hashed so that none can run into the next.
-fn salt(pipeline: &Pipeline, maps: &[u8]) -> Result<Vec<u8>, Error> {
+fn salt(pipeline: &Pipeline, maps: &Maps) -> Result<Vec<u8>, Error> {
     let text = toml::to_string(pipeline)
         .map_err(|e| Error::Usage(format!("pipeline {}: {e}", pipeline.name)))?;
     let mut salt = blake3::hash(text.as_bytes()).as_bytes().to_vec();
-    salt.extend_from_slice(blake3::hash(maps).as_bytes());
+    salt.extend_from_slice(blake3::hash(&maps.text).as_bytes());
     Ok(salt)
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -10,10 +10,11 @@ use std::time::Instant;
 use indicatif::ProgressBar;
 
 use crate::batch::progress::Progress;
-use crate::batch::{self, Run, Settings, Stages};
+use crate::batch::{self, Maps, Run, Settings, Stages};
 use crate::cli::Failure;
 use crate::pipeline::Pipeline;
-use crate::rows::Rejected;
+use crate::report::{self, terminal};
+use crate::rows::{self, Rejected};
 
 /// Rejections that are listed on stderr; the rest is in `rejected/`.
 const LISTED: usize = 20;
@@ -33,6 +34,10 @@ pub struct Arguments {
     /// Settings of the stages; by default the built-in pipelines/onroad.toml.
     #[arg(long, value_name = "FILE")]
     pipeline: Option<PathBuf>,
+    /// Channel map of logs that are not session.v1; may be repeated. Without it the shipped maps
+    /// are tried.
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
     /// Sessions that are worked on at the same time; 0 takes one per core.
     #[arg(long, value_name = "N", default_value_t = 0)]
     jobs: usize,
@@ -66,21 +71,23 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
+    let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
     let stop = stop_on_signal()?;
     let settings = Settings {
         inputs: &arguments.inputs,
         bikes: arguments.bikes.as_deref(),
         out: &arguments.out,
         pipeline: &pipeline,
-        maps: b"",
+        maps: &maps,
         jobs: arguments.jobs,
         force: arguments.force,
         signals: arguments.signals,
     };
     let progress = Progress::new(bar, arguments.progress == Show::Auto);
-    let run = batch::run(&settings, &Stages::default(), &progress, &stop);
+    let run = batch::run(&settings, &Stages, &progress, &stop);
     progress.clear();
-    let run = run?;
+    let (run, store) = run?;
+    let out = store.root();
     if run.left > 0 {
         return Err(Failure::Rejected(format!(
             "stopped: {} of {} inputs are done, {} were not begun; the same command carries on",
@@ -89,8 +96,13 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
             run.left
         )));
     }
-    aggregate(&run)?;
-    print(&overview(&run, start.elapsed().as_secs_f64()));
+    aggregate(out)?;
+    report::write(out)?;
+    match &run.only {
+        Some(only) => print(&terminal::summary(&only.session, &only.coefficients)),
+        None => print(&overview(&run, out, start.elapsed().as_secs_f64())?),
+    }
+    tracing::info!("report: {}", out.join("report/index.html").display());
     if run.rejected.is_empty() {
         return Ok(());
     }
@@ -105,6 +117,12 @@ impl From<batch::Error> for Failure {
                 Failure::Output(message)
             }
         }
+    }
+}
+
+impl From<report::Error> for Failure {
+    fn from(e: report::Error) -> Self {
+        Failure::Output(e.to_string())
     }
 }
 
@@ -124,31 +142,27 @@ fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
 
 /// The tables over all sessions of the output, of this run and of earlier ones.
 #[cfg(feature = "fleet")]
-fn aggregate(run: &Run) -> Result<(), Failure> {
-    let rows = batch::fleet::write(run.store.root())?;
+fn aggregate(out: &Path) -> Result<(), Failure> {
+    let rows = batch::fleet::write(out)?;
     tracing::debug!(rows = rows.len(), "fleet");
     Ok(())
 }
 
 /// Built without the feature `fleet`: there is no such table.
 #[cfg(not(feature = "fleet"))]
-fn aggregate(_run: &Run) -> Result<(), Failure> {
+fn aggregate(_out: &Path) -> Result<(), Failure> {
     tracing::debug!("built without the feature `fleet`: no fleet table");
     Ok(())
 }
 
-fn overview(run: &Run, seconds: f64) -> String {
-    let mut text = format!("{} logs: {} computed", run.inputs, run.done);
-    if run.unchanged > 0 {
-        let _ = write!(text, ", {} unchanged", run.unchanged);
-    }
-    let _ = writeln!(
-        text,
-        ", {} rejected, in {seconds:.1} s ({:.1} MB)",
-        run.rejected.len(),
-        run.bytes as f64 / 1e6
-    );
-    text
+/// What the run's sessions gave, read back from the tables: those that were there already count too.
+fn overview(run: &Run, out: &Path, seconds: f64) -> Result<String, Failure> {
+    let ours = |ident: &rows::Ident| run.sessions.contains(&ident.session_id);
+    let mut sessions = report::tables::sessions(out)?;
+    sessions.retain(|s| ours(&s.ident));
+    let mut coefficients = report::tables::coefficients(out)?;
+    coefficients.retain(|c| ours(&c.ident));
+    Ok(terminal::batch_summary(&sessions, &coefficients, &run.rejected, seconds))
 }
 
 fn list(rejected: &[Rejected]) -> String {

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use roadbench::batch::{self, Error, Run, Settings, Watch, Work};
+use roadbench::batch::{self, Error, Maps, Run, Settings, Watch, Work};
 use roadbench::bike::Bike;
 use roadbench::ingest;
+use roadbench::ingest::map::ChannelMap;
 use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
 use roadbench::rows::{Coefficient, Ident, PlotPoint, Provenance, SessionRow, Status};
 use roadbench::session::Meta;
@@ -23,7 +24,7 @@ struct Script {
 }
 
 impl Work for Script {
-    fn identify(&self, path: &Path) -> Result<Meta, ingest::Error> {
+    fn identify(&self, path: &Path, _: &[ChannelMap]) -> Result<Meta, ingest::Error> {
         let text = std::fs::read_to_string(path)
             .map_err(|e| ingest::Error { code: "unreadable", message: e.to_string() })?;
         let parts: Vec<&str> = text.trim_end().split('|').collect();
@@ -140,7 +141,7 @@ struct Setup {
     inputs: Vec<PathBuf>,
     bikes: Option<PathBuf>,
     out: PathBuf,
-    maps: &'static [u8],
+    maps: Vec<PathBuf>,
     jobs: usize,
     force: bool,
     signals: bool,
@@ -153,12 +154,12 @@ impl Setup {
             bikes: self.bikes.as_deref(),
             out: &self.out,
             pipeline: &Pipeline::onroad(),
-            maps: self.maps,
+            maps: &Maps::read(&self.maps).expect("maps"),
             jobs: self.jobs,
             force: self.force,
             signals: self.signals,
         };
-        batch::run(&settings, work, watch, stop)
+        batch::run(&settings, work, watch, stop).map(|(run, _)| run)
     }
 }
 
@@ -193,7 +194,7 @@ impl Place {
             inputs: vec![self.path("logs")],
             bikes: Some(self.path("bikes")),
             out: self.path("out"),
-            maps: b"",
+            maps: Vec::new(),
             jobs: 2,
             force: false,
             signals: false,
@@ -362,18 +363,19 @@ fn what_is_there_is_not_computed_again() {
     place.put("bikes/b1.toml", &BIKE.replace("260", "250"));
     assert_eq!(place.run().done, 2, "the two sessions of the bike that changed");
 
-    let run = place.run_with(&Script::default(), |s| s.maps = b"new map").expect("run");
+    let map = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines/maps/session_csv.toml");
+    let run = place.run_with(&Script::default(), |s| s.maps = vec![map.clone()]).expect("run");
     assert_eq!(run.done, 3);
     let run = place
         .run_with(&Script::default(), |s| {
-            s.maps = b"new map";
+            s.maps = vec![map.clone()];
             s.signals = true;
         })
         .expect("run");
     assert_eq!(run.done, 3, "signals were not there");
 
     std::fs::remove_file(place.path("out/plots/bike=b2/s-b.parquet")).expect("removed");
-    let run = place.run_with(&Script::default(), |s| s.maps = b"new map").expect("run");
+    let run = place.run_with(&Script::default(), |s| s.maps = vec![map.clone()]).expect("run");
     assert_eq!((run.done, run.unchanged), (1, 2), "a table was missing");
     let names = place.names();
     assert!(!names.contains(&"signals/bike=b2/s-b.parquet".to_owned()), "stale signals stay");
@@ -496,7 +498,7 @@ fn victim() {
         inputs: vec![root.join("logs")],
         bikes: Some(root.join("bikes")),
         out: root.join("out"),
-        maps: b"",
+        maps: Vec::new(),
         jobs: 2,
         force: false,
         signals: false,
