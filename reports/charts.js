@@ -102,7 +102,7 @@
     };
     return [
       { ...common, size: bare ? 6 : 30, gap: 4, label: bare ? undefined : named(chart.x), labelSize: 18, space: 60, ...(bare ? { values: () => [] } : {}) },
-      { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 24 : 36 },
+      { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 17 : 36 },
     ];
   };
 
@@ -190,6 +190,12 @@
     event.preventDefault();
     actions[event.key]();
   });
+
+  // A chart is as wide as its place on the page.
+  const follow = (holder, current) => new ResizeObserver(() => {
+    const u = current(), width = holder.clientWidth;
+    if (!printing && width > 0 && Math.abs(width - u.width) >= 1) u.setSize({ width, height: u.height });
+  }).observe(holder);
 
   const legend = (holder, entries, hidden, changed) => {
     if (entries.length < 2) return;
@@ -288,6 +294,7 @@
     legend(holder, entries, hidden, build);
     holder.addEventListener("blur", tip.hide);
     keys(holder, () => u, () => reset(u, view));
+    follow(holder, () => u);
     drawn.push(() => { build(); entries.forEach(e => e.repaint && e.repaint()); });
   };
 
@@ -409,6 +416,7 @@
     legend(holder, entries, hidden, build);
     keys(holder, () => { u.hovered = true; return u; }, home);
     holder.addEventListener("blur", () => { u.hovered = false; tip.hide(); });
+    follow(holder, () => u);
     drawn.push(() => { build(); entries.forEach(e => e.repaint && e.repaint()); });
   };
 
@@ -425,13 +433,6 @@
 
   const redraw = () => { readTheme(); hatches.clear(); swatches(); drawn.forEach(f => f()); };
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-  let width = innerWidth, timer;
-  addEventListener("resize", () => {
-    if (innerWidth === width) return;
-    width = innerWidth;
-    clearTimeout(timer);
-    timer = setTimeout(redraw, 120);
-  });
   addEventListener("beforeprint", () => { printing = true; root.dataset.print = ""; redraw(); });
   addEventListener("afterprint", () => { printing = false; delete root.dataset.print; redraw(); });
 })();

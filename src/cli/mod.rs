@@ -5,6 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use indicatif::ProgressBar;
 
+use logging::LogFormat;
+
 pub mod convert;
 pub mod export;
 pub mod inspect;
@@ -22,7 +24,7 @@ struct Arguments {
     command: Command,
     /// How log events are written to stderr.
     #[arg(long, value_name = "FORMAT", default_value = "text", global = true)]
-    log_format: logging::LogFormat,
+    log_format: LogFormat,
     /// Log more.
     #[arg(short, long, global = true)]
     verbose: bool,
@@ -70,8 +72,10 @@ pub fn main() -> ExitCode {
         Err(Failure::Usage(message)) => (2, message),
         Err(Failure::Output(message)) => (3, message),
     };
-    if !message.is_empty() {
-        eprintln!("roadbench: {message}");
+    match arguments.log_format {
+        _ if message.is_empty() => {}
+        LogFormat::Text => eprintln!("roadbench: {message}"),
+        LogFormat::Json => tracing::error!(exit_code = code, "{message}"),
     }
     ExitCode::from(code)
 }

@@ -1,7 +1,6 @@
 //! `roadbench run`.
 
-use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +13,7 @@ use crate::batch::{self, Maps, Run, Settings, Stages};
 use crate::cli::Failure;
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
-use crate::rows::{self, Rejected};
+use crate::rows;
 
 /// Rejections that are listed on stderr; the rest is in `rejected/`.
 const LISTED: usize = 20;
@@ -106,7 +105,8 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     if run.rejected.is_empty() {
         return Ok(());
     }
-    Err(Failure::Rejected(list(&run.rejected)))
+    let list = terminal::rejections(&run.rejected, LISTED);
+    Err(Failure::Rejected(format!("{} rejected:\n{}", run.rejected.len(), list.trim_end())))
 }
 
 impl From<batch::Error> for Failure {
@@ -163,17 +163,6 @@ fn overview(run: &Run, out: &Path, seconds: f64) -> Result<String, Failure> {
     let mut coefficients = report::tables::coefficients(out)?;
     coefficients.retain(|c| ours(&c.ident));
     Ok(terminal::batch_summary(&sessions, &coefficients, &run.rejected, seconds))
-}
-
-fn list(rejected: &[Rejected]) -> String {
-    let mut text = format!("{} rejected:", rejected.len());
-    for row in rejected.iter().take(LISTED) {
-        let _ = write!(text, "\n  {}: {}: {}", row.path, row.code, row.message);
-    }
-    if rejected.len() > LISTED {
-        let _ = write!(text, "\n  and {} more, see rejected/", rejected.len() - LISTED);
-    }
-    text
 }
 
 /// Results go to stdout; a reader that has seen enough (`| head`) is no error.

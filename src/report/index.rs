@@ -278,17 +278,16 @@ fn entries(
 }
 
 fn summed(warnings: &[WarningRow]) -> Vec<(String, String, usize, i64, String)> {
-    let mut by: BTreeMap<(&str, &str), (BTreeSet<(&str, &str)>, i64, &str)> = BTreeMap::new();
+    let mut by: BTreeMap<(&str, &str), Vec<&WarningRow>> = BTreeMap::new();
     for w in warnings {
-        let entry = by
-            .entry((&w.stage, &w.code))
-            .or_insert_with(|| (BTreeSet::new(), 0, w.message.as_str()));
-        entry.0.insert(tables::key(&w.ident));
-        entry.1 += w.count;
+        by.entry((&w.stage, &w.code)).or_default().push(w);
     }
     by.into_iter()
-        .map(|((stage, code), (sessions, count, message))| {
-            (stage.to_owned(), code.to_owned(), sessions.len(), count, message.to_owned())
+        .map(|((stage, code), rows)| {
+            let sessions: BTreeSet<_> = rows.iter().map(|w| tables::key(&w.ident)).collect();
+            let count = rows.iter().map(|w| w.count).sum();
+            let example = rows[0].message.clone();
+            (stage.to_owned(), code.to_owned(), sessions.len(), count, example)
         })
         .collect()
 }

@@ -25,6 +25,8 @@ pub mod number;
 pub mod page;
 pub mod tables;
 pub mod terminal;
+pub mod tir;
+pub mod tyre;
 pub mod words;
 
 /// What can go wrong with a report.

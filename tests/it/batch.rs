@@ -54,7 +54,18 @@ impl Work for Script {
             "reject" => return Err(rejection("row 7 of velocity_x is odd")),
             _ => {}
         }
-        Ok(outcome(parts[0], &bike.bike_id, input))
+        let mut outcome = outcome(parts[0], &bike.bike_id, input);
+        // `ok <value> <start time>`
+        let words: Vec<&str> = parts[2].split(' ').collect();
+        if let [how, value, start] = words[..] {
+            let row = &mut outcome.coefficients[0];
+            row.value = Some(value.parse().expect("number"));
+            row.ident.start_time = Some(start.to_owned());
+            if how == "poor" {
+                row.status = Status::PoorlyDetermined;
+            }
+        }
+        Ok(outcome)
     }
 }
 
@@ -584,4 +595,53 @@ fn read_column(path: &Path, columns: &[&str]) -> Vec<Vec<String>> {
         }
     }
     rows
+}
+
+/// One bike's five sessions by hand: 0.300 ... 0.303 and a far one, 1 mm standard error each.
+#[cfg(feature = "fleet")]
+#[test]
+fn the_fleet_is_what_its_committed_sessions_say() {
+    let place = Place::new(&[
+        ("a", "s-1|b1|ok 0.300 2026-05-01T00:00:00Z"),
+        ("b", "s 2|b1|ok 0.301 2026-05-02"),
+        ("c", "s-3|b1|ok 0.302 2026-05-03T02:00:00+02:00"),
+        ("d", "s-4|b1|ok 0.303 2026-05-04T00:00:00Z"),
+        ("e", "s*%5|b1|ok 0.350 2026-05-05T00:00:00Z"),
+        ("f", "s-6|b1|poor 9.0 2026-05-06T00:00:00Z"),
+        ("g", "s-7|b1|ok 9.0 2026-05-07T00:00:00Z"),
+        ("h", "s-8|b2|ok 0.29 2026-05-07T00:00:00Z"),
+    ]);
+    place.run();
+    std::fs::remove_file(place.path("out/sessions/bike=b1/s-7.parquet")).expect("uncommitted");
+    let rows = batch::fleet::write(&place.path("out")).expect("fleet");
+    assert_eq!(rows.len(), 2);
+    let close = |a: Option<f64>, b: f64| {
+        let a = a.expect("a value");
+        assert!((a - b).abs() < 1e-9, "{a} is not {b}");
+    };
+    let row = &rows[0];
+    assert_eq!((row.bike_id.as_str(), row.tyre.as_str(), row.unit.as_str()), ("b1", "front", "m"));
+    assert_eq!(row.n_sessions, 5);
+    close(row.median, 0.302);
+    close(row.quartile_1, 0.301);
+    close(row.quartile_3, 0.303);
+    close(row.robust_sd, 1.4826e-3);
+    close(row.within_sd, 1e-3);
+    close(row.between_sd, (4.717e-4_f64 - 1e-6).sqrt()); // equal errors: sample variance less theirs
+    close(row.drift_per_day, 1e-3);
+    assert_eq!((row.n_flagged, row.flagged_sessions.as_deref()), (1, Some("s*%5")));
+    let alone = &rows[1];
+    assert_eq!((alone.n_sessions, alone.robust_sd, alone.between_sd), (1, None, None));
+    close(alone.median, 0.29);
+    let bytes = place.tables("out")["fleet/fleet.parquet"].clone();
+    batch::fleet::write(&place.path("out")).expect("fleet");
+    assert!(place.tables("out")["fleet/fleet.parquet"] == bytes);
+}
+
+#[cfg(feature = "fleet")]
+#[test]
+fn a_fleet_without_sessions_is_an_empty_table() {
+    let place = Place::new(&[("a", "s-1|b1|reject")]);
+    place.run();
+    assert_eq!(batch::fleet::write(&place.path("out")).expect("fleet").len(), 0);
 }
