@@ -85,6 +85,8 @@ pub struct Rejection {
 pub struct Input<'a> {
     /// The file.
     pub path: &'a Path,
+    /// Channel maps to choose from; none means those that come with the program.
+    pub maps: &'a [ingest::map::ChannelMap],
     /// BLAKE3 of its bytes.
     pub input_hash: String,
     /// BLAKE3 of the resolved pipeline and the bike file.

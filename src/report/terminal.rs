@@ -77,8 +77,8 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
     out
 }
 
-/// A batch: what went in and came out, how long it took, the rejected with their reasons, and
-/// for each bike and tyre the medians of the main coefficients over its sessions.
+/// A batch: what went in and came out, how long it took, and for each bike and tyre the medians
+/// of the main coefficients over its sessions.
 pub fn batch_summary(
     sessions: &[SessionRow],
     coefficients: &[Coefficient],
@@ -98,16 +98,20 @@ pub fn batch_summary(
         ),
     );
     medians(&mut out, sessions, coefficients);
-    if !rejected.is_empty() {
-        line(&mut out, "");
-        line(&mut out, "rejected");
-        for r in rejected {
-            line(&mut out, &format!("  {}", clean(&r.path)));
-            for text in wrap(&clean(&format!("{} ({}): {}", r.stage, r.code, r.message)), WIDTH - 6)
-            {
-                line(&mut out, &format!("      {text}"));
-            }
+    out
+}
+
+/// What was rejected and why, one after the other; of more than `most` only the first.
+pub fn rejections(rejected: &[Rejected], most: usize) -> String {
+    let mut out = String::new();
+    for r in rejected.iter().take(most) {
+        line(&mut out, &format!("  {}", clean(&r.path)));
+        for text in wrap(&clean(&format!("{} ({}): {}", r.stage, r.code, r.message)), WIDTH - 6) {
+            line(&mut out, &format!("      {text}"));
         }
+    }
+    if rejected.len() > most {
+        line(&mut out, &format!("  and {} more, see rejected/", rejected.len() - most));
     }
     out
 }
@@ -280,10 +284,13 @@ mod tests {
             version: "0".into(),
         };
         let rows = [coefficient("front", "mf_d", Some(1.2), None)];
-        let text = batch_summary(&[session()], &rows, &[rejected], 12.34);
+        let rejected = [rejected];
+        let text = batch_summary(&[session()], &rows, &rejected, 12.34);
         assert!(text.starts_with("2 sessions in, 1 out, 1 rejected, 12.3 s\n"), "{text}");
         assert!(text.contains("1.2000 (1)") || text.contains("1.200 (1)"), "{text}");
-        assert!(text.contains("ingest (empty): the file has no rows"), "{text}");
-        assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+        let list = rejections(&rejected, 20);
+        assert!(list.contains("ingest (empty): the file has no rows"), "{list}");
+        assert!(rejections(&rejected, 0).contains("and 1 more"));
+        assert!(text.lines().chain(list.lines()).all(|l| l.chars().count() <= WIDTH), "{text}");
     }
 }

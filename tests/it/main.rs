@@ -1,5 +1,7 @@
 //! The tests that use roadbench from the outside, in one binary.
 
+mod batch;
+mod cli;
 mod fit;
 mod ingest;
 mod recovery;
