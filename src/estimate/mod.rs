@@ -6,6 +6,7 @@
 
 pub mod samples;
 pub mod signals;
+pub mod table;
 pub mod zeros;
 
 use serde::{Deserialize, Serialize};

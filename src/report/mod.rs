@@ -23,6 +23,7 @@ pub mod index;
 pub mod names;
 pub mod number;
 pub mod page;
+pub mod plots;
 pub mod tables;
 pub mod terminal;
 pub mod tir;
