@@ -5,8 +5,15 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::bike::Bike;
-use crate::rows;
-use crate::{filter, ingest, segment};
+use crate::channel::Channel;
+use crate::estimate::zeros::{self, Zeros};
+use crate::estimate::{Formulation, needs};
+use crate::fit::chain::{self, Data, Solution};
+use crate::fit::coefficients;
+use crate::segment::Segment;
+use crate::session::Session;
+use crate::warning::Warning;
+use crate::{estimate, filter, fit, ingest, report, rows, segment};
 
 /// The resolved settings of every stage: one file of `pipelines/`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,6 +30,12 @@ pub struct Pipeline {
     /// Segment.
     #[serde(default)]
     pub segment: segment::Config,
+    /// Estimate.
+    #[serde(default)]
+    pub estimate: estimate::Config,
+    /// Fit.
+    #[serde(default)]
+    pub fit: fit::Config,
 }
 
 impl Pipeline {
@@ -47,7 +60,12 @@ impl Pipeline {
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, String> {
-        toml::from_str(text).map_err(|e| format!("pipeline {name}: {e}"))
+        let pipeline: Pipeline =
+            toml::from_str(text).map_err(|e| format!("pipeline {name}: {e}"))?;
+        let fail = |e: String| format!("pipeline {name}: {e}");
+        pipeline.estimate.check().map_err(fail)?;
+        pipeline.fit.check().map_err(fail)?;
+        Ok(pipeline)
     }
 }
 
@@ -85,6 +103,8 @@ pub struct Rejection {
 pub struct Input<'a> {
     /// The file.
     pub path: &'a Path,
+    /// Channel maps to choose from; none means those that come with the program.
+    pub maps: &'a [ingest::map::ChannelMap],
     /// BLAKE3 of its bytes.
     pub input_hash: String,
     /// BLAKE3 of the resolved pipeline and the bike file.
@@ -97,6 +117,187 @@ pub struct Input<'a> {
 ///
 /// # Errors
 /// The first stage that cannot go on says why.
-pub fn run(_input: &Input<'_>, _bike: &Bike, _pipeline: &Pipeline) -> Result<Outcome, Rejection> {
-    Err(Rejection { stage: "ingest", code: "unknown_format", message: String::new() })
+pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Rejection> {
+    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
+    let raw = ingest::read(input.path, input.maps).map_err(refuse)?;
+    let (mut session, mut warnings) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
+    warnings.extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?);
+    warnings.extend(filter::run(&mut session, &pipeline.filter));
+    let segments = segment::run(&session, bike, &pipeline.segment);
+
+    let formulation = pipeline.estimate.formulation;
+    let (zeros, noticed) = match formulation {
+        Formulation::Corrected => zeros::run(&session, bike),
+        Formulation::Paper => (Zeros::default(), Vec::new()), // the paper takes sensors as they are
+    };
+    warnings.extend(noticed);
+    let data = Data::gather(&session, &segments, zeros, &pipeline.estimate);
+    let solution = chain::solve(&data, bike, formulation, &pipeline.fit);
+
+    let ident = rows::Ident::from(&session.meta);
+    let provenance = rows::Provenance {
+        input_hash: input.input_hash.clone(),
+        pipeline_hash: input.pipeline_hash.clone(),
+        version: crate::VERSION.to_owned(),
+    };
+    let missing = |tyre: &str, coefficient: &str| missing_channels(&session, tyre, coefficient);
+    let coefficients =
+        coefficients::rows(&solution, bike, &pipeline.fit, &missing, &ident, &provenance);
+    let manoeuvres = manoeuvres(&session, &segments, bike, &solution, &ident);
+    let signals = match input.signals {
+        true => Some(signals(&session, &data, &solution)?),
+        false => None,
+    };
+    let plots = report::plots::rows(&session, &data, &solution);
+    let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
+    let session =
+        session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
+    Ok(Outcome { session, manoeuvres, coefficients, warnings, plots, signals })
+}
+
+/// Why the channels do not allow a coefficient, if they do not.
+fn missing_channels(session: &Session, tyre: &str, coefficient: &str) -> Option<String> {
+    let need = needs::of(tyre, coefficient)?;
+    let names: Vec<&str> = need.missing(session).into_iter().map(Channel::name).collect();
+    if names.is_empty() {
+        return None;
+    }
+    let plural = if names.len() == 1 { "channel" } else { "channels" };
+    Some(format!("the log has no {plural} {}", names.join(", ")))
+}
+
+fn row(ident: &rows::Ident, warning: Warning) -> rows::WarningRow {
+    rows::WarningRow {
+        ident: ident.clone(),
+        stage: warning.stage.to_owned(),
+        code: warning.code.to_owned(),
+        channel: warning.channel.map(|c| c.name().to_owned()),
+        count: warning.count as i64,
+        time: warning.time.filter(|t| t.is_finite()),
+        message: warning.message,
+    }
+}
+
+/// The sample of the largest magnitude.
+fn peak(x: impl Iterator<Item = f64>) -> Option<f64> {
+    x.filter(|v| v.is_finite()).max_by(|a, b| a.abs().total_cmp(&b.abs()))
+}
+
+fn mean(x: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = x.filter(|v| v.is_finite()).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
+
+fn manoeuvres(
+    session: &Session,
+    segments: &[Segment],
+    bike: &Bike,
+    solution: &Solution,
+    ident: &rows::Ident,
+) -> Vec<rows::Manoeuvre> {
+    let v = session.get(Channel::VelocityX);
+    let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(|c| session.get(c));
+    let nominal = [bike.front.radius, bike.rear.radius];
+    let radius = [0, 1].map(|k| {
+        let known = solution.given.radius[k];
+        if known.is_finite() { known } else { nominal[k] }
+    });
+    segments
+        .iter()
+        .enumerate()
+        .map(|(number, s)| {
+            let (start, end) = (s.start, s.end.min(session.len));
+            let of = |x: Option<&[f64]>| x.map(|x| &x[start..end]);
+            let finite = |x: Option<f64>| x.filter(|x| x.is_finite());
+            let slip = |k: usize| {
+                let (omega, v) = (of(wheels[k])?, of(v)?);
+                peak(
+                    omega
+                        .iter()
+                        .zip(v)
+                        .filter(|(_, v)| **v > 2.0)
+                        .map(|(w, v)| radius[k] * w / v - 1.0),
+                )
+            };
+            let channel = |c: Channel| of(session.get(c));
+            let ax = channel(Channel::AccelerationX);
+            rows::Manoeuvre {
+                ident: ident.clone(),
+                manoeuvre_id: number as i64,
+                kind: s.kind.name().to_owned(),
+                start: session.time(start),
+                end: session.time(end),
+                direction: s.direction.map(|d| d.name().to_owned()),
+                quality: finite(Some(s.quality)),
+                used: s.used,
+                reason: s.reason.clone(),
+                speed_start: finite(of(v).and_then(|v| v.first().copied())),
+                speed_end: finite(of(v).and_then(|v| v.last().copied())),
+                speed_mean: of(v).and_then(|v| mean(v.iter().copied())),
+                acceleration_x_mean: ax.and_then(|x| mean(x.iter().copied())),
+                acceleration_x_peak: ax.and_then(|x| peak(x.iter().copied())),
+                acceleration_y_peak: channel(Channel::AccelerationY)
+                    .and_then(|x| peak(x.iter().copied())),
+                roll_peak: channel(Channel::Roll).and_then(|x| peak(x.iter().copied())),
+                slip_front_peak: slip(0),
+                slip_rear_peak: slip(1),
+            }
+        })
+        .collect()
+}
+
+fn signals(
+    session: &Session,
+    data: &Data,
+    solution: &Solution,
+) -> Result<arrow::array::RecordBatch, Rejection> {
+    let given = &solution.given;
+    let straight = [0, 1].map(|k| given.straight(&data.straight[k], &data.action[k]));
+    let crown = solution.fits.overturning.as_ref().map(|f| f.theta[0]);
+    let corner = given.corner(&data.corner, data.corner_rate, crown);
+    let sets = [
+        (&data.straight[0], &straight[0]),
+        (&data.straight[1], &straight[1]),
+        (&data.corner, &corner),
+    ];
+    estimate::table::batch(&session.meta, &sets).map_err(|message| Rejection {
+        stage: "estimate",
+        code: "internal_error",
+        message,
+    })
+}
+
+fn session_row(
+    session: &Session,
+    input: &Input<'_>,
+    bike: &Bike,
+    manoeuvres: &[rows::Manoeuvre],
+    coefficients: &[rows::Coefficient],
+    warnings: &[rows::WarningRow],
+    provenance: rows::Provenance,
+) -> rows::SessionRow {
+    let meta = &session.meta;
+    let distance = session
+        .get(Channel::VelocityX)
+        .map(|v| v.iter().filter(|v| v.is_finite()).map(|v| v.abs() / session.rate).sum::<f64>());
+    let channels: Vec<&str> = session.channels().map(Channel::name).collect();
+    rows::SessionRow {
+        ident: rows::Ident::from(meta),
+        path: input.path.display().to_string(),
+        duration: session.duration(),
+        rate: session.rate,
+        n_samples: session.len as i64,
+        distance,
+        channels: channels.join(","),
+        n_manoeuvres: manoeuvres.len() as i64,
+        n_used: manoeuvres.iter().filter(|m| m.used).count() as i64,
+        n_coefficients_ok: coefficients.iter().filter(|c| c.status == rows::Status::Ok).count()
+            as i64,
+        n_warnings: warnings.len() as i64,
+        tyre_front: meta.tyre_front.clone().or_else(|| bike.front.model.clone()),
+        tyre_rear: meta.tyre_rear.clone().or_else(|| bike.rear.model.clone()),
+        site: meta.site.clone(),
+        rider_id: meta.rider_id.clone(),
+        provenance,
+    }
 }

@@ -188,6 +188,26 @@ pub struct PlotPoint {
     pub manoeuvre_id: Option<i64>,
 }
 
+/// A row of `fleet`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct FleetRow {
+    pub bike_id: String,
+    pub tyre: String,
+    pub coefficient: String,
+    pub unit: String,
+    pub n_sessions: i64,
+    pub median: Option<f64>,
+    pub robust_sd: Option<f64>,
+    pub quartile_1: Option<f64>,
+    pub quartile_3: Option<f64>,
+    pub within_sd: Option<f64>,
+    pub between_sd: Option<f64>,
+    pub drift_per_day: Option<f64>,
+    pub n_flagged: i64,
+    pub flagged_sessions: Option<String>,
+}
+
 /// A row of `truth`.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field

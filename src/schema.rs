@@ -21,6 +21,7 @@ macro_rules! embed {
 
 embed!(
     "session",
+    "channel_map",
     "bike",
     "sessions",
     "manoeuvres",

@@ -13,11 +13,14 @@ use serde::Serialize;
 
 use crate::schema::Table;
 
+/// How the name of a file that is still being written starts and ends.
+pub const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
+
 /// Why a table could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file system said no.
-    #[error("cannot write {path}: {source}")]
+    #[error("cannot write {}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -64,6 +67,22 @@ pub fn write_batch(path: &Path, batch: &RecordBatch) -> Result<(), Error> {
     write_bytes(path, &bytes)
 }
 
+/// Rows as the bytes of one Parquet file of the table.
+///
+/// # Errors
+/// As [`batch`].
+pub fn to_bytes<R: Serialize>(table: &Table, rows: &[R]) -> Result<Vec<u8>, Error> {
+    batch_to_bytes(&table.name, &batch(table, rows)?)
+}
+
+/// One batch as the bytes of a Parquet file; `table` is for messages.
+///
+/// # Errors
+/// Parquet cannot hold it: our own mistake.
+pub fn batch_to_bytes(table: &str, batch: &RecordBatch) -> Result<Vec<u8>, Error> {
+    encode(batch).map_err(|message| Error::Encode { table: table.to_owned(), message })
+}
+
 /// Writes rows as one Parquet file of the table, whole or not at all.
 ///
 /// # Errors
@@ -81,8 +100,8 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(io)?;
     let mut file = tempfile::Builder::new()
-        .prefix(".roadbench-")
-        .suffix(".tmp")
+        .prefix(TEMPORARY.0)
+        .suffix(TEMPORARY.1)
         .tempfile_in(folder)
         .map_err(io)?;
     file.write_all(bytes).map_err(io)?;
@@ -109,4 +128,168 @@ fn encode(batch: &RecordBatch) -> Result<Vec<u8>, String> {
     writer.write(batch).map_err(|e| e.to_string())?;
     writer.close().map_err(|e| e.to_string())?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows;
+
+    fn ident() -> rows::Ident {
+        rows::Ident { session_id: "s".into(), bike_id: "b".into(), start_time: None }
+    }
+
+    fn provenance() -> rows::Provenance {
+        rows::Provenance {
+            input_hash: "0".into(),
+            pipeline_hash: "1".into(),
+            version: crate::VERSION.into(),
+        }
+    }
+
+    /// One row of each struct goes through its schema: names, kinds and nulls agree.
+    #[test]
+    fn every_row_struct_fits_its_schema() {
+        fn fits<R: Serialize>(name: &str, row: &R) {
+            let table = Table::embedded(name);
+            let rows = std::slice::from_ref(row);
+            let batch = batch(&table, rows).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(batch.num_rows(), 1);
+            let json = serde_json::to_value(row).expect("json");
+            let fields: Vec<&String> = json.as_object().expect("object").keys().collect();
+            for column in &table.columns {
+                assert!(fields.contains(&&column.name), "{name}: no field {}", column.name);
+            }
+        }
+        fits(
+            "coefficients",
+            &rows::Coefficient {
+                ident: ident(),
+                tyre: "front".into(),
+                coefficient: "mf_b".into(),
+                symbol: "B".into(),
+                value: Some(1.5),
+                unit: "1".into(),
+                std_error: None,
+                ci95_low: None,
+                ci95_high: None,
+                dispersion: None,
+                n_manoeuvres: 3,
+                n_samples: 4,
+                residual_scale: None,
+                outlier_fraction: None,
+                r_squared: None,
+                status: rows::Status::PoorlyDetermined,
+                reason: Some("brake harder".into()),
+                provenance: provenance(),
+            },
+        );
+        fits(
+            "warnings",
+            &rows::WarningRow {
+                ident: ident(),
+                stage: "ingest".into(),
+                code: "gap".into(),
+                channel: None,
+                count: 1,
+                time: Some(0.5),
+                message: "m".into(),
+            },
+        );
+        fits(
+            "rejected",
+            &rows::Rejected {
+                path: "p".into(),
+                session_id: None,
+                bike_id: None,
+                stage: "ingest".into(),
+                code: "truncated".into(),
+                message: "m".into(),
+                input_hash: None,
+                version: "v".into(),
+            },
+        );
+        fits(
+            "plots",
+            &rows::PlotPoint {
+                session_id: "s".into(),
+                bike_id: "b".into(),
+                plot: "p".into(),
+                series: "data".into(),
+                x: 0.0,
+                y: None,
+                y_low: None,
+                y_high: None,
+                weight: None,
+                manoeuvre_id: Some(1),
+            },
+        );
+        fits(
+            "manoeuvres",
+            &rows::Manoeuvre {
+                ident: ident(),
+                manoeuvre_id: 0,
+                kind: "coasting".into(),
+                start: 0.0,
+                end: 1.0,
+                direction: None,
+                quality: None,
+                used: true,
+                reason: None,
+                speed_start: None,
+                speed_end: None,
+                speed_mean: None,
+                acceleration_x_mean: None,
+                acceleration_x_peak: None,
+                acceleration_y_peak: None,
+                roll_peak: None,
+                slip_front_peak: None,
+                slip_rear_peak: None,
+            },
+        );
+        fits(
+            "sessions",
+            &rows::SessionRow {
+                ident: ident(),
+                path: "p".into(),
+                duration: 1.0,
+                rate: 100.0,
+                n_samples: 100,
+                distance: None,
+                channels: "roll".into(),
+                n_manoeuvres: 0,
+                n_used: 0,
+                n_coefficients_ok: 0,
+                n_warnings: 0,
+                tyre_front: None,
+                tyre_rear: None,
+                site: None,
+                rider_id: None,
+                provenance: provenance(),
+            },
+        );
+    }
+
+    #[test]
+    fn unit_and_description_survive_in_the_file() {
+        use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("deep/er/sessions.parquet");
+        write::<rows::SessionRow>(&path, &Table::embedded("sessions"), &[]).expect("written");
+        let file = std::fs::File::open(&path).expect("open");
+        let reader = ParquetRecordBatchReaderBuilder::try_new(file).expect("parquet");
+        let field = reader.schema().field_with_name("duration").expect("field").clone();
+        assert_eq!(field.metadata().get("unit").map(String::as_str), Some("s"));
+        assert!(field.metadata().contains_key("description"));
+        let left = std::fs::read_dir(path.parent().expect("parent")).expect("list").count();
+        assert_eq!(left, 1, "no temporary stays");
+    }
+
+    #[test]
+    fn a_path_under_a_file_is_an_error_that_names_it() {
+        let file = tempfile::NamedTempFile::new().expect("file");
+        let path = file.path().join("x/y.parquet");
+        let e = write_bytes(&path, b"z").expect_err("no folder below a file");
+        assert!(e.to_string().contains("y.parquet"), "{e}");
+    }
 }

@@ -1,15 +1,105 @@
 //! `roadbench export`.
 
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use crate::bike::{Axle, Bike};
 use crate::cli::Failure;
+use crate::report::tir::{self, Setting};
+use crate::report::tyre::Fitted;
+use crate::table;
 
 /// Write a fitted tyre for other simulators
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// The folder that `roadbench run --out` wrote.
+    out: PathBuf,
+    /// The session whose tyre it is.
+    #[arg(long)]
+    session: String,
+    /// Its bike, where two bikes have a session of that name.
+    #[arg(long)]
+    bike: Option<String>,
+    /// Property file for Magic Formula tyre models, or our own coefficients with intervals.
+    #[arg(long, value_enum)]
+    format: Format,
+    /// Which tyre; a tir file holds one, toml both where this is not given.
+    #[arg(long, value_enum)]
+    tyre: Option<End>,
+    /// Folder of bike files: fills dimensions and static load of a tir file.
+    #[arg(long)]
+    bikes: Option<PathBuf>,
+    /// Nominal load of a tir file, N.
+    #[arg(long)]
+    load: Option<f64>,
+    /// Where to write; stdout without it.
+    #[arg(long = "out", value_name = "FILE")]
+    file: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Format {
+    /// Magic Formula property file.
+    Tir,
+    /// Coefficients with intervals and status.
+    Toml,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum End {
+    Front,
+    Rear,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(_arguments: Arguments) -> Result<(), Failure> {
-    Err(Failure::Usage("not there yet".into()))
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let text = text(&arguments).map_err(Failure::Usage)?;
+    match &arguments.file {
+        None => match std::io::stdout().write_all(text.as_bytes()) {
+            // who reads has seen enough
+            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
+            other => other.map_err(|e| Failure::Output(format!("cannot write to stdout: {e}")))?,
+        },
+        Some(path) => {
+            table::write_bytes(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))?
+        }
+    }
+    Ok(())
+}
+
+fn text(arguments: &Arguments) -> Result<String, String> {
+    let axle = arguments.tyre.map(|end| match end {
+        End::Front => Axle::Front,
+        End::Rear => Axle::Rear,
+    });
+    if let Some(load) = arguments.load
+        && !(load > 0.0 && load.is_finite())
+    {
+        return Err(format!("--load {load} must be a positive force in N"));
+    }
+    let fitted = Fitted::read(&arguments.out, &arguments.session, arguments.bike.as_deref())?;
+    match arguments.format {
+        Format::Toml => fitted.to_toml(axle.map(Axle::name)),
+        Format::Tir => {
+            let axle = axle.ok_or("a tir file holds one tyre: say --tyre front or --tyre rear")?;
+            let bike = match &arguments.bikes {
+                None => None,
+                Some(folder) => Some(bike_file(folder, &fitted.session.ident.bike_id)?),
+            };
+            tir::write(&fitted, axle, &Setting { bike: bike.as_ref(), load: arguments.load })
+        }
+    }
+}
+
+/// The bike's file; an id from a table never leads out of the folder.
+fn bike_file(folder: &Path, bike_id: &str) -> Result<Bike, String> {
+    if bike_id.is_empty() || bike_id.contains(['/', '\\', '\0']) || bike_id.starts_with('.') {
+        return Err(format!("`{bike_id}` cannot be the name of a bike file"));
+    }
+    Bike::read(&folder.join(format!("{bike_id}.toml"))).map_err(|e| e.to_string())
 }

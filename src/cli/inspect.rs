@@ -1,15 +1,471 @@
 //! `roadbench inspect`.
 
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::bike::Bike;
+use crate::channel::Channel;
 use crate::cli::Failure;
+use crate::estimate::needs::NEEDS;
+use crate::ingest::map::ChannelMap;
+use crate::ingest::{self, Raw, Track};
+use crate::pipeline::Pipeline;
+use crate::schema::Table;
+use crate::session::{Meta, Session};
+use crate::warning::Warning;
 
 /// Show a log's channels, rates, gaps, and what can be estimated from it
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// The log.
+    log: PathBuf,
+    /// Folder of bike files; with it units and signs are checked against the bike.
+    #[arg(long, value_name = "DIR")]
+    bikes: Option<PathBuf>,
+    /// Channel map to use; may be repeated. Without it the shipped maps are tried.
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
+    /// Pipeline file; without it the built-in one.
+    #[arg(long, value_name = "FILE")]
+    pipeline: Option<PathBuf>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Everything there is to say of a log.
+#[derive(Debug, Serialize)]
+struct Inspection {
+    session: Facts,
+    channels: Vec<ChannelFacts>,
+    warnings: Vec<Noticed>,
+    rejected: Option<Reason>,
+    estimates: Vec<Estimate>,
+}
+
+#[derive(Debug, Serialize)]
+struct Facts {
+    session_id: String,
+    bike_id: String,
+    start_time: Option<String>,
+    tyre_front: Option<String>,
+    tyre_rear: Option<String>,
+    site: Option<String>,
+    rider_id: Option<String>,
+    /// s
+    duration: f64,
+    /// Of the common clock, Hz.
+    rate: f64,
+    samples: usize,
+    /// Over what is recorded of the velocity, m.
+    distance: Option<f64>,
+    bike_file: Option<PathBuf>,
+}
+
+#[derive(Debug, Serialize)]
+struct ChannelFacts {
+    channel: &'static str,
+    unit: String,
+    /// Of the source, Hz.
+    rate: Option<f64>,
+    /// Recorded by the source.
+    samples: usize,
+    /// On the common clock, per cent.
+    missing: f64,
+    gaps: usize,
+    /// s
+    longest_gap: f64,
+    min: Option<f64>,
+    median: Option<f64>,
+    max: Option<f64>,
+    verdict: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Noticed {
+    code: &'static str,
+    channel: Option<&'static str>,
+    count: usize,
+    time: Option<f64>,
+    message: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Reason {
+    code: &'static str,
+    message: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Estimate {
+    tyre: &'static str,
+    coefficients: &'static [&'static str],
+    /// `possible`, `assumed` or `not_available`.
+    status: &'static str,
+    missing_channels: Vec<&'static str>,
+    riding: &'static str,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(_arguments: Arguments) -> Result<(), Failure> {
-    Err(Failure::Usage("not there yet".into()))
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let maps = arguments
+        .map
+        .iter()
+        .map(|path| ChannelMap::read(path))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(Failure::Usage)?;
+    let pipeline = match &arguments.pipeline {
+        Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
+        None => Pipeline::onroad(),
+    };
+    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
+    let bike = match &arguments.bikes {
+        Some(folder) => Some(read_bike(folder, &raw.meta)?),
+        None => None,
+    };
+    let inspection = inspect(raw, bike.as_ref(), &pipeline.ingest).map_err(rejected)?;
+    let text = if arguments.json {
+        let json = serde_json::to_string_pretty(&inspection);
+        json.map_err(|e| Failure::Output(e.to_string()))? + "\n"
+    } else {
+        inspection.to_text()
+    };
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // whoever reads may stop reading
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            return Err(Failure::Output(format!("cannot write to stdout: {e}")));
+        }
+        _ => {}
+    }
+    match inspection.rejected {
+        Some(reason) => Err(Failure::Rejected(format!("{} ({})", reason.message, reason.code))),
+        None => Ok(()),
+    }
+}
+
+fn read_bike(folder: &Path, meta: &Meta) -> Result<(PathBuf, Bike), Failure> {
+    let path = folder.join(format!("{}.toml", meta.bike_id));
+    let bike = Bike::read(&path).map_err(|e| Failure::Usage(e.to_string()))?;
+    Ok((path, bike))
+}
+
+/// Looks at a log as the pipeline would, without stopping at what it would reject.
+fn inspect(
+    raw: Raw,
+    bike: Option<&(PathBuf, Bike)>,
+    config: &ingest::Config,
+) -> Result<Inspection, ingest::Error> {
+    let source: Vec<(Channel, usize, Option<f64>)> =
+        raw.tracks.iter().map(|t| (t.channel, recorded(t), source_rate(t))).collect();
+    let (mut session, mut warnings) = ingest::run(raw, config)?;
+    let table = Table::embedded("session");
+    let mut channels: Vec<ChannelFacts> = session
+        .channels()
+        .filter_map(|c| {
+            let from = source.iter().find(|s| s.0 == c);
+            let (samples, rate) = from.map_or((0, None), |s| (s.1, s.2));
+            Some(channel_facts(&session, c, table.column(c.name())?, samples, rate))
+        })
+        .collect();
+    let facts = facts(&session, bike.map(|b| b.0.clone()));
+    let mut rejected = None;
+    if let Some((_, bike)) = bike {
+        match ingest::check(&mut session, bike, config) {
+            Ok(more) => warnings.extend(more),
+            Err(e) => rejected = Some(Reason { code: e.code, message: e.message }),
+        }
+    }
+    for c in &mut channels {
+        let codes: Vec<&str> = warnings
+            .iter()
+            .filter(|w| w.channel.is_some_and(|x| x.name() == c.channel))
+            .map(|w| w.code)
+            .collect();
+        if !codes.is_empty() {
+            c.verdict = codes.join(", ");
+        }
+    }
+    let estimates = estimates(&session);
+    let warnings = warnings.into_iter().map(noticed).collect();
+    Ok(Inspection { session: facts, channels, warnings, rejected, estimates })
+}
+
+fn noticed(w: Warning) -> Noticed {
+    Noticed {
+        code: w.code,
+        channel: w.channel.map(Channel::name),
+        count: w.count,
+        time: w.time,
+        message: w.message,
+    }
+}
+
+fn facts(session: &Session, bike_file: Option<PathBuf>) -> Facts {
+    let Meta { session_id, bike_id, start_time, tyre_front, tyre_rear, site, rider_id } =
+        session.meta.clone();
+    let distance = session
+        .get(Channel::VelocityX)
+        .map(|v| v.iter().filter(|v| v.is_finite()).map(|v| v.abs()).sum::<f64>() / session.rate);
+    Facts {
+        session_id,
+        bike_id,
+        start_time,
+        tyre_front,
+        tyre_rear,
+        site,
+        rider_id,
+        duration: session.duration(),
+        rate: session.rate,
+        samples: session.len,
+        distance,
+        bike_file,
+    }
+}
+
+fn recorded(track: &Track) -> usize {
+    track.values.iter().filter(|v| v.is_finite()).count()
+}
+
+/// The usual distance of a source's samples as a rate, Hz.
+fn source_rate(track: &Track) -> Option<f64> {
+    let stamps = track.time.iter().zip(&track.values).filter(|(_, v)| v.is_finite());
+    let stamps: Vec<f64> = stamps.map(|(t, _)| *t).collect();
+    let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    Some(1.0 / median(&mut steps)?)
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+fn channel_facts(
+    session: &Session,
+    channel: Channel,
+    column: &crate::schema::Column,
+    samples: usize,
+    rate: Option<f64>,
+) -> ChannelFacts {
+    let x = session.get(channel).unwrap_or_default();
+    let mut there: Vec<f64> = x.iter().copied().filter(|v| v.is_finite()).collect();
+    let (mut gaps, mut longest) = (0, 0);
+    for gap in x.chunk_by(|a, b| a.is_finite() == b.is_finite()).filter(|g| !g[0].is_finite()) {
+        gaps += 1;
+        longest = longest.max(gap.len());
+    }
+    let outside = column
+        .range
+        .map_or(0, |[low, high]| there.iter().filter(|v| !(low..=high).contains(*v)).count());
+    let verdict = match (there.len(), outside) {
+        (0, _) => "empty".to_owned(),
+        (_, 0) => "plausible".to_owned(),
+        (n, k) => format!("{:.1} % out of range", 100.0 * k as f64 / n as f64),
+    };
+    ChannelFacts {
+        channel: channel.name(),
+        unit: column.unit.clone().unwrap_or_default(),
+        rate,
+        samples,
+        missing: 100.0 * (x.len() - there.len()) as f64 / x.len().max(1) as f64,
+        gaps,
+        longest_gap: longest as f64 / session.rate,
+        min: there.iter().copied().reduce(f64::min),
+        max: there.iter().copied().reduce(f64::max),
+        median: median(&mut there),
+        verdict,
+    }
+}
+
+fn estimates(session: &Session) -> Vec<Estimate> {
+    NEEDS
+        .iter()
+        .map(|need| {
+            let missing: Vec<&str> = need.missing(session).iter().map(|c| c.name()).collect();
+            let status = match (need.channels.is_empty(), missing.is_empty()) {
+                (true, _) => "assumed",
+                (false, true) => "possible",
+                (false, false) => "not_available",
+            };
+            Estimate {
+                tyre: need.tyre,
+                coefficients: need.coefficients,
+                status,
+                missing_channels: missing,
+                riding: need.riding,
+            }
+        })
+        .collect()
+}
+
+impl Inspection {
+    fn to_text(&self) -> String {
+        let mut out = String::new();
+        // writing to a String cannot fail
+        let _ = self.session.write(&mut out);
+        let _ = write_channels(&self.channels, &mut out);
+        let _ = self.write_findings(&mut out);
+        let _ = write_estimates(&self.estimates, &mut out);
+        out
+    }
+
+    fn write_findings(&self, out: &mut String) -> std::fmt::Result {
+        if self.session.bike_file.is_none() {
+            writeln!(out, "\nNot checked against a bike: give --bikes to check units and signs.")?;
+        }
+        if !self.warnings.is_empty() {
+            writeln!(out, "\nWarnings")?;
+        }
+        for w in &self.warnings {
+            let time = w.time.map(|t| format!(" (first at {t:.1} s)")).unwrap_or_default();
+            writeln!(out, "  {}: {}{time}", w.code, w.message)?;
+        }
+        if let Some(reason) = &self.rejected {
+            writeln!(
+                out,
+                "\nThis session would be rejected\n  {}: {}",
+                reason.code, reason.message
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl Facts {
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "Session {}, bike {}", self.session_id, self.bike_id)?;
+        let known = [
+            ("started", &self.start_time),
+            ("site", &self.site),
+            ("rider", &self.rider_id),
+            ("front tyre", &self.tyre_front),
+            ("rear tyre", &self.tyre_rear),
+        ];
+        for (name, value) in known {
+            if let Some(value) = value {
+                writeln!(out, "  {name}: {value}")?;
+            }
+        }
+        write!(out, "  {:.1} s, {} samples at {:.4} Hz", self.duration, self.samples, self.rate)?;
+        match self.distance {
+            Some(d) => writeln!(out, ", {:.2} km recorded", d / 1000.0),
+            None => writeln!(out),
+        }
+    }
+}
+
+fn write_channels(channels: &[ChannelFacts], out: &mut String) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n{:<24}{:>6}{:>9}{:>9}{:>10}{:>6}{:>11}{:>11}{:>11}  verdict",
+        "channel", "unit", "rate Hz", "samples", "missing %", "gaps", "min", "median", "max"
+    )?;
+    for c in channels {
+        let rate = c.rate.map(|r| format!("{r:.1}")).unwrap_or_default();
+        writeln!(
+            out,
+            "{:<24}{:>6}{rate:>9}{:>9}{:>10.1}{:>6}{:>11}{:>11}{:>11}  {}",
+            c.channel,
+            c.unit,
+            c.samples,
+            c.missing,
+            c.gaps,
+            number(c.min),
+            number(c.median),
+            number(c.max),
+            c.verdict
+        )?;
+    }
+    Ok(())
+}
+
+/// Four digits that fit a column.
+fn number(value: Option<f64>) -> String {
+    match value {
+        None => "-".into(),
+        Some(v) if v != 0.0 && !(1e-3..1e7).contains(&v.abs()) => format!("{v:.2e}"),
+        Some(v) if v.abs() >= 1000.0 => format!("{v:.0}"),
+        Some(v) => format!("{v:.3}"),
+    }
+}
+
+fn write_estimates(estimates: &[Estimate], out: &mut String) -> std::fmt::Result {
+    let titles = [
+        ("possible", "Can be estimated, if it was ridden"),
+        ("not_available", "Cannot be estimated"),
+        ("assumed", "Taken from the bike file"),
+    ];
+    for (status, title) in titles {
+        let mut rows = estimates.iter().filter(|e| e.status == status).peekable();
+        if rows.peek().is_some() {
+            writeln!(out, "\n{title}")?;
+        }
+        for e in rows {
+            write!(out, "  {:<8}{}", e.tyre, e.coefficients.join(", "))?;
+            match status {
+                "assumed" => writeln!(out)?,
+                "possible" => writeln!(out, "\n          from {}", e.riding)?,
+                _ => writeln!(
+                    out,
+                    "\n          missing: {}; then from {}",
+                    e.missing_channels.join(", "),
+                    e.riding
+                )?,
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    fn track(channel: Channel, time: &Arc<Vec<f64>>, f: impl Fn(f64) -> f64) -> Track {
+        Track { channel, time: Arc::clone(time), values: time.iter().map(|t| f(*t)).collect() }
+    }
+
+    #[test]
+    fn a_log_of_two_channels_is_described() {
+        let time = Arc::new((0..3000).map(|i| f64::from(i) / 50.0).collect::<Vec<f64>>());
+        let v = |t: f64| if (20.0..25.0).contains(&t) { f64::NAN } else { 10.0 + t / 6.0 };
+        let raw = Raw {
+            tracks: vec![
+                track(Channel::VelocityX, &time, v),
+                track(Channel::WheelSpeedFront, &time, |t| (10.0 + t / 6.0) / 0.3),
+            ],
+            ..Raw::default()
+        };
+        let got = inspect(raw, None, &ingest::Config::default()).expect("readable");
+        let velocity = &got.channels[0];
+        assert_eq!((velocity.channel, velocity.samples, velocity.gaps), ("velocity_x", 2750, 1));
+        assert!((velocity.rate.expect("rate") - 50.0).abs() < 1e-6);
+        assert!((velocity.missing - 100.0 / 12.0).abs() < 0.1, "{}", velocity.missing);
+        assert!((velocity.longest_gap - 5.0).abs() < 0.1, "{}", velocity.longest_gap);
+        assert_eq!(velocity.min, Some(10.0));
+        let possible: Vec<&str> =
+            got.estimates.iter().filter(|e| e.status == "possible").map(|e| e.tyre).collect();
+        assert_eq!(possible, ["front", "vehicle", "front"]);
+        let text = got.to_text();
+        assert!(text.contains("missing: wheel_speed_rear; then from straight coasting"), "{text}");
+        assert!(text.contains("give --bikes"), "{text}");
+        assert!(serde_json::to_string(&got).is_ok());
+    }
+
+    #[test]
+    fn numbers_fit_their_column() {
+        for (v, text) in
+            [(0.0, "0.000"), (1.5e-5, "1.50e-5"), (-2.5, "-2.500"), (1_800_001.0, "1800001")]
+        {
+            assert_eq!(number(Some(v)), text);
+        }
+        assert_eq!(number(None), "-");
+    }
 }

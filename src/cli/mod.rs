@@ -3,10 +3,14 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use indicatif::ProgressBar;
+
+use logging::LogFormat;
 
 pub mod convert;
 pub mod export;
 pub mod inspect;
+pub mod logging;
 pub mod report;
 pub mod run;
 pub mod schema;
@@ -18,6 +22,12 @@ pub mod simulate;
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    /// How log events are written to stderr.
+    #[arg(long, value_name = "FORMAT", default_value = "text", global = true)]
+    log_format: LogFormat,
+    /// Log more.
+    #[arg(short, long, global = true)]
+    verbose: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -36,7 +46,7 @@ enum Command {
 pub enum Failure {
     /// Bad usage or configuration, nothing written: 2.
     Usage(String),
-    /// Some inputs were rejected, and are listed: 1.
+    /// Some inputs were rejected, and are listed, or the run was stopped before its end: 1.
     Rejected(String),
     /// The output could not be written: 3.
     Output(String),
@@ -45,8 +55,10 @@ pub enum Failure {
 /// Parses the arguments, runs the command, prints what went wrong.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    let bar = ProgressBar::hidden();
+    logging::init(arguments.log_format, arguments.verbose, &bar);
     let result = match arguments.command {
-        Command::Run(a) => run::run(a),
+        Command::Run(a) => run::run(a, bar),
         Command::Simulate(a) => simulate::run(a),
         Command::Inspect(a) => inspect::run(a),
         Command::Convert(a) => convert::run(a),
@@ -60,8 +72,10 @@ pub fn main() -> ExitCode {
         Err(Failure::Usage(message)) => (2, message),
         Err(Failure::Output(message)) => (3, message),
     };
-    if !message.is_empty() {
-        eprintln!("roadbench: {message}");
+    match arguments.log_format {
+        _ if message.is_empty() => {}
+        LogFormat::Text => eprintln!("roadbench: {message}"),
+        LogFormat::Json => tracing::error!(exit_code = code, "{message}"),
     }
     ExitCode::from(code)
 }

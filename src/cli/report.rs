@@ -1,15 +1,30 @@
 //! `roadbench report`.
 
+use std::path::PathBuf;
+
 use crate::cli::Failure;
+use crate::report::{self, Error};
 
 /// Rebuild the HTML report from the tables
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// The folder that `roadbench run --out` wrote.
+    out: PathBuf,
+}
 
-/// Runs the command.
+/// Runs the command; prints where the report is.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(_arguments: Arguments) -> Result<(), Failure> {
-    Err(Failure::Usage("not there yet".into()))
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let out = arguments.out;
+    if !out.is_dir() {
+        return Err(Failure::Usage(format!("{} is not a folder", out.display())));
+    }
+    report::write(&out).map_err(|e| match e {
+        Error::NotAnOutput { .. } | Error::Read { .. } => Failure::Usage(e.to_string()),
+        Error::Write(_) | Error::Template(_) | Error::Data(_) => Failure::Output(e.to_string()),
+    })?;
+    println!("{}", out.join("report").join("index.html").display());
+    Ok(())
 }

@@ -1,15 +1,171 @@
 //! `roadbench run`.
 
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+
+use crate::batch::progress::Progress;
+use crate::batch::{self, Maps, Run, Settings, Stages};
 use crate::cli::Failure;
+use crate::pipeline::Pipeline;
+use crate::report::{self, terminal};
+use crate::rows;
+
+/// Rejections that are listed on stderr; the rest is in `rejected/`.
+const LISTED: usize = 20;
 
 /// Turn riding logs into tyre coefficients
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// Logs, folders of logs or archives, glob patterns.
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// Folder of bike files, `<bike_id>.toml`; by default the `bikes` beside an archive's sessions.
+    #[arg(long, value_name = "DIR")]
+    bikes: Option<PathBuf>,
+    /// Folder for the tables and the report; sessions that it holds already are kept.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Settings of the stages; by default the built-in pipelines/onroad.toml.
+    #[arg(long, value_name = "FILE")]
+    pipeline: Option<PathBuf>,
+    /// Channel map of logs that are not session.v1; may be repeated. Without it the shipped maps
+    /// are tried.
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
+    /// Sessions that are worked on at the same time; 0 takes one per core.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    jobs: usize,
+    /// Progress bar on stderr; only ever shown on a terminal.
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    progress: Show,
+    /// Also write the estimated time series.
+    #[arg(long)]
+    signals: bool,
+    /// Compute sessions again that are there already.
+    #[arg(long)]
+    force: bool,
+}
+
+/// When the progress bar is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Show {
+    /// On a terminal.
+    Auto,
+    /// Not at all.
+    Never,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(_arguments: Arguments) -> Result<(), Failure> {
-    Err(Failure::Usage("not there yet".into()))
+pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
+    let start = Instant::now();
+    let pipeline = match &arguments.pipeline {
+        Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
+        None => Pipeline::onroad(),
+    };
+    let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
+    let stop = stop_on_signal()?;
+    let settings = Settings {
+        inputs: &arguments.inputs,
+        bikes: arguments.bikes.as_deref(),
+        out: &arguments.out,
+        pipeline: &pipeline,
+        maps: &maps,
+        jobs: arguments.jobs,
+        force: arguments.force,
+        signals: arguments.signals,
+    };
+    let progress = Progress::new(bar, arguments.progress == Show::Auto);
+    let run = batch::run(&settings, &Stages, &progress, &stop);
+    progress.clear();
+    let (run, store) = run?;
+    let out = store.root();
+    if run.left > 0 {
+        return Err(Failure::Rejected(format!(
+            "stopped: {} of {} inputs are done, {} were not begun; the same command carries on",
+            run.inputs - run.left,
+            run.inputs,
+            run.left
+        )));
+    }
+    aggregate(out)?;
+    report::write(out)?;
+    match &run.only {
+        Some(only) => print(&terminal::summary(&only.session, &only.coefficients)),
+        None => print(&overview(&run, out, start.elapsed().as_secs_f64())?),
+    }
+    tracing::info!("report: {}", out.join("report/index.html").display());
+    if run.rejected.is_empty() {
+        return Ok(());
+    }
+    let list = terminal::rejections(&run.rejected, LISTED);
+    Err(Failure::Rejected(format!("{} rejected:\n{}", run.rejected.len(), list.trim_end())))
+}
+
+impl From<batch::Error> for Failure {
+    fn from(e: batch::Error) -> Self {
+        match e {
+            batch::Error::Usage(message) => Failure::Usage(message),
+            batch::Error::Output(message) | batch::Error::Internal(message) => {
+                Failure::Output(message)
+            }
+        }
+    }
+}
+
+impl From<report::Error> for Failure {
+    fn from(e: report::Error) -> Self {
+        Failure::Output(e.to_string())
+    }
+}
+
+/// The first Ctrl-C (or SIGTERM) lets the sessions under way finish, the second one ends at once.
+fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(1); // whole files only, even so
+        }
+        tracing::warn!("stopping after the sessions under way; once more to stop at once");
+    })
+    .map_err(|e| Failure::Usage(format!("cannot listen for Ctrl-C: {e}")))?;
+    Ok(stop)
+}
+
+/// The tables over all sessions of the output, of this run and of earlier ones.
+#[cfg(feature = "fleet")]
+fn aggregate(out: &Path) -> Result<(), Failure> {
+    let rows = batch::fleet::write(out)?;
+    tracing::debug!(rows = rows.len(), "fleet");
+    Ok(())
+}
+
+/// Built without the feature `fleet`: there is no such table.
+#[cfg(not(feature = "fleet"))]
+fn aggregate(_out: &Path) -> Result<(), Failure> {
+    tracing::debug!("built without the feature `fleet`: no fleet table");
+    Ok(())
+}
+
+/// What the run's sessions gave, read back from the tables: those that were there already count too.
+fn overview(run: &Run, out: &Path, seconds: f64) -> Result<String, Failure> {
+    let ours = |ident: &rows::Ident| run.sessions.contains(&ident.session_id);
+    let mut sessions = report::tables::sessions(out)?;
+    sessions.retain(|s| ours(&s.ident));
+    let mut coefficients = report::tables::coefficients(out)?;
+    coefficients.retain(|c| ours(&c.ident));
+    Ok(terminal::batch_summary(&sessions, &coefficients, &run.rejected, seconds))
+}
+
+/// Results go to stdout; a reader that has seen enough (`| head`) is no error.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
 }

@@ -6,6 +6,7 @@
 
 pub mod samples;
 pub mod signals;
+pub mod table;
 pub mod zeros;
 
 use serde::{Deserialize, Serialize};
@@ -74,3 +75,5 @@ impl Config {
         Ok(())
     }
 }
+
+pub mod needs;

@@ -50,6 +50,26 @@ impl Samples {
     pub fn is_empty(&self) -> bool {
         self.segment.is_empty()
     }
+
+    /// Puts other samples behind these.
+    pub fn append(&mut self, mut other: Samples) {
+        self.segment.append(&mut other.segment);
+        self.time.append(&mut other.time);
+        self.velocity_x.append(&mut other.velocity_x);
+        self.velocity_x_rate.append(&mut other.velocity_x_rate);
+        self.velocity_y.append(&mut other.velocity_y);
+        self.velocity_y_rate.append(&mut other.velocity_y_rate);
+        self.acceleration_x.append(&mut other.acceleration_x);
+        self.roll.append(&mut other.roll);
+        self.roll_rate.append(&mut other.roll_rate);
+        self.yaw_rate.append(&mut other.yaw_rate);
+        self.steer.append(&mut other.steer);
+        for k in 0..2 {
+            self.omega[k].append(&mut other.omega[k]);
+            self.omega_rate[k].append(&mut other.omega_rate[k]);
+        }
+        self.direction.append(&mut other.direction);
+    }
 }
 
 /// A value between samples by a cubic through its four neighbours; `at` in samples.

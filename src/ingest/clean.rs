@@ -5,8 +5,7 @@
 
 use crate::channel::Channel;
 use crate::ingest::clock::{Clocked, Timed, median};
-use crate::ingest::{Config, warning};
-use crate::schema::Table;
+use crate::ingest::{Config, session_table, warning};
 use crate::warning::Warning;
 
 use Channel::*;
@@ -19,6 +18,8 @@ const MOVING: f64 = 2.0;
 const CLIPPED: (usize, usize) = (5, 3);
 /// Least samples of a stuck run.
 const STUCK: usize = 10;
+/// A stuck run ends with a jump of so many usual changes.
+const STUCK_JUMP: f64 = 5.0;
 
 /// Inertial channels: they have limits of their own that a ride can exceed.
 const CAN_CLIP: &[Channel] = &[
@@ -64,7 +65,7 @@ const CAN_STICK: &[Channel] = &[
 
 /// Cleans every channel, and takes out those with nothing in them.
 pub fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
-    let table = Table::embedded("session");
+    let table = session_table();
     let moving = moving_times(log);
     let start = log.span().0;
     let Clocked { clocks, tracks } = log;
@@ -109,6 +110,32 @@ struct Extent {
     count: usize,
 }
 
+impl Extent {
+    /// In lanes, which the compiler can do side by side: this pass is over every sample.
+    fn of(values: &[f64]) -> Self {
+        const LANES: usize = 8;
+        let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+        let mut missing = [0_u64; LANES];
+        let (chunks, rest) = values.as_chunks::<LANES>();
+        let mut lane = |k: usize, v: f64| {
+            low[k] = if v < low[k] { v } else { low[k] };
+            high[k] = if v > high[k] { v } else { high[k] };
+            missing[k] += u64::from(v.is_nan());
+        };
+        for chunk in chunks {
+            for (k, &v) in chunk.iter().enumerate() {
+                lane(k, v);
+            }
+        }
+        rest.iter().for_each(|&v| lane(0, v));
+        Extent {
+            low: low.into_iter().fold(f64::INFINITY, f64::min),
+            high: high.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            count: values.len() - missing.iter().sum::<u64>() as usize,
+        }
+    }
+}
+
 impl Job<'_> {
     fn warn(&mut self, code: &'static str, count: usize, at: usize, message: String) {
         let time = Some(self.stamps[at] - self.start);
@@ -119,12 +146,7 @@ impl Job<'_> {
 
     /// Smallest, largest and number of the finite samples; `None` and a warning if none is.
     fn extent(&mut self) -> Option<Extent> {
-        let mut e = Extent { low: f64::INFINITY, high: f64::NEG_INFINITY, count: 0 };
-        for &v in &self.track.values {
-            e.low = e.low.min(v);
-            e.high = e.high.max(v);
-            e.count += usize::from(v.is_finite());
-        }
+        let e = Extent::of(&self.track.values);
         if e.count == 0 {
             let n = self.track.values.len();
             self.warn("empty_channel", n, 0, "has no sample at all, left out".into());
@@ -158,17 +180,16 @@ impl Job<'_> {
         let x = &mut self.track.values;
         let Some(least) = least_jump(x, threshold) else { return };
         let (mut count, mut first) = (0, 0);
-        for i in 1..x.len().saturating_sub(1) {
+        let stands_out = |w: &[f64]| {
+            let (a, b) = (w[1] - w[0], w[1] - w[2]);
+            a.abs() > least && b.abs() > least && a * b > 0.0
+        };
+        let suspects: Vec<usize> =
+            x.windows(3).enumerate().filter(|(_, w)| stands_out(w)).map(|(i, _)| i + 1).collect();
+        for i in suspects {
             let (a, b) = (x[i] - x[i - 1], x[i] - x[i + 1]);
-            if !(a.abs() > least && b.abs() > least && a * b > 0.0) {
-                continue;
-            }
             let jump = a.abs().min(b.abs());
-            let around = x[i.saturating_sub(5)..i]
-                .windows(2)
-                .chain(x[i + 1..x.len().min(i + 6)].windows(2))
-                .map(|w| (w[1] - w[0]).abs())
-                .fold(0.0, f64::max);
+            let Some(around) = liveliness(x, i) else { continue };
             if jump > 0.5 * threshold * around && (x[i + 1] - x[i - 1]).abs() < 0.3 * jump {
                 if count == 0 {
                     first = i;
@@ -186,7 +207,7 @@ impl Job<'_> {
     /// Plateaus at the channel's own extreme where a peak ought to be.
     fn clipped(&mut self) {
         let Some(Extent { low, high, .. }) = self.extent() else { return };
-        if !(high > low) {
+        if high <= low {
             return;
         }
         let band = 0.05 * (high - low);
@@ -237,11 +258,12 @@ impl Job<'_> {
             let message = "does not change during the whole log".into();
             return self.warn("stuck", x.len(), 0, message);
         }
-        // a smooth source (a simulation, a filtered estimate) may rest on a value; a noisy
-        // sensor that does so has stopped
-        if !is_noisy(x) {
-            return;
-        }
+        // A smooth source (a simulation, a filtered estimate) may rest on a value, and so may a
+        // coarse one; a noisy sensor that does so and then jumps had stopped.
+        let jump = STUCK_JUMP * usual_change(x);
+        let mut runs = runs;
+        runs.retain(|&(_, b)| b == x.len() || (x[b] - x[b - 1]).abs() > jump);
+        let Some(&(first, _)) = runs.first().filter(|_| is_noisy(x)) else { return };
         let mut count = 0;
         for &(a, b) in &runs {
             self.track.values[a + 1..b].fill(f64::NAN);
@@ -282,34 +304,67 @@ fn least_jump(x: &[f64], threshold: f64) -> Option<f64> {
     (least > 0.0).then_some(least)
 }
 
+/// Largest change between neighbours near `i` that does not involve `i`; `None` where too few
+/// samples are around to tell.
+fn liveliness(x: &[f64], i: usize) -> Option<f64> {
+    let before = x[i.saturating_sub(5)..i].windows(2);
+    let after = x[i + 1..x.len().min(i + 6)].windows(2);
+    let (mut largest, mut count) = (0.0_f64, 0);
+    for step in before.chain(after).map(|w| (w[1] - w[0]).abs()).filter(|s| s.is_finite()) {
+        largest = largest.max(step);
+        count += 1;
+    }
+    (count >= 4).then_some(largest)
+}
+
 /// Runs `a..b` of at least `least` equal samples.
 fn equal_runs(x: &[f64], least: usize) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
-    let mut start = 0;
-    for i in 1..=x.len() {
-        if i == x.len() || x[i] != x[i - 1] {
-            if i - start >= least && x[start].is_finite() {
-                runs.push((start, i));
-            }
-            start = i;
+    // a run that long has two equal samples at this distance, wherever it begins
+    let stride = (least / 2).max(1);
+    let mut i = 0;
+    while i + stride < x.len() {
+        if x[i] != x[i + stride] {
+            i += stride;
+            continue;
         }
+        let value = x[i];
+        let start = i - x[..i].iter().rev().take_while(|v| **v == value).count();
+        let end = i + x[i..].iter().take_while(|v| **v == value).count();
+        if end - start >= least {
+            runs.push((start, end));
+        }
+        i = end.max(i + stride);
     }
     runs
 }
 
-/// Whether the changes from sample to sample keep changing sign, as noise does (two times in
-/// three) and a smooth signal does not.
+/// Whether the signal bends back and forth from sample to sample, as noise does (three times in
+/// four) and a smooth signal does not.
 fn is_noisy(x: &[f64]) -> bool {
-    let (mut turns, mut changes, mut last) = (0_usize, 0_usize, 0.0);
-    for w in x.windows(2) {
-        let step = w[1] - w[0];
-        if step != 0.0 && step.is_finite() {
-            turns += usize::from(step * last < 0.0);
-            changes += 1;
-            last = step;
+    let span = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let (mut turns, mut bends, mut last) = (0_usize, 0_usize, 0.0);
+    for w in x.windows(3) {
+        let bend = w[0] - 2.0 * w[1] + w[2];
+        // rounding of a computed signal is no noise
+        if bend.abs() > 1e-6 * span {
+            turns += usize::from(bend * last < 0.0);
+            bends += 1;
+            last = bend;
         }
     }
-    turns * 5 > changes
+    turns * 2 > bends
+}
+
+/// The usual size of a change, among the samples that change.
+fn usual_change(x: &[f64]) -> f64 {
+    let stride = (x.len() / 2048).max(1);
+    let changes = (1..x.len())
+        .step_by(stride)
+        .map(|i| (x[i] - x[i - 1]).abs())
+        .filter(|d| *d > 0.0)
+        .collect();
+    median(changes).unwrap_or(f64::INFINITY)
 }
 
 /// Yaw that runs on instead of wrapping at +-pi.
@@ -346,4 +401,40 @@ fn moving_times(log: &Clocked) -> Option<Vec<(f64, f64)>> {
     }
     spans.extend(open);
     Some(spans)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_found_wherever_they_begin() {
+        for start in 0..40 {
+            for len in [9, 10, 11, 23] {
+                let mut x: Vec<f64> = (0..80).map(f64::from).collect();
+                x[start..start + len].fill(-1.0);
+                let found = if len < 10 { vec![] } else { vec![(start, start + len)] };
+                assert_eq!(equal_runs(&x, 10), found, "{len} from {start}");
+            }
+        }
+    }
+
+    #[test]
+    fn extent_passes_over_nan() {
+        let mut x: Vec<f64> = (0..21).map(f64::from).collect();
+        x[0] = f64::NAN;
+        x[20] = f64::NAN;
+        let e = Extent::of(&x);
+        assert_eq!((e.low, e.high, e.count), (1.0, 19.0, 19));
+        assert_eq!(Extent::of(&[f64::NAN; 3]).count, 0);
+    }
+
+    #[test]
+    fn yaw_runs_on() {
+        let mut yaw: Vec<f64> = (0..100).map(|i| 0.2 * f64::from(i)).collect();
+        let truth = yaw.clone();
+        yaw.iter_mut().for_each(|y| *y = y.sin().atan2(y.cos()));
+        unwrap(&mut yaw);
+        assert!(yaw.iter().zip(&truth).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
 }

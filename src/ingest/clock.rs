@@ -42,10 +42,19 @@ pub struct Clocked {
     pub tracks: Vec<Timed>,
 }
 
+/// A recorded clock and what became of it.
+struct Source {
+    time: Arc<Vec<f64>>,
+    clock: Option<usize>,
+    kept: Option<Vec<usize>>,
+}
+
 /// Largest deviation from a uniform clock that is none, as a share of the period.
 const UNIFORM: f64 = 1e-3;
 /// A descent of more than this is a restarted clock, not a late stamp, s.
 const RESTART: f64 = 1.0;
+/// A step ahead of more than this is a clock that was set, not a pause in a ride, s.
+const SET_AHEAD: f64 = 3600.0;
 /// Runs shorter than this are not fitted: too few stamps to tell jitter from pace.
 const SHORTEST_RUN: usize = 16;
 /// A step of more periods than this is a gap between runs.
@@ -58,28 +67,26 @@ const COARSE: f64 = 0.2;
 /// # Errors
 /// `no_time` when no channel has two usable stamps, `too_short` under 1 s.
 pub fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<Clocked, Error> {
-    let mut sources: Vec<(Arc<Vec<f64>>, Option<usize>, Option<Vec<usize>>)> = Vec::new();
+    let mut sources: Vec<Source> = Vec::new();
     let mut out = Clocked { clocks: Vec::new(), tracks: Vec::with_capacity(tracks.len()) };
     let mut rows = 0;
     for track in tracks {
         rows = rows.max(track.time.len());
-        let at = match sources.iter().position(|(time, ..)| Arc::ptr_eq(time, &track.time)) {
+        let at = match sources.iter().position(|s| Arc::ptr_eq(&s.time, &track.time)) {
             Some(at) => at,
             None => {
-                let repaired = repair_one(&track.time);
-                let shared = Arc::clone(&track.time);
-                match repaired {
-                    None => sources.push((shared, None, None)),
-                    Some(repaired) => {
-                        repaired.report(warnings);
-                        sources.push((shared, Some(out.clocks.len()), repaired.kept));
-                        out.clocks.push(repaired.clock);
-                    }
+                let mut source = Source { time: Arc::clone(&track.time), clock: None, kept: None };
+                if let Some(repaired) = repair_one(&track.time) {
+                    repaired.report(warnings);
+                    source.clock = Some(out.clocks.len());
+                    source.kept = repaired.kept;
+                    out.clocks.push(repaired.clock);
                 }
+                sources.push(source);
                 sources.len() - 1
             }
         };
-        let (_, clock, kept) = &sources[at];
+        let Source { clock, kept, .. } = &sources[at];
         let Some(clock) = *clock else { continue };
         let values = match kept {
             None => track.values,
@@ -160,7 +167,7 @@ impl Repaired {
             let message = match self.lost {
                 0 => format!("{n} rows out of time order, left out"),
                 lost => format!(
-                    "the clock jumps back; the longest part that runs forward is used, {lost} of \
+                    "the clock jumps back or far ahead; the longest part between jumps is used, {lost} of \
                      {} rows are left out: split the log to use the others",
                     lost + self.clock.stamps.len()
                 ),
@@ -216,7 +223,7 @@ fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
         None => without_jitter(&raw),
     };
     let moved: Vec<f64> = fitted.iter().zip(&raw).map(|(a, b)| a - b).collect();
-    let period = median_step(&fitted);
+    let period = usual_step(&fitted);
     let rms = (moved.iter().map(|d| d * d).sum::<f64>() / moved.len() as f64).sqrt();
     if rms > 0.02 * period {
         out.jitter = (moved.iter().filter(|d| **d != 0.0).count(), rms);
@@ -265,13 +272,14 @@ fn drop_outliers(stamps: &[f64], kept: &mut Vec<usize>, fault: &mut Fault, start
     }
 }
 
-/// The longest part between restarts of the clock, and the stamps at which it restarted.
+/// The longest part between restarts of the clock (back, or far ahead), and the stamps before
+/// them.
 fn longest_part(stamps: &[f64], kept: &[usize]) -> (Vec<usize>, Vec<f64>) {
     let mut borders = vec![0];
     let mut descents = Vec::new();
     let mut latest = f64::NEG_INFINITY;
     for (k, &i) in kept.iter().enumerate() {
-        if stamps[i] < latest - RESTART {
+        if stamps[i] < latest - RESTART || (k > 0 && stamps[i] > latest + SET_AHEAD) {
             borders.push(k);
             descents.push(latest);
             latest = stamps[i];
@@ -323,7 +331,7 @@ fn coarse_clock(stamps: &[f64], kept: &[usize]) -> Option<Vec<f64>> {
 /// Stamps on straight lines over the row number, run by run, where the source is periodic.
 fn without_jitter(raw: &[f64]) -> Vec<f64> {
     let mut out = raw.to_vec();
-    let period = median_step(raw);
+    let period = usual_step(raw);
     let mut start = 0;
     for end in 1..=raw.len() {
         if end < raw.len() && raw[end] - raw[end - 1] <= RUN_GAP * period {
@@ -385,8 +393,19 @@ fn fit_line(stamps: &[f64], index: Option<&[f64]>) -> Option<(Vec<f64>, f64)> {
     Some((fit, (square / n).sqrt()))
 }
 
-fn median_step(stamps: &[f64]) -> f64 {
-    median(stamps.windows(2).map(|w| w[1] - w[0]).collect()).unwrap_or(0.0)
+/// Mean of the steps near the median one: the median alone is wrong for stamps that alternate
+/// or are rounded.
+fn usual_step(stamps: &[f64]) -> f64 {
+    let steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
+    let near = |middle: f64| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for step in steps.iter().filter(|s| (0.5..1.5).contains(&(*s / middle))) {
+            sum += step;
+            count += 1.0;
+        }
+        sum / count
+    };
+    median(steps.clone()).map_or(0.0, near)
 }
 
 /// The median of finite numbers, `None` of none.

@@ -17,11 +17,9 @@ pub const READER: Reader = Reader { name: "csv", sniff, identify, read, map };
 /// Share of a column's cells that may be unreadable before the log is refused.
 const BAD_CELLS: f64 = 0.01;
 
-/// Text: no NUL byte in the head, and a line's end or a text file's extension.
+/// Text of any encoding: no control characters but tabs and line ends.
 fn sniff(head: &Head<'_>) -> bool {
-    !head.bytes.contains(&0)
-        && std::str::from_utf8(&head.bytes[..head.bytes.len().min(256)])
-            .map_or_else(|e| e.error_len().is_none(), |_| true)
+    head.bytes.iter().all(|b| !b.is_ascii_control() || matches!(b, b'\t' | b'\r' | b'\n'))
 }
 
 fn identify(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {

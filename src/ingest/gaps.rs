@@ -30,9 +30,9 @@ fn fill(values: &mut [f64], start: usize, end: usize, kind: Kind) {
     let to = if end + 1 >= values.len() || values[places[3]].is_nan() { 3 } else { 4 };
     let times = places.map(|p| p as f64);
     let samples = places.map(|p| values[p]);
-    for i in start..end {
-        values[i] =
-            between(&times[from..to], &samples[from..to], 1 - from, i as f64, f64::INFINITY, kind);
+    for (i, value) in values.iter_mut().enumerate().take(end).skip(start) {
+        let t = i as f64;
+        *value = between(&times[from..to], &samples[from..to], 1 - from, t, f64::INFINITY, kind);
     }
 }
 

@@ -123,25 +123,36 @@ fn decode(text: &str) -> (Vec<Column>, usize) {
     (columns.collect(), broken)
 }
 
-/// A GPS line; without a fix its numbers are missing.
+/// A GPS line, two sentences in one; without a fix its numbers are missing. Where the logger
+/// broke off the first sentence, the position is missing and the second one still stands.
 fn gps_line(line: &str) -> Option<(f64, [f64; 4])> {
-    let cells: Vec<&str> = line.split(',').collect();
-    let [_, _, latitude, ns, longitude, ew, "$GPVTG", course, "T", _, "M", _, "N", kmh, "K", ms] =
-        cells[..]
-    else {
-        return None;
-    };
+    let (position, motion) = line.split_once("$GPVTG,")?;
+    let cells: Vec<&str> = motion.split(',').collect();
+    let [course, "T", _, "M", _, "N", kmh, "K", ms] = cells[..] else { return None };
     let ms: f64 = ms.parse().ok()?;
-    let degrees = |text: &str, half: &str, negative: &str| {
-        let packed: f64 = text.parse().ok()?;
-        let whole = (packed / 100.0).floor();
-        let angle = whole + (packed - 100.0 * whole) / 60.0;
-        Some(if half == negative { -angle } else { angle })
-    };
-    let Some(latitude) = degrees(latitude, ns, "S") else { return Some((ms, [f64::NAN; 4])) };
-    let longitude = degrees(longitude, ew, "W").unwrap_or(f64::NAN);
     let number = |text: &str| text.parse().unwrap_or(f64::NAN);
-    Some((ms, [number(kmh), number(course), latitude, longitude]))
+    let motion = [number(kmh), number(course)];
+    let cells: Vec<&str> = position.trim_end_matches(',').split(',').collect();
+    match cells[..] {
+        [_, _, latitude, ns, longitude, ew] => {
+            let latitude = degrees(latitude, 2, ns == "S");
+            let longitude = degrees(longitude, 3, ew == "W");
+            Some((ms, [motion[0], motion[1], latitude, longitude]))
+        }
+        // nothing after the time of day: no fix
+        [_, _] if position.ends_with(",,,,,") => Some((ms, [f64::NAN; 4])),
+        _ => Some((ms, [motion[0], motion[1], f64::NAN, f64::NAN])),
+    }
+}
+
+/// `ddmm.mmmm` or `dddmm.mmmm` in degrees; NaN if digits are missing, which the logger's lost
+/// bytes do.
+fn degrees(text: &str, digits: usize, negative: bool) -> f64 {
+    let whole = text.get(..digits).and_then(|t| t.parse::<u16>().ok());
+    let minutes = text.get(digits..).filter(|t| t.len() == 7).and_then(|t| t.parse::<f64>().ok());
+    let (Some(whole), Some(minutes)) = (whole, minutes) else { return f64::NAN };
+    let angle = f64::from(whole) + minutes / 60.0;
+    if negative { -angle } else { angle }
 }
 
 /// `rpm,_,_,_,ms`; the speed is a signed 16-bit number, logged signed or unsigned.
@@ -172,11 +183,12 @@ mod tests {
     #[test]
     fn lines_become_columns_on_their_own_clocks() {
         let (columns, broken) = decode(LOG);
-        assert_eq!(broken, 1);
+        assert_eq!(broken, 0);
         let of = |name: &str| columns.iter().find(|c| c.name == name).expect("there");
-        assert_eq!(*of("gps_speed").time, [397.451, 2.741]);
-        assert_eq!(of("gps_speed").values[0], 26.65);
-        assert!(of("gps_speed").values[1].is_nan(), "no fix, no speed");
+        assert_eq!(*of("gps_speed").time, [397.451, 307.347, 2.741]);
+        assert_eq!(of("gps_speed").values[..2], [26.65, 44.65]);
+        assert!(of("gps_speed").values[2].is_nan(), "no fix, no speed");
+        assert!(of("gps_latitude").values[1].is_nan(), "broken off");
         assert!((of("gps_latitude").values[0] - (39.0 + 16.0521 / 60.0)).abs() < 1e-12);
         assert!((of("gps_longitude").values[0] + (9.0 + 11.3152 / 60.0)).abs() < 1e-12);
         assert_eq!(of("motor_speed").values, [1550.0, -10.0]);

@@ -11,17 +11,17 @@
 //! `SI` converts from `unit`. `radius` turns a wheel's surface speed into spin, `ratio` a
 //! motor's spin into the wheel's.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use serde::Deserialize;
 
 use crate::channel::Channel;
-use crate::ingest::units::{self, Conversion};
+use crate::ingest::units::Conversion;
 use crate::ingest::{Error, Track};
-use crate::schema::{self, Table};
 use crate::session::Meta;
+
+mod form;
 
 /// A checked channel map.
 #[derive(Debug, Clone)]
@@ -133,75 +133,6 @@ pub struct Column {
     pub values: Vec<f64>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    name: String,
-    format: String,
-    #[serde(default)]
-    #[allow(dead_code)] // for people
-    description: String,
-    #[serde(default)]
-    optional: bool,
-    #[serde(default)]
-    yaw_convention: YawConvention,
-    #[serde(default)]
-    csv: CsvLayout,
-    #[serde(default)]
-    detect: FileDetect,
-    #[serde(default)]
-    meta: FileMeta,
-    time: Option<FileTime>,
-    channel: BTreeMap<String, FileEntry>,
-}
-
-#[derive(Deserialize, Default, PartialEq)]
-#[serde(rename_all = "snake_case")]
-enum YawConvention {
-    #[default]
-    Trace,
-    Euler,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct FileDetect {
-    columns: Vec<String>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct FileMeta {
-    bike_id: Option<String>,
-    tyre_front: Option<String>,
-    tyre_rear: Option<String>,
-    site: Option<String>,
-    rider_id: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileTime {
-    column: Option<String>,
-    unit: Option<String>,
-    rate: Option<f64>,
-    #[serde(default)]
-    epoch: bool,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileEntry {
-    from: toml::Value,
-    unit: Option<String>,
-    scale: Option<f64>,
-    offset: Option<f64>,
-    sign: Option<f64>,
-    radius: Option<f64>,
-    ratio: Option<f64>,
-    delay: Option<f64>,
-}
-
 impl ChannelMap {
     /// Reads and checks a map.
     ///
@@ -218,49 +149,7 @@ impl ChannelMap {
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, String> {
-        let fail = |message: String| format!("channel map {name}: {message}");
-        let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
-        let formats: Vec<&str> = super::READERS.iter().map(|r| r.name).collect();
-        if !formats.contains(&file.format.as_str()) {
-            return Err(fail(format!(
-                "unknown format `{}`; known are {}",
-                file.format,
-                formats.join(", ")
-            )));
-        }
-        if !(file.csv.delimiter.is_ascii() && matches!(file.csv.decimal, '.' | ',')) {
-            return Err(fail("`csv.delimiter` must be ASCII and `csv.decimal` `.` or `,`".into()));
-        }
-        let time = time_source(file.time, &file.format).map_err(fail)?;
-        let table = Table::embedded("session");
-        let mut entries = Vec::new();
-        for (column, entry) in file.channel {
-            let channel = channel_named(&column).map_err(fail)?;
-            let entry = entry_of(channel, entry, &table)
-                .map_err(|e| fail(format!("[channel.{column}]: {e}")))?;
-            entries.push(entry);
-        }
-        entries.sort_by_key(|e| e.channel);
-        Ok(ChannelMap {
-            name: file.name,
-            format: file.format,
-            csv: file.csv,
-            detect: file.detect.columns,
-            meta: Meta {
-                session_id: String::new(),
-                bike_id: file.meta.bike_id.unwrap_or_default(),
-                start_time: None,
-                tyre_front: file.meta.tyre_front,
-                tyre_rear: file.meta.tyre_rear,
-                site: file.meta.site,
-                rider_id: file.meta.rider_id,
-            },
-            time,
-            euler_yaw: file.yaw_convention == YawConvention::Euler,
-            optional: file.optional,
-            entries,
-            text: text.to_owned(),
-        })
+        form::parse(text, name)
     }
 
     /// Whether a source with these columns is what the map was written for.
@@ -298,7 +187,7 @@ impl ChannelMap {
     /// # Errors
     /// `missing_column`.
     pub fn apply(&self, columns: &[Column]) -> Result<Vec<Track>, Error> {
-        let mut clocks: Vec<(Arc<Vec<f64>>, f64, Arc<Vec<f64>>)> = Vec::new();
+        let mut clocks = Vec::new();
         let mut tracks = Vec::with_capacity(self.entries.len());
         for entry in &self.entries {
             let sources = entry
@@ -345,88 +234,24 @@ impl ChannelMap {
     }
 }
 
-/// The clock, `delay` earlier; equal ones stay shared.
-fn shifted(
-    time: &Arc<Vec<f64>>,
+/// A clock that was shifted.
+struct Shifted {
+    source: Arc<Vec<f64>>,
     delay: f64,
-    known: &mut Vec<(Arc<Vec<f64>>, f64, Arc<Vec<f64>>)>,
-) -> Arc<Vec<f64>> {
+    made: Arc<Vec<f64>>,
+}
+
+/// The clock, `delay` earlier; equal ones stay shared.
+fn shifted(time: &Arc<Vec<f64>>, delay: f64, known: &mut Vec<Shifted>) -> Arc<Vec<f64>> {
     if delay == 0.0 {
         return Arc::clone(time);
     }
-    if let Some((_, _, made)) = known.iter().find(|(t, d, _)| Arc::ptr_eq(t, time) && *d == delay) {
-        return Arc::clone(made);
+    if let Some(k) = known.iter().find(|k| Arc::ptr_eq(&k.source, time) && k.delay == delay) {
+        return Arc::clone(&k.made);
     }
     let made = Arc::new(time.iter().map(|t| t - delay).collect::<Vec<f64>>());
-    known.push((Arc::clone(time), delay, Arc::clone(&made)));
+    known.push(Shifted { source: Arc::clone(time), delay, made: Arc::clone(&made) });
     made
-}
-
-fn channel_named(column: &str) -> Result<Channel, String> {
-    Channel::from_name(column).ok_or_else(|| {
-        let names = Channel::ALL.iter().map(|c| c.name());
-        match schema::closest(column, names) {
-            Some(near) => format!("unknown column `{column}`; did you mean `{near}`?"),
-            None => format!("unknown column `{column}`; `roadbench schema session` lists them"),
-        }
-    })
-}
-
-fn time_source(time: Option<FileTime>, format: &str) -> Result<TimeSource, String> {
-    let Some(time) = time else {
-        return match format {
-            "kiro" => Ok(TimeSource::Own),
-            _ => Err("missing `[time]`; give `column` and `unit`, or `rate`".into()),
-        };
-    };
-    match (time.column, time.rate) {
-        (Some(name), None) => {
-            let unit = time.unit.as_deref().unwrap_or("s");
-            let c = units::conversion(unit, "s").map_err(|e| format!("[time]: {e}"))?;
-            Ok(TimeSource::Column { name, factor: c.factor, epoch: time.epoch })
-        }
-        (None, Some(rate)) if rate > 0.0 && rate.is_finite() => Ok(TimeSource::Rate(rate)),
-        (None, Some(rate)) => Err(format!("`time.rate` = {rate} Hz must be positive")),
-        _ => Err("`[time]` needs either `column` or `rate`".into()),
-    }
-}
-
-fn entry_of(channel: Channel, entry: FileEntry, table: &Table) -> Result<Entry, String> {
-    let from = match entry.from {
-        toml::Value::String(name) => vec![name],
-        toml::Value::Array(names) if !names.is_empty() => names
-            .into_iter()
-            .map(|n| n.as_str().map(str::to_owned).ok_or("`from` must list texts".to_owned()))
-            .collect::<Result<Vec<_>, _>>()?,
-        _ => return Err("`from` must be a column's name or a list of names".into()),
-    };
-    let si = table.column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("1");
-    let unit = entry.unit.unwrap_or_else(|| si.to_owned());
-    let (sign, delay) = (entry.sign.unwrap_or(1.0), entry.delay.unwrap_or(0.0));
-    if sign.abs() != 1.0 {
-        return Err(format!("`sign` = {sign} must be 1 or -1"));
-    }
-    let mut divisor = 1.0;
-    for (key, value) in [("radius", entry.radius), ("ratio", entry.ratio)] {
-        let Some(value) = value else { continue };
-        if si != "rad/s" || !(value > 0.0 && value.is_finite()) {
-            return Err(format!("`{key}` must be positive, and is for wheel speeds only"));
-        }
-        divisor *= value;
-    }
-    // a surface speed in m/s over the radius is the spin in rad/s
-    let target = if entry.radius.is_some() { "m/s" } else { si };
-    let unit_to_si = units::conversion(&unit, target)?;
-    let (scale, offset) = (entry.scale.unwrap_or(1.0), entry.offset.unwrap_or(0.0));
-    if !(scale.is_finite() && scale != 0.0 && offset.is_finite() && delay.is_finite()) {
-        return Err("`scale` must not be 0, and every number finite".into());
-    }
-    let to_si = Conversion {
-        factor: sign * unit_to_si.factor * scale / divisor,
-        offset: sign * (unit_to_si.factor * offset + unit_to_si.offset) / divisor,
-    };
-    let (radius, ratio) = (entry.radius, entry.ratio);
-    Ok(Entry { channel, from, unit, scale, offset, sign, radius, ratio, delay, to_si })
 }
 
 macro_rules! ship {

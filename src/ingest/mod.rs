@@ -11,11 +11,12 @@
 
 use std::io::Read as _;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
 use crate::channel::Channel;
+use crate::schema::Table;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
 
@@ -218,6 +219,12 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
         yaw::to_trace(&mut session, &mut warnings);
     }
     Ok((session, warnings))
+}
+
+/// The contract's input table, parsed once.
+fn session_table() -> &'static Table {
+    static TABLE: OnceLock<Table> = OnceLock::new();
+    TABLE.get_or_init(|| Table::embedded("session"))
 }
 
 /// A warning of this stage.

@@ -21,8 +21,8 @@ use arrow::datatypes::{DataType, Field, Float32Type, Float64Type, TimeUnit};
 use crate::channel::Channel;
 use crate::ingest::map::{ChannelMap, Column, TimeSource, of_format};
 use crate::ingest::units::{self, Conversion};
-use crate::ingest::{Error, Head, Raw, Reader, Track, ident, warning};
-use crate::schema::{self, Table};
+use crate::ingest::{Error, Head, Raw, Reader, Track, ident, session_table, warning};
+use crate::schema;
 use crate::session::Meta;
 
 /// The format.
@@ -73,7 +73,7 @@ fn read_contract(
     metadata: ArrowReaderMetadata,
     meta: Meta,
 ) -> Result<Raw, Error> {
-    let table = Table::embedded("session");
+    let table = session_table();
     let mut wanted = Vec::new();
     let mut plans: Vec<(Option<Channel>, Conversion)> = Vec::new();
     let mut unknown = Vec::new();

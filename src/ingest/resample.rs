@@ -15,7 +15,7 @@ const MAX_RATE: f64 = 1000.0;
 /// A rate so near to a whole number is that number.
 const SNAP: f64 = 0.01;
 /// Largest distance from the clock that needs no interpolation, as a share of its period.
-const ON_CLOCK: f64 = 0.01;
+const ON_CLOCK: f64 = 0.02;
 /// Channels this much faster than the clock are low-passed.
 const FASTER: f64 = 1.5;
 /// Half length of the low-pass, in periods of the clock.

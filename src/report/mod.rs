@@ -1,1 +1,172 @@
 //! The report: a pure function of the tables.
+//!
+//! [`write`] reads the tables of an output folder and writes `report/index.html` and one page
+//! per session beside it. A page holds all it needs (style, script, data): it opens from disk,
+//! offline. The templates are in `reports/`; the chart library is embedded whole.
+//!
+//! Texts from logs are hostile until escaped: the templates escape every value, and the data
+//! inside a script goes through [`figures::inline_json`].
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, Value, context};
+use rayon::prelude::*;
+
+use crate::{rows, table};
+
+pub mod drawing;
+pub mod figures;
+pub mod index;
+pub mod names;
+pub mod number;
+pub mod page;
+pub mod plots;
+pub mod tables;
+pub mod terminal;
+pub mod tir;
+pub mod tyre;
+pub mod words;
+
+/// What can go wrong with a report.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The folder holds none of our tables.
+    #[error(
+        "{path} holds neither `sessions` nor `rejected` tables: name the folder that \
+         `roadbench run` wrote with --out"
+    )]
+    NotAnOutput {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A table cannot be read.
+    #[error("cannot read {path}: {message}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        message: String,
+    },
+    /// A page cannot be written.
+    #[error(transparent)]
+    Write(#[from] table::Error),
+    /// A template is wrong: our own mistake.
+    #[error("report template: {0}")]
+    Template(#[from] minijinja::Error),
+    /// A page's data cannot be written as JSON: our own mistake.
+    #[error("report data: {0}")]
+    Data(#[from] serde_json::Error),
+}
+
+const STYLE: &str = include_str!("../../reports/style.css");
+const SCRIPT: &str = include_str!("../../reports/charts.js");
+const UPLOT_SCRIPT: &str = include_str!("../../reports/vendor/uplot/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uPlot.min.css");
+const TEMPLATES: &[(&str, &str)] = &[
+    ("base.html", include_str!("../../reports/base.html")),
+    ("run.html", include_str!("../../reports/run.html")),
+    ("session.html", include_str!("../../reports/session.html")),
+];
+
+/// First bytes of every page, by which a rebuild knows its own.
+const MARK: &str = "<!doctype html>\n<!-- roadbench report -->";
+
+/// Builds `out/report/` from the tables in `out`; pages of an earlier build go.
+///
+/// # Errors
+/// The folder holds no tables, one cannot be read, or a page cannot be written.
+pub fn write(out: &Path) -> Result<(), Error> {
+    if !out.join("sessions").is_dir() && !out.join("rejected").is_dir() {
+        return Err(Error::NotAnOutput { path: out.to_owned() });
+    }
+    let sessions = tables::sessions(out)?;
+    let coefficients = tables::coefficients(out)?;
+    let manoeuvres = tables::manoeuvres(out)?;
+    let warnings = tables::warnings(out)?;
+    let fleet = tables::fleet(out)?;
+    let plot_files = tables::plot_files(out)?;
+    let pages = names::pages(
+        sessions.iter().map(|s| (s.ident.bike_id.as_str(), s.ident.session_id.as_str())),
+    );
+    let environment = environment()?;
+    let folder = out.join("report");
+
+    // pages are independent of each other: their order of writing shows nowhere
+    sessions.par_iter().zip(&pages).try_for_each(|(session, name)| -> Result<(), Error> {
+        let key = tables::key(&session.ident);
+        let own = |ident: &rows::Ident| tables::key(ident) == key;
+        let coefficients = run_of(&coefficients, |c| own(&c.ident));
+        let manoeuvres = run_of(&manoeuvres, |m| own(&m.ident));
+        let warnings = run_of(&warnings, |w| own(&w.ident));
+        let files = plot_files.get(&(key.0.to_owned(), key.1.to_owned()));
+        let points = tables::plots(files.map_or(&[], Vec::as_slice), key.0, key.1)?;
+        let figures = figures::build(&points, manoeuvres);
+        let html = environment.get_template("session.html")?.render(context! {
+            page => Serde(page::build(session, coefficients, manoeuvres, warnings)),
+            charts => Serde(figures::heads(&figures.charts)),
+            panels => Serde(figures::heads(&figures.panels)),
+            absent => page::absent_charts(&figures),
+            data => Value::from_safe_string(figures::inline_json(&figures)?),
+            ..shared()
+        })?;
+        Ok(table::write_bytes(&folder.join(name), html.as_bytes())?)
+    })?;
+
+    let rejected = tables::rejected(out)?;
+    let index = index::build(&sessions, &pages, &coefficients, &warnings, rejected, &fleet);
+    let html = environment
+        .get_template("run.html")?
+        .render(context! { run => Serde(index), ..shared() })?;
+    table::write_bytes(&folder.join("index.html"), html.as_bytes())?;
+    remove_stale(&folder, &pages);
+    Ok(())
+}
+
+/// What every page embeds; all of it our own text.
+fn shared() -> Value {
+    context! {
+        mark => Value::from_safe_string(MARK.to_owned()),
+        style => Value::from_safe_string(STYLE.to_owned()),
+        script => Value::from_safe_string(SCRIPT.to_owned()),
+        uplot_script => Value::from_safe_string(UPLOT_SCRIPT.to_owned()),
+        uplot_style => Value::from_safe_string(UPLOT_STYLE.to_owned()),
+        version => crate::VERSION,
+    }
+}
+
+fn environment() -> Result<Environment<'static>, minijinja::Error> {
+    let mut environment = Environment::new();
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.add_filter("svg", |drawing: String| Value::from_safe_string(drawing));
+    for (name, text) in TEMPLATES {
+        environment.add_template(name, text)?;
+    }
+    Ok(environment)
+}
+
+/// The run of rows that belong together in rows sorted so that they are neighbours.
+fn run_of<R>(rows: &[R], own: impl Fn(&R) -> bool) -> &[R] {
+    let start = rows.iter().position(&own).unwrap_or(rows.len());
+    let length = rows[start..].iter().take_while(|r| own(r)).count();
+    &rows[start..start + length]
+}
+
+/// Takes away pages of an earlier build whose session is gone. One that cannot be removed is
+/// left: it is linked from nowhere.
+fn remove_stale(folder: &Path, pages: &[String]) {
+    let kept: BTreeSet<&str> = pages.iter().map(String::as_str).collect();
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if !name.ends_with(".html") || name == "index.html" || kept.contains(name.as_ref()) {
+            continue;
+        }
+        if std::fs::read(entry.path()).is_ok_and(|b| b.starts_with(MARK.as_bytes())) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}

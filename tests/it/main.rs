@@ -1,4 +1,9 @@
-//! Integration tests: one binary.
+//! The tests that use roadbench from the outside, in one binary.
 
+mod batch;
+mod cli;
 mod fit;
+mod ingest;
+mod recovery;
+mod report;
 mod segment;

@@ -1,0 +1,374 @@
+//! The batch itself: a session per worker, results to the store as they come.
+
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Instant;
+
+use super::discover::{bikes_beside, discover};
+use super::names::is_plain;
+use super::plan::{self, Job, Plan};
+use super::store::{Committed, Store};
+use super::{Error, Settings, Work, guarded};
+use crate::pipeline::{Input, Outcome, Rejection};
+use crate::rows::{Rejected, WarningRow};
+use crate::table;
+
+/// What became of an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// Computed and written.
+    Done,
+    /// Was there already, made from the same.
+    Unchanged,
+    /// Not usable; has a row in `rejected`.
+    Rejected,
+}
+
+/// One input that is through, for progress and logs.
+#[derive(Debug)]
+pub struct Finished<'a> {
+    /// The log.
+    pub log: &'a str,
+    /// The session, where it could be told.
+    pub session_id: Option<&'a str>,
+    /// What became of it.
+    pub state: State,
+    /// Why, if it was rejected: code and message.
+    pub why: Option<(&'a str, &'a str)>,
+    /// Time it took, s.
+    pub seconds: f64,
+    /// Samples on the common clock.
+    pub samples: i64,
+    /// Size of the log, bytes.
+    pub bytes: u64,
+}
+
+/// Who wants to know how far a run is.
+pub trait Watch: Sync {
+    /// Inputs and their bytes are known.
+    fn planned(&self, _inputs: usize, _bytes: u64) {}
+    /// One more is through. Called from the workers.
+    fn finished(&self, _finished: &Finished<'_>) {}
+}
+
+impl Watch for () {}
+
+/// What a run did.
+#[derive(Debug, Default)]
+pub struct Run {
+    /// Inputs found.
+    pub inputs: usize,
+    /// The sessions that came through, by id.
+    pub sessions: BTreeSet<String>,
+    /// Computed and written.
+    pub done: usize,
+    /// Were there already.
+    pub unchanged: usize,
+    /// Not usable, in order of path.
+    pub rejected: Vec<Rejected>,
+    /// Not begun, because the run was stopped.
+    pub left: usize,
+    /// Size of all logs, bytes.
+    pub bytes: u64,
+    /// The outcome, where there was one log only; without its time series.
+    pub only: Option<Outcome>,
+}
+
+/// Runs the batch. `stop` ends it early: sessions under way are finished, no other is begun.
+///
+/// Gives back the output too, still locked: no other run writes there until it is dropped. A
+/// single log is always computed, so that its coefficients can be shown.
+///
+/// # Errors
+/// Before anything is written: bad usage. Later: the output cannot be written.
+pub fn run(
+    settings: &Settings<'_>,
+    work: &impl Work,
+    watch: &impl Watch,
+    stop: &AtomicBool,
+) -> Result<(Run, Store), Error> {
+    let found = discover(settings.inputs, settings.out)?;
+    let beside = bikes_beside(settings.inputs)?;
+    let bikes = settings.bikes.or(beside.as_deref()).ok_or_else(|| {
+        Error::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
+    })?;
+    let inputs = found.len();
+    let threads = match settings.jobs {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        jobs => jobs,
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.min(inputs))
+        .build()
+        .map_err(|e| Error::Usage(format!("--jobs {threads}: {e}")))?;
+    let Plan { mut jobs, refused } =
+        pool.install(|| plan::plan(found, bikes, settings.pipeline, settings.maps, work))?;
+    let bytes = jobs.iter().map(|j| j.bytes).chain(refused.iter().map(|r| r.bytes)).sum();
+    let store = Store::open(settings.out)?;
+    watch.planned(inputs, bytes);
+
+    let mut rejected = Vec::new();
+    let mut unwritten = 0;
+    for refused in refused {
+        if stop.load(Ordering::Relaxed) {
+            unwritten += 1;
+            continue;
+        }
+        let row = refused.row;
+        reject(&store, &row)?;
+        watch.finished(&Finished { bytes: refused.bytes, ..rejection(&row) });
+        rejected.push(row);
+    }
+
+    // The largest log first, so that no worker is left with it at the end. Workers take the next
+    // job themselves instead of being rayon tasks: a worker that waits for parallel work inside
+    // a session can then never begin a second session on top of it.
+    jobs.sort_by(|a, b| b.bytes.cmp(&a.bytes).then_with(|| a.found.path.cmp(&b.found.path)));
+    let shared = Shared {
+        settings: Settings { force: settings.force || inputs == 1, ..*settings },
+        keep: inputs == 1,
+        store: &store,
+        jobs: &jobs,
+        next: AtomicUsize::new(0),
+        halt: AtomicBool::new(false),
+        stop,
+        tally: Mutex::default(),
+    };
+    pool.broadcast(|_| shared.worker(work, watch));
+    let mut tally = shared.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some(error) = tally.error {
+        return Err(Error::Output(error.to_string()));
+    }
+    rejected.append(&mut tally.rejected);
+    rejected.sort_by(|a, b| a.path.cmp(&b.path));
+    let left = unwritten + jobs.len() - tally.done - tally.unchanged - tally.refused;
+    let run = Run {
+        inputs,
+        sessions: tally.sessions,
+        done: tally.done,
+        unchanged: tally.unchanged,
+        rejected,
+        left,
+        bytes,
+        only: tally.only,
+    };
+    if run.sessions.len() + run.rejected.len() + run.left != run.inputs
+        || (run.left > 0 && !stop.load(Ordering::Relaxed))
+    {
+        return Err(Error::Internal(format!(
+            "{} inputs but {} sessions, {} rejected and {} left",
+            run.inputs,
+            run.sessions.len(),
+            run.rejected.len(),
+            run.left
+        )));
+    }
+    Ok((run, store))
+}
+
+/// What the workers share.
+struct Shared<'a> {
+    settings: Settings<'a>,
+    keep: bool,
+    store: &'a Store,
+    jobs: &'a [Job],
+    next: AtomicUsize,
+    halt: AtomicBool,
+    stop: &'a AtomicBool,
+    tally: Mutex<Tally>,
+}
+
+#[derive(Default)]
+struct Tally {
+    sessions: BTreeSet<String>,
+    done: usize,
+    unchanged: usize,
+    refused: usize,
+    rejected: Vec<Rejected>,
+    only: Option<Outcome>,
+    error: Option<Error>,
+}
+
+impl Shared<'_> {
+    fn worker(&self, work: &impl Work, watch: &impl Watch) {
+        while !self.halt.load(Ordering::Relaxed) && !self.stop.load(Ordering::Relaxed) {
+            let Some(job) = self.jobs.get(self.next.fetch_add(1, Ordering::Relaxed)) else {
+                break;
+            };
+            let start = Instant::now();
+            let result = self.session(job, work);
+            let seconds = start.elapsed().as_secs_f64();
+            let mut tally = self.tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut finished = Finished {
+                log: &job.log,
+                session_id: Some(&job.meta.session_id),
+                state: State::Done,
+                why: None,
+                seconds,
+                samples: 0,
+                bytes: job.bytes,
+            };
+            match result {
+                Err(error) => {
+                    self.halt.store(true, Ordering::Relaxed);
+                    tally.error.get_or_insert(error);
+                    return;
+                }
+                Ok(Ended::Unchanged) => {
+                    tally.sessions.insert(job.meta.session_id.clone());
+                    tally.unchanged += 1;
+                    finished.state = State::Unchanged;
+                    watch.finished(&finished);
+                }
+                Ok(Ended::Rejected(row)) => {
+                    tally.refused += 1;
+                    watch.finished(&Finished { seconds, bytes: job.bytes, ..rejection(&row) });
+                    tally.rejected.push(row);
+                }
+                Ok(Ended::Done(outcome)) => {
+                    tally.sessions.insert(job.meta.session_id.clone());
+                    tally.done += 1;
+                    finished.samples = outcome.session.n_samples;
+                    watch.finished(&finished);
+                    if self.keep {
+                        tally.only = Some(Outcome { signals: None, ..*outcome });
+                    }
+                }
+            }
+        }
+    }
+
+    /// One log from its bytes to its tables. An error is the output's; all else is in `Ended`.
+    fn session(&self, job: &Job, work: &impl Work) -> Result<Ended, Error> {
+        let input_hash = match plan::hash_file(&job.found.path) {
+            Ok(hash) => hash,
+            Err(e) => {
+                let message = format!("cannot read {}: {e}", job.log);
+                return self.refuse(job, "ingest", "unreadable", message, None);
+            }
+        };
+        let wanted = Committed {
+            session_id: job.meta.session_id.clone(),
+            bike_id: job.meta.bike_id.clone(),
+            path: job.log.clone(),
+            input_hash,
+            pipeline_hash: job.bike.pipeline_hash.clone(),
+            version: crate::VERSION.to_owned(),
+        };
+        if !self.settings.force && self.store.is_current(&wanted, self.settings.signals) {
+            self.store.forgive(&job.log).map_err(output)?;
+            return Ok(Ended::Unchanged);
+        }
+        let input = Input {
+            path: &job.found.path,
+            maps: &self.settings.maps.list,
+            input_hash: wanted.input_hash.clone(),
+            pipeline_hash: wanted.pipeline_hash.clone(),
+            signals: self.settings.signals,
+        };
+        let outcome =
+            guarded("pipeline", || work.run(&input, &job.bike.bike, self.settings.pipeline));
+        let mut outcome = match outcome {
+            Ok(outcome) => outcome,
+            Err(Rejection { stage, code, message }) => {
+                return self.refuse(job, stage, code, message, Some(wanted.input_hash));
+            }
+        };
+        if outcome.session.ident.session_id != job.meta.session_id
+            || outcome.session.ident.bike_id != job.meta.bike_id
+        {
+            let message = format!(
+                "the log was identified as session `{}` and read as `{}`; this is a mistake in \
+                 roadbench, please report it",
+                job.meta.session_id, outcome.session.ident.session_id
+            );
+            return self.refuse(job, "ingest", "internal_error", message, Some(wanted.input_hash));
+        }
+        note_unsafe_id(&mut outcome);
+        let files = match self.store.encode(&outcome) {
+            Ok(files) => files,
+            Err(e) => {
+                let message = format!("{e}; this is a mistake in roadbench, please report it");
+                return self.refuse(
+                    job,
+                    "write",
+                    "internal_error",
+                    message,
+                    Some(wanted.input_hash),
+                );
+            }
+        };
+        self.store.commit(&wanted.session_id, &wanted.bike_id, &job.log, &files).map_err(output)?;
+        Ok(Ended::Done(Box::new(outcome)))
+    }
+
+    fn refuse(
+        &self,
+        job: &Job,
+        stage: &'static str,
+        code: &'static str,
+        message: String,
+        input_hash: Option<String>,
+    ) -> Result<Ended, Error> {
+        let why = Rejection { stage, code, message };
+        let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, input_hash);
+        reject(self.store, &row)?;
+        Ok(Ended::Rejected(row))
+    }
+}
+
+enum Ended {
+    Done(Box<Outcome>),
+    Unchanged,
+    Rejected(Rejected),
+}
+
+/// Writes a rejection; tables that the session had from an earlier run go.
+fn reject(store: &Store, row: &Rejected) -> Result<(), Error> {
+    // a duplicate's name belongs to the log that was used
+    if row.code != "duplicate_session_id" {
+        let session = row.session_id.as_deref().or_else(|| store.once_was(&row.path));
+        if let Some(session) = session {
+            store.remove(session).map_err(output)?;
+        }
+    }
+    store.reject(row).map_err(output)
+}
+
+fn rejection(row: &Rejected) -> Finished<'_> {
+    Finished {
+        log: &row.path,
+        session_id: row.session_id.as_deref(),
+        state: State::Rejected,
+        why: Some((&row.code, &row.message)),
+        seconds: 0.0,
+        samples: 0,
+        bytes: 0,
+    }
+}
+
+/// The tables keep the id as it is; whoever looks for the file has to know it is named otherwise.
+fn note_unsafe_id(outcome: &mut Outcome) {
+    let id = &outcome.session.ident.session_id;
+    if is_plain(id) {
+        return;
+    }
+    outcome.warnings.push(WarningRow {
+        ident: outcome.session.ident.clone(),
+        stage: "ingest".to_owned(),
+        code: "unsafe_session_id".to_owned(),
+        channel: None,
+        count: 1,
+        time: None,
+        message: format!(
+            "the session id cannot be a file name as it is; its tables are stored as {}.parquet",
+            super::names::file_name(id)
+        ),
+    });
+    outcome.session.n_warnings += 1;
+}
+
+fn output(e: table::Error) -> Error {
+    Error::Output(e.to_string())
+}

@@ -1,0 +1,195 @@
+//! The fleet's table: how each coefficient of a bike spreads over its sessions.
+//!
+//! Assumes the sessions' tables of one output folder, of this run and of earlier ones. Only
+//! committed sessions and only rows with status `ok` take part. Polars scans, filters and groups
+//! the coefficients and takes their quantiles; what it has no word for is in [`spread`].
+//!
+//! The rows are sorted before anything is computed, so the same sessions give the same bytes.
+
+use std::path::Path;
+
+use jiff::Timestamp;
+use jiff::civil::DateTime;
+use jiff::tz::TimeZone;
+use polars::prelude::*;
+
+use super::Error;
+use super::names::file_name;
+use super::spread;
+use super::store::committed;
+use crate::rows::FleetRow;
+use crate::schema::Table;
+use crate::table;
+
+/// From so many sessions on, one that is far from the others is flagged.
+const FLAG_FROM: usize = 5;
+
+/// Farther from the median than so many robust standard deviations is far.
+const FAR: f64 = 4.0;
+
+/// Writes `<out>/fleet/fleet.parquet` from the coefficients in `out`; gives back its rows.
+///
+/// # Errors
+/// A coefficients table cannot be read, or the fleet's not be written.
+pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
+    let rows = rows(out)?;
+    let path = out.join("fleet/fleet.parquet");
+    table::write(&path, &Table::embedded("fleet"), &rows)
+        .map_err(|e| Error::Output(e.to_string()))?;
+    Ok(rows)
+}
+
+fn rows(out: &Path) -> Result<Vec<FleetRow>, Error> {
+    let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
+    let mut paths = Vec::new();
+    for session in committed(out).into_values().flatten() {
+        let file = format!("{}.parquet", file_name(&session.session_id));
+        let path = out.join("coefficients").join(format!("bike={}", session.bike_id)).join(file);
+        if path.is_file() {
+            paths.push(PlRefPath::try_from_path(&path).map_err(fail)?);
+        }
+    }
+    if paths.is_empty() {
+        return Ok(Vec::new());
+    }
+    aggregate(paths).and_then(|frame| unpack(&frame)).map_err(fail)
+}
+
+/// One row per bike, tyre and coefficient: quantiles, and the sessions' figures as lists.
+fn aggregate(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
+    let arguments = ScanArgsParquet {
+        glob: false, // the names are files, whatever characters they hold
+        hive_options: polars::io::HiveOptions::new_disabled(),
+        ..ScanArgsParquet::default()
+    };
+    let keys = ["bike_id", "tyre", "coefficient", "unit"];
+    let value = || col("value");
+    LazyFrame::scan_parquet_sources(ScanSources::Paths(paths.into_iter().collect()), arguments)?
+        .filter(col("status").eq(lit("ok")).and(value().is_finite()))
+        .select(
+            keys.iter()
+                .chain(&["session_id", "start_time", "value", "std_error"])
+                .map(|name| col(*name))
+                .collect::<Vec<_>>(),
+        )
+        .sort(keys.iter().chain(&["session_id"]).copied().collect::<Vec<_>>(), Default::default())
+        .group_by_stable(keys.map(col))
+        .agg([
+            value().median().alias("median"),
+            value().quantile(lit(0.25), QuantileMethod::Linear).alias("quartile_1"),
+            value().quantile(lit(0.75), QuantileMethod::Linear).alias("quartile_3"),
+            col("session_id"),
+            col("start_time"),
+            value(),
+            col("std_error"),
+        ])
+        .collect()
+}
+
+fn unpack(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {
+    let texts = |name: &str| frame.column(name)?.str();
+    let numbers = |name: &str| frame.column(name)?.f64();
+    let lists = |name: &str| frame.column(name)?.list();
+    let (bike_id, tyre) = (texts("bike_id")?, texts("tyre")?);
+    let (coefficient, unit) = (texts("coefficient")?, texts("unit")?);
+    let (median, q1, q3) = (numbers("median")?, numbers("quartile_1")?, numbers("quartile_3")?);
+    let (ids, starts) = (lists("session_id")?, lists("start_time")?);
+    let (values, errors) = (lists("value")?, lists("std_error")?);
+    let mut rows = Vec::with_capacity(frame.height());
+    for i in 0..frame.height() {
+        let text = |column: &StringChunked| column.get(i).unwrap_or_default().to_owned();
+        let group = |column: &ListChunked| {
+            column.get_as_series(i).ok_or_else(|| polars_err!(ComputeError: "empty group"))
+        };
+        let (ids, starts) = (group(ids)?, group(starts)?);
+        let (values, errors) = (group(values)?, group(errors)?);
+        let sessions = Sessions {
+            ids: ids.str()?.iter().map(Option::unwrap_or_default).collect(),
+            days: starts.str()?.iter().map(|s| s.and_then(days)).collect(),
+            values: values.f64()?.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
+            errors: errors.f64()?.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
+        };
+        rows.push(FleetRow {
+            bike_id: text(bike_id),
+            tyre: text(tyre),
+            coefficient: text(coefficient),
+            unit: text(unit),
+            median: median.get(i),
+            quartile_1: q1.get(i),
+            quartile_3: q3.get(i),
+            ..sessions.spread(median.get(i))
+        });
+    }
+    Ok(rows)
+}
+
+/// One coefficient's figures, session by session, in order of session id.
+struct Sessions<'a> {
+    ids: Vec<&'a str>,
+    /// Start, days since 1970.
+    days: Vec<Option<f64>>,
+    values: Vec<f64>,
+    /// Standard error, NaN where there is none.
+    errors: Vec<f64>,
+}
+
+impl Sessions<'_> {
+    /// Everything of a row that is not a key or a quantile.
+    fn spread(&self, median: Option<f64>) -> FleetRow {
+        let robust_sd = median.and_then(|m| spread::robust_sd(&self.values, m));
+        let (known_values, known_errors): (Vec<f64>, Vec<f64>) = self
+            .values
+            .iter()
+            .zip(&self.errors)
+            .filter(|(_, e)| e.is_finite() && **e > 0.0)
+            .unzip();
+        let (when, what): (Vec<f64>, Vec<f64>) =
+            self.days.iter().zip(&self.values).filter_map(|(d, v)| d.map(|d| (d, *v))).unzip();
+        let flagged: Vec<&str> = match (median, robust_sd) {
+            (Some(median), Some(sd)) if self.values.len() >= FLAG_FROM && sd > 0.0 => {
+                let far = self.values.iter().map(|v| (v - median).abs() > FAR * sd);
+                self.ids.iter().zip(far).filter(|(_, far)| *far).map(|(id, _)| *id).collect()
+            }
+            _ => Vec::new(),
+        };
+        FleetRow {
+            n_sessions: self.values.len() as i64,
+            robust_sd,
+            within_sd: spread::root_mean_square(&known_errors),
+            between_sd: spread::between_sd(&known_values, &known_errors),
+            drift_per_day: spread::theil_sen(&when, &what),
+            n_flagged: flagged.len() as i64,
+            flagged_sessions: (!flagged.is_empty()).then(|| flagged.join(", ")),
+            ..FleetRow::default()
+        }
+    }
+}
+
+/// Days since 1970 of a start time: RFC 3339; without an offset, or without a time of day, UTC.
+fn days(text: &str) -> Option<f64> {
+    let stamp: Timestamp = match text.parse() {
+        Ok(stamp) => stamp,
+        Err(_) => {
+            let civil = text
+                .parse::<DateTime>()
+                .or_else(|_| text.parse::<jiff::civil::Date>().map(|d| d.at(0, 0, 0, 0)));
+            civil.ok()?.to_zoned(TimeZone::UTC).ok()?.timestamp()
+        }
+    };
+    Some(stamp.as_millisecond() as f64 / 86_400_000.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn start_times_in_their_usual_forms() {
+        let day = |text| days(text).expect(text);
+        assert_eq!(day("1970-01-02T12:00:00Z"), 1.5);
+        assert_eq!(day("1970-01-02T14:00:00+02:00"), 1.5);
+        assert_eq!(day("1970-01-02T12:00:00"), 1.5);
+        assert_eq!(day("1970-01-02"), 1.0);
+        assert_eq!(days("yesterday"), None);
+    }
+}

@@ -1,0 +1,249 @@
+//! Before any samples are read: which session each log is, on which bike, and what is refused.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::discover::Found;
+use super::names::is_plain;
+use super::{Error, Maps, Work, guarded};
+use crate::bike::Bike;
+use crate::pipeline::{Pipeline, Rejection};
+use crate::rows::Rejected;
+use crate::session::Meta;
+
+/// Longest bike id: it becomes a folder name.
+const LONGEST_BIKE_ID: usize = 100;
+
+/// One session to compute.
+#[derive(Debug)]
+pub struct Job {
+    /// The log.
+    pub found: Found,
+    /// The log as it is named in the tables.
+    pub log: String,
+    /// Size of the log, bytes.
+    pub bytes: u64,
+    /// Who and when.
+    pub meta: Meta,
+    /// The bike it was ridden on.
+    pub bike: Arc<BikeFile>,
+}
+
+/// A bike and the hash of all that goes into its sessions besides the logs.
+#[derive(Debug)]
+pub struct BikeFile {
+    /// The bike.
+    pub bike: Bike,
+    /// BLAKE3 of the resolved pipeline, the bike file and the channel maps.
+    pub pipeline_hash: String,
+}
+
+/// An input that is rejected before it is computed.
+#[derive(Debug)]
+pub struct Refused {
+    /// Its row.
+    pub row: Rejected,
+    /// Size of the log, bytes.
+    pub bytes: u64,
+}
+
+/// What a run will do.
+#[derive(Debug, Default)]
+pub struct Plan {
+    /// To compute, in order of path.
+    pub jobs: Vec<Job>,
+    /// Rejected already, in order of path.
+    pub refused: Vec<Refused>,
+}
+
+/// Identifies every input and finds its bike.
+///
+/// # Errors
+/// The folder of bike files cannot be used.
+pub fn plan(
+    found: Vec<Found>,
+    bikes: &Path,
+    pipeline: &Pipeline,
+    maps: &Maps,
+    work: &impl Work,
+) -> Result<Plan, Error> {
+    check_bikes(bikes)?;
+    let salt = salt(pipeline, maps)?;
+    let identified: Vec<Result<Meta, Rejection>> =
+        found.par_iter().map(|f| identify(f, maps, work)).collect();
+    let mut garage = BTreeMap::new();
+    let mut first: BTreeMap<String, String> = BTreeMap::new();
+    let mut plan = Plan::default();
+    for (found, meta) in found.into_iter().zip(identified) {
+        let log = found.path.to_string_lossy().into_owned();
+        let bytes = found.path.metadata().map_or(0, |m| m.len());
+        let refuse = |log, meta, why| {
+            let hash = hash_file(&found.path).ok();
+            Refused { row: row(log, meta, why, hash), bytes }
+        };
+        let meta = match meta {
+            Ok(meta) => meta,
+            Err(why) => {
+                plan.refused.push(refuse(log, None, why));
+                continue;
+            }
+        };
+        let bike = claim(&mut first, &meta, &log)
+            .and_then(|()| lookup(&mut garage, bikes, &meta.bike_id, &salt));
+        match bike {
+            Ok(bike) => plan.jobs.push(Job { found, log, bytes, meta, bike }),
+            Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
+        }
+    }
+    Ok(plan)
+}
+
+/// A row of `rejected`.
+pub fn row(
+    log: String,
+    meta: Option<Meta>,
+    rejection: Rejection,
+    input_hash: Option<String>,
+) -> Rejected {
+    let (session_id, bike_id) = match meta {
+        Some(meta) => (Some(meta.session_id), Some(meta.bike_id).filter(|b| !b.is_empty())),
+        None => (None, None),
+    };
+    Rejected {
+        path: log,
+        session_id,
+        bike_id,
+        stage: rejection.stage.to_owned(),
+        code: rejection.code.to_owned(),
+        message: rejection.message,
+        input_hash,
+        version: crate::VERSION.to_owned(),
+    }
+}
+
+/// BLAKE3 of a file's bytes, as hexadecimal digits.
+///
+/// # Errors
+/// It cannot be read.
+pub fn hash_file(path: &Path) -> std::io::Result<String> {
+    if !path.is_file() {
+        return Err(std::io::ErrorKind::InvalidInput.into()); // a pipe would never end
+    }
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(File::open(path)?)?;
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
+fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Rejection> {
+    if let Some(problem) = &found.problem {
+        return Err(problem.clone());
+    }
+    guarded("ingest", || {
+        work.identify(&found.path, &maps.list).map_err(|e| Rejection {
+            stage: "ingest",
+            code: e.code,
+            message: e.message,
+        })
+    })
+}
+
+/// The first log of a session has its name; a second one is refused.
+fn claim(first: &mut BTreeMap<String, String>, meta: &Meta, log: &str) -> Result<(), Rejection> {
+    if let Some(holder) = first.get(&meta.session_id) {
+        return Err(Rejection {
+            stage: "discover",
+            code: "duplicate_session_id",
+            message: format!(
+                "session `{}` is also in {holder}, which comes first; give one of them another \
+                 session_id, or leave one out",
+                meta.session_id
+            ),
+        });
+    }
+    first.insert(meta.session_id.clone(), log.to_owned());
+    Ok(())
+}
+
+type Garage = BTreeMap<String, Result<Arc<BikeFile>, Rejection>>;
+
+/// The bike of that id; its file is read once.
+fn lookup(
+    garage: &mut Garage,
+    bikes: &Path,
+    bike_id: &str,
+    salt: &[u8],
+) -> Result<Arc<BikeFile>, Rejection> {
+    if let Some(known) = garage.get(bike_id) {
+        return known.clone();
+    }
+    let read = read_bike(bikes, bike_id, salt);
+    garage.insert(bike_id.to_owned(), read.clone());
+    read
+}
+
+fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, Rejection> {
+    let refuse = |code, message| Rejection { stage: "discover", code, message };
+    if bike_id.is_empty() {
+        return Err(refuse(
+            "no_bike_id",
+            "the log does not say which bike it was ridden on; put it in a folder bike=<id>/, \
+             in the file's metadata (bike_id) or under [meta] in its channel map"
+                .to_owned(),
+        ));
+    }
+    if !is_plain(bike_id) || bike_id.len() > LONGEST_BIKE_ID {
+        return Err(refuse(
+            "bad_bike_id",
+            format!(
+                "bike id `{}` cannot be a file name: use letters, digits, `.`, `_` and `-`, at \
+                 most {LONGEST_BIKE_ID}",
+                bike_id.escape_debug()
+            ),
+        ));
+    }
+    let path = bikes.join(format!("{bike_id}.toml"));
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            let message = format!(
+                "there is no bike file {}: write one (`roadbench schema bike` lists its keys), \
+                 or correct the log's bike_id",
+                path.display()
+            );
+            return Err(refuse("no_bike_file", message));
+        }
+        Err(e) => {
+            return Err(refuse("bad_bike_file", format!("cannot read {}: {e}", path.display())));
+        }
+    };
+    let bike =
+        Bike::parse(&text, bike_id, &path).map_err(|e| refuse("bad_bike_file", e.to_string()))?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(salt);
+    hasher.update(text.as_bytes());
+    let pipeline_hash = hasher.finalize().to_hex().to_string();
+    Ok(Arc::new(BikeFile { bike, pipeline_hash }))
+}
+
+fn check_bikes(bikes: &Path) -> Result<(), Error> {
+    let fail = |why: String| Error::Usage(format!("--bikes {}: {why}", bikes.display()));
+    let entries = std::fs::read_dir(bikes).map_err(|e| fail(e.to_string()))?;
+    let is_toml = |e: std::fs::DirEntry| e.path().extension().is_some_and(|x| x == "toml");
+    if entries.filter_map(Result::ok).any(is_toml) {
+        return Ok(());
+    }
+    Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()))
+}
+
+/// What every session's pipeline hash starts from; each part is hashed so that none can run into the next.
+fn salt(pipeline: &Pipeline, maps: &Maps) -> Result<Vec<u8>, Error> {
+    let text = toml::to_string(pipeline)
+        .map_err(|e| Error::Usage(format!("pipeline {}: {e}", pipeline.name)))?;
+    let mut salt = blake3::hash(text.as_bytes()).as_bytes().to_vec();
+    salt.extend_from_slice(blake3::hash(&maps.text).as_bytes());
+    Ok(salt)
+}

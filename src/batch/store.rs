@@ -1,0 +1,304 @@
+//! The output folder: one file per session and table, and the rules that keep them whole.
+//!
+//! ```text
+//! <out>/coefficients/bike=<id>/<session>.parquet   and likewise manoeuvres, warnings, plots, signals
+//! <out>/sessions/bike=<id>/<session>.parquet       written last: the session's commit marker
+//! <out>/rejected/<log>-<hash of its path>.parquet
+//! <out>/.roadbench.lock                            held while a run writes
+//! ```
+//!
+//! A session's tables are there exactly when its `sessions` file is: it is removed first and
+//! written last. Sessions of earlier runs that are no input of this one stay as they are: the
+//! folder is the fleet's archive. A session that is an input again is replaced.
+
+use std::collections::BTreeMap;
+use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use arrow::array::{Array, AsArray, RecordBatch};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use walkdir::WalkDir;
+
+use super::Error;
+use super::names::file_name;
+use crate::pipeline::Outcome;
+use crate::rows::Rejected;
+use crate::schema::Table;
+use crate::table;
+
+/// Every folder below the output that a run writes to.
+pub const TABLES: &[&str] = &[
+    "coefficients",
+    "manoeuvres",
+    "warnings",
+    "plots",
+    "signals",
+    "sessions",
+    "rejected",
+    "fleet",
+    "report",
+];
+
+/// The tables of one session but for its commit marker; `signals` only on request.
+const PER_SESSION: &[&str] = &["coefficients", "manoeuvres", "warnings", "plots", "signals"];
+
+/// A session whose tables are in the folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Committed {
+    /// The session.
+    pub session_id: String,
+    /// Its bike: the hive partition.
+    pub bike_id: String,
+    /// The input as it was named then.
+    pub path: String,
+    /// From what the tables were made.
+    pub input_hash: String,
+    /// From what the tables were made.
+    pub pipeline_hash: String,
+    /// The roadbench that made them.
+    pub version: String,
+}
+
+/// One session's tables as bytes, ready to be written.
+#[derive(Debug)]
+pub struct Files {
+    tables: Vec<(&'static str, Vec<u8>)>,
+    marker: Vec<u8>,
+}
+
+/// The output folder, locked for one run.
+#[derive(Debug)]
+pub struct Store {
+    root: PathBuf,
+    schemas: BTreeMap<&'static str, Table>,
+    /// By file name; more than one only where an interrupted run left a session under two bikes.
+    committed: BTreeMap<String, Vec<Committed>>,
+    _lock: File,
+}
+
+impl Store {
+    /// Makes the folder where it is missing, locks it, removes what a killed run left
+    /// half-written, and reads which sessions are there.
+    ///
+    /// # Errors
+    /// Another run has it, or it cannot be written.
+    pub fn open(root: &Path) -> Result<Self, Error> {
+        let lock = lock(root)?;
+        remove_temporaries(root)?;
+        let schemas = ["sessions", "coefficients", "manoeuvres", "warnings", "plots", "rejected"]
+            .map(|name| (name, Table::embedded(name)));
+        Ok(Store {
+            root: root.to_owned(),
+            schemas: BTreeMap::from(schemas),
+            committed: committed(root),
+            _lock: lock,
+        })
+    }
+
+    /// The folder.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    fn path(&self, table: &str, bike_id: &str, file: &str) -> PathBuf {
+        self.root.join(table).join(format!("bike={bike_id}")).join(format!("{file}.parquet"))
+    }
+
+    /// Whether the session's tables are there, whole, and made from just this.
+    pub fn is_current(&self, wanted: &Committed, signals: bool) -> bool {
+        let file = file_name(&wanted.session_id);
+        let same = |c: &Committed| {
+            c.session_id == wanted.session_id
+                && c.bike_id == wanted.bike_id
+                && c.path == wanted.path
+                && c.input_hash == wanted.input_hash
+                && c.pipeline_hash == wanted.pipeline_hash
+                && c.version == wanted.version
+        };
+        let known = self.committed.get(&file);
+        known.is_some_and(|c| matches!(c.as_slice(), [one] if same(one)))
+            && PER_SESSION
+                .iter()
+                .filter(|&&table| table != "signals" || signals)
+                .all(|table| self.path(table, &wanted.bike_id, &file).is_file())
+    }
+
+    /// An outcome as files.
+    ///
+    /// # Errors
+    /// A row does not fit its schema: our own mistake.
+    pub fn encode(&self, outcome: &Outcome) -> Result<Files, table::Error> {
+        let schema = |name: &str| &self.schemas[name];
+        let mut tables = vec![
+            ("coefficients", table::to_bytes(schema("coefficients"), &outcome.coefficients)?),
+            ("manoeuvres", table::to_bytes(schema("manoeuvres"), &outcome.manoeuvres)?),
+            ("warnings", table::to_bytes(schema("warnings"), &outcome.warnings)?),
+            ("plots", table::to_bytes(schema("plots"), &outcome.plots)?),
+        ];
+        if let Some(signals) = &outcome.signals {
+            tables.push(("signals", table::batch_to_bytes("signals", signals)?));
+        }
+        let marker = table::to_bytes(schema("sessions"), std::slice::from_ref(&outcome.session))?;
+        Ok(Files { tables, marker })
+    }
+
+    /// Replaces a session's tables.
+    ///
+    /// # Errors
+    /// The folder cannot be written.
+    pub fn commit(
+        &self,
+        session_id: &str,
+        bike_id: &str,
+        log: &str,
+        files: &Files,
+    ) -> Result<(), table::Error> {
+        self.remove(session_id)?;
+        let file = file_name(session_id);
+        // leftovers of a run that was killed before it could commit
+        remove_file(&self.path("signals", bike_id, &file))?;
+        for (table, bytes) in &files.tables {
+            table::write_bytes(&self.path(table, bike_id, &file), bytes)?;
+        }
+        table::write_bytes(&self.path("sessions", bike_id, &file), &files.marker)?;
+        self.forgive(log)
+    }
+
+    /// Takes a session's tables out of the folder, under whatever bike they were.
+    ///
+    /// # Errors
+    /// They are there and cannot be removed.
+    pub fn remove(&self, session_id: &str) -> Result<(), table::Error> {
+        let file = file_name(session_id);
+        for old in self.committed.get(&file).into_iter().flatten() {
+            remove_file(&self.path("sessions", &old.bike_id, &file))?;
+            for table in PER_SESSION {
+                remove_file(&self.path(table, &old.bike_id, &file))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the row of an input that could not be used.
+    ///
+    /// # Errors
+    /// The folder cannot be written.
+    pub fn reject(&self, row: &Rejected) -> Result<(), table::Error> {
+        let rows = std::slice::from_ref(row);
+        table::write(&self.rejected(&row.path), &self.schemas["rejected"], rows)
+    }
+
+    /// Removes the row that an input had in `rejected`.
+    ///
+    /// # Errors
+    /// It is there and cannot be removed.
+    pub fn forgive(&self, log: &str) -> Result<(), table::Error> {
+        remove_file(&self.rejected(log))
+    }
+
+    fn rejected(&self, log: &str) -> PathBuf {
+        let stem = Path::new(log).file_stem().unwrap_or_default().to_string_lossy();
+        let hash = blake3::hash(log.as_bytes()).to_hex();
+        self.root.join("rejected").join(format!("{}-{}.parquet", file_name(&stem), &hash[..8]))
+    }
+
+    /// The session that an unreadable log was when it could still be read: the one that was
+    /// made from this very path and is named like the file.
+    pub fn once_was(&self, log: &str) -> Option<&str> {
+        let stem = Path::new(log).file_stem()?.to_str()?;
+        self.committed
+            .get(&file_name(stem))?
+            .iter()
+            .find(|c| c.path == log)
+            .map(|c| c.session_id.as_str())
+    }
+}
+
+fn lock(root: &Path) -> Result<File, Error> {
+    let cannot =
+        |e: std::io::Error| Error::Output(format!("cannot write to --out {}: {e}", root.display()));
+    std::fs::create_dir_all(root).map_err(cannot)?;
+    let path = root.join(".roadbench.lock");
+    let file =
+        File::options().create(true).truncate(false).write(true).open(path).map_err(cannot)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(Error::Usage(format!(
+            "another roadbench is writing to {}; wait for it to end, or choose another --out",
+            root.display()
+        ))),
+        Err(TryLockError::Error(e)) if e.kind() == ErrorKind::Unsupported => {
+            tracing::warn!(
+                "{}: this file system has no locks; run one roadbench at a time on it",
+                root.display()
+            );
+            Ok(file)
+        }
+        Err(TryLockError::Error(e)) => Err(cannot(e)),
+    }
+}
+
+fn remove_temporaries(root: &Path) -> Result<(), Error> {
+    let folders = TABLES.iter().map(|t| root.join(t)).filter(|f| f.is_dir());
+    let files = folders.flat_map(|f| WalkDir::new(f).into_iter().filter_map(Result::ok));
+    for entry in files.filter(|e| e.file_type().is_file()) {
+        let name = entry.file_name().to_string_lossy();
+        if name.starts_with(table::TEMPORARY.0) && name.ends_with(table::TEMPORARY.1) {
+            tracing::debug!("removing {}, left by a run that was killed", entry.path().display());
+            remove_file(entry.path()).map_err(|e| Error::Output(e.to_string()))?;
+        }
+    }
+    Ok(())
+}
+
+fn remove_file(path: &Path) -> Result<(), table::Error> {
+    match std::fs::remove_file(path) {
+        Err(source) if source.kind() != ErrorKind::NotFound => {
+            Err(table::Error::Io { path: path.to_owned(), source })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The sessions in the folder. A file that cannot be read does not count: it is made anew.
+pub(super) fn committed(root: &Path) -> BTreeMap<String, Vec<Committed>> {
+    let mut out: BTreeMap<String, Vec<Committed>> = BTreeMap::new();
+    let walk = WalkDir::new(root.join("sessions")).min_depth(2).max_depth(2).sort_by_file_name();
+    for entry in walk.into_iter().filter_map(Result::ok) {
+        let path = entry.path();
+        let (Some(stem), Some("parquet")) =
+            (path.file_stem().and_then(|s| s.to_str()), path.extension().and_then(|e| e.to_str()))
+        else {
+            continue;
+        };
+        match read_marker(path) {
+            Some(row) => out.entry(stem.to_owned()).or_default().push(row),
+            None => tracing::warn!("{}: not a sessions table; passed by", path.display()),
+        }
+    }
+    out
+}
+
+fn read_marker(path: &Path) -> Option<Committed> {
+    let file = File::open(path).ok()?;
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file).ok()?.build().ok()?;
+    let batch: RecordBatch = reader.into_iter().next()?.ok()?;
+    let text = |name: &str| {
+        let column = batch.column_by_name(name)?.as_string_opt::<i32>()?;
+        (!column.is_empty()).then(|| column.value(0).to_owned())
+    };
+    let row = Committed {
+        session_id: text("session_id")?,
+        bike_id: text("bike_id")?,
+        path: text("path")?,
+        input_hash: text("input_hash")?,
+        pipeline_hash: text("pipeline_hash")?,
+        version: text("version")?,
+    };
+    // the row must be where its own words put it: nothing outside is ever removed on its account
+    let folder = path.parent()?.file_name()?.to_str()?;
+    let in_place = folder.strip_prefix("bike=") == Some(row.bike_id.as_str())
+        && path.file_stem()?.to_str()? == file_name(&row.session_id);
+    in_place.then_some(row)
+}

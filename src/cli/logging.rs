@@ -1,0 +1,64 @@
+//! Where log events go: stderr, as text or JSON lines, around the progress bar.
+
+use std::io::{self, IsTerminal, Write};
+
+use indicatif::ProgressBar;
+use tracing::level_filters::LevelFilter;
+use tracing_subscriber::fmt;
+
+/// How log events are written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum LogFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// One JSON object per line.
+    Json,
+}
+
+/// Sends events to stderr; the bar steps aside for each line.
+///
+/// Text at a terminal is for a person, who sees the bar and the list of what was rejected:
+/// only what needs attention is logged. Elsewhere there is an event per session. `verbose`
+/// shows everything.
+pub fn init(format: LogFormat, verbose: bool, bar: &ProgressBar) {
+    let level = match (verbose, format) {
+        (true, _) => LevelFilter::DEBUG,
+        (false, LogFormat::Text) if io::stderr().is_terminal() => LevelFilter::WARN,
+        (false, _) => LevelFilter::INFO,
+    };
+    let bar = bar.clone();
+    let writer = move || Lines { bar: bar.clone() };
+    let builder = fmt().with_max_level(level).with_writer(writer);
+    // a second initialisation (in tests) keeps the first
+    let _ = match format {
+        LogFormat::Text => builder.with_target(false).with_ansi(false).without_time().try_init(),
+        LogFormat::Json => builder
+            .json()
+            .flatten_event(true)
+            .with_target(false)
+            .with_current_span(false)
+            .with_span_list(false)
+            .try_init(),
+    };
+    std::panic::set_hook(Box::new(|panic| {
+        // the batch catches it and goes on; the place is what a bug report needs
+        tracing::error!("internal error: {panic}");
+    }));
+}
+
+/// Stderr, with the bar out of the way.
+struct Lines {
+    bar: ProgressBar,
+}
+
+impl Write for Lines {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        self.bar.suspend(|| io::stderr().write_all(line))?;
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}

@@ -1,0 +1,123 @@
+//! Rolling radii, drag and rolling resistance from coasting runs.
+//!
+//! ```text
+//!      v_x = R_rol omega                                                  both wheels
+//! (23) (m + sum(I/R^2)) a_x = -c_drag v_x^2 - c_rol m g [- m g grade direction]
+//! ```
+//!
+//! The printed form has neither the wheels' inertia nor the slope of the test strip, which both
+//! directions of travel tell apart from rolling resistance.
+
+use crate::GRAVITY;
+use crate::estimate::Formulation;
+use crate::estimate::samples::Samples;
+use crate::estimate::signals::Given;
+
+use super::clustered::{self, Fitted};
+
+/// What coasting gives.
+#[derive(Debug, Clone, Default)]
+pub struct Coasting {
+    /// Radius of each wheel.
+    pub radius: [Option<Fitted>; 2],
+    /// Drag (kg/m), rolling resistance and, where both directions were ridden, the grade.
+    pub resistance: Option<Fitted>,
+}
+
+/// Rows of one wheel's radius fit: `(omega, v, cluster)`.
+fn radius_rows(x: &Samples, given: &Given, wheel: usize) -> (Vec<f64>, Vec<f64>, Vec<usize>) {
+    let mut rows = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..x.len() {
+        let omega = x.omega[wheel][i];
+        let v = x.velocity_x[i] + given.zeros.latency * x.velocity_x_rate[i];
+        if omega.is_finite() && v.is_finite() && omega > 1.0 {
+            rows.0.push(omega);
+            rows.1.push(v);
+            rows.2.push(x.segment[i]);
+        }
+    }
+    rows
+}
+
+/// Rows of the resistance fit, in units of the weight.
+struct Resistance {
+    columns: Vec<Vec<f64>>,
+    y: Vec<f64>,
+    clusters: Vec<usize>,
+}
+
+fn resistance_rows(x: &Samples, given: &Given, radius: [f64; 2]) -> Resistance {
+    let bike = &given.bike;
+    let weight = bike.mass * GRAVITY;
+    let corrected = given.formulation == Formulation::Corrected;
+    let at = Given { radius, ..given.clone() };
+    let inertia: f64 = at.rotating_mass().iter().sum::<f64>() + bike.mass;
+    let mut runs = [Vec::new(), Vec::new()];
+    for i in 0..x.len() {
+        if x.direction[i] != 0.0 {
+            let side = usize::from(x.direction[i] < 0.0);
+            if runs[side].last() != Some(&x.segment[i]) {
+                runs[side].push(x.segment[i]);
+            }
+        }
+    }
+    let both = corrected && runs.iter().all(|r| r.len() >= 2);
+    let mut rows = Resistance {
+        columns: vec![Vec::new(); if both { 3 } else { 2 }],
+        y: Vec::new(),
+        clusters: Vec::new(),
+    };
+    for i in 0..x.len() {
+        let v = x.velocity_x[i] + given.zeros.latency * x.velocity_x_rate[i];
+        let a = x.acceleration_x[i] - given.zeros.acceleration_x;
+        if !(v.is_finite() && a.is_finite()) {
+            continue;
+        }
+        rows.columns[0].push(v * v / weight);
+        rows.columns[1].push(1.0);
+        if both {
+            rows.columns[2].push(x.direction[i]);
+        }
+        rows.y.push(-inertia * a / weight);
+        rows.clusters.push(x.segment[i]);
+    }
+    rows
+}
+
+/// Fits everything that coasting gives.
+pub fn fit(x: &Samples, given: &Given) -> Coasting {
+    let mut out = Coasting::default();
+    for wheel in 0..2 {
+        let (omega, v, clusters) = radius_rows(x, given, wheel);
+        if clustered::count(&clusters) >= 2 {
+            out.radius[wheel] = clustered::fit(&[&omega], &v, &clusters);
+        }
+    }
+    let nominal = given.radius;
+    let radius = [0, 1].map(|k| out.radius[k].as_ref().map_or(nominal[k], |f| f.theta[0]));
+    let rows = resistance_rows(x, given, radius);
+    if clustered::count(&rows.clusters) >= 3 {
+        let columns: Vec<&[f64]> = rows.columns.iter().map(Vec::as_slice).collect();
+        out.resistance = clustered::fit(&columns, &rows.y, &rows.clusters);
+    }
+    out
+}
+
+/// The same coefficients when the inputs change a little; robust weights stay.
+pub fn refit(x: &Samples, given: &Given, base: &Coasting) -> ([Option<f64>; 2], Option<[f64; 2]>) {
+    let mut radius = [None; 2];
+    for (wheel, slot) in radius.iter_mut().enumerate() {
+        if let Some(fitted) = &base.radius[wheel] {
+            let (omega, v, _) = radius_rows(x, given, wheel);
+            *slot = clustered::refit(&[&omega], &v, &fitted.weights).map(|t| t[0]);
+        }
+    }
+    let nominal = given.radius;
+    let at = [0, 1].map(|k| radius[k].unwrap_or(nominal[k]));
+    let resistance = base.resistance.as_ref().and_then(|fitted| {
+        let rows = resistance_rows(x, given, at);
+        let columns: Vec<&[f64]> = rows.columns.iter().map(Vec::as_slice).collect();
+        clustered::refit(&columns, &rows.y, &fitted.weights).map(|t| [t[0], t[1]])
+    });
+    (radius, resistance)
+}

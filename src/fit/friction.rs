@@ -1,0 +1,226 @@
+//! `mu_x(s)` of one tyre from braking (and, at the rear, driving): eq. 28.
+//!
+//! The slip ratio has an error of its own, of the velocity over the speed, so samples are
+//! weighed by the effective variance, which follows the curve's slope as it is fitted:
+//!
+//! ```text
+//! r = (mu - mu_x(s)) / sqrt(sigma_mu^2 + (mu_x'(s) sigma_s)^2),   sigma_s = sigma_v / v
+//! ```
+//! Without it the slip stiffness comes out too small (errors in variables), and the deficit is
+//! blamed on something else later.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::model::MagicFormula;
+
+use super::FrictionConfig;
+use super::cluster::{ClusterCovariance, Scores, sandwich};
+use super::clustered::{Quality, count, dispersion};
+use super::nonlinear::{self, Model, Options};
+
+/// Samples of one tyre.
+#[derive(Debug, Clone, Default)]
+pub struct Rows {
+    /// Slip ratio.
+    pub slip: Vec<f64>,
+    /// `Fx / Fz`.
+    pub friction: Vec<f64>,
+    /// Expected error of the slip ratio.
+    pub slip_error: Vec<f64>,
+    /// Manoeuvre.
+    pub clusters: Vec<usize>,
+    /// Expected error of the friction.
+    pub friction_error: f64,
+    /// Whether the tyre was driven as well as braked: then `e1` and `e2` are told apart.
+    pub both_signs: bool,
+}
+
+impl Rows {
+    fn formula(&self, theta: &[f64]) -> MagicFormula {
+        MagicFormula {
+            b: theta[0],
+            c: theta[1],
+            d: theta[2],
+            e1: theta[3],
+            e2: if self.both_signs { theta[4] } else { 0.0 },
+        }
+    }
+}
+
+impl Model for Rows {
+    fn parameters(&self) -> usize {
+        if self.both_signs { 5 } else { 4 }
+    }
+
+    fn len(&self) -> usize {
+        self.slip.len()
+    }
+
+    fn residuals(&self, theta: &[f64], out: &mut [f64]) {
+        let formula = self.formula(theta);
+        for (i, r) in out.iter_mut().enumerate() {
+            let slope = formula.slope(self.slip[i]) * self.slip_error[i];
+            let sigma = self.friction_error.hypot(slope);
+            *r = (self.friction[i] - formula.value(self.slip[i])) / sigma;
+        }
+    }
+
+    fn some_residuals(&self, theta: &[f64], rows: &[usize], out: &mut [f64]) {
+        let formula = self.formula(theta);
+        for (r, &i) in out.iter_mut().zip(rows) {
+            let slope = formula.slope(self.slip[i]) * self.slip_error[i];
+            let sigma = self.friction_error.hypot(slope);
+            *r = (self.friction[i] - formula.value(self.slip[i])) / sigma;
+        }
+    }
+}
+
+/// A fitted friction curve.
+#[derive(Debug, Clone)]
+pub struct Friction {
+    /// The curve.
+    pub formula: MagicFormula,
+    /// `b, c, d, e1[, e2]`.
+    pub theta: Vec<f64>,
+    /// Their covariance from manoeuvres.
+    pub covariance: Option<ClusterCovariance>,
+    /// Robust spread between manoeuvres.
+    pub dispersion: Vec<Option<f64>>,
+    /// Of the fit; the scale is in units of friction.
+    pub quality: Quality,
+    /// Robust weight of each sample.
+    pub weights: Vec<f64>,
+    /// `(J' psi' J)^-1 J' W`: how the coefficients follow the residuals.
+    response: DMatrix<f64>,
+    residuals: Vec<f64>,
+    /// Lowest and highest slip ratio ridden (1 % and 99 % of the samples).
+    pub ridden: [f64; 2],
+}
+
+/// Fits eq. 28; `None` where the samples cannot carry it.
+pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
+    let p = rows.parameters();
+    if rows.len() < 10 * p {
+        return None;
+    }
+    let peak = quantile(rows.friction.iter().map(|m| m.abs()).collect(), 0.98).clamp(0.2, 2.0);
+    let mut starts = Vec::new();
+    for (b, c, e) in [(10.0, 1.5, 0.2), (20.0, 1.3, 0.5), (6.0, 1.7, -0.5), (14.0, 1.6, -1.0)] {
+        let mut theta = vec![b, c, peak, e];
+        if rows.both_signs {
+            theta.push(0.0);
+        }
+        starts.push(theta);
+    }
+    let mut bounds = vec![(1.0, 80.0), (1.0, 2.4), (0.1, 2.5), (-6.0, 1.0)];
+    if rows.both_signs {
+        bounds.push((-4.0, 4.0));
+    }
+    let options = Options { search_iterations: config.search_iterations, ..Options::default() };
+    let fit = nonlinear::fit(rows, &starts, Some(&bounds), &options).ok()?;
+    let scores = Scores {
+        jacobian: &fit.jacobian,
+        residuals: &fit.residuals,
+        weights: &fit.weights,
+        psi_derivatives: Some(&fit.psi_derivatives),
+        clusters: &rows.clusters,
+    };
+    let covariance = sandwich(&scores).ok();
+    let negative: Vec<f64> = fit.residuals.iter().map(|r| -r).collect();
+    let dispersion = dispersion(&fit.jacobian, &negative, &fit.weights, &rows.clusters, &fit.theta);
+    let formula = rows.formula(&fit.theta);
+
+    let mut information = DMatrix::zeros(p, p);
+    let mut weighted = DMatrix::zeros(p, rows.len());
+    for i in 0..rows.len() {
+        for j in 0..p {
+            weighted[(j, i)] = fit.jacobian[(i, j)] * fit.weights[i];
+            for k in 0..p {
+                information[(j, k)] +=
+                    fit.jacobian[(i, j)] * fit.jacobian[(i, k)] * fit.psi_derivatives[i];
+            }
+        }
+    }
+    let response = information.lu().solve(&weighted)?;
+    let plain: Vec<f64> =
+        (0..rows.len()).map(|i| rows.friction[i] - formula.value(rows.slip[i])).collect();
+    let kept: f64 = fit.weights.iter().sum();
+    let mean = weighted_mean(&rows.friction, &fit.weights);
+    let left: f64 = plain.iter().zip(&fit.weights).map(|(r, w)| w * r * r).sum();
+    let whole: f64 =
+        rows.friction.iter().zip(&fit.weights).map(|(y, w)| w * (y - mean).powi(2)).sum();
+    let quality = Quality {
+        n_clusters: count(&rows.clusters),
+        n_samples: rows.len(),
+        scale: (left / kept).sqrt(),
+        outlier_fraction: fit.outlier_fraction,
+        r_squared: 1.0 - left / whole,
+    };
+    let ridden = [0.005, 0.995].map(|share| quantile(rows.slip.clone(), share));
+    Some(Friction {
+        formula,
+        theta: fit.theta,
+        covariance,
+        dispersion,
+        quality,
+        weights: fit.weights,
+        response,
+        residuals: fit.residuals,
+        ridden,
+    })
+}
+
+impl Friction {
+    /// The coefficients when the samples change a little: one step from the solution.
+    pub fn follow(&self, rows: &Rows) -> Vec<f64> {
+        let mut now = vec![0.0; rows.len()];
+        rows.residuals(&self.theta, &mut now);
+        let change: DVector<f64> =
+            DVector::from_iterator(now.len(), now.iter().zip(&self.residuals).map(|(a, b)| a - b));
+        // the residual is data minus model: its Jacobian carries a minus
+        let step = &self.response * change;
+        self.theta.iter().zip(step.iter()).map(|(t, s)| t - s).collect()
+    }
+
+    /// The curve of other coefficients.
+    pub fn formula_of(&self, theta: &[f64]) -> MagicFormula {
+        MagicFormula {
+            b: theta[0],
+            c: theta[1],
+            d: theta[2],
+            e1: theta[3],
+            e2: theta.get(4).copied().unwrap_or(0.0),
+        }
+    }
+
+    /// Slip of the friction peak, and its derivative by each coefficient.
+    pub fn peak_slip(&self) -> Option<(f64, Vec<f64>)> {
+        let peak = self.formula.peak_slip()?;
+        let gradient = (0..self.theta.len())
+            .map(|j| {
+                let step = 1e-4 * self.theta[j].abs().max(0.1);
+                let at = |sign: f64| {
+                    let mut theta = self.theta.clone();
+                    theta[j] += sign * step;
+                    self.formula_of(&theta).peak_slip().unwrap_or(peak)
+                };
+                (at(1.0) - at(-1.0)) / (2.0 * step)
+            })
+            .collect();
+        Some((peak, gradient))
+    }
+}
+
+fn weighted_mean(x: &[f64], w: &[f64]) -> f64 {
+    let total: f64 = w.iter().sum();
+    x.iter().zip(w).map(|(x, w)| x * w).sum::<f64>() / total
+}
+
+/// The value below which a share of the values lies.
+pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let k = ((values.len() - 1) as f64 * share).round() as usize;
+    *values.select_nth_unstable_by(k, f64::total_cmp).1
+}

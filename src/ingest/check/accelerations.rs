@@ -1,0 +1,87 @@
+//! Accelerations against what velocity and yaw rate say of the same motion.
+//!
+//! ```text
+//! (1)  a_x = dv/dt       (2)  a_y = v r
+//! ```
+//! (up to the side-slip terms, which are small beside them in a bend).
+
+use super::Finding;
+use super::view::{Median, View};
+use crate::GRAVITY;
+use crate::channel::Channel;
+
+/// Accelerations above this are compared, m/s².
+const LEAST: f64 = 1.0;
+/// An offset of this is a tilt of 3 deg, more than a sensor's bias, m/s².
+const TILT: f64 = 0.5;
+
+pub(super) fn check(view: &View, out: &mut Vec<Finding>) {
+    let Some(v) = view.get(Channel::VelocityX) else { return };
+    if let Some(ax) = view.get(Channel::AccelerationX) {
+        let (dv, ax) = (view.rate_of(v), view.smooth(ax));
+        let ratio = view.ratio(|i| ax[i], |i| dv[i], LEAST);
+        if let Some(finding) = ratio.and_then(|m| judge(Channel::AccelerationX, m, "dv/dt")) {
+            out.push(finding);
+        } else if let Some(m) = view.median(|i| ax[i] - dv[i]).filter(|m| m.value.abs() > TILT) {
+            let tilt = (m.value.abs() / GRAVITY).min(1.0).asin().to_degrees();
+            out.push(gravity(
+                Channel::AccelerationX,
+                m.n,
+                &format!(
+                    "it differs from dv/dt by {:+.2} m/s2 throughout, as if tilted by {tilt:.0} deg",
+                    m.value
+                ),
+            ));
+        }
+    }
+    if let (Some(ay), Some(r)) = (view.get(Channel::AccelerationY), view.get(Channel::YawRate)) {
+        let Some(m) = view.ratio(|i| ay[i], |i| v[i] * r[i], 1.5 * LEAST) else { return };
+        if let Some(finding) = judge(Channel::AccelerationY, m, "v r in bends") {
+            out.push(finding);
+        } else if m.value.abs() < 0.25 {
+            // a sensor that leans with the bike feels next to nothing in a bend
+            let seen = format!("in bends it is only {:.2} times v r", m.value);
+            out.push(gravity(Channel::AccelerationY, m.n, &seen));
+        }
+    }
+}
+
+/// A wrong sign or unit, from the median ratio to what is expected.
+fn judge(channel: Channel, m: Median, of: &str) -> Option<Finding> {
+    // turned and in g as well: along x only, across a leaning sensor looks like that
+    let sized = if channel == Channel::AccelerationX { m.value.abs() } else { m.value };
+    let (code, what) = if (0.65..1.5).contains(&(sized * GRAVITY)) {
+        ("unit_acceleration", "it looks like g, not m/s2")
+    } else if m.value < -0.3 {
+        let code = match channel {
+            Channel::AccelerationX => "sign_acceleration_x",
+            _ => "sign_acceleration_y",
+        };
+        (code, "its sign is wrong")
+    } else {
+        return None;
+    };
+    Some(Finding {
+        code,
+        channel,
+        remove: true,
+        count: m.n,
+        message: format!(
+            "{channel} is {:.2} times {of}: {what}, it is left out; correct it in the channel map",
+            m.value
+        ),
+    })
+}
+
+fn gravity(channel: Channel, count: usize, seen: &str) -> Finding {
+    Finding {
+        code: "gravity_in_acceleration",
+        channel,
+        remove: true,
+        count,
+        message: format!(
+            "{channel} seems to contain gravity: {seen}; it must be in the level frame without \
+             gravity, it is left out"
+        ),
+    }
+}

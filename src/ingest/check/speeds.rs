@@ -1,0 +1,215 @@
+//! Velocity and wheel speeds against each other, the bike's radii and the track over ground.
+
+use super::view::{Median, View, quantile};
+use super::{Error, Finding};
+use crate::bike::{Axle, Bike};
+use crate::channel::Channel;
+
+/// What a channel's number is multiplied by when its unit is another one.
+struct Unit {
+    factor: f64,
+    name: &'static str,
+}
+
+const VELOCITY_UNITS: [Unit; 4] = [
+    Unit { factor: 3.6, name: "km/h" },
+    Unit { factor: 2.236_936, name: "mph" },
+    Unit { factor: 1.943_844, name: "knots" },
+    Unit { factor: 1.0 / 3.6, name: "m/s divided by 3.6 once too often" },
+];
+
+/// Per rad/s; the speed of the tread is handled apart, it depends on the radius.
+const SPIN_UNITS: [Unit; 3] = [
+    Unit { factor: 1.0 / std::f64::consts::TAU, name: "revolutions per second" },
+    Unit { factor: 60.0 / std::f64::consts::TAU, name: "revolutions per minute" },
+    Unit { factor: 57.295_78, name: "deg/s" },
+];
+
+/// How near a ratio must be to a unit's, relative: radii are a few per cent off, units more.
+const NEAR: f64 = 0.08;
+/// Nominal radii are right within this.
+const RADIUS_WARN: f64 = 0.10;
+/// Beyond this something else is wrong.
+const RADIUS_REJECT: f64 = 0.25;
+/// Range of a wheel's speed that counts as none, per that of the bike, both per their level.
+const STUCK: f64 = 0.05;
+
+/// One wheel's `v / (omega R)`.
+struct Wheel {
+    channel: Channel,
+    radius: f64,
+    ratio: Median,
+}
+
+pub(super) fn check(view: &View, bike: &Bike, out: &mut Vec<Finding>) -> Result<(), Error> {
+    let Some(v) = view.get(Channel::VelocityX) else { return Ok(()) };
+    let ahead = view.median(|i| v[i]);
+    if let Some(m) = ahead
+        && m.value < 0.0
+    {
+        return Err(Error {
+            code: "sign_velocity_x",
+            message: format!(
+                "velocity_x is negative while riding (median {:.1} m/s); forward is positive: \
+                 turn its sign in the channel map",
+                m.value
+            ),
+        });
+    }
+    let known_good = over_ground(view, v)?;
+    let mut wheels = Vec::new();
+    for axle in Axle::BOTH {
+        let channel = match axle {
+            Axle::Front => Channel::WheelSpeedFront,
+            Axle::Rear => Channel::WheelSpeedRear,
+        };
+        let Some(omega) = view.get(channel) else { continue };
+        let radius = bike.wheel(axle).radius;
+        if let Some(finding) = stuck(view, v, omega, channel) {
+            out.push(finding);
+            continue;
+        }
+        if let Some(ratio) = view.ratio(|i| v[i], |i| omega[i] * radius, 0.02) {
+            wheels.push(Wheel { channel, radius, ratio });
+        }
+    }
+    judge(&wheels, known_good, out)
+}
+
+/// Velocity against the satellite track: `true` if they agree, an error if the unit is off.
+fn over_ground(view: &View, v: &[f64]) -> Result<bool, Error> {
+    let Some((speed, _)) = view.track() else { return Ok(false) };
+    let Some(ratio) = view.ratio(|i| v[i], |i| speed[i], 0.5) else { return Ok(false) };
+    match VELOCITY_UNITS.iter().find(|u| off(ratio.value, u.factor) < NEAR) {
+        Some(unit) => Err(Error {
+            code: "unit_velocity",
+            message: format!(
+                "velocity_x looks like {}: it is {:.2} times the speed over ground from latitude \
+                 and longitude; give its unit in the channel map",
+                unit.name, ratio.value
+            ),
+        }),
+        None => Ok(off(ratio.value, 1.0) < RADIUS_WARN),
+    }
+}
+
+/// How far a ratio is from an expected one, in natural logarithm; infinite for a wrong sign.
+fn off(ratio: f64, expected: f64) -> f64 {
+    if ratio > 0.0 { (ratio / expected).ln().abs() } else { f64::INFINITY }
+}
+
+fn stuck(view: &View, v: &[f64], omega: &[f64], channel: Channel) -> Option<Finding> {
+    let spread = |x: &[f64]| {
+        let mut x = view.moving(|i| x[i]);
+        (!x.is_empty()).then(|| (quantile(&mut x, 0.95) - quantile(&mut x, 0.05), x.len()))
+    };
+    let (range_v, _) = spread(v)?;
+    let (range_omega, n) = spread(omega)?;
+    // against its own level: independent of the unit
+    let level = view.median(|i| omega[i].abs())?.value;
+    let level_v = view.median(|i| v[i])?.value;
+    let still = range_omega * level_v <= STUCK * range_v * level.max(1e-9) || level < 1e-6;
+    (range_v > 3.0 && still).then(|| Finding {
+        code: "stuck",
+        channel,
+        remove: true,
+        count: n,
+        message: format!(
+            "{channel} stays within {range_omega:.2} rad/s while velocity_x changes by {range_v:.1} \
+             m/s: taken as stuck and left out; check the sensor"
+        ),
+    })
+}
+
+fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Vec<Finding>) -> Result<(), Error> {
+    let bad = |w: &Wheel| off(w.ratio.value, 1.0) > (1.0 + RADIUS_REJECT).ln();
+    let suspects: Vec<&Wheel> = wheels.iter().filter(|w| bad(w)).collect();
+    if suspects.is_empty() {
+        for w in wheels.iter().filter(|w| (w.ratio.value - 1.0).abs() > RADIUS_WARN) {
+            out.push(Finding {
+                code: "implausible_radius",
+                channel: w.channel,
+                remove: false,
+                count: w.ratio.n,
+                message: format!(
+                    "velocity_x per {} gives a rolling radius of {:.3} m, {:+.0} % off the bike \
+                     file's {:.3} m; check the tyre there and the calibration of both channels",
+                    w.channel,
+                    w.ratio.value * w.radius,
+                    100.0 * (w.ratio.value - 1.0),
+                    w.radius
+                ),
+            });
+        }
+        return Ok(());
+    }
+    if let Some(w) = suspects.iter().find(|w| w.ratio.value < 0.0) {
+        return Err(Error {
+            code: "sign_wheel_speed",
+            message: format!(
+                "{} is negative while velocity_x is positive; forward spin is positive: turn its \
+                 sign in the channel map",
+                w.channel
+            ),
+        });
+    }
+    let seen = suspects
+        .iter()
+        .map(|w| {
+            format!(
+                "velocity_x / {} = {:.3} m against the radius {:.3} m of the bike file",
+                w.channel,
+                w.ratio.value * w.radius,
+                w.radius
+            )
+        })
+        .collect::<Vec<_>>()
+        .join(", ");
+    // a unit of the velocity is seen on every wheel
+    let all = suspects.len() == wheels.len();
+    let worst = |expected: &dyn Fn(&Wheel) -> f64| {
+        suspects.iter().map(|w| off(w.ratio.value, expected(w))).fold(0.0, f64::max)
+    };
+    let mut candidates: Vec<(f64, &'static str, &'static str)> = Vec::new();
+    if all && !velocity_good {
+        for unit in &VELOCITY_UNITS {
+            candidates.push((worst(&|_| unit.factor), "unit_velocity", unit.name));
+        }
+    }
+    for unit in &SPIN_UNITS {
+        candidates.push((worst(&|_| 1.0 / unit.factor), "unit_wheel_speed", unit.name));
+    }
+    candidates.push((
+        worst(&|w| 1.0 / w.radius),
+        "unit_wheel_speed",
+        "m/s (the speed of the tread, not rad/s)",
+    ));
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let what = |code: &str| match code {
+        "unit_velocity" => "velocity_x".to_owned(),
+        _ => suspects.iter().map(|w| w.channel.name()).collect::<Vec<_>>().join(" and "),
+    };
+    if let [(near, code, unit), (next, code2, unit2), ..] = candidates[..]
+        && near < NEAR
+    {
+        let or = if next < 1.5 * NEAR {
+            format!(" (or {} like {unit2})", what(code2))
+        } else {
+            String::new()
+        };
+        return Err(Error {
+            code,
+            message: format!(
+                "{} looks like {unit}{or}: {seen}; give the unit in the channel map",
+                what(code)
+            ),
+        });
+    }
+    Err(Error {
+        code: "implausible_radius",
+        message: format!(
+            "wheel and forward speed do not fit each other: {seen}; check the bike file's \
+             `front.radius` and `rear.radius`, and both channels' units and calibration"
+        ),
+    })
+}

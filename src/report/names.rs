@@ -1,0 +1,52 @@
+//! File names of the session pages: readable, safe on every system, never the same twice.
+
+use std::collections::BTreeSet;
+
+const MAX: usize = 80;
+
+/// One file name per (bike, session), in their order.
+///
+/// An id that is safe as it stands keeps its name; any other has its odd characters replaced
+/// and a short hash appended, so that `a/b` and `a_b` do not meet, nor `A` and `a` on a disk
+/// that takes them for one.
+pub fn pages<'a>(sessions: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
+    let mut taken = BTreeSet::from(["index".to_owned()]);
+    sessions
+        .map(|(bike, session)| {
+            let safe: String = session.chars().take(MAX).map(safe_char).collect();
+            let plain = !safe.is_empty() && safe == session && !safe.starts_with('.');
+            let stem = if plain && !taken.contains(&safe.to_lowercase()) {
+                safe
+            } else {
+                let hash = blake3::hash(format!("{bike}\0{session}").as_bytes()).to_hex();
+                format!("{}-{}", safe.trim_start_matches('.'), &hash[..12])
+            };
+            taken.insert(stem.to_lowercase());
+            format!("{stem}.html")
+        })
+        .collect()
+}
+
+fn safe_char(c: char) -> char {
+    if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hostile_and_equal_names_get_their_own_safe_file() {
+        let ids = ["lap-1", "../../etc/passwd", "Lap-1", "a/b", "a_b", "", "index", "</script>"];
+        let names = pages(ids.iter().map(|id| ("bike", *id)));
+        assert_eq!(names[0], "lap-1.html");
+        assert_eq!(names[4], "a_b.html");
+        let distinct: BTreeSet<String> = names.iter().map(|n| n.to_lowercase()).collect();
+        assert_eq!(distinct.len(), ids.len(), "{names:?}");
+        for name in &names {
+            assert!(name.chars().all(|c| safe_char(c) == c), "{name}");
+            assert!(!name.starts_with('.') && name.len() < 120, "{name}");
+        }
+        assert_ne!(names[6], "index.html");
+    }
+}

@@ -1,0 +1,296 @@
+//! What a run prints on stdout: tables a person likes to read. Plain text, at most 100
+//! columns, the same on every terminal.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use crate::report::index::count;
+use crate::report::number::{self, fixed};
+use crate::report::page::{Shown, when};
+use crate::report::words;
+use crate::rows::{Coefficient, Rejected, SessionRow, Status};
+
+const WIDTH: usize = 100;
+
+/// The main coefficients, one column each in the batch's summary.
+const MAIN: [(&str, &str); 5] = [
+    ("effective_rolling_radius", "R_rol, m"),
+    ("mf_d", "mu_x peak"),
+    ("cornering_stiffness_0", "k_alpha"),
+    ("camber_stiffness_0", "k_gamma"),
+    ("overturning_stiffness", "k_x, m"),
+];
+
+/// One session: who, the verdict, and every coefficient with its interval, by tyre; under a
+/// coefficient that is not determined, why.
+pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
+    let mut out = String::new();
+    line(&mut out, &heading(session));
+    let verdict = words::verdict(coefficients.iter().map(|c| c.status));
+    let (used, all) = (session.n_used, session.n_manoeuvres);
+    let warnings = count(usize::try_from(session.n_warnings).unwrap_or(0), "warning");
+    for text in wrap(&format!("{verdict}; {used} of {all} manoeuvres used; {warnings}"), WIDTH) {
+        line(&mut out, &text);
+    }
+    let mut rows: Vec<&Coefficient> = coefficients.iter().collect();
+    rows.sort_by_key(|c| words::order(&c.tyre, &c.coefficient));
+    let mut tyre = "";
+    for c in rows {
+        if c.tyre != tyre {
+            tyre = &c.tyre;
+            line(&mut out, "");
+            line(
+                &mut out,
+                &format!(
+                    "{:<26}{:>11}   {:<10}{:>22}  {:<6}  status",
+                    clean(words::tyre(tyre)),
+                    "value",
+                    "std error",
+                    "95 % interval",
+                    "unit"
+                ),
+            );
+        }
+        let shown = Shown::of(c);
+        let sign = if shown.std_error.is_empty() { ' ' } else { '±' };
+        let value = if shown.value.is_empty() { "-" } else { &shown.value };
+        line(
+            &mut out,
+            &format!(
+                "  {:<24}{:>11} {sign} {:<10}{:>22}  {:<6}  {}",
+                clean(&c.coefficient),
+                value,
+                shown.std_error,
+                shown.interval(" to "),
+                clean(&words::unit(&c.unit)),
+                words::status(c.status)
+            ),
+        );
+        if c.status != Status::Ok
+            && let Some(reason) = &c.reason
+        {
+            for text in wrap(&clean(reason), WIDTH - 6) {
+                line(&mut out, &format!("      {text}"));
+            }
+        }
+    }
+    out
+}
+
+/// A batch: what went in and came out, how long it took, and for each bike and tyre the medians
+/// of the main coefficients over its sessions.
+pub fn batch_summary(
+    sessions: &[SessionRow],
+    coefficients: &[Coefficient],
+    rejected: &[Rejected],
+    seconds: f64,
+) -> String {
+    let mut out = String::new();
+    let inputs = sessions.len() + rejected.len();
+    line(
+        &mut out,
+        &format!(
+            "{} in, {} out, {} rejected, {}",
+            count(inputs, "session"),
+            sessions.len(),
+            rejected.len(),
+            number::duration(seconds)
+        ),
+    );
+    medians(&mut out, sessions, coefficients);
+    out
+}
+
+/// What was rejected and why, one after the other; of more than `most` only the first.
+pub fn rejections(rejected: &[Rejected], most: usize) -> String {
+    let mut out = String::new();
+    for r in rejected.iter().take(most) {
+        line(&mut out, &format!("  {}", clean(&r.path)));
+        for text in wrap(&clean(&format!("{} ({}): {}", r.stage, r.code, r.message)), WIDTH - 6) {
+            line(&mut out, &format!("      {text}"));
+        }
+    }
+    if rejected.len() > most {
+        line(&mut out, &format!("  and {} more, see rejected/", rejected.len() - most));
+    }
+    out
+}
+
+fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficient]) {
+    let bikes: BTreeSet<&str> = sessions.iter().map(|s| s.ident.bike_id.as_str()).collect();
+    if bikes.is_empty() {
+        return;
+    }
+    let mut good: BTreeMap<(&str, &str, &str), Vec<f64>> = BTreeMap::new();
+    for c in coefficients.iter().filter(|c| c.status == Status::Ok) {
+        let key = (c.ident.bike_id.as_str(), c.tyre.as_str(), c.coefficient.as_str());
+        good.entry(key).or_default().extend(c.value);
+    }
+    let width = bikes.iter().map(|b| b.chars().count()).max().unwrap_or(4).clamp(4, 20);
+    line(out, "");
+    line(out, "medians over the sessions where each is determined (how many)");
+    let mut head = format!("{:<width$} {:>8} {:<5}", "bike", "sessions", "tyre");
+    for (_, title) in MAIN {
+        let _ = write!(head, " {title:>11}"); // writing to a String cannot fail
+    }
+    line(out, &head);
+    for bike in bikes {
+        let n = sessions.iter().filter(|s| s.ident.bike_id == bike).count();
+        for (i, tyre) in ["front", "rear"].into_iter().enumerate() {
+            let name: String = clean(bike).chars().take(width).collect();
+            let (name, n) = if i == 0 { (name, n.to_string()) } else { Default::default() };
+            let mut text = format!("{name:<width$} {n:>8} {tyre:<5}");
+            for (coefficient, _) in MAIN {
+                let values = good.get(&(bike, tyre, coefficient)).map_or(&[][..], Vec::as_slice);
+                let cell = match number::median(values) {
+                    None => "-".to_owned(),
+                    Some(m) => {
+                        let digits = number::decimals_of(m, number::robust_sd(values)).min(4);
+                        format!("{} ({})", fixed(m, digits), values.len())
+                    }
+                };
+                let _ = write!(text, " {cell:>11}");
+            }
+            line(out, &text);
+        }
+    }
+}
+
+fn heading(session: &SessionRow) -> String {
+    let mut parts = vec![clean(&session.ident.session_id), clean(&session.ident.bike_id)];
+    parts.extend(session.ident.start_time.as_deref().map(|t| clean(&when(t))));
+    parts.push(number::duration(session.duration));
+    parts.extend(session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
+    parts.join("  ")
+}
+
+/// Text from a log without control characters: a terminal must not be steered by a file.
+fn clean(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+fn line(out: &mut String, text: &str) {
+    out.push_str(text.trim_end());
+    out.push('\n');
+}
+
+/// Words on lines of at most `width` characters; a longer word stands alone.
+fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(last) if last.chars().count() + 1 + word.chars().count() <= width => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows::{Ident, Provenance};
+
+    fn session() -> SessionRow {
+        SessionRow {
+            ident: Ident {
+                session_id: "lap\u{1b}[31m-042".into(),
+                bike_id: "supersport".into(),
+                start_time: Some("2024-05-03T10:11:12Z".into()),
+            },
+            path: "lap.parquet".into(),
+            duration: 751.0,
+            rate: 100.0,
+            n_samples: 75_100,
+            distance: Some(14_203.0),
+            channels: "velocity_x".into(),
+            n_manoeuvres: 57,
+            n_used: 23,
+            n_coefficients_ok: 1,
+            n_warnings: 2,
+            tyre_front: None,
+            tyre_rear: None,
+            site: None,
+            rider_id: None,
+            provenance: Provenance::default(),
+        }
+    }
+
+    fn coefficient(
+        tyre: &str,
+        name: &str,
+        value: Option<f64>,
+        reason: Option<&str>,
+    ) -> Coefficient {
+        Coefficient {
+            ident: session().ident,
+            tyre: tyre.into(),
+            coefficient: name.into(),
+            symbol: "x".into(),
+            value,
+            unit: "m".into(),
+            std_error: value.map(|v| v.abs() / 100.0),
+            ci95_low: value.map(|v| v - v.abs() / 50.0),
+            ci95_high: value.map(|v| v + v.abs() / 50.0),
+            dispersion: None,
+            n_manoeuvres: 4,
+            n_samples: 400,
+            residual_scale: None,
+            outlier_fraction: None,
+            r_squared: None,
+            status: if value.is_some() { Status::Ok } else { Status::NotAvailable },
+            reason: reason.map(str::to_owned),
+            provenance: Provenance::default(),
+        }
+    }
+
+    #[test]
+    fn a_summary_fits_the_page_and_cannot_steer_the_terminal() {
+        let long = "no rear braking above 0.3 g was found; ride several hard stops with the rear \
+                    brake alone, clutch in, from 80 km/h or more, on an even surface";
+        let mut poor = coefficient("rear", "effective_rolling_radius", Some(0.3), Some(long));
+        poor.status = Status::PoorlyDetermined;
+        let rows = [
+            poor,
+            coefficient("rear", "mf_d", None, Some(long)),
+            coefficient("front", "effective_rolling_radius", Some(0.298_712), None),
+        ];
+        let text = summary(&session(), &rows);
+        assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(!text.contains('\u{1b}'));
+        assert!(text.contains("0.2987 ± 0.0030"), "{text}");
+        assert!(text.contains("0.2927 to 0.3047"), "{text}");
+        assert!(text.find("Front tyre") < text.find("Rear tyre"));
+        assert!(
+            text.contains(
+                "1 of 3 coefficients determined; 1 poorly determined; 1 not available; 23"
+            )
+        );
+    }
+
+    #[test]
+    fn a_batch_accounts_for_every_input() {
+        let rejected = Rejected {
+            path: "bad.csv".into(),
+            session_id: None,
+            bike_id: None,
+            stage: "ingest".into(),
+            code: "empty".into(),
+            message: "the file has no rows".into(),
+            input_hash: None,
+            version: "0".into(),
+        };
+        let rows = [coefficient("front", "mf_d", Some(1.2), None)];
+        let rejected = [rejected];
+        let text = batch_summary(&[session()], &rows, &rejected, 12.34);
+        assert!(text.starts_with("2 sessions in, 1 out, 1 rejected, 12.3 s\n"), "{text}");
+        assert!(text.contains("1.2000 (1)") || text.contains("1.200 (1)"), "{text}");
+        let list = rejections(&rejected, 20);
+        assert!(list.contains("ingest (empty): the file has no rows"), "{list}");
+        assert!(rejections(&rejected, 0).contains("and 1 more"));
+        assert!(text.lines().chain(list.lines()).all(|l| l.chars().count() <= WIDTH), "{text}");
+    }
+}

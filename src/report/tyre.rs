@@ -1,0 +1,233 @@
+//! One session's fitted tyres, looked up for export: what other simulators ask for.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+
+use crate::report::{tables, words};
+use crate::rows::{Coefficient, SessionRow, Status};
+
+/// One session's coefficients, as the tables have them.
+#[derive(Debug)]
+pub struct Fitted {
+    /// The session.
+    pub session: SessionRow,
+    /// Its coefficients, in the contract's order.
+    pub coefficients: Vec<Coefficient>,
+}
+
+impl Fitted {
+    /// Finds a session in an output folder, by its id and, where two bikes have a session of
+    /// that name, by its bike.
+    ///
+    /// # Errors
+    /// A sentence: a table cannot be read, no session has the id, or several have.
+    pub fn read(out: &Path, session_id: &str, bike_id: Option<&str>) -> Result<Self, String> {
+        let sessions = tables::sessions(out).map_err(|e| e.to_string())?;
+        if sessions.is_empty() {
+            return Err(format!(
+                "{} holds no `sessions` table; name the folder that `roadbench run --out` wrote",
+                out.display()
+            ));
+        }
+        let mut found: Vec<&SessionRow> = sessions
+            .iter()
+            .filter(|s| s.ident.session_id == session_id)
+            .filter(|s| bike_id.is_none_or(|b| s.ident.bike_id == b))
+            .collect();
+        let session = match (found.pop(), found.is_empty()) {
+            (Some(session), true) => session.clone(),
+            (Some(last), false) => {
+                let bikes: Vec<&str> =
+                    found.iter().chain([&last]).map(|s| s.ident.bike_id.as_str()).collect();
+                return Err(format!(
+                    "several bikes have a session `{session_id}`: say which with --bike ({})",
+                    bikes.join(", ")
+                ));
+            }
+            (None, _) => return Err(unknown(session_id, bike_id, &sessions)),
+        };
+        let coefficients = tables::coefficients(out)
+            .map_err(|e| e.to_string())?
+            .into_iter()
+            .filter(|c| tables::key(&c.ident) == tables::key(&session.ident))
+            .collect();
+        Ok(Fitted { session, coefficients })
+    }
+
+    /// A coefficient's row.
+    pub fn row(&self, tyre: &str, name: &str) -> Option<&Coefficient> {
+        self.coefficients.iter().find(|c| c.tyre == tyre && c.coefficient == name)
+    }
+
+    /// A coefficient that has a value, whatever its status.
+    ///
+    /// # Errors
+    /// A sentence that names it and says why it has none.
+    pub fn value(&self, tyre: &str, name: &str) -> Result<(f64, &Coefficient), String> {
+        let row = self.row(tyre, name);
+        match row.and_then(|c| Some((c.value?, c))) {
+            Some(found) => Ok(found),
+            None => {
+                let why = match row {
+                    None => "it is not in the coefficients table".to_owned(),
+                    Some(c) => format!(
+                        "{}{}",
+                        words::status(c.status),
+                        c.reason.as_ref().map(|r| format!(": {r}")).unwrap_or_default()
+                    ),
+                };
+                Err(format!(
+                    "session `{}` has no value of `{name}` for `{tyre}` ({why})",
+                    self.session.ident.session_id
+                ))
+            }
+        }
+    }
+
+    /// The tyre's coefficients as TOML: a table per coefficient with value, interval and
+    /// status. `tyre` limits it to `front`, `rear` or `vehicle`.
+    ///
+    /// # Errors
+    /// A sentence: the session has no coefficients of that tyre.
+    pub fn to_toml(&self, tyre: Option<&str>) -> Result<String, String> {
+        let mut sections = Vec::new();
+        for name in words::TYRES {
+            if tyre.is_some_and(|t| t != name) {
+                continue;
+            }
+            let rows: Vec<&Coefficient> =
+                self.coefficients.iter().filter(|c| c.tyre == name).collect();
+            if !rows.is_empty() {
+                sections.push((name, rows));
+            }
+        }
+        if sections.is_empty() {
+            return Err(format!(
+                "session `{}` has no coefficients{}",
+                self.session.ident.session_id,
+                tyre.map(|t| format!(" for `{t}`")).unwrap_or_default()
+            ));
+        }
+        let document = Document { session: Head::of(&self.session), sections };
+        let body = toml::to_string(&document).map_err(|e| format!("cannot write TOML: {e}"))?;
+        Ok(format!(
+            "# Tyre coefficients fitted by roadbench. SI units, ISO 8855 axes.\n\
+             # status: ok = fitted; assumed = from the bike file; poorly_determined = do not \
+             rely on it;\n# not_available = the ride cannot give it (see reason).\n\n{body}"
+        ))
+    }
+}
+
+fn unknown(session_id: &str, bike_id: Option<&str>, sessions: &[SessionRow]) -> String {
+    let ids = || sessions.iter().map(|s| s.ident.session_id.as_str());
+    let bike = bike_id.map(|b| format!(" of bike `{b}`")).unwrap_or_default();
+    if bike_id.is_some() && ids().any(|id| id == session_id) {
+        return format!("no session `{session_id}`{bike}; another bike has one of that name");
+    }
+    match crate::schema::closest(session_id, ids()) {
+        Some(near) => format!("no session `{session_id}`{bike}; did you mean `{near}`?"),
+        None => {
+            let some: Vec<&str> = ids().take(5).collect();
+            let more = if sessions.len() > some.len() { ", ..." } else { "" };
+            format!("no session `{session_id}`{bike}; there are {}{more}", some.join(", "))
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Head<'a> {
+    session_id: &'a str,
+    bike_id: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start_time: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tyre_front: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tyre_rear: Option<&'a str>,
+    input_hash: &'a str,
+    pipeline_hash: &'a str,
+    version: &'a str,
+}
+
+impl<'a> Head<'a> {
+    fn of(s: &'a SessionRow) -> Self {
+        Head {
+            session_id: &s.ident.session_id,
+            bike_id: &s.ident.bike_id,
+            start_time: s.ident.start_time.as_deref(),
+            tyre_front: s.tyre_front.as_deref(),
+            tyre_rear: s.tyre_rear.as_deref(),
+            input_hash: &s.provenance.input_hash,
+            pipeline_hash: &s.provenance.pipeline_hash,
+            version: &s.provenance.version,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Entry<'a> {
+    symbol: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    value: Option<f64>,
+    unit: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    std_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ci95_low: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ci95_high: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dispersion: Option<f64>,
+    n_manoeuvres: i64,
+    status: Status,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<&'a str>,
+}
+
+impl<'a> Entry<'a> {
+    fn of(c: &'a Coefficient) -> Self {
+        Entry {
+            symbol: &c.symbol,
+            value: c.value,
+            unit: &c.unit,
+            std_error: c.std_error,
+            ci95_low: c.ci95_low,
+            ci95_high: c.ci95_high,
+            dispersion: c.dispersion,
+            n_manoeuvres: c.n_manoeuvres,
+            status: c.status,
+            reason: c.reason.as_deref(),
+        }
+    }
+}
+
+/// Head and sections in reading order, which a map type would lose.
+struct Document<'a> {
+    session: Head<'a>,
+    sections: Vec<(&'static str, Vec<&'a Coefficient>)>,
+}
+
+impl Serialize for Document<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("session", &self.session)?;
+        for (name, rows) in &self.sections {
+            map.serialize_entry(name, &Section(rows))?;
+        }
+        map.end()
+    }
+}
+
+struct Section<'a>(&'a [&'a Coefficient]);
+
+impl Serialize for Section<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for c in self.0 {
+            map.serialize_entry(&c.coefficient, &Entry::of(c))?;
+        }
+        map.end()
+    }
+}

@@ -1,0 +1,146 @@
+//! The command line's promises: exit codes, what goes to stdout and what to stderr.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+
+const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_height = 0.62\n\
+    caster_angle = 0.43\n[front]\nradius = 0.3\nwidth = 0.12\n[rear]\nradius = 0.31\nwidth = 0.18\n";
+
+struct Said {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+/// Runs the binary in a folder.
+fn roadbench(folder: &Path, arguments: &[&str]) -> Said {
+    let output = Command::cargo_bin("roadbench")
+        .expect("binary")
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("ran");
+    Said {
+        code: output.status.code().expect("not killed"),
+        out: String::from_utf8(output.stdout).expect("utf-8"),
+        err: String::from_utf8(output.stderr).expect("utf-8"),
+    }
+}
+
+/// A folder with `n` logs that are none, and a bike.
+fn rubbish(n: usize) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("folder");
+    let put = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().expect("parent")).expect("folder");
+        std::fs::write(path, text).expect("file");
+    };
+    put("bikes/b1.toml", BIKE);
+    for i in 0..n {
+        put(&format!("sessions/bike=b1/date=2026-05-01/s{i:03}.parquet"), "rubbish");
+    }
+    folder
+}
+
+#[test]
+fn bad_usage_is_2_and_writes_nothing() {
+    let place = rubbish(1);
+    std::fs::write(place.path().join("bad.toml"), "name = \"x\"\n[filter]\nhigh_cutt = 3\n")
+        .expect("file");
+    for (arguments, named) in [
+        (&["run", "sessions", "--out", "out"][..], "--bikes"),
+        (&["run", "gone.parquet", "--bikes", "bikes", "--out", "out"], "gone.parquet"),
+        (&["run", "sessions", "--bikes", "gone", "--out", "out"], "gone"),
+        (&["run", "sessions", "--bikes", "bikes", "--out", "sessions"], "sessions"),
+        (&["run", "sessions", "--bikes", "bikes", "--out", "sessions/x/out"], "sessions"),
+        (&["run", ".", "--pipeline", "gone.toml", "--out", "out"], "gone.toml"),
+        (&["run", ".", "--pipeline", "bad.toml", "--out", "out"], "high_cutt"),
+        (&["run", ".", "--jobs", "many", "--out", "out"], "many"),
+        (&["run", "."], "--out"),
+        (&["rum"], "rum"),
+        (&["schema", "sesions"], "sesions"),
+    ] {
+        let said = roadbench(place.path(), arguments);
+        assert_eq!(said.code, 2, "{arguments:?}: {}", said.err);
+        assert!(said.err.contains(named), "{arguments:?}: {}", said.err);
+        assert_eq!(said.out, "", "{arguments:?}");
+        assert!(!place.path().join("out").exists(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn rejections_are_1_and_listed_up_to_a_point() {
+    let place = rubbish(23);
+    let said = roadbench(place.path(), &["run", ".", "--out", "out"]);
+    assert_eq!(said.code, 1, "{}", said.err);
+    assert!(said.err.contains("23 rejected:"), "{}", said.err);
+    let listed = said.err.lines().filter(|l| l.starts_with("  ") && l.ends_with(".parquet"));
+    assert_eq!(listed.count(), 20, "{}", said.err);
+    assert!(said.err.contains("and 3 more, see rejected/"), "{}", said.err);
+    assert!(!said.err.contains('\u{1b}'), "no control codes off a terminal");
+    let rows = std::fs::read_dir(place.path().join("out/rejected")).expect("folder").count();
+    assert_eq!(rows, 23);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_3() {
+    let place = rubbish(1);
+    std::fs::write(place.path().join("file"), "x").expect("file");
+    let said = roadbench(place.path(), &["run", ".", "--out", "file/out"]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert!(said.err.contains("file/out"), "{}", said.err);
+    assert_eq!(said.err.lines().count(), 1, "one clear error: {}", said.err);
+}
+
+#[test]
+fn json_logs_are_one_object_per_session() {
+    let place = rubbish(3);
+    let said = roadbench(place.path(), &["run", ".", "--out", "out", "--log-format", "json"]);
+    let lines = said.err.lines().map(|l| serde_json::from_str(l).expect("nothing but json"));
+    let events: Vec<serde_json::Value> =
+        lines.filter(|event: &serde_json::Value| !event["status"].is_null()).collect();
+    assert_eq!(events.len(), 3, "{}", said.err);
+    for event in events {
+        assert_eq!(event["status"], "rejected");
+        assert!(event["log"].as_str().is_some_and(|l| l.ends_with(".parquet")));
+        assert!(event["seconds"].is_number() && event["code"].is_string());
+    }
+}
+
+#[test]
+fn the_schemas_are_printed() {
+    let said = roadbench(Path::new("."), &["schema", "coefficients"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    assert!(said.out.contains("name = \"std_error\""));
+}
+
+/// SIGINT in the middle: the run ends by itself with whole files, and the same command carries on.
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_the_run_and_the_same_command_carries_on() {
+    use std::process::{Command, Stdio};
+    const LOGS: usize = 600;
+    let place = rubbish(LOGS);
+    let rows = || std::fs::read_dir(place.path().join("out/rejected")).map_or(0, Iterator::count);
+    let child = Command::new(assert_cmd::cargo::cargo_bin("roadbench"))
+        .current_dir(place.path())
+        .args(["run", ".", "--out", "out"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::from(std::fs::File::create(place.path().join("err")).expect("file")))
+        .spawn()
+        .expect("child");
+    while rows() < 20 {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let signal = format!("kill -INT {}", child.id());
+    assert!(Command::new("sh").args(["-c", &signal]).status().expect("sh").success());
+    let status = child.wait_with_output().expect("ended").status;
+    let err = std::fs::read_to_string(place.path().join("err")).expect("stderr");
+    assert_eq!(status.code(), Some(1), "ended by itself: {err}");
+    assert!(err.contains("the same command carries on"), "{err}");
+    assert!(rows() < LOGS, "it was over before the signal came");
+    let said = roadbench(place.path(), &["run", ".", "--out", "out"]);
+    assert_eq!((said.code, rows()), (1, LOGS));
+    assert!(said.err.contains(&format!("{LOGS} rejected")), "{}", said.err);
+}

@@ -1,0 +1,556 @@
+//! The report of a made-up run: two bikes, three sessions, one rejected input, and hostile
+//! text wherever a log could put it.
+
+use std::path::{Path, PathBuf};
+
+use roadbench::bike::{Axle, Bike};
+use roadbench::report::tir::{self, Setting};
+use roadbench::report::tyre::Fitted;
+use roadbench::report::{figures, names, tables, terminal, words};
+use roadbench::rows::{
+    Coefficient, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status, WarningRow,
+};
+use roadbench::schema::Table;
+use roadbench::table;
+
+const HOSTILE: &str = "</script><b onmouseover=alert(1)>&\"'";
+
+/// Deterministic noise in -1 … 1.
+fn noise(i: usize) -> f64 {
+    let x = (i as f64 * 12.9898).sin() * 43_758.545_3;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+fn ident(bike: &str, session: &str) -> Ident {
+    Ident {
+        session_id: session.into(),
+        bike_id: bike.into(),
+        start_time: Some("2024-05-03T10:11:12Z".into()),
+    }
+}
+
+fn provenance() -> Provenance {
+    Provenance {
+        input_hash: "ab".repeat(32),
+        pipeline_hash: "cd".repeat(32),
+        version: "0.1".into(),
+    }
+}
+
+fn session(ident: &Ident, note: &str) -> SessionRow {
+    SessionRow {
+        ident: ident.clone(),
+        path: format!("logs/{note}.parquet"),
+        duration: 751.0,
+        rate: 100.0,
+        n_samples: 75_100,
+        distance: Some(14_203.0),
+        channels: "velocity_x,velocity_y,acceleration_x,acceleration_y,roll,roll_rate,yaw_rate,\
+                   steer_angle,wheel_speed_front,wheel_speed_rear,brake_pressure_front"
+            .into(),
+        n_manoeuvres: 40,
+        n_used: 31,
+        n_coefficients_ok: 19,
+        n_warnings: 2,
+        tyre_front: Some("Sportec 120/70 R17".into()),
+        tyre_rear: Some(format!("Sportec 180/55 {note}")),
+        site: Some("handling track".into()),
+        rider_id: None,
+        provenance: provenance(),
+    }
+}
+
+fn coefficients(ident: &Ident, note: &str, turn: usize) -> Vec<Coefficient> {
+    let mut rows = Vec::new();
+    for tyre in ["front", "rear", "vehicle"] {
+        for (i, word) in words::WORDS.iter().enumerate() {
+            let vehicle = matches!(word.name, "drag" | "rolling_resistance");
+            if vehicle != (tyre == "vehicle") {
+                continue;
+            }
+            let (value, unit, symbol) = match word.name {
+                "effective_rolling_radius" => (0.2987, "m", "R_rol"),
+                "peak_slip" => (-0.142, "1", "s_max"),
+                "mf_b" => (14.2, "1", "b"),
+                "mf_c" => (1.41, "1", "c"),
+                "mf_d" => (1.18, "1", "d"),
+                "mf_e1" => (-0.6, "1", "e_1"),
+                "mf_e2" => (0.08, "1", "e_2"),
+                "slip_camber_c1" => (-0.0279, "1", "c_1"),
+                "slip_camber_c3" => (0.0113, "1/rad2", "c_3"),
+                "lateral_friction_ct" => (-0.841, "1", "c_t"),
+                "cornering_stiffness_0" => (12.53, "1/rad", "k_alpha0"),
+                "camber_stiffness_0" => (1.19, "1/rad", "k_gamma0"),
+                "side_force_ratio" => (0.095, "1", "C"),
+                "twisting_stiffness" => (0.039, "m/rad", "k_t"),
+                "overturning_stiffness" => (0.0583, "m", "k_x"),
+                "relaxation_length" => (0.2987, "m", "r_l"),
+                "pneumatic_trail_0" => (0.021, "m", "t_p0"),
+                "drag" => (0.37, "kg/m", "c_drag"),
+                _ => (0.0153, "1", "c_rol"),
+            };
+            let status = match word.name {
+                "side_force_ratio" | "twisting_stiffness" | "relaxation_length" => Status::Assumed,
+                "mf_e1" if tyre == "rear" => Status::PoorlyDetermined,
+                "mf_e2" => Status::NotAvailable,
+                _ => Status::Ok,
+            };
+            let error = value * (0.01 + 0.01 * (i % 4) as f64);
+            let error: f64 = if status == Status::PoorlyDetermined { value } else { error };
+            let value = value + error * noise(31 * turn + i);
+            let some = |x: f64| (status != Status::NotAvailable).then_some(x);
+            rows.push(Coefficient {
+                ident: ident.clone(),
+                tyre: tyre.into(),
+                coefficient: word.name.into(),
+                symbol: symbol.into(),
+                value: some(value),
+                unit: unit.into(),
+                std_error: some(error.abs()),
+                ci95_low: some(value - 2.1 * error.abs()),
+                ci95_high: some(value + 2.1 * error.abs()),
+                dispersion: some(1.7 * error.abs()),
+                n_manoeuvres: 6,
+                n_samples: 900,
+                residual_scale: some(0.04),
+                outlier_fraction: some(0.02),
+                r_squared: some(0.93),
+                status,
+                reason: match status {
+                    Status::Ok => None,
+                    Status::Assumed => Some("taken from the bike file".into()),
+                    Status::PoorlyDetermined => Some(format!(
+                        "the largest slip ridden is -0.06, short of the peak; brake harder with \
+                         the rear wheel {note}"
+                    )),
+                    Status::NotAvailable => {
+                        Some("needs braking and driving; this tyre was only braked".into())
+                    }
+                },
+                provenance: provenance(),
+            });
+        }
+    }
+    rows
+}
+
+fn manoeuvres(ident: &Ident, note: &str) -> Vec<Manoeuvre> {
+    let kinds =
+        ["coasting", "front_braking", "rear_braking", "combined_braking", "driving", "cornering"];
+    (0..40)
+        .map(|i| {
+            let kind = kinds[i % kinds.len()];
+            let used = i % 5 != 3;
+            let left = i % 12 < 6;
+            Manoeuvre {
+                ident: ident.clone(),
+                manoeuvre_id: i as i64,
+                kind: kind.into(),
+                start: 18.0 * i as f64 + 2.0,
+                end: 18.0 * i as f64 + 13.0,
+                direction: Some(match (kind, left) {
+                    ("cornering", true) => "left".into(),
+                    ("cornering", false) => "right".into(),
+                    (_, true) => "outbound".into(),
+                    (_, false) => "inbound".into(),
+                }),
+                quality: Some(if used { 0.93 } else { 0.41 }),
+                used,
+                reason: (!used).then(|| format!("too short: 1.1 s of 2 s {note}")),
+                speed_start: Some(22.0),
+                speed_end: Some(14.5),
+                speed_mean: Some(18.0),
+                acceleration_x_mean: Some(-0.7),
+                acceleration_x_peak: Some(-1.9),
+                acceleration_y_peak: Some(0.4),
+                roll_peak: Some(if left { -0.6 } else { 0.6 }),
+                slip_front_peak: Some(-0.03),
+                slip_rear_peak: Some(-0.01),
+            }
+        })
+        .collect()
+}
+
+fn plots(ident: &Ident) -> Vec<PlotPoint> {
+    let mut rows = Vec::new();
+    let mut put = |plot: &str, series: &str, x: f64, y: f64, half: Option<f64>, weight, m| {
+        rows.push(PlotPoint {
+            session_id: ident.session_id.clone(),
+            bike_id: ident.bike_id.clone(),
+            plot: plot.into(),
+            series: series.into(),
+            x,
+            y: Some(y),
+            y_low: half.map(|h| y - h),
+            y_high: half.map(|h| y + h),
+            weight,
+            manoeuvre_id: m,
+        });
+    };
+    let magic = |s: f64| {
+        let bs = 14.0 * s;
+        1.18 * (1.41 * (bs + 0.6 * (bs - bs.atan())).atan()).sin()
+    };
+    type Curve<'a> = (&'a str, f64, f64, f64, &'a dyn Fn(f64) -> f64);
+    let curves: [Curve; 8] = [
+        ("friction_x_front", -0.25, 0.02, 0.06, &magic),
+        ("friction_x_rear", -0.2, 0.18, 0.06, &magic),
+        ("slip_angle_front", -0.75, 0.75, 0.004, &|g| -0.0279 * g + 0.0113 * g.powi(3)),
+        ("slip_angle_rear", -0.75, 0.75, 0.004, &|g| -0.0107 * g - 0.02 * g.powi(3)),
+        ("friction_y_front", -0.75, 0.75, 0.05, &|g| -0.84 * g.tan()),
+        ("friction_y_rear", -0.75, 0.75, 0.05, &|g| -0.885 * g.tan()),
+        ("coast_down", 20.0, 900.0, 25.0, &|v2| 45.0 + 0.37 * v2),
+        ("overturning", -0.75, 0.75, 0.004, &|roll| -0.058 * roll.tan()),
+    ];
+    for (k, (plot, from, to, sd, curve)) in curves.into_iter().enumerate() {
+        for i in 0..600 {
+            let n = 1000 * k + i;
+            let x = from + (to - from) * (0.5 + 0.5 * noise(n));
+            let gross = i % 37 == 0;
+            let y = curve(x) + sd * (noise(n + 7) + noise(n + 91)) * if gross { 4.0 } else { 0.7 };
+            let weight = if gross { 0.0 } else { 1.0 - 0.3 * noise(n + 5).abs() };
+            put(plot, "data", x, y, None, Some(weight), Some((i % 40) as i64));
+        }
+        for i in 0..=80 {
+            let t = i as f64 / 80.0;
+            let x = from + (to - from) * t;
+            put(plot, "fit", x, curve(x), Some(sd * (0.15 + (t - 0.5).powi(2))), None, None);
+        }
+    }
+    for tyre in ["front", "rear"] {
+        for i in 0..=60 {
+            let g = -0.75 + 1.5 * f64::from(i) / 60.0;
+            let k = 12.5 / (1.0 - 0.4 * g * g);
+            put(&format!("stiffness_{tyre}"), "k_alpha", g, k, Some(0.4 + g * g), None, None);
+            put(&format!("stiffness_{tyre}"), "k_gamma", g, 0.095 * k, Some(0.1), None, None);
+        }
+    }
+    for i in 0..1500 {
+        let t = f64::from(i) * 0.5;
+        let wave = (t / 18.0 * std::f64::consts::TAU).sin();
+        put("timeline", "velocity_x", t, 18.0 + 6.0 * wave, Some(0.3), None, None);
+        put("timeline", "acceleration_x", t, -2.0 * wave, Some(0.6), None, None);
+        put("timeline", "roll", t, 0.6 * wave * (t / 40.0).cos(), Some(0.02), None, None);
+        put("timeline", "slip_ratio_front", t, -0.02 * wave.max(0.0), Some(0.004), None, None);
+        put("timeline", "slip_ratio_rear", t, 0.03 * (-wave).max(0.0), Some(0.006), None, None);
+    }
+    rows
+}
+
+/// Writes an output folder as the batch does.
+fn generate(out: &Path) {
+    let sessions = [
+        ("supersport", "2024-05-03_lap-1", "plain"),
+        ("supersport", HOSTILE, HOSTILE),
+        ("tourer", "../escape", "tour"),
+    ];
+    for (turn, (bike, name, note)) in sessions.into_iter().enumerate() {
+        let ident = ident(bike, name);
+        let path = |table: &str| -> PathBuf {
+            out.join(table).join(format!("bike={bike}")).join(format!("s{turn}.parquet"))
+        };
+        let write = |name: &str, write: &dyn Fn(&Path, &Table) -> Result<(), table::Error>| {
+            write(&path(name), &Table::embedded(name)).expect(name);
+        };
+        write("sessions", &|p, t| table::write(p, t, &[session(&ident, note)]));
+        write("coefficients", &|p, t| table::write(p, t, &coefficients(&ident, note, turn)));
+        write("manoeuvres", &|p, t| table::write(p, t, &manoeuvres(&ident, note)));
+        write("plots", &|p, t| table::write(p, t, &plots(&ident)));
+        let warning = WarningRow {
+            ident: ident.clone(),
+            stage: "ingest".into(),
+            code: "gap".into(),
+            channel: Some("velocity_x".into()),
+            count: 3,
+            time: Some(12.3),
+            message: format!("3 gaps, the longest 0.4 s, left empty {note}"),
+        };
+        write("warnings", &|p, t| table::write(p, t, std::slice::from_ref(&warning)));
+    }
+    let rejected = Rejected {
+        path: format!("logs/{HOSTILE}.csv"),
+        session_id: None,
+        bike_id: None,
+        stage: "ingest".into(),
+        code: "missing_column".into(),
+        message: format!("column `velocity_x` is missing; the file has {HOSTILE}"),
+        input_hash: None,
+        version: "0.1".into(),
+    };
+    let path = out.join("rejected").join("r.parquet");
+    table::write(&path, &Table::embedded("rejected"), &[rejected]).expect("rejected");
+}
+
+/// Tags that must be closed are, in their order; a plain reading, enough to see a broken page.
+fn assert_balanced(html: &str) {
+    const VOID: [&str; 5] = ["meta", "link", "br", "img", "col"];
+    let mut open: Vec<String> = Vec::new();
+    let mut rest = html;
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at + 1..];
+        if rest.starts_with('!') {
+            let end = if rest.starts_with("!--") { "-->" } else { ">" };
+            rest = &rest[rest.find(end).expect("comment closed") + end.len()..];
+            continue;
+        }
+        let closing = rest.starts_with('/');
+        let name: String = rest
+            .trim_start_matches('/')
+            .chars()
+            .take_while(|c| c.is_ascii_alphanumeric())
+            .collect();
+        assert!(
+            !name.is_empty(),
+            "a bare `<` before {:?}",
+            rest.chars().take(40).collect::<String>()
+        );
+        let end = rest.find('>').expect("tag closed");
+        let empty = rest[..end].ends_with('/') || VOID.contains(&name.as_str());
+        rest = &rest[end + 1..];
+        if closing {
+            assert_eq!(open.pop().as_deref(), Some(name.as_str()), "closes what is open");
+        } else if name == "script" || name == "style" {
+            let close = format!("</{name}>");
+            rest = &rest[rest.find(&close).expect("raw text closed") + close.len()..];
+        } else if !empty {
+            open.push(name);
+        }
+    }
+    assert!(open.is_empty(), "left open: {open:?}");
+}
+
+/// Nothing on the page is fetched: every address is a file beside it or a part of it.
+fn assert_offline(html: &str) {
+    for attribute in ["src=\"", "href=\""] {
+        for part in html.split(attribute).skip(1) {
+            let address = part.split('"').next().unwrap_or_default();
+            let local = address.starts_with('#')
+                || (address.ends_with(".html") && !address.contains([':', '/']));
+            assert!(local, "{attribute}{address}");
+        }
+    }
+    assert!(!html.contains("@import") && !html.contains("url("), "style fetches something");
+}
+
+#[test]
+fn a_run_becomes_pages_that_hold_all_they_need() {
+    let folder = tempfile::tempdir().expect("folder");
+    let out = folder.path();
+    generate(out);
+    roadbench::report::write(out).expect("report");
+    let report = out.join("report");
+    let mut pages: Vec<PathBuf> =
+        std::fs::read_dir(&report).expect("report").map(|e| e.expect("entry").path()).collect();
+    pages.sort();
+    assert_eq!(pages.len(), 4, "{pages:?}");
+    for path in &pages {
+        let html = std::fs::read_to_string(path).expect("page");
+        assert_balanced(&html);
+        assert_offline(&html);
+        assert!(!html.contains("<b onmouseover"), "{} runs a log's text", path.display());
+        assert_eq!(html.matches("<script").count(), html.matches("</script>").count());
+    }
+    let index = std::fs::read_to_string(report.join("index.html")).expect("index");
+    assert!(index.contains("3 of 4 sessions came through; 1 rejected; 3 warnings raised."));
+    assert!(index.contains("missing_column") && index.contains("&lt;b onmouseover"));
+    assert!(index.contains("2024-05-03_lap-1.html"));
+
+    let html = std::fs::read_to_string(report.join("2024-05-03_lap-1.html")).expect("page");
+    // 17 of each tyre and 2 of the vehicle, as generated
+    assert!(html.contains(
+        "27 of 36 coefficients determined; 6 assumed from the bike file; 1 poorly determined; \
+         2 not available."
+    ));
+    for plot in figures::PLOTS {
+        assert!(html.contains(&format!("\"name\":\"{}\"", plot.name)), "{}", plot.name);
+        assert!(html.contains(plot.title), "{}", plot.title);
+    }
+    let json = html
+        .split("<script type=\"application/json\" id=\"data\">")
+        .nth(1)
+        .and_then(|rest| rest.split("</script>").next())
+        .expect("data");
+    let data: serde_json::Value = serde_json::from_str(json).expect("valid JSON");
+    assert_eq!(data["charts"].as_array().map(Vec::len), Some(figures::PLOTS.len()));
+    assert_eq!(data["panels"].as_array().map(Vec::len), Some(4));
+    assert_eq!(data["segments"].as_array().map(Vec::len), Some(40));
+    assert_eq!(data["charts"][0]["clouds"][0]["x"].as_array().map(Vec::len), Some(600));
+
+    // the same tables, the same bytes
+    let before: Vec<Vec<u8>> = pages.iter().map(|p| std::fs::read(p).expect("page")).collect();
+    std::fs::write(report.join("gone.html"), &before[0]).expect("a page of an earlier run");
+    std::fs::write(report.join("notes.html"), "mine").expect("a page of the user's own");
+    roadbench::report::write(out).expect("report again");
+    let after: Vec<Vec<u8>> = pages.iter().map(|p| std::fs::read(p).expect("page")).collect();
+    assert!(before == after);
+    assert!(!report.join("gone.html").exists(), "a page whose session is gone stays");
+    assert!(report.join("notes.html").exists(), "a file that is not ours went");
+}
+
+#[test]
+fn hostile_ids_stay_in_the_folder() {
+    let names = names::pages([("tourer", "../escape"), ("supersport", HOSTILE)].into_iter());
+    assert!(names.iter().all(|n| !n.contains(['/', '<', '"', '&', '\''])), "{names:?}");
+}
+
+#[test]
+fn a_folder_without_tables_says_what_to_name() {
+    let folder = tempfile::tempdir().expect("folder");
+    let message = roadbench::report::write(folder.path()).expect_err("no tables").to_string();
+    assert!(message.contains("--out"), "{message}");
+    assert!(!folder.path().join("report").exists());
+}
+
+/// Key and number of every line of a property file.
+fn keys(file: &str) -> std::collections::BTreeMap<&str, f64> {
+    file.lines()
+        .filter_map(|l| l.split('$').next())
+        .filter_map(|l| l.split_once('='))
+        .filter_map(|(k, v)| Some((k.trim(), v.trim().parse().ok()?)))
+        .collect()
+}
+
+/// The Magic Formula 6.2 of Pacejka (2012), 4.3.2, as a reader of the file evaluates it:
+/// written here from the book, not from the exporter. Pure longitudinal force (4.E9-4.E18).
+fn longitudinal(k: &std::collections::BTreeMap<&str, f64>, slip: f64, load: f64) -> f64 {
+    let dfz = (load - k["FNOMIN"]) / k["FNOMIN"];
+    let x = slip + k["PHX1"] + k["PHX2"] * dfz;
+    let c = k["PCX1"];
+    let d = (k["PDX1"] + k["PDX2"] * dfz) * load;
+    let e = (k["PEX1"] + k["PEX2"] * dfz + k["PEX3"] * dfz * dfz) * (1.0 - k["PEX4"] * x.signum());
+    let stiffness = load * (k["PKX1"] + k["PKX2"] * dfz) * (k["PKX3"] * dfz).exp();
+    let b = stiffness / (c * d);
+    let bx = b * x;
+    d * (c * (bx - e * (bx - bx.atan())).atan()).sin() + load * (k["PVX1"] + k["PVX2"] * dfz)
+}
+
+/// Pure lateral force, 4.E19-4.E30.
+fn lateral(k: &std::collections::BTreeMap<&str, f64>, alpha: f64, camber: f64, load: f64) -> f64 {
+    let fz0 = k["FNOMIN"];
+    let dfz = (load - fz0) / fz0;
+    let g2 = camber * camber;
+    let stiffness =
+        k["PKY1"] * fz0 * (k["PKY4"] * (load / ((k["PKY2"] + k["PKY5"] * g2) * fz0)).atan()).sin()
+            / (1.0 + k["PKY3"] * g2);
+    let camber_stiffness = load * (k["PKY6"] + k["PKY7"] * dfz);
+    let sv = load * camber * (k["PVY3"] + k["PVY4"] * dfz);
+    let sh = (k["PHY1"] + k["PHY2"] * dfz) + (camber_stiffness * camber - sv) / stiffness;
+    let c = k["PCY1"];
+    let d = load * (k["PDY1"] + k["PDY2"] * dfz) / (1.0 + k["PDY3"] * g2);
+    let b = stiffness / (c * d);
+    let x = b * (alpha + sh);
+    d * (c * (x - k["PEY1"] * (x - x.atan())).atan()).sin() + sv
+}
+
+#[test]
+fn a_property_file_gives_the_fitted_tyre_back() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let mut fitted =
+        Fitted::read(folder.path(), "2024-05-03_lap-1", None).expect("the session is there");
+    let e2 = 0.08;
+    for c in &mut fitted.coefficients {
+        if c.coefficient == "mf_e2" {
+            c.value = Some(e2);
+        }
+    }
+    let get = |name: &str| fitted.value("front", name).expect(name).0;
+    let (b, c, d, e1) = (get("mf_b"), get("mf_c"), get("mf_d"), get("mf_e1"));
+    let file = tir::write(&fitted, Axle::Front, &Setting::default()).expect("tir");
+    let k = keys(&file);
+    for slip in [-0.3, -0.1, -0.02, 0.05, 0.2] {
+        // eq. 28 of the paper
+        let bs = b * slip;
+        let mu = d * (c * (bs - (e1 + e2 * f64::signum(slip)) * (bs - bs.atan())).atan()).sin();
+        for load in [900.0, 1500.0, 2600.0] {
+            let there = longitudinal(&k, slip, load) / load;
+            assert!((there - mu).abs() < 1e-5, "slip {slip}, load {load}: {there} against {mu}");
+        }
+    }
+    let (k_alpha, k_gamma) = (get("cornering_stiffness_0"), get("camber_stiffness_0"));
+    for load in [1000.0, 1500.0, 3000.0] {
+        let h = 1e-5;
+        let by_slip = lateral(&k, h, 0.0, load) / load / h;
+        let by_camber = lateral(&k, 0.0, h, load) / load / h;
+        // eq. 22b: Fy = -k_alpha Fz alpha - k_gamma Fz gamma
+        assert!((by_slip / -k_alpha - 1.0).abs() < 0.01, "load {load}: {by_slip}");
+        assert!((by_camber / -k_gamma - 1.0).abs() < 0.001, "load {load}: {by_camber}");
+    }
+    // sigma = K / c_y, Pacejka (2012) 7.2
+    let length = k_alpha * k["FNOMIN"] / k["LATERAL_STIFFNESS"];
+    assert!((length / get("relaxation_length") - 1.0).abs() < 1e-5);
+    assert!(file.contains("assumed: bike file") && file.contains("placeholder"), "{file}");
+    assert!(file.contains("$ fitted, 95 %"), "{file}");
+}
+
+#[test]
+fn the_bike_file_fills_the_static_load() {
+    let text = "mass = 260.0\nwheelbase = 1.4\ncg_to_front = 0.7\ncg_height = 0.6\n\
+                caster_angle = 0.42\n[front]\nradius = 0.3\nwidth = 0.12\n\
+                [rear]\nradius = 0.32\nwidth = 0.18\n";
+    let bike = match Bike::parse(text, "supersport", Path::new("supersport.toml")) {
+        Ok(bike) => bike,
+        Err(e) => panic!("the test's bike file: {e}"),
+    };
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let fitted = Fitted::read(folder.path(), "2024-05-03_lap-1", None).expect("session");
+    let setting = Setting { bike: Some(&bike), load: None };
+    let file = tir::write(&fitted, Axle::Front, &setting).expect("tir");
+    // half of 260 kg on each wheel: 260 * 9.80665 / 2 = 1274.8645 N
+    assert!((keys(&file)["FNOMIN"] - 1274.8645).abs() < 1e-3, "{file}");
+    assert!(file.contains("WIDTH                = 0.12 "), "{file}");
+}
+
+#[test]
+fn toml_export_reads_back_with_intervals_and_hostile_texts() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let fitted = Fitted::read(folder.path(), HOSTILE, None).expect("session");
+    let text = fitted.to_toml(None).expect("toml");
+    let table: toml::Table = text.parse().expect("valid TOML");
+    assert_eq!(table["session"]["session_id"].as_str(), Some(HOSTILE));
+    let entry = &table["front"]["cornering_stiffness_0"];
+    let (row_value, row) = fitted.value("front", "cornering_stiffness_0").expect("value");
+    assert_eq!(entry["value"].as_float(), Some(row_value));
+    assert_eq!(entry["ci95_high"].as_float(), row.ci95_high);
+    assert_eq!(entry["status"].as_str(), Some("ok"));
+    assert!(table["front"]["mf_e2"].get("value").is_none());
+    assert!(table["front"]["mf_e2"]["reason"].as_str().is_some());
+    assert_eq!(table["vehicle"]["drag"]["unit"].as_str(), Some("kg/m"));
+    let one: toml::Table = fitted.to_toml(Some("rear")).expect("rear").parse().expect("TOML");
+    assert!(one.contains_key("rear") && !one.contains_key("front"));
+}
+
+#[test]
+fn export_says_what_is_missing() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let message = Fitted::read(folder.path(), "2024-05-03_lap-2", None).expect_err("no session");
+    assert!(message.contains("did you mean `2024-05-03_lap-1`"), "{message}");
+    let mut fitted = Fitted::read(folder.path(), "../escape", Some("tourer")).expect("session");
+    for c in fitted.coefficients.iter_mut().filter(|c| c.coefficient == "mf_b") {
+        c.value = None;
+        c.status = Status::NotAvailable;
+        c.reason = Some("no braking".into());
+    }
+    let message =
+        tir::write(&fitted, Axle::Rear, &Setting::default()).expect_err("mf_b is missing");
+    assert!(message.contains("`mf_b`") && message.contains("no braking"), "{message}");
+}
+
+/// Keeps a generated folder to look at: `ROADBENCH_REPORT_DEMO=<folder> cargo test demo -- --ignored`.
+#[test]
+#[ignore = "writes a folder to look at"]
+fn demo() {
+    let out = std::env::var("ROADBENCH_REPORT_DEMO").expect("ROADBENCH_REPORT_DEMO");
+    generate(Path::new(&out));
+    roadbench::report::write(Path::new(&out)).expect("report");
+    let sessions = tables::sessions(Path::new(&out)).expect("sessions");
+    let coefficients = tables::coefficients(Path::new(&out)).expect("coefficients");
+    let rejected = tables::rejected(Path::new(&out)).expect("rejected");
+    let own = |c: &&Coefficient| tables::key(&c.ident) == tables::key(&sessions[1].ident);
+    let own: Vec<Coefficient> = coefficients.iter().filter(own).cloned().collect();
+    println!("{}", terminal::summary(&sessions[1], &own));
+    println!("{}", terminal::batch_summary(&sessions, &coefficients, &rejected, 12.3));
+}
