@@ -11,7 +11,7 @@
 //! stays in the table with its reason, and so does the rest (`other`), so that the segments
 //! cover the session.
 //!
-//! Adding a manoeuvre: its file, its line in [`Claim`] and in [`run`].
+//! Adding a manoeuvre: its file, its line in `Claim` and in [`run`].
 //!
 //! Cost: the means over the coarse blocks; a 20-minute session takes a few milliseconds.
 
