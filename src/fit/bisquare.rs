@@ -137,7 +137,7 @@ pub fn linear(x: &[&[f64]], y: &[f64], options: &Options<'_>) -> Result<Fit, Err
         None
     };
     let chosen = match candidate.map(|b| descent.run(Some(b))) {
-        Some(Ok(other)) if other.quality < from_least_squares.quality * (1.0 - 1e-6) => other,
+        Some(Ok(other)) if descent.is_better(&other, &from_least_squares) => other,
         _ => from_least_squares,
     };
     Ok(descent.finish(chosen))
@@ -169,7 +169,6 @@ struct End {
     iterations: usize,
     converged: bool,
     scale: f64,
-    quality: f64,
 }
 
 /// The data and the buffers of all descents.
@@ -236,7 +235,7 @@ impl<'a> Descent<'a> {
                 self.normal[(b, a)] = sum;
             }
             self.size[a] = self.normal[(a, a)].sqrt();
-            if !(self.size[a] > 0.0) {
+            if self.size[a].is_nan() || self.size[a] == 0.0 {
                 return Err(Error::Collinear { column: a });
             }
         }
@@ -353,8 +352,20 @@ impl<'a> Descent<'a> {
             iterations += 1;
             converged = moved <= self.options.tolerance * scale;
         }
-        let quality = s_scale(&self.standard, &mut self.scratch);
-        Ok(End { b, iterations, converged, scale, quality })
+        Ok(End { b, iterations, converged, scale })
+    }
+
+    /// Whether `a` ended elsewhere than `b`, and at a smaller S-scale.
+    fn is_better(&mut self, a: &End, b: &End) -> bool {
+        let apart = a.b.iter().zip(&b.b).zip(&self.size);
+        let apart: f64 = apart.map(|((a, b), size)| ((a - b) * size).abs()).sum();
+        if apart <= 1e-3 * b.scale * (self.y.len() as f64).sqrt() {
+            return false;
+        }
+        self.residuals(&a.b);
+        let of_a = s_scale(&self.standard, &mut self.scratch);
+        self.residuals(&b.b);
+        of_a < s_scale(&self.standard, &mut self.scratch)
     }
 
     fn finish(mut self, end: End) -> Fit {

@@ -288,7 +288,7 @@ impl Sums {
                     }
                 }
             }
-            if !(w > 0.0) {
+            if w == 0.0 {
                 continue;
             }
             sum_weight += w;
@@ -339,7 +339,7 @@ impl Shape {
     fn dof(&self, c: &DVector<f64>) -> f64 {
         let spread = (&self.bread * c).dot(c);
         let alone: f64 = self.lonely.iter().map(|v| v.dot(c).powi(2)).sum();
-        if !(alone <= LONELY * spread) {
+        if alone.is_nan() || alone > LONELY * spread {
             return 0.0;
         }
         let independent = self.dof_with(c, 0.0);
@@ -434,9 +434,9 @@ mod tests {
         let b = [0.915593780490555, 1.9632871773012113, -0.5156175750810562];
         let mut residuals = Vec::new();
         let mut weights = Vec::new();
-        for k in 0..clusters.len() {
+        for (k, &g) in clusters.iter().enumerate() {
             let x = jacobian.row(k);
-            let error = 0.4 * (5.1 * i(clusters[k]) + 1.0).sin() + 0.2 * (3.3 * i(k)).cos();
+            let error = 0.4 * (5.1 * i(g) + 1.0).sin() + 0.2 * (3.3 * i(k)).cos();
             let y = 1.0 + 2.0 * x[1] - 0.5 * x[2] + error;
             residuals.push(y - b[0] - b[1] * x[1] - b[2] * x[2]);
             weights.push(0.5 + 0.5 * (0.7 * i(k) + 0.2).sin().abs());

@@ -105,7 +105,7 @@ pub fn s_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
         let mean = residuals.iter().map(|r| rho(r / s, S_TUNING)).sum::<f64>() / n;
         let ratio = (mean / target).sqrt();
         s *= ratio;
-        if (ratio - 1.0).abs() < 1e-6 || s <= 1e-12 * start {
+        if (ratio - 1.0).abs() < 1e-5 || s <= 1e-12 * start {
             break;
         }
     }

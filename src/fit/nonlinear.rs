@@ -10,7 +10,8 @@
 //! several starts, each: (1) a simplex search (argmin, Nelder and Mead) on the tau-scale of
 //! the residuals of at most [`SEARCH_ROWS`] samples, which half of the samples being bad does
 //! not mislead; (2) reweighted least squares (crate levenberg-marquardt, a port of MINPACK)
-//! from where the most promising searches ended, and from the best plain start; (3) the end
+//! from where the most promising searches ended, and from the start itself where there is only
+//! one; (3) the end
 //! with the smallest S-scale over all samples is kept.
 //!
 //! Bounds are kept by a smooth change of variables ([`super::bounds`]).
@@ -24,7 +25,7 @@ use super::bounds::Bounds;
 use super::loss::{TUNING, mad, psi_derivative, s_scale, tau_scale, weight};
 
 /// Samples that take part in the search for a start.
-pub const SEARCH_ROWS: usize = 600;
+pub const SEARCH_ROWS: usize = 300;
 
 /// What is fitted.
 pub trait Model {
@@ -123,7 +124,7 @@ impl Default for Options {
             tuning: TUNING,
             scale_floor: 0.0,
             max_iterations: 60,
-            tolerance: 1e-6,
+            tolerance: 1e-5,
             search_iterations: 150,
             finalists: 2,
         }
@@ -269,9 +270,13 @@ impl Work<'_> {
             }
         }
         searched.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // searches that met need one descent only
+        searched.dedup_by(|b, a| b.0 <= a.0 * (1.0 + 1e-4));
         searched.truncate(self.options.finalists.max(1));
         let mut out: Vec<_> = searched.into_iter().map(|(_, k, z)| (k, z)).collect();
-        out.extend(first.map(|(_, k)| (k, starts[k].clone())));
+        if starts.len() == 1 {
+            out.extend(first.map(|(_, k)| (k, starts[k].clone())));
+        }
         if out.is_empty() { plain() } else { out }
     }
 
@@ -290,7 +295,9 @@ impl Work<'_> {
         let (mut iterations, mut evaluations, mut converged) = (0, 1, false);
         let mut root_weights = vec![1.0; self.r.len()];
         let solver = if self.robust() {
-            LevenbergMarquardt::new().with_ftol(1e-10).with_xtol(1e-10).with_patience(20)
+            // the weights change anyway: a rough solve per reweighting, the last ones are exact
+            // because little is left to do
+            LevenbergMarquardt::new().with_ftol(1e-4).with_xtol(1e-7).with_patience(10)
         } else {
             LevenbergMarquardt::new().with_patience(400)
         };

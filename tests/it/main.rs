@@ -6,3 +6,4 @@ mod fit;
 mod ingest;
 mod recovery;
 mod report;
+mod segment;

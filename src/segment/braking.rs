@@ -1,0 +1,201 @@
+//! Front, rear and combined braking in a straight line.
+//!
+//! With pressures: whoever presses brakes. Without: a deceleration that exceeds what coasting
+//! and a closed throttle give, from where it begins. Which wheel then is told by the wheels'
+//! speeds: with slip stiffness `k` per load, a share `x` of the braking force in front and the
+//! loads `N` (as parts of the weight, load transfer included),
+//!
+//! ```text
+//! ln(omega_r / omega_f) = (|a| / g) / k (x / N_f - (1 - x) / N_r)
+//! ```
+//! solved for `x` over the whole braking: 1 is the front brake alone, 0 the rear brake alone,
+//! 0.6 to 0.8 the usual mix. `k` is known to a quarter, which moves the ends by 0.1.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::features::{Features, SLIP_STIFFNESS};
+use super::mask::{close_holes, drop_short, hysteresis, runs};
+use super::{Evidence, Kind, Verdict};
+use crate::GRAVITY;
+
+/// Share of the last half second's hold at which the lever is being let go.
+const LETTING_GO: f64 = 0.7;
+
+/// Settings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// A line pressure above this brakes, Pa.
+    pub pressure: f64,
+    /// It ends below this, Pa.
+    pub pressure_end: f64,
+    /// A wheel takes part when it brakes for this share of the time.
+    pub least_share: f64,
+    /// Without pressures: deceleration beyond coasting that no closed throttle gives, m/s².
+    pub deceleration: f64,
+    /// Without pressures: deceleration beyond coasting from which it has begun, m/s².
+    pub deceleration_start: f64,
+    /// It has ended below this share of its peak: letting go is not braking.
+    pub end_share: f64,
+    /// Without pressures: front share of the force above which it is the front brake alone.
+    pub front_share: f64,
+    /// Without pressures: front share below which it is the rear brake alone.
+    pub rear_share: f64,
+    /// Shortest, s.
+    pub shortest: f64,
+    /// Deceleration that must be reached for it to be used, m/s².
+    pub least_peak: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config {
+            pressure: 6e4,
+            pressure_end: 2.5e4,
+            least_share: 0.2,
+            deceleration: 1.3,
+            deceleration_start: 0.25,
+            end_share: 0.45,
+            front_share: 0.87,
+            rear_share: 0.2,
+            shortest: 0.4,
+            least_peak: 1.0,
+        }
+    }
+}
+
+/// Brakings and which wheels took part.
+pub fn detect(f: &Features, config: &Config) -> Vec<(Range<usize>, Kind)> {
+    let pressed = |p: &Option<Vec<f64>>| {
+        p.as_ref().map(|p| {
+            let mut on = hysteresis(p.iter().copied(), config.pressure, config.pressure_end);
+            for run in runs(&on) {
+                let over = config.end_share * p[run.clone()].iter().copied().fold(0.0, f64::max);
+                for i in run.rev().take_while(|&i| p[i] < over) {
+                    on[i] = false;
+                }
+            }
+            close_holes(&mut on, f.blocks(0.1));
+            on
+        })
+    };
+    let on = [pressed(&f.pressure[0]), pressed(&f.pressure[1])];
+    let mut events = Vec::new();
+    if on.iter().all(Option::is_some) {
+        let mut any: Vec<bool> = (0..f.len()).map(|i| on.iter().flatten().any(|m| m[i])).collect();
+        drop_short(&mut any, f.blocks(0.12));
+        for run in runs(&any) {
+            let share = |m: &Option<Vec<bool>>| {
+                m.iter().flat_map(|m| &m[run.clone()]).filter(|b| **b).count() as f64
+                    / run.len() as f64
+            };
+            let kind = match on.each_ref().map(|m| share(m) >= config.least_share) {
+                [true, true] => Kind::CombinedBraking,
+                [false, true] => Kind::RearBraking,
+                _ => Kind::FrontBraking,
+            };
+            events.push((run, kind));
+        }
+        return events;
+    }
+    for run in decelerations(f, config) {
+        let share = |m: &Option<Vec<bool>>| {
+            m.as_ref().map(|m| {
+                m[run.clone()].iter().filter(|b| **b).count() as f64 / run.len() as f64
+                    >= config.least_share
+            })
+        };
+        let kind = match (share(&on[0]), share(&on[1])) {
+            // one pressure is known and that brake was not used: it was the other
+            (Some(false), None) => Kind::RearBraking,
+            (None, Some(false)) => Kind::FrontBraking,
+            _ => by_slip(f, &run, config),
+        };
+        events.push((run, kind));
+    }
+    events
+}
+
+/// Where it slows down more than a closed throttle does.
+fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
+    let n = f.len();
+    let below = |i: usize, limit: f64| f.surplus[i] < -limit;
+    let mut out: Vec<Range<usize>> = Vec::new();
+    let hard: Vec<bool> = (0..n).map(|i| below(i, config.deceleration)).collect();
+    let longest_start = f.blocks(1.5);
+    for run in runs(&hard) {
+        let mut start = run.start;
+        while start > 0
+            && run.start - start < longest_start
+            && below(start - 1, config.deceleration_start)
+        {
+            start -= 1;
+        }
+        let peak = run.clone().map(|i| -f.surplus[i]).fold(0.0, f64::max);
+        let over = (config.end_share * peak).max(config.deceleration_start);
+        let mut end = run.end;
+        while end < n && below(end, over) {
+            end += 1;
+        }
+        // letting go takes a moment and is blurred by the mean: back to the last firm hold
+        let hold = (end.saturating_sub(f.blocks(0.5)).max(run.start)..end)
+            .map(|i| -f.surplus[i])
+            .fold(0.0, f64::max);
+        while end > run.start + 1 && !below(end - 1, LETTING_GO * hold) {
+            end -= 1;
+        }
+        match out.last_mut() {
+            Some(last) if start <= last.end + f.blocks(0.3) => last.end = last.end.max(end),
+            _ => out.push(start..end),
+        }
+    }
+    out
+}
+
+/// Which brake, by what the wheels do; both where that cannot be told.
+fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> Kind {
+    let Some(slip) = &f.slip else { return Kind::CombinedBraking };
+    let (mut in_front, mut all) = (0.0, 0.0);
+    for i in run.clone().filter(|&i| f.surplus[i] < -0.5 && slip[i].is_finite()) {
+        let force = -f.surplus[i] / GRAVITY;
+        let front = (f.static_front + f.transfer * force).clamp(0.05, 0.95);
+        let rear = 1.0 - front;
+        // beyond the peak the wheel locks and the proportion is lost
+        in_front += slip[i].clamp(-0.4, 0.4) * SLIP_STIFFNESS + force / rear;
+        all += force / front + force / rear;
+    }
+    let share = if all > 0.0 { in_front / all } else { 0.5 };
+    if share > config.front_share {
+        Kind::FrontBraking
+    } else if share < config.rear_share {
+        Kind::RearBraking
+    } else {
+        Kind::CombinedBraking
+    }
+}
+
+/// Whether a braking can be used.
+pub fn judge(
+    f: &Features,
+    at: &Range<usize>,
+    kind: Kind,
+    _evidence: &Evidence,
+    config: &Config,
+) -> Verdict {
+    let peak = at.clone().map(|i| -f.acceleration[i]).fold(0.0, f64::max);
+    let reason = if kind == Kind::CombinedBraking {
+        let known = f.slip.is_some() || f.pressure.iter().any(Option::is_some);
+        Some(if known {
+            "both brakes: the tyres' shares of the force are not known".to_owned()
+        } else {
+            "which brake cannot be told without wheel speeds or pressures".to_owned()
+        })
+    } else if peak < config.least_peak {
+        Some(format!("decelerates with {peak:.1} m/s² at most, less than {:.1}", config.least_peak))
+    } else {
+        None
+    };
+    Verdict { quality: (peak / 5.0).min(1.0), reason }
+}

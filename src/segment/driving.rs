@@ -1,0 +1,41 @@
+//! Under engine power, straight: what is neither bend nor brake nor coasting.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::Verdict;
+use super::features::Features;
+
+/// Settings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Shortest that is used, s.
+    pub shortest_used: f64,
+    /// Acceleration beyond coasting that must be reached for it to be used, m/s².
+    pub least_peak: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config { shortest_used: 0.8, least_peak: 0.8 }
+    }
+}
+
+/// Whether a stretch can be used.
+pub fn judge(f: &Features, at: &Range<usize>, config: &Config) -> Verdict {
+    let seconds = at.len() as f64 / f.rate;
+    let peak = at.clone().map(|i| f.surplus[i]).fold(f64::NEG_INFINITY, f64::max);
+    let mean = at.clone().map(|i| f.push[i]).sum::<f64>() / at.len() as f64;
+    let reason = if seconds < config.shortest_used {
+        Some(format!("lasts {seconds:.1} s, shorter than {:.1} s", config.shortest_used))
+    } else if peak >= config.least_peak {
+        None
+    } else if mean < -0.3 {
+        Some("slows on a closed throttle".to_owned())
+    } else {
+        Some("the speed is held: too little slip to learn from".to_owned())
+    };
+    Verdict { quality: (peak / 3.0).clamp(0.0, 1.0), reason }
+}

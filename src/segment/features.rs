@@ -1,0 +1,350 @@
+//! What the detectors look at: a few signals on a coarse clock, whatever channels there are.
+//!
+//! ```text
+//! lean      roll; without it -atan(v r / g); without that atan(-a_y / g)
+//! surplus   e = a_x + (c_drag v² / m + g c_rol)      what drives or brakes, m/s²
+//! slip      k = ln(omega_r / omega_f) - k0           driving or front braking +, rear braking -
+//! push      (e + k S) / 2,  S = stiffness g / 2      drive as both wheels and velocity see it
+//! ```
+//! The zeros come from the ride itself: the accelerometer's from the change of speed, those of
+//! `surplus` (drag and rolling resistance are only roughly known) and of `slip` (`k0`, the ratio
+//! of the rolling radii) from where speed is lost gently and evenly, which is coasting. On a slope
+//! `surplus` is off by `g` times the grade and `slip` is not, at low slip `slip` is vague and
+//! `surplus` is not: `push` halves the errors of both.
+
+use super::mask;
+use crate::GRAVITY;
+use crate::bike::Bike;
+use crate::channel::Channel;
+use crate::session::Session;
+
+/// Coarse clock aimed at, Hz.
+const RATE: f64 = 25.0;
+
+/// Slip stiffness per load of any road tyre, within a third: of the supersport tyres of the
+/// paper's reference 26.
+pub const SLIP_STIFFNESS: f64 = 19.0;
+
+/// Signals of one session in blocks of `step` samples; all of one length, NaN where unknown.
+#[derive(Debug, Clone, Default)]
+pub struct Features {
+    /// Share of the weight on the front wheel at rest.
+    pub static_front: f64,
+    /// What moves to the front per `g` of deceleration.
+    pub transfer: f64,
+    /// Samples per block.
+    pub step: usize,
+    /// Blocks per second.
+    pub rate: f64,
+    /// Forward velocity, m/s.
+    pub speed: Vec<f64>,
+    /// Lean to the right, rad.
+    pub lean: Vec<f64>,
+    /// Its rate, rad/s.
+    pub lean_rate: Vec<f64>,
+    /// Forward acceleration, m/s², zero taken off.
+    pub acceleration: Vec<f64>,
+    /// Forward acceleration beyond coasting, m/s².
+    pub surplus: Vec<f64>,
+    /// Rear against front wheel speed; `None` without both.
+    pub slip: Option<Vec<f64>>,
+    /// Drive from `surplus` and `slip` over about a second, m/s².
+    pub push: Vec<f64>,
+    /// Line pressures over their zeros, front and rear, Pa.
+    pub pressure: [Option<Vec<f64>>; 2],
+    /// 0 to 1.
+    pub throttle: Option<Vec<f64>>,
+    /// 0 is neutral.
+    pub gear: Option<Vec<f64>>,
+    /// Heading since some start, rad.
+    pub heading: Option<Vec<f64>>,
+}
+
+impl Features {
+    /// Blocks.
+    pub fn len(&self) -> usize {
+        self.speed.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.speed.is_empty()
+    }
+
+    /// Blocks in a time, at least one.
+    pub fn blocks(&self, seconds: f64) -> usize {
+        ((seconds * self.rate).round() as usize).max(1)
+    }
+
+    /// Computes them; empty without forward velocity.
+    pub fn new(session: &Session, bike: &Bike) -> Self {
+        let step = (session.rate / RATE).round().max(1.0) as usize;
+        let rate = session.rate / step as f64;
+        let mean = |channel| session.get(channel).map(|x| block_means(x, step));
+        let Some(speed) = mean(Channel::VelocityX) else { return Features::default() };
+        let n = speed.len();
+        let yaw_rate = mean(Channel::YawRate);
+
+        let lean = if let Some(roll) = mean(Channel::Roll) {
+            roll
+        } else if let Some(r) = &yaw_rate {
+            (0..n).map(|i| -(speed[i] * r[i] / GRAVITY).atan()).collect()
+        } else if let Some(a) = mean(Channel::AccelerationY) {
+            a.iter().map(|a| -(a / GRAVITY).atan()).collect()
+        } else {
+            vec![f64::NAN; n]
+        };
+        let lean_rate = match mean(Channel::RollRate) {
+            Some(rate) => smooth(&rate, 2),
+            None => smooth(&slope(&lean, rate, 2), 2),
+        };
+
+        let change = slope(&speed, rate, 3);
+        let acceleration = match mean(Channel::AccelerationX) {
+            Some(a) => {
+                let off: Vec<f64> = (0..n).map(|i| a[i] - change[i]).collect();
+                let zero = median_where(&off, |i| speed[i] > 1.0).unwrap_or(0.0);
+                let a: Vec<f64> = a.iter().map(|a| a - zero).collect();
+                smooth(&a, 2)
+            }
+            None => change,
+        };
+        let resistance = |v: f64| bike.drag * v * v / bike.mass + GRAVITY * bike.rolling_resistance;
+        let mut surplus: Vec<f64> =
+            (0..n).map(|i| acceleration[i] + resistance(speed[i])).collect();
+        let rolling = free_rolling(&speed, &lean, &acceleration, &surplus, rate);
+        if let Some(zero) = rolling.as_deref().and_then(|on| median_where(&surplus, |i| on[i])) {
+            surplus.iter_mut().for_each(|e| *e -= zero);
+        }
+        let slip = wheel_ratio(
+            mean(Channel::WheelSpeedFront).as_deref(),
+            mean(Channel::WheelSpeedRear).as_deref(),
+            rolling.as_deref(),
+        );
+        let half = (0.4 * rate).round() as usize;
+        let slow = smooth(&surplus, half);
+        let push = match &slip {
+            Some(k) => {
+                let k = smooth(k, half);
+                let gain = 0.5 * SLIP_STIFFNESS * GRAVITY;
+                (0..n).map(|i| 0.5 * (slow[i] + gain * k[i])).collect()
+            }
+            None => slow,
+        };
+        let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
+            .map(|c| mean(c).map(over_zero));
+        let heading = match (mean(Channel::Yaw), yaw_rate) {
+            (Some(yaw), _) => Some(unwrap(yaw)),
+            (None, Some(r)) => Some(integrate(&r, rate, &speed)),
+            _ => None,
+        };
+        Features {
+            static_front: bike.cg_to_rear() / bike.wheelbase,
+            transfer: bike.cg_height / bike.wheelbase,
+            step,
+            rate,
+            speed,
+            lean,
+            lean_rate,
+            acceleration,
+            surplus,
+            slip,
+            push,
+            pressure,
+            throttle: mean(Channel::Throttle),
+            gear: mean(Channel::Gear),
+            heading,
+        }
+    }
+}
+
+/// Means of `step` samples; NaN where half of them are missing. The last block may be shorter.
+fn block_means(x: &[f64], step: usize) -> Vec<f64> {
+    x.chunks(step)
+        .map(|block| {
+            let sum: f64 = block.iter().sum();
+            if sum.is_finite() {
+                return sum / block.len() as f64;
+            }
+            let (mut sum, mut count) = (0.0, 0);
+            for v in block.iter().filter(|v| v.is_finite()) {
+                sum += v;
+                count += 1;
+            }
+            if 2 * count > block.len() { sum / count as f64 } else { f64::NAN }
+        })
+        .collect()
+}
+
+/// Mean over `half` neighbours on each side, missing ones left out; NaN where the value itself
+/// is missing.
+pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
+    let n = x.len();
+    let (mut sum, mut count) = (0.0, 0.0);
+    let mut out = vec![f64::NAN; n];
+    let mut take = |i: usize, sign: f64| {
+        if x[i].is_finite() {
+            sum += sign * x[i];
+            count += sign;
+        }
+        (sum, count)
+    };
+    for i in 0..half.min(n) {
+        take(i, 1.0);
+    }
+    for i in 0..n {
+        if i + half < n {
+            take(i + half, 1.0);
+        }
+        let (sum, count) = if i > half { take(i - half - 1, -1.0) } else { take(i, 0.0) };
+        if x[i].is_finite() && count > 0.5 {
+            out[i] = sum / count;
+        }
+    }
+    out
+}
+
+/// Slope of the least-squares line through `half` neighbours on each side, per second.
+fn slope(x: &[f64], rate: f64, half: usize) -> Vec<f64> {
+    let n = x.len();
+    let norm: f64 = (1..=half).map(|k| 2.0 * (k * k) as f64).sum();
+    (0..n)
+        .map(|i| {
+            let sum: f64 = (1..=half)
+                .map(|k| k as f64 * (x[(i + k).min(n - 1)] - x[i.saturating_sub(k)]))
+                .sum();
+            sum / norm * rate
+        })
+        .collect()
+}
+
+/// Median of the finite values at the blocks that count.
+fn median_where(x: &[f64], counts: impl Fn(usize) -> bool) -> Option<f64> {
+    let mut chosen: Vec<f64> =
+        (0..x.len()).filter(|&i| x[i].is_finite() && counts(i)).map(|i| x[i]).collect();
+    let middle = chosen.len() / 2;
+    (!chosen.is_empty()).then(|| *chosen.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// `ln(omega_r / omega_f)` less its value in coasting; clamped, a locked wheel is at the limit.
+fn wheel_ratio(
+    front: Option<&[f64]>,
+    rear: Option<&[f64]>,
+    rolling: Option<&[bool]>,
+) -> Option<Vec<f64>> {
+    let (front, rear) = (front?, rear?);
+    let ratio: Vec<f64> = front
+        .iter()
+        .zip(rear)
+        .map(|(f, r)| (r.max(0.05) / f.max(0.05)).ln().clamp(-1.0, 1.0))
+        .collect();
+    let turning = |i: usize| front[i] > 8.0;
+    let zero = rolling
+        .and_then(|on| median_where(&ratio, |i| on[i] && turning(i)))
+        .or_else(|| median_where(&ratio, turning))?;
+    Some(ratio.iter().map(|k| k - zero).collect())
+}
+
+/// Where speed is lost gently and evenly in a straight line: neither held nor driven nor
+/// braked, so mostly coasting. `None` where there is too little of it to judge by.
+fn free_rolling(
+    speed: &[f64],
+    lean: &[f64],
+    acceleration: &[f64],
+    surplus: &[f64],
+    rate: f64,
+) -> Option<Vec<bool>> {
+    let half = (0.5 * rate).round() as usize;
+    let (slow, calm) = (smooth(acceleration, half), smooth(surplus, half));
+    let mut on: Vec<bool> = (0..speed.len())
+        .map(|i| {
+            let leaning = lean[i].abs() > 0.06;
+            let even = (acceleration[i] - slow[i]).abs() < 0.1;
+            speed[i] > 2.5 && !leaning && even && slow[i] < -0.1 && calm[i].abs() < 0.3
+        })
+        .collect();
+    mask::close_holes(&mut on, half / 4);
+    mask::drop_short(&mut on, 3 * half);
+    let seconds = on.iter().filter(|b| **b).count() as f64 / rate;
+    (seconds >= 5.0).then_some(on)
+}
+
+/// Pressure over its zero: the lower tenth of the ride, where nobody brakes.
+fn over_zero(mut p: Vec<f64>) -> Vec<f64> {
+    let mut known: Vec<f64> = p.iter().copied().filter(|v| v.is_finite()).collect();
+    if known.is_empty() {
+        return p;
+    }
+    let tenth = known.len() / 10;
+    let zero = *known.select_nth_unstable_by(tenth, f64::total_cmp).1;
+    p.iter_mut().for_each(|v| *v -= zero);
+    p
+}
+
+/// Takes out the jumps of a whole turn; missing values keep the last one.
+fn unwrap(mut yaw: Vec<f64>) -> Vec<f64> {
+    use std::f64::consts::TAU;
+    let (mut last, mut turns) = (f64::NAN, 0.0);
+    for v in &mut yaw {
+        if !v.is_finite() {
+            continue;
+        }
+        if last.is_finite() {
+            turns -= TAU * ((*v + turns - last) / TAU).round();
+        }
+        *v += turns;
+        last = *v;
+    }
+    yaw
+}
+
+/// Heading from its rate; the zero of the rate is its median at standstill, if there is any.
+fn integrate(rate: &[f64], clock: f64, speed: &[f64]) -> Vec<f64> {
+    let zero = median_where(rate, |i| speed[i].abs() < 0.2).unwrap_or(0.0);
+    let mut heading = 0.0;
+    rate.iter()
+        .map(|r| {
+            heading += if r.is_finite() { (r - zero) / clock } else { 0.0 };
+            heading
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn smoothing_leaves_gaps_and_means() {
+        let x = [1.0, 2.0, f64::NAN, 4.0, 5.0];
+        let s = smooth(&x, 1);
+        assert_eq!(&s[..2], &[1.5, 1.5]);
+        assert!(s[2].is_nan());
+        assert_eq!(&s[3..], &[4.5, 4.5]);
+        assert_eq!(smooth(&[3.0], 4), vec![3.0]);
+        assert!(smooth(&[], 4).is_empty());
+    }
+
+    #[test]
+    fn slopes_and_blocks() {
+        let x: Vec<f64> = (0..20).map(|i| 0.3 * f64::from(i)).collect();
+        let s = slope(&x, 10.0, 3);
+        assert!(s[3..17].iter().all(|v| (v - 3.0).abs() < 1e-12));
+        assert_eq!(block_means(&[1.0, 3.0, f64::NAN, 5.0, 7.0], 2), vec![2.0, 5.0, 7.0]);
+        assert!(block_means(&[f64::NAN, f64::NAN], 2)[0].is_nan());
+    }
+
+    #[test]
+    fn headings_run_on() {
+        let wrapped: Vec<f64> = (0..100)
+            .map(|i| {
+                let a = 0.2 * f64::from(i);
+                a.sin().atan2(a.cos())
+            })
+            .collect();
+        let y = unwrap(wrapped);
+        assert!((y[99] - 0.2 * 99.0).abs() < 1e-9);
+        let h = integrate(&[0.5, 0.5, 0.6, 0.6], 10.0, &[0.0, 0.0, 5.0, 5.0]);
+        assert!((h[3] - 0.02).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,45 @@
+//! Which way along the road: outbound is the way of the first straight of the ride.
+
+use std::ops::Range;
+
+use super::features::Features;
+use super::{Claim, Direction};
+
+/// Share of the way along the axis (cosine) from which a straight counts as out or back.
+const ALONG: f64 = 0.5;
+
+/// The heading of the first straight.
+#[derive(Debug, Clone, Copy)]
+pub struct Axis(Option<f64>);
+
+impl Axis {
+    /// From the first straight piece of at least a second.
+    pub fn new(f: &Features, pieces: &[(Range<usize>, Claim)]) -> Self {
+        let straight =
+            |claim: &Claim| matches!(claim, Claim::Braking(_) | Claim::Coasting | Claim::Driving);
+        Axis(
+            pieces
+                .iter()
+                .filter(|(at, claim)| straight(claim) && at.len() >= f.blocks(1.0))
+                .find_map(|(at, _)| mean(f, at)),
+        )
+    }
+
+    /// Out, back, or neither.
+    pub fn direction(self, f: &Features, at: &Range<usize>) -> Option<Direction> {
+        let along = (mean(f, at)? - self.0?).cos();
+        if along > ALONG {
+            Some(Direction::Outbound)
+        } else if along < -ALONG {
+            Some(Direction::Inbound)
+        } else {
+            None
+        }
+    }
+}
+
+fn mean(f: &Features, at: &Range<usize>) -> Option<f64> {
+    let known = f.heading.as_ref()?[at.clone()].iter().filter(|h| h.is_finite());
+    let (sum, count) = known.fold((0.0, 0), |(sum, count), h| (sum + h, count + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}
