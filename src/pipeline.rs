@@ -207,10 +207,12 @@ fn manoeuvres(
         .enumerate()
         .map(|(number, s)| {
             let (start, end) = (s.start, s.end.min(session.len));
-            let of = |x: Option<&[f64]>| x.map(|x| &x[start..end]);
+            fn cut(x: Option<&[f64]>, start: usize, end: usize) -> Option<&[f64]> {
+                x.map(|x| &x[start..end])
+            }
             let finite = |x: Option<f64>| x.filter(|x| x.is_finite());
             let slip = |k: usize| {
-                let (omega, v) = (of(wheels[k])?, of(v)?);
+                let (omega, v) = (cut(wheels[k], start, end)?, cut(v, start, end)?);
                 peak(
                     omega
                         .iter()
@@ -219,7 +221,7 @@ fn manoeuvres(
                         .map(|(w, v)| radius[k] * w / v - 1.0),
                 )
             };
-            let channel = |c: Channel| of(session.get(c));
+            let channel = |c: Channel| cut(session.get(c), start, end);
             let ax = channel(Channel::AccelerationX);
             rows::Manoeuvre {
                 ident: ident.clone(),
@@ -231,9 +233,9 @@ fn manoeuvres(
                 quality: finite(Some(s.quality)),
                 used: s.used,
                 reason: s.reason.clone(),
-                speed_start: finite(of(v).and_then(|v| v.first().copied())),
-                speed_end: finite(of(v).and_then(|v| v.last().copied())),
-                speed_mean: of(v).and_then(|v| mean(v.iter().copied())),
+                speed_start: finite(cut(v, start, end).and_then(|v| v.first().copied())),
+                speed_end: finite(cut(v, start, end).and_then(|v| v.last().copied())),
+                speed_mean: cut(v, start, end).and_then(|v| mean(v.iter().copied())),
                 acceleration_x_mean: ax.and_then(|x| mean(x.iter().copied())),
                 acceleration_x_peak: ax.and_then(|x| peak(x.iter().copied())),
                 acceleration_y_peak: channel(Channel::AccelerationY)

@@ -38,6 +38,9 @@ pub struct Config {
     pub min_camber: f64,
     /// Samples slower than this are not used, m/s.
     pub min_speed: f64,
+    /// Left out at the start of every segment, a quarter of it at the end, s: there the filter
+    /// mixes in the manoeuvre before and after.
+    pub trim: f64,
 }
 
 impl Default for Config {
@@ -49,6 +52,7 @@ impl Default for Config {
             max_roll_rate: 0.2,
             min_camber: 0.07,
             min_speed: 3.0,
+            trim: 0.2,
         }
     }
 }
@@ -65,6 +69,7 @@ impl Config {
             ("max_roll_rate", self.max_roll_rate, 0.01, 10.0),
             ("min_camber", self.min_camber, 0.0, 0.5),
             ("min_speed", self.min_speed, 1.0, 20.0),
+            ("trim", self.trim, 0.0, 5.0),
         ] {
             if !(low..=high).contains(&value) {
                 return Err(format!(

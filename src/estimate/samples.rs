@@ -114,6 +114,12 @@ pub fn gather(
         let (a, b) = (i.saturating_sub(reach), (i + reach).min(last));
         x.map_or(f64::NAN, |x| (x[b] - x[a]) * session.rate / (b - a).max(1) as f64)
     };
+    // a satellite's lateral velocity is noisy: its rate is taken over 0.2 s
+    let wide = (0.1 * session.rate).round().max(1.0) as usize;
+    let slow_rate_of = |x: Option<&[f64]>, i: usize| {
+        let (a, b) = (i.saturating_sub(wide), (i + wide).min(last));
+        x.map_or(f64::NAN, |x| (x[b] - x[a]) * session.rate / (b - a).max(1) as f64)
+    };
     let velocity_y = column(Channel::VelocityY);
     let acceleration_x = column(Channel::AccelerationX);
     let roll = column(Channel::Roll);
@@ -130,7 +136,11 @@ pub fn gather(
             Some(Direction::Inbound) => -1.0,
             _ => 0.0,
         };
-        for i in (segment.start..segment.end.min(session.len)).step_by(step) {
+        // the filter carries the neighbouring manoeuvre a little way in
+        let trim = (config.trim * session.rate).round() as usize;
+        let (start, end) = (segment.start + trim, segment.end.min(session.len));
+        let end = end.saturating_sub(trim / 4);
+        for i in (start..end).step_by(step) {
             if speed[i].is_nan() || speed[i] < config.min_speed {
                 continue;
             }
@@ -141,7 +151,7 @@ pub fn gather(
             out.velocity_x.push(read_late(Some(speed), i));
             out.velocity_x_rate.push(from_velocity);
             out.velocity_y.push(read_late(velocity_y, i));
-            out.velocity_y_rate.push(rate_of(velocity_y, moved));
+            out.velocity_y_rate.push(slow_rate_of(velocity_y, moved));
             // without an accelerometer the velocity is differentiated
             out.acceleration_x.push(acceleration_x.map_or(from_velocity, |x| x[i]));
             out.roll.push(read(roll, i));

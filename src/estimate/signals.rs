@@ -249,7 +249,11 @@ impl Given {
             let twist: f64 =
                 (0..2).map(|k| -wheels[k].twisting_stiffness * load[k] * gamma[k]).sum(); // (16)
             let along = -h * sin_phi * total; // (33b)
-            let side = m * v * turn;
+            // quasi-static is never quite static: the printed form has m v psi' alone
+            let drift = x.velocity_y_rate[i];
+            let drift = if corrected && drift.is_finite() { drift } else { 0.0 };
+            let lateral = v * turn + drift;
+            let side = m * lateral;
             let (sin_d, cos_d) = if corrected { delta.sin_cos() } else { (0.0, 1.0) };
             // rolling resistance of the front wheel, seen from the frame
             let front_x = if corrected { -self.rolling * load[0] } else { 0.0 };
@@ -269,7 +273,7 @@ impl Given {
 
             let Mx = match self.formulation {
                 Formulation::Corrected => {
-                    -m * h * (GRAVITY * sin_phi + v * turn * cos_phi) - spin * turn * cos_phi // (34a)
+                    -m * h * (GRAVITY * sin_phi + lateral * cos_phi) - spin * turn * cos_phi // (34a)
                 }
                 Formulation::Paper => {
                     let lenticular = -(turn * v / GRAVITY).atan(); // (34b)

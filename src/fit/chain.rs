@@ -125,6 +125,8 @@ pub struct Clouds {
     pub lateral: [cornering::Rows; 2],
     /// Overturning: lever, moment, manoeuvre.
     pub overturning: (Vec<f64>, Vec<f64>, Vec<usize>),
+    /// The straight samples that were kept, front and rear.
+    pub friction_keep: [Vec<usize>; 2],
     /// The corner samples that were kept: quasi-static and uncombined.
     pub keep: Vec<usize>,
 }
@@ -181,7 +183,9 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     let mut clouds = Clouds::default();
     for k in 0..2 {
         let signals = given.straight(&data.straight[k], &data.action[k]);
-        clouds.friction[k] = friction_rows(data, &signals, k, &fits.coasting, config);
+        clouds.friction_keep[k] = friction_keep(data, &signals, k, bike);
+        let keep = &clouds.friction_keep[k];
+        clouds.friction[k] = friction_rows(data, &signals, k, keep, &fits.coasting, config);
         fits.friction[k] = friction::fit(&clouds.friction[k], &config.friction);
     }
     let signals = given.corner(&data.corner, data.corner_rate, None);
@@ -189,7 +193,8 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     clouds.overturning = cornering::overturning_rows(&signals, &data.corner.segment, &clouds.keep);
     let (lever, moment, clusters) = &clouds.overturning;
     if clustered::count(clusters) >= 2 {
-        fits.overturning = clustered::fit(&[lever], moment, clusters);
+        let floor = cornering::MOMENT_FLOOR * bike.mass * crate::GRAVITY;
+        fits.overturning = clustered::fit(&[lever], moment, clusters, floor);
     }
     // the crowns first: the driven rear wheel's pull beside the plane needs them
     let crown = front_crown(fits.overturning.as_ref().map(|f| f.theta[0]), &given);
@@ -219,42 +224,68 @@ fn front_crown(theta: Option<f64>, given: &Given) -> Option<f64> {
     }
 }
 
-/// Samples whose rows are complete, and the friction's expected errors.
+/// Width of the friction bins that samples are thinned in.
+const FRICTION_BIN: f64 = 0.05;
+/// Samples kept of each friction bin: a ride has thousands near zero and dozens at the peak.
+const PER_BIN: usize = 80;
+
+/// The straight samples that can carry the friction curve, evenly thinned.
+///
+/// METHOD: thinned by friction, the precise side. Thinning by the noisy slip ratio would favour
+/// samples with a large error among the many of small slip.
+fn friction_keep(data: &Data, signals: &Signals, k: usize, bike: &Bike) -> Vec<usize> {
+    let samples = &data.straight[k];
+    let least = 0.03 * bike.mass * crate::GRAVITY;
+    let friction = |i: usize| signals.force_x[k][i] / signals.load[k][i];
+    let usable: Vec<usize> = (0..samples.len())
+        .filter(|&i| {
+            let slip = signals.slip_ratio[k][i];
+            slip.is_finite()
+                && slip.abs() < 0.95
+                && signals.load[k][i] > least
+                && friction(i).abs() < 3.0
+        })
+        .collect();
+    let bin = |i: usize| ((friction(i) + 3.0) / FRICTION_BIN) as usize;
+    let mut count = vec![0_usize; (6.0 / FRICTION_BIN) as usize + 1];
+    usable.iter().for_each(|&i| count[bin(i)] += 1);
+    let mut seen = vec![0_usize; count.len()];
+    usable
+        .into_iter()
+        .filter(|&i| {
+            let (bin, n) = (bin(i), count[bin(i)]);
+            seen[bin] += 1;
+            // every n/PER_BIN-th of the bin
+            n <= PER_BIN || seen[bin] * PER_BIN / n != (seen[bin] - 1) * PER_BIN / n
+        })
+        .collect()
+}
+
+/// Rows of the kept samples, and the friction's expected errors.
 fn friction_rows(
     data: &Data,
     signals: &Signals,
     k: usize,
+    keep: &[usize],
     coasting: &Coasting,
     config: &Config,
 ) -> friction::Rows {
-    let samples = &data.straight[k];
     // what coasting leaves between velocity and wheel is the error of their difference
     let from_coasting = coasting.radius[k].as_ref().map_or(0.0, |f| f.quality.scale);
     let velocity_error = config.friction.velocity_error.max(from_coasting);
     let from_coasting = coasting.resistance.as_ref().map_or(0.0, |f| f.quality.scale);
-    let mut rows = friction::Rows {
-        friction_error: config.friction.friction_error.max(from_coasting),
-        ..friction::Rows::default()
-    };
+    let friction_error = config.friction.friction_error.max(from_coasting);
+    let mut rows = friction::Rows { friction_error, ..friction::Rows::default() };
     let mut signs = [0_usize; 2];
-    for i in 0..samples.len() {
-        let slip = signals.slip_ratio[k][i];
+    for &i in keep {
         let mu = signals.force_x[k][i] / signals.load[k][i];
-        let usable = slip.is_finite() && mu.is_finite() && signals.load[k][i] > 100.0;
-        if !usable || slip.abs() > 0.95 {
-            // kept as a row of no use, so that varied rows stay in step
-            rows.slip.push(0.0);
-            rows.friction.push(0.0);
-            rows.slip_error.push(1e3);
-        } else {
-            rows.slip.push(slip);
-            rows.friction.push(mu);
-            rows.slip_error.push(velocity_error / signals.speed[i]);
-            signs[usize::from(mu > 0.0)] += usize::from(mu.abs() > 0.25);
-        }
-        rows.clusters.push(samples.segment[i]);
+        rows.slip.push(signals.slip_ratio[k][i]);
+        rows.friction.push(mu);
+        rows.slip_error.push(velocity_error / signals.speed[i]);
+        rows.clusters.push(data.straight[k].segment[i]);
+        signs[usize::from(mu > 0.0)] += usize::from(mu.abs() > 0.25);
     }
-    rows.both_signs = signs[0] >= 20 && signs[1] >= 20;
+    rows.both_signs = signs.iter().all(|&n| n >= 20);
     rows
 }
 
@@ -449,7 +480,8 @@ fn follow(
     let friction = [0, 1].map(|k| {
         let fitted = fits.friction[k].as_ref()?;
         let signals = given.straight(&data.straight[k], &data.action[k]);
-        let mut rows = friction_rows(data, &signals, k, &fits.coasting, config);
+        let keep = &clouds.friction_keep[k];
+        let mut rows = friction_rows(data, &signals, k, keep, &fits.coasting, config);
         rows.both_signs = clouds.friction[k].both_signs;
         let theta = fitted.follow(&rows);
         let (peak, gradient) = fitted.peak_slip()?;

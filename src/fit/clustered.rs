@@ -47,9 +47,12 @@ pub fn count(clusters: &[usize]) -> usize {
     seen.len()
 }
 
-/// Fits robustly; `None` where the samples cannot carry the columns.
-pub fn fit(columns: &[&[f64]], y: &[f64], clusters: &[usize]) -> Option<Fitted> {
-    let fit = bisquare::linear(columns, y, &Options::default()).ok()?;
+/// Fits robustly; `None` where the samples cannot carry the columns. Residuals well below
+/// `floor` (unit of `y`) are never outliers, however small the others are: a clean ride must not
+/// lose its most telling samples to the small imperfections of the algebra.
+pub fn fit(columns: &[&[f64]], y: &[f64], clusters: &[usize], floor: f64) -> Option<Fitted> {
+    let options = Options { scale_floor: floor, ..Options::default() };
+    let fit = bisquare::linear(columns, y, &options).ok()?;
     let jacobian = DMatrix::from_fn(y.len(), columns.len(), |i, j| columns[j][i]);
     let covariance = sandwich(&Scores {
         jacobian: &jacobian,
@@ -137,7 +140,7 @@ mod tests {
             .map(|(i, x)| 2.0 + 3.0 * x + 0.01 * ((i * 7 % 11) as f64))
             .collect();
         let clusters: Vec<usize> = (0..60).map(|i| i / 6).collect();
-        let fit = fit(&[&ones, &x], &y, &clusters).expect("fit");
+        let fit = fit(&[&ones, &x], &y, &clusters, 0.0).expect("fit");
         let again = refit(&[&ones, &x], &y, &fit.weights).expect("refit");
         // leverage-adjusted weights are not exactly at their own fixed point
         assert!((again[1] - fit.theta[1]).abs() < 1e-6, "{again:?} {:?}", fit.theta);

@@ -15,6 +15,11 @@ use crate::estimate::signals::Given;
 
 use super::clustered::{self, Fitted};
 
+/// Differences of speed that are never outliers, m/s.
+const SPEED_FLOOR: f64 = 0.005;
+/// Differences of resistance over weight that are never outliers.
+const RESISTANCE_FLOOR: f64 = 5e-4;
+
 /// What coasting gives.
 #[derive(Debug, Clone, Default)]
 pub struct Coasting {
@@ -90,7 +95,7 @@ pub fn fit(x: &Samples, given: &Given) -> Coasting {
     for wheel in 0..2 {
         let (omega, v, clusters) = radius_rows(x, given, wheel);
         if clustered::count(&clusters) >= 2 {
-            out.radius[wheel] = clustered::fit(&[&omega], &v, &clusters);
+            out.radius[wheel] = clustered::fit(&[&omega], &v, &clusters, SPEED_FLOOR);
         }
     }
     let nominal = given.radius;
@@ -98,7 +103,7 @@ pub fn fit(x: &Samples, given: &Given) -> Coasting {
     let rows = resistance_rows(x, given, radius);
     if clustered::count(&rows.clusters) >= 3 {
         let columns: Vec<&[f64]> = rows.columns.iter().map(Vec::as_slice).collect();
-        out.resistance = clustered::fit(&columns, &rows.y, &rows.clusters);
+        out.resistance = clustered::fit(&columns, &rows.y, &rows.clusters, RESISTANCE_FLOOR);
     }
     out
 }

@@ -21,6 +21,13 @@ use crate::bike::Bike;
 use crate::estimate::Formulation;
 use crate::estimate::signals::Signals;
 
+/// Differences of slip angle that are never outliers, rad.
+const ANGLE_FLOOR: f64 = 5e-4;
+/// Differences of lateral friction that are never outliers.
+const FRICTION_FLOOR: f64 = 5e-3;
+/// Differences of overturning moment over weight that are never outliers, m.
+pub const MOMENT_FLOOR: f64 = 5e-4;
+
 /// Rows of one tyre's lateral fits.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
@@ -114,9 +121,9 @@ pub fn fit(rows: &Rows) -> Lateral {
     let mut camber: Vec<f64> = rows.camber.iter().map(|g| g.abs()).collect();
     camber.sort_by(f64::total_cmp);
     Lateral {
-        slip: clustered::fit(&rows.slip_columns(), &rows.slip_angle, &rows.clusters),
-        friction: clustered::fit(&[&rows.tangent], &rows.friction, &rows.clusters),
-        compliance: clustered::fit(&rows.compliance_columns(), &rows.side, &rows.clusters),
+        slip: clustered::fit(&rows.slip_columns(), &rows.slip_angle, &rows.clusters, ANGLE_FLOOR),
+        friction: clustered::fit(&[&rows.tangent], &rows.friction, &rows.clusters, FRICTION_FLOOR),
+        compliance: clustered::fit(&rows.compliance_columns(), &rows.side, &rows.clusters, ANGLE_FLOOR),
         ridden: camber.get(camber.len() * 99 / 100).copied().unwrap_or(0.0),
     }
 }

@@ -116,7 +116,12 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
     if rows.both_signs {
         bounds.push((-4.0, 4.0));
     }
-    let options = Options { search_iterations: config.search_iterations, ..Options::default() };
+    // residuals are in units of their expected error: less than half of it is never an outlier
+    let options = Options {
+        search_iterations: config.search_iterations,
+        scale_floor: 0.5,
+        ..Options::default()
+    };
     let fit = nonlinear::fit(rows, &starts, Some(&bounds), &options).ok()?;
     let scores = Scores {
         jacobian: &fit.jacobian,
