@@ -158,7 +158,7 @@ impl Features {
     }
 }
 
-/// Means of `step` samples; NaN where half of them are missing. The last block may be shorter.
+/// Means of `step` samples; NaN where more than half of them are missing. The last block may be shorter.
 fn block_means(x: &[f64], step: usize) -> Vec<f64> {
     x.chunks(step)
         .map(|block| {
@@ -171,7 +171,7 @@ fn block_means(x: &[f64], step: usize) -> Vec<f64> {
                 sum += v;
                 count += 1;
             }
-            if 2 * count > block.len() { sum / count as f64 } else { f64::NAN }
+            if count > 0 && 2 * count >= block.len() { sum / count as f64 } else { f64::NAN }
         })
         .collect()
 }
