@@ -123,12 +123,7 @@ pub fn fit(rows: &Rows) -> Lateral {
     Lateral {
         slip: clustered::fit(&rows.slip_columns(), &rows.slip_angle, &rows.clusters, ANGLE_FLOOR),
         friction: clustered::fit(&[&rows.tangent], &rows.friction, &rows.clusters, FRICTION_FLOOR),
-        compliance: clustered::fit(
-            &rows.compliance_columns(),
-            &rows.side,
-            &rows.clusters,
-            ANGLE_FLOOR,
-        ),
+        compliance: clustered::fit(&rows.compliance_columns(), &rows.side, &rows.clusters, ANGLE_FLOOR),
         ridden: camber.get(camber.len() * 99 / 100).copied().unwrap_or(0.0),
     }
 }
