@@ -28,6 +28,10 @@ pub struct Samples {
     pub roll: Vec<f64>,
     /// Roll rate, rad/s.
     pub roll_rate: Vec<f64>,
+    /// Roll acceleration, rad/s², over 0.2 s.
+    pub roll_acceleration: Vec<f64>,
+    /// Largest change of roll within 0.4 s before or after, rad: how quasi-static it is.
+    pub roll_change: Vec<f64>,
     /// Yaw rate, rad/s.
     pub yaw_rate: Vec<f64>,
     /// Handlebar angle, rad.
@@ -62,6 +66,8 @@ impl Samples {
         self.acceleration_x.append(&mut other.acceleration_x);
         self.roll.append(&mut other.roll);
         self.roll_rate.append(&mut other.roll_rate);
+        self.roll_acceleration.append(&mut other.roll_acceleration);
+        self.roll_change.append(&mut other.roll_change);
         self.yaw_rate.append(&mut other.yaw_rate);
         self.steer.append(&mut other.steer);
         for k in 0..2 {
@@ -120,6 +126,13 @@ pub fn gather(
         let (a, b) = (i.saturating_sub(wide), (i + wide).min(last));
         x.map_or(f64::NAN, |x| (x[b] - x[a]) * session.rate / (b - a).max(1) as f64)
     };
+    let near = (0.4 * session.rate).round() as usize;
+    let change = |x: Option<&[f64]>, i: usize| {
+        x.map_or(f64::NAN, |x| {
+            let (before, after) = (x[i.saturating_sub(near)], x[(i + near).min(last)]);
+            (after - x[i]).abs().max((x[i] - before).abs())
+        })
+    };
     let velocity_y = column(Channel::VelocityY);
     let acceleration_x = column(Channel::AccelerationX);
     let roll = column(Channel::Roll);
@@ -157,6 +170,8 @@ pub fn gather(
             out.roll.push(read(roll, i));
             let rate = roll_rate.map_or_else(|| rate_of(roll, i), |x| x[i]);
             out.roll_rate.push(rate);
+            out.roll_acceleration.push(slow_rate_of(roll_rate, i));
+            out.roll_change.push(change(roll, i));
             out.yaw_rate.push(read(yaw_rate, i));
             out.steer.push(read(steer, i));
             for k in 0..2 {

@@ -106,9 +106,10 @@ impl Given {
     }
 
     /// Wheel loads with their transfer, eq. 25.
-    fn loads(&self, total_x: f64, spin_rate: f64, cos_phi: f64) -> [f64; 2] {
+    /// `lift` is the mass centre's upward acceleration over gravity.
+    fn loads(&self, total_x: f64, spin_rate: f64, cos_phi: f64, lift: f64) -> [f64; 2] {
         let b = &self.bike;
-        let weight = b.mass * GRAVITY / b.wheelbase;
+        let weight = b.mass * GRAVITY * (1.0 + lift) / b.wheelbase;
         let transfer = (total_x * b.cg_height + spin_rate) * cos_phi / b.wheelbase; // (25b)
         [weight * b.cg_to_rear() - transfer, weight * b.cg_to_front + transfer] // (25a)
     }
@@ -131,7 +132,7 @@ impl Given {
             let spin_rate: f64 = (0..2)
                 .map(|k| if inertia[k] > 0.0 { inertia[k] * x.omega_rate[k][i] } else { 0.0 })
                 .sum();
-            let load = self.loads(total, spin_rate, cos_phi);
+            let load = self.loads(total, spin_rate, cos_phi, 0.0);
             let rolling = [-self.rolling * load[0], -self.rolling * load[1]];
             // an undriven, unbraked wheel is pushed by its own inertia only
             let free = |k: usize| {
@@ -229,7 +230,11 @@ impl Given {
             let spin: f64 = (0..2)
                 .map(|k| if inertia[k] > 0.0 { inertia[k] * x.omega[k][i] } else { 0.0 })
                 .sum();
-            let load = self.loads(total, 0.0, cos_phi);
+            // leaning in the mass centre sinks, leaning out it rises: the printed form is static
+            let lift = -h * (sin_phi * x.roll_acceleration[i] + cos_phi * x.roll_rate[i].powi(2))
+                / GRAVITY;
+            let lift = if corrected && lift.is_finite() { lift } else { 0.0 };
+            let load = self.loads(total, 0.0, cos_phi, lift);
 
             // trails, with the share of the side force that slip makes (33a)
             let mut share = [0.0; 2];
@@ -273,7 +278,8 @@ impl Given {
 
             let Mx = match self.formulation {
                 Formulation::Corrected => {
-                    -m * h * (GRAVITY * sin_phi + lateral * cos_phi) - spin * turn * cos_phi // (34a)
+                    -m * h * (GRAVITY * (1.0 + lift) * sin_phi + lateral * cos_phi)
+                        - spin * turn * cos_phi // (34a)
                 }
                 Formulation::Paper => {
                     let lenticular = -(turn * v / GRAVITY).atan(); // (34b)

@@ -63,6 +63,10 @@ const MIN_LATENCY: f64 = 1e-3;
 /// Largest latency that is looked for, s.
 const MAX_LATENCY: f64 = 0.4;
 
+/// Rolling faster than this over 0.6 s the bike is about to turn, rad/s: then roll leads yaw, to
+/// the same side whether it leans in or out, and the roll zero would be biased.
+const MAX_ROLL_RATE: f64 = 0.03;
+
 /// A channel in means of consecutive samples, about `rate` Hz.
 struct Coarse {
     rate: f64,
@@ -316,6 +320,7 @@ fn straight_blocks(
     coarse: &Coarse,
 ) -> Vec<(usize, usize)> {
     let longest = (5.0 * coarse.rate) as usize;
+    let reach = (0.3 * coarse.rate).round() as usize;
     let mut rows = Vec::new();
     let (mut block, mut since) = (0, usize::MAX);
     for i in (0..coarse.len).step_by(2) {

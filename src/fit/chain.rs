@@ -129,6 +129,8 @@ pub struct Clouds {
     pub friction_keep: [Vec<usize>; 2],
     /// The corner samples that were kept: quasi-static and uncombined.
     pub keep: Vec<usize>,
+    /// Those of them that are steadiest, for the overturning moment.
+    pub keep_steady: Vec<usize>,
 }
 
 /// One independent upstream uncertainty: how the inputs look when it is one standard error up.
@@ -190,7 +192,9 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     }
     let signals = given.corner(&data.corner, data.corner_rate, None);
     clouds.keep = quasi_static(data, &signals, bike);
-    clouds.overturning = cornering::overturning_rows(&signals, &data.corner.segment, &clouds.keep);
+    clouds.keep_steady = steadiest(data, &clouds.keep);
+    clouds.overturning =
+        cornering::overturning_rows(&signals, &data.corner.segment, &clouds.keep_steady);
     let (lever, moment, clusters) = &clouds.overturning;
     if clustered::count(clusters) >= 2 {
         let floor = cornering::MOMENT_FLOOR * bike.mass * crate::GRAVITY;
@@ -275,17 +279,18 @@ fn friction_rows(
     let velocity_error = config.friction.velocity_error.max(from_coasting);
     let from_coasting = coasting.resistance.as_ref().map_or(0.0, |f| f.quality.scale);
     let friction_error = config.friction.friction_error.max(from_coasting);
-    let mut rows = friction::Rows { friction_error, ..friction::Rows::default() };
+    let mut rows = friction::Rows::with_errors(friction_error, velocity_error);
     let mut signs = [0_usize; 2];
     for &i in keep {
         let mu = signals.force_x[k][i] / signals.load[k][i];
         rows.slip.push(signals.slip_ratio[k][i]);
         rows.friction.push(mu);
-        rows.slip_error.push(velocity_error / signals.speed[i]);
+        rows.speed.push(signals.speed[i]);
         rows.clusters.push(data.straight[k].segment[i]);
         signs[usize::from(mu > 0.0)] += usize::from(mu.abs() > 0.25);
     }
     rows.both_signs = signs.iter().all(|&n| n >= 20);
+    rows.index();
     rows
 }
 
@@ -304,6 +309,18 @@ fn quasi_static(data: &Data, signals: &Signals, bike: &Bike) -> Vec<usize> {
                 && signals.total_x[i].abs() < 0.15 * weight
         })
         .collect()
+}
+
+/// Roll may change by this much within 0.4 s in a steady sample, rad.
+const STEADY: f64 = 0.03;
+
+/// The kept corner samples whose roll hardly changes: the roll acceleration times the unknown
+/// roll inertia looks like an overturning moment. Where a ride has too few of them all count.
+fn steadiest(data: &Data, keep: &[usize]) -> Vec<usize> {
+    let x = &data.corner;
+    let steady: Vec<usize> = keep.iter().copied().filter(|&i| x.roll_change[i] < STEADY).collect();
+    let clusters: Vec<usize> = steady.iter().map(|&i| x.segment[i]).collect();
+    if clustered::count(&clusters) >= 6 { steady } else { keep.to_vec() }
 }
 
 /// Every coefficient from the fits.
@@ -496,7 +513,8 @@ fn follow(
     let keep = &clouds.keep;
     let overturning = fits.overturning.as_ref().and_then(|fitted| {
         let signals = given.corner(&data.corner, data.corner_rate, None);
-        let (lever, moment, _) = cornering::overturning_rows(&signals, &data.corner.segment, keep);
+        let (lever, moment, _) =
+            cornering::overturning_rows(&signals, &data.corner.segment, &clouds.keep_steady);
         clustered::refit(&[&lever], &moment, &fitted.weights).map(|t| t[0])
     });
     let crown = front_crown(overturning, &given);

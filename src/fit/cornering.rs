@@ -22,9 +22,9 @@ use crate::estimate::Formulation;
 use crate::estimate::signals::Signals;
 
 /// Differences of slip angle that are never outliers, rad.
-const ANGLE_FLOOR: f64 = 5e-4;
+const ANGLE_FLOOR: f64 = 2e-3;
 /// Differences of lateral friction that are never outliers.
-const FRICTION_FLOOR: f64 = 5e-3;
+const FRICTION_FLOOR: f64 = 0.015;
 /// Differences of overturning moment over weight that are never outliers, m.
 pub const MOMENT_FLOOR: f64 = 5e-4;
 
@@ -123,7 +123,12 @@ pub fn fit(rows: &Rows) -> Lateral {
     Lateral {
         slip: clustered::fit(&rows.slip_columns(), &rows.slip_angle, &rows.clusters, ANGLE_FLOOR),
         friction: clustered::fit(&[&rows.tangent], &rows.friction, &rows.clusters, FRICTION_FLOOR),
-        compliance: clustered::fit(&rows.compliance_columns(), &rows.side, &rows.clusters, ANGLE_FLOOR),
+        compliance: clustered::fit(
+            &rows.compliance_columns(),
+            &rows.side,
+            &rows.clusters,
+            ANGLE_FLOOR,
+        ),
         ridden: camber.get(camber.len() * 99 / 100).copied().unwrap_or(0.0),
     }
 }

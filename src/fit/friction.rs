@@ -1,12 +1,15 @@
 //! `mu_x(s)` of one tyre from braking (and, at the rear, driving): eq. 28.
 //!
-//! The slip ratio has an error of its own, of the velocity over the speed, so samples are
-//! weighed by the effective variance, which follows the curve's slope as it is fitted:
+//! The slip ratio has an error of its own, that of the velocity over the speed. Part of it is
+//! slow, the same through a manoeuvre: that offset `e_g` is estimated with the curve (a random
+//! effect with the velocity's own spread as its prior). The rest weighs the samples by the
+//! effective variance, which follows the curve's slope as it is fitted:
 //!
 //! ```text
-//! r = (mu - mu_x(s)) / sqrt(sigma_mu^2 + (mu_x'(s) sigma_s)^2),   sigma_s = sigma_v / v
+//! r   = (mu - mu_x(s) + mu_x'(s) (1 + s)/v e_g) / sqrt(sigma_mu^2 + (mu_x'(s) sigma_s)^2)
+//! r_g = e_g / sigma_v
 //! ```
-//! Without it the slip stiffness comes out too small (errors in variables), and the deficit is
+//! Without both the slip stiffness comes out too small (errors in variables), and the deficit is
 //! blamed on something else later.
 
 use nalgebra::{DMatrix, DVector};
@@ -25,15 +28,25 @@ pub struct Rows {
     pub slip: Vec<f64>,
     /// `Fx / Fz`.
     pub friction: Vec<f64>,
-    /// Expected error of the slip ratio.
-    pub slip_error: Vec<f64>,
-    /// Manoeuvre.
+    /// Forward speed, m/s.
+    pub speed: Vec<f64>,
+    /// Manoeuvre; after the samples' come one for each manoeuvre's offset row.
     pub clusters: Vec<usize>,
     /// Expected error of the friction.
     pub friction_error: f64,
+    /// Expected error of the velocity, m/s.
+    pub velocity_error: f64,
     /// Whether the tyre was driven as well as braked: then `e1` and `e2` are told apart.
     pub both_signs: bool,
+    /// Place of each sample's manoeuvre among those there are.
+    group: Vec<usize>,
+    groups: usize,
 }
+
+/// Share of the velocity's error that changes within a manoeuvre.
+const QUICK: f64 = 0.4;
+/// Residuals count no more than this for a manoeuvre's offset: outliers must not move it.
+const CLIP: f64 = 2.0;
 
 impl Rows {
     fn formula(&self, theta: &[f64]) -> MagicFormula {
@@ -45,6 +58,26 @@ impl Rows {
             e2: if self.both_signs { theta[4] } else { 0.0 },
         }
     }
+
+    /// No samples yet; the expected errors of friction and of velocity (m/s).
+    pub fn with_errors(friction_error: f64, velocity_error: f64) -> Self {
+        Rows { friction_error, velocity_error, ..Rows::default() }
+    }
+
+    /// To be called once the samples are in: numbers the manoeuvres and adds their rows.
+    pub fn index(&mut self) {
+        let mut names = self.clusters.clone();
+        names.sort_unstable();
+        names.dedup();
+        self.group = self.clusters.iter().map(|c| names.partition_point(|name| name < c)).collect();
+        self.groups = names.len();
+        self.clusters.extend(names);
+    }
+
+    /// Number of samples, without the manoeuvres' own rows.
+    pub fn samples(&self) -> usize {
+        self.slip.len()
+    }
 }
 
 impl Model for Rows {
@@ -53,24 +86,30 @@ impl Model for Rows {
     }
 
     fn len(&self) -> usize {
-        self.slip.len()
+        self.slip.len() + self.groups
     }
 
     fn residuals(&self, theta: &[f64], out: &mut [f64]) {
         let formula = self.formula(theta);
-        for (i, r) in out.iter_mut().enumerate() {
-            let slope = formula.slope(self.slip[i]) * self.slip_error[i];
-            let sigma = self.friction_error.hypot(slope);
-            *r = (self.friction[i] - formula.value(self.slip[i])) / sigma;
+        let n = self.samples();
+        let mut pull = vec![(0.0, 1.0 / self.velocity_error.powi(2)); self.groups];
+        let mut lever = vec![0.0; n];
+        for i in 0..n {
+            let (s, v) = (self.slip[i], self.speed[i]);
+            let (value, slope) = formula.value_and_slope(s);
+            let sigma = self.friction_error.hypot(slope * QUICK * self.velocity_error / v);
+            out[i] = (self.friction[i] - value) / sigma;
+            lever[i] = slope * (1.0 + s) / v / sigma;
+            let sum = &mut pull[self.group[i]];
+            sum.0 -= lever[i] * out[i].clamp(-CLIP, CLIP);
+            sum.1 += lever[i] * lever[i];
         }
-    }
-
-    fn some_residuals(&self, theta: &[f64], rows: &[usize], out: &mut [f64]) {
-        let formula = self.formula(theta);
-        for (r, &i) in out.iter_mut().zip(rows) {
-            let slope = formula.slope(self.slip[i]) * self.slip_error[i];
-            let sigma = self.friction_error.hypot(slope);
-            *r = (self.friction[i] - formula.value(self.slip[i])) / sigma;
+        for i in 0..n {
+            let (top, bottom) = pull[self.group[i]];
+            out[i] += lever[i] * top / bottom;
+        }
+        for (g, (top, bottom)) in pull.into_iter().enumerate() {
+            out[n + g] = top / bottom / self.velocity_error;
         }
     }
 }
@@ -100,7 +139,7 @@ pub struct Friction {
 /// Fits eq. 28; `None` where the samples cannot carry it.
 pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
     let p = rows.parameters();
-    if rows.len() < 10 * p {
+    if rows.samples() < 10 * p {
         return None;
     }
     let peak = quantile(rows.friction.iter().map(|m| m.abs()).collect(), 0.98).clamp(0.2, 2.0);
@@ -149,14 +188,14 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
     let response = information.lu().solve(&weighted)?;
     let plain: Vec<f64> =
         (0..rows.len()).map(|i| rows.friction[i] - formula.value(rows.slip[i])).collect();
-    let kept: f64 = fit.weights.iter().sum();
-    let mean = weighted_mean(&rows.friction, &fit.weights);
-    let left: f64 = plain.iter().zip(&fit.weights).map(|(r, w)| w * r * r).sum();
-    let whole: f64 =
-        rows.friction.iter().zip(&fit.weights).map(|(y, w)| w * (y - mean).powi(2)).sum();
+    let weights = &fit.weights[..rows.samples()];
+    let kept: f64 = weights.iter().sum();
+    let mean = weighted_mean(&rows.friction, weights);
+    let left: f64 = plain.iter().zip(weights).map(|(r, w)| w * r * r).sum();
+    let whole: f64 = rows.friction.iter().zip(weights).map(|(y, w)| w * (y - mean).powi(2)).sum();
     let quality = Quality {
         n_clusters: count(&rows.clusters),
-        n_samples: rows.len(),
+        n_samples: rows.samples(),
         scale: (left / kept).sqrt(),
         outlier_fraction: fit.outlier_fraction,
         r_squared: 1.0 - left / whole,

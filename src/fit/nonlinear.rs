@@ -11,8 +11,7 @@
 //! the residuals of at most [`SEARCH_ROWS`] samples, which half of the samples being bad does
 //! not mislead; (2) reweighted least squares (crate levenberg-marquardt, a port of MINPACK)
 //! from where the most promising searches ended, and from the start itself where there is only
-//! one; (3) the end
-//! with the smallest S-scale over all samples is kept.
+//! one; (3) the end with the smallest tau-scale over all samples is kept.
 //!
 //! Bounds are kept by a smooth change of variables ([`super::bounds`]).
 
@@ -22,7 +21,7 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
 use super::bounds::Bounds;
-use super::loss::{TUNING, mad, psi_derivative, s_scale, tau_scale, weight};
+use super::loss::{TUNING, mad, psi_derivative, tau_scale, weight};
 
 /// Samples that take part in the search for a start.
 pub const SEARCH_ROWS: usize = 300;
@@ -257,7 +256,7 @@ impl Work<'_> {
         if !self.robust() || self.options.search_iterations == 0 {
             return plain();
         }
-        let objective = Objective::new(self.model, self.map);
+        let objective = Objective::new(self.model, self.map, self.options.scale_floor);
         let mut searched = Vec::with_capacity(starts.len());
         let mut first: Option<(f64, usize)> = None;
         for (k, z) in starts.iter().enumerate() {
@@ -340,7 +339,7 @@ impl Work<'_> {
             }
         }
         let objective = if self.robust() {
-            s_scale(&self.r, &mut self.scratch)
+            tau_scale(&self.r, self.options.scale_floor, &mut self.scratch)
         } else {
             self.r.iter().map(|r| r * r).sum()
         };
@@ -407,11 +406,12 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Weighted<'_> {
 struct Objective<'a> {
     model: &'a dyn Model,
     map: &'a Bounds,
+    floor: f64,
     rows: Vec<usize>,
 }
 
 impl<'a> Objective<'a> {
-    fn new(model: &'a dyn Model, map: &'a Bounds) -> Self {
+    fn new(model: &'a dyn Model, map: &'a Bounds, floor: f64) -> Self {
         let n = model.len();
         let m = n.min(SEARCH_ROWS);
         // a golden-ratio shift within each of m equal stretches: even, but no fixed beat
@@ -421,14 +421,18 @@ impl<'a> Objective<'a> {
                 from + ((k as f64 * 0.618_033_988_75).fract() * (to - from) as f64) as usize
             })
             .collect();
-        Objective { model, map, rows }
+        Objective { model, map, floor, rows }
     }
 
     fn value(&self, z: &[f64]) -> f64 {
         let mut r = vec![0.0; self.rows.len()];
         let mut scratch = vec![0.0; self.rows.len()];
         self.model.some_residuals(&self.map.outer(z), &self.rows, &mut r);
-        if r.iter().all(|r| r.is_finite()) { tau_scale(&r, &mut scratch) } else { f64::INFINITY }
+        if r.iter().all(|r| r.is_finite()) {
+            tau_scale(&r, self.floor, &mut scratch)
+        } else {
+            f64::INFINITY
+        }
     }
 }
 

@@ -32,11 +32,17 @@ impl MagicFormula {
 
     /// Derivative of [`MagicFormula::value`] with respect to the slip ratio.
     pub fn slope(&self, s: f64) -> f64 {
+        self.value_and_slope(s).1
+    }
+
+    /// Value and derivative at once: the costly arc tangents are shared.
+    pub fn value_and_slope(&self, s: f64) -> (f64, f64) {
         let bs = self.b * s;
         let e = self.e1 + self.e2 * s.signum();
         let inner = bs - e * (bs - bs.atan());
         let inner_slope = self.b * (1.0 - e * (1.0 - 1.0 / (1.0 + bs * bs)));
-        self.d * self.c * (self.c * inner.atan()).cos() / (1.0 + inner * inner) * inner_slope
+        let (sin, cos) = (self.c * inner.atan()).sin_cos();
+        (self.d * sin, self.d * self.c * cos / (1.0 + inner * inner) * inner_slope)
     }
 
     /// Slip stiffness at vanishing slip, `b c d`.

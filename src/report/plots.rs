@@ -186,8 +186,12 @@ fn overturning(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let given = &solution.given;
     let weight = given.bike.mass * GRAVITY;
     let (lever, moment, clusters) = &solution.clouds.overturning;
-    let roll: Vec<f64> =
-        solution.clouds.keep.iter().map(|&i| data.corner.roll[i] - given.zeros.roll).collect();
+    let roll: Vec<f64> = solution
+        .clouds
+        .keep_steady
+        .iter()
+        .map(|&i| data.corner.roll[i] - given.zeros.roll)
+        .collect();
     let arm: Vec<f64> = moment.iter().map(|m| m / weight).collect();
     sheet.cloud("overturning", &roll, &arm, &fit.weights, clusters);
     // the lever per tangent of roll is all but constant: its mean draws the line
