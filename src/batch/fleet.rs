@@ -27,6 +27,9 @@ const FLAG_FROM: usize = 5;
 /// Farther from the median than so many robust standard deviations is far.
 const FAR: f64 = 4.0;
 
+/// A session within so many of its own standard errors is never far.
+const OWN: f64 = 2.0;
+
 /// Writes `<out>/fleet/fleet.parquet` from the coefficients in `out`; gives back its rows.
 ///
 /// # Errors
@@ -147,7 +150,11 @@ impl Sessions<'_> {
             self.days.iter().zip(&self.values).filter_map(|(d, v)| d.map(|d| (d, *v))).unzip();
         let flagged: Vec<&str> = match (median, robust_sd) {
             (Some(median), Some(sd)) if self.values.len() >= FLAG_FROM && sd > 0.0 => {
-                let far = self.values.iter().map(|v| (v - median).abs() > FAR * sd);
+                let off = self.values.iter().map(|v| (v - median).abs());
+                let far = off.zip(&self.errors).map(|(off, error)| {
+                    // METHOD: what its own standard error explains is no reason to look at a ride
+                    off > FAR * sd && (error.is_nan() || off > OWN * error)
+                });
                 self.ids.iter().zip(far).filter(|(_, far)| *far).map(|(id, _)| *id).collect()
             }
             _ => Vec::new(),
@@ -182,6 +189,23 @@ fn days(text: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_session_is_flagged_when_it_is_far_and_sure_of_it() {
+        let flagged = |error: f64, n: usize| {
+            let sessions = Sessions {
+                ids: ["a", "b", "c", "d", "e", "f"][..n].to_vec(),
+                days: vec![None; n],
+                values: [1.0, 1.1, 0.9, 2.0, 1.05, 0.95][..n].to_vec(),
+                errors: [0.1, 0.1, 0.1, error, 0.1, 0.1][..n].to_vec(),
+            };
+            sessions.spread(Some(1.0)).flagged_sessions
+        };
+        assert_eq!(flagged(0.1, 6).as_deref(), Some("d"));
+        assert_eq!(flagged(f64::NAN, 6).as_deref(), Some("d"), "no error is no excuse");
+        assert_eq!(flagged(0.6, 6), None, "its own error explains it");
+        assert_eq!(flagged(0.1, 4), None, "too few to tell");
+    }
 
     #[test]
     fn start_times_in_their_usual_forms() {
