@@ -30,10 +30,10 @@ pub struct Rows {
     pub friction: Vec<f64>,
     /// Forward speed, m/s.
     pub speed: Vec<f64>,
+    /// Expected error of the friction.
+    pub friction_error: Vec<f64>,
     /// Manoeuvre; after the samples' come one for each manoeuvre's offset row.
     pub clusters: Vec<usize>,
-    /// Expected error of the friction.
-    pub friction_error: f64,
     /// Expected error of the velocity, m/s.
     pub velocity_error: f64,
     /// Whether the tyre was driven as well as braked: then `e1` and `e2` are told apart.
@@ -59,9 +59,9 @@ impl Rows {
         }
     }
 
-    /// No samples yet; the expected errors of friction and of velocity (m/s).
-    pub fn with_errors(friction_error: f64, velocity_error: f64) -> Self {
-        Rows { friction_error, velocity_error, ..Rows::default() }
+    /// No samples yet; the expected error of the velocity (m/s).
+    pub fn with_error(velocity_error: f64) -> Self {
+        Rows { velocity_error, ..Rows::default() }
     }
 
     /// To be called once the samples are in: numbers the manoeuvres and adds their rows.
@@ -97,7 +97,7 @@ impl Model for Rows {
         for i in 0..n {
             let (s, v) = (self.slip[i], self.speed[i]);
             let (value, slope) = formula.value_and_slope(s);
-            let sigma = self.friction_error.hypot(slope * QUICK * self.velocity_error / v);
+            let sigma = self.friction_error[i].hypot(slope * QUICK * self.velocity_error / v);
             out[i] = (self.friction[i] - value) / sigma;
             lever[i] = slope * (1.0 + s) / v / sigma;
             let sum = &mut pull[self.group[i]];

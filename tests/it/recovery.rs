@@ -52,7 +52,7 @@ pub fn characterise(
         Formulation::Corrected => zeros::run(&log, &machine.bike),
         Formulation::Paper => (zeros::Zeros::default(), Vec::new()),
     };
-    let data = Data::gather(&log, &segments, zeros, &config);
+    let data = Data::gather(&log, &segments, &machine.bike, zeros, &config);
     let settings = fit::Config::default();
     let solution = solve(&data, &machine.bike, formulation, &settings);
     let rows = coefficients::rows(
