@@ -270,7 +270,7 @@ fn friction_keep(data: &Data, signals: &Signals, k: usize, bike: &Bike) -> Vec<u
 }
 
 /// Error of the friction per rate of the slip ratio, s: what a 20 Hz filter leaves of it.
-const BLUR: f64 = 0.01;
+const BLUR: f64 = 0.004;
 
 /// Rows of the kept samples, and the friction's expected errors.
 fn friction_rows(

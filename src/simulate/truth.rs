@@ -32,7 +32,7 @@ fn cornering_rows(plant: &Plant, ride: &Simulated, tyre: usize) -> cornering::Ro
         for i in range.step_by(step) {
             let (state, response) = (&ride.states[i], &ride.trace[i]);
             let pull = plant.mass * response.acceleration[0] + plant.drag * state.vx * state.vx;
-            if state.roll_rate.abs() < 0.2 && state.roll.abs() > 0.07 && pull.abs() < 0.15 * weight
+            if state.roll_rate.abs() < 0.1 && state.roll.abs() > 0.07 && pull.abs() < 0.15 * weight
             {
                 signals.camber[tyre].push(response.camber[tyre]);
                 signals.slip_angle[tyre].push(state.alpha[tyre]);
