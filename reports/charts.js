@@ -42,35 +42,51 @@
   const named = axis => axis.unit ? `${axis.label}, ${axis.unit}` : axis.label;
   const words = name => String(name).replace(/_/g, " ");
 
-  // Extent of the chart: all that the fit used and its line; far outliers do not set the scale.
+  // Extent of the chart: its lines and the bulk of what the fit used; what lies far off does not
+  // set the scale.
   const extent = chart => {
     const range = () => [Infinity, -Infinity];
     const put = (r, v) => { if (v != null) { if (v < r[0]) r[0] = v; if (v > r[1]) r[1] = v; } };
-    const x = range(), core = range(), all = range(), band = range();
+    const x = range(), y = range(), allX = range(), allY = range(), band = range();
     for (const l of chart.lines) {
       l.x.forEach(v => put(x, v));
-      l.y.forEach(v => put(core, v));
+      l.y.forEach(v => put(y, v));
       l.lo.forEach(v => put(band, v));
       l.hi.forEach(v => put(band, v));
     }
-    for (const c of chart.clouds) c.x.forEach((v, i) => {
-      if (c.w[i] > 0) { put(x, v); put(core, c.y[i]); }
-      put(all, c.y[i]);
-    });
-    if (core[0] > core[1]) { core[0] = all[0]; core[1] = all[1]; }
-    if (x[0] > x[1]) for (const c of chart.clouds) c.x.forEach(v => put(x, v));
-    const size = Math.max(core[1] - core[0], 1e-9);
-    const most = chart.clouds.length ? 0.35 : 4;
-    for (const other of [all, band]) {
-      if (other[0] > other[1]) continue;
-      core[0] = Math.min(core[0], Math.max(other[0], core[0] - most * size));
-      core[1] = Math.max(core[1], Math.min(other[1], core[1] + most * size));
+    for (const c of chart.clouds) {
+      const used = c.x.map((_, i) => i).filter(i => c.w[i] > 0);
+      const bulk = (values, r) => {
+        const sorted = (used.length ? used.map(i => values[i]) : [...values]).sort((a, b) => a - b);
+        const skip = Math.floor(sorted.length / 100);
+        if (sorted.length) { put(r, sorted[skip]); put(r, sorted[sorted.length - 1 - skip]); }
+        values.forEach(v => put(r === x ? allX : allY, v));
+      };
+      bulk(c.x, x);
+      bulk(c.y, y);
     }
+    // towards the far ones, but only so far
+    const widen = (r, others, most) => {
+      const size = Math.max(r[1] - r[0], 1e-9);
+      const [low, high] = [r[0] - most * size, r[1] + most * size];
+      for (const other of others) {
+        if (other[0] > other[1]) continue;
+        r[0] = Math.min(r[0], Math.max(other[0], low));
+        r[1] = Math.max(r[1], Math.min(other[1], high));
+      }
+    };
+    widen(x, [allX], 0.2);
+    widen(y, [allY, band], chart.clouds.length ? 0.35 : 1);
     const pad = (r, share) => {
       const p = (r[1] - r[0]) * share || Math.abs(r[0]) * 0.1 || 1;
       return [r[0] - p, r[1] + p];
     };
-    return { x: pad(x, chart.clouds.length ? 0.03 : 0), y: pad(core, 0.05) };
+    return { x: pad(x, chart.clouds.length ? 0.03 : 0), y: pad(y, 0.05) };
+  };
+  const beyond = (chart, view) => {
+    const out = (v, r) => v < r[0] || v > r[1];
+    return chart.clouds.reduce((n, c) =>
+      n + c.x.filter((v, i) => out(v, view.x) || out(c.y[i], view.y)).length, 0);
   };
 
   // Lines on their common abscissa: one column per line, then its lower and upper edge.
@@ -233,6 +249,8 @@
 
   const fit = (holder, chart) => {
     const view = extent(chart), hidden = new Set(), tip = tooltip(holder);
+    const far = beyond(chart, view);
+    if (far) make("span", "count", holder.closest("figure").querySelector("figcaption"), ` ${far} beyond the axes.`);
     let u;
     const entries = lineEntries(chart, () => theme.lines);
     for (const c of chart.clouds) {

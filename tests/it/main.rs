@@ -2,6 +2,7 @@
 
 mod batch;
 mod cli;
+mod dirt;
 mod fit;
 mod ingest;
 mod recovery;
