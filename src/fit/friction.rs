@@ -206,7 +206,7 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
         outlier_fraction: fit.outlier_fraction,
         r_squared: 1.0 - left / whole,
     };
-    let ridden = [0.005, 0.995].map(|share| quantile(rows.slip.clone(), share));
+    let ridden = [0.01, 0.99].map(|share| quantile(rows.slip.clone(), share));
     Some(Friction {
         formula,
         theta: fit.theta,
