@@ -34,6 +34,8 @@ pub struct Samples {
     pub roll_change: Vec<f64>,
     /// Yaw rate, rad/s.
     pub yaw_rate: Vec<f64>,
+    /// Yaw acceleration, rad/s², over 0.2 s.
+    pub yaw_acceleration: Vec<f64>,
     /// Handlebar angle, rad.
     pub steer: Vec<f64>,
     /// Wheel speeds, front and rear, rad/s.
@@ -69,6 +71,7 @@ impl Samples {
         self.roll_acceleration.append(&mut other.roll_acceleration);
         self.roll_change.append(&mut other.roll_change);
         self.yaw_rate.append(&mut other.yaw_rate);
+        self.yaw_acceleration.append(&mut other.yaw_acceleration);
         self.steer.append(&mut other.steer);
         for k in 0..2 {
             self.omega[k].append(&mut other.omega[k]);
@@ -173,6 +176,7 @@ pub fn gather(
             out.roll_acceleration.push(slow_rate_of(roll_rate, i));
             out.roll_change.push(change(roll, i));
             out.yaw_rate.push(read(yaw_rate, i));
+            out.yaw_acceleration.push(slow_rate_of(yaw_rate, i));
             out.steer.push(read(steer, i));
             for k in 0..2 {
                 out.omega[k].push(read(omega[k], i));

@@ -269,7 +269,10 @@ impl Given {
             };
             let slip_force = total - front_x * cos_d + self.rolling * load[1];
             let pull = crown_rear * slip_force * gamma[1].tan();
-            let moment = twist + along + pull + lf * front_x * sin_d;
+            // a bend taken slower and slower is not steady: the bike's own yaw inertia
+            let yaw = if corrected { b.yaw_inertia() * x.yaw_acceleration[i] } else { 0.0 };
+            let yaw = if yaw.is_finite() { yaw } else { 0.0 };
+            let moment = twist + along + pull + lf * front_x * sin_d - yaw;
             let force = side - front_x * sin_d;
             // lateral balance: cos(D) Ff + Fr = force
             // yaw balance: (lf cos(D) - tf) Ff - (lr + tr) Fr = -moment      (32)
