@@ -187,7 +187,7 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
     }
     let response = information.lu().solve(&weighted)?;
     let plain: Vec<f64> =
-        (0..rows.len()).map(|i| rows.friction[i] - formula.value(rows.slip[i])).collect();
+        (0..rows.samples()).map(|i| rows.friction[i] - formula.value(rows.slip[i])).collect();
     let weights = &fit.weights[..rows.samples()];
     let kept: f64 = weights.iter().sum();
     let mean = weighted_mean(&rows.friction, weights);
