@@ -322,7 +322,7 @@ impl Plant {
 
     /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.
     fn substeps(&self, s: &State, dt: f64) -> usize {
-        let load = self.mass * GRAVITY;
+        let load = 0.7 * self.mass * GRAVITY; // the more loaded wheel, braking hard
         let fastest = (0..2)
             .map(|i| {
                 let tyre = &self.tyres[i];
@@ -330,8 +330,8 @@ impl Plant {
                     / (self.wheel_inertia[i] * s.vx.abs().max(SLIP_SPEED))
             })
             .fold(0.0, f64::max);
-        // 1.6 is well inside the stability bound 2.78 of the classical scheme
-        ((dt * fastest / 1.6).ceil() as usize).clamp(2, 60)
+        // 2.2 is inside the stability bound 2.78 of the classical scheme
+        ((dt * fastest / 2.2).ceil() as usize).clamp(2, 60)
     }
 
     /// Advances the state by `dt` with the action held (classical Runge-Kutta, sub-stepped).
