@@ -131,7 +131,7 @@ pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcom
         Formulation::Paper => (Zeros::default(), Vec::new()), // the paper takes sensors as they are
     };
     warnings.extend(noticed);
-    let data = Data::gather(&session, &segments, zeros, &pipeline.estimate);
+    let data = Data::gather(&session, &segments, bike, zeros, &pipeline.estimate);
     let solution = chain::solve(&data, bike, formulation, &pipeline.fit);
 
     let ident = rows::Ident::from(&session.meta);

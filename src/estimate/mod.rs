@@ -49,7 +49,7 @@ impl Default for Config {
             formulation: Formulation::Corrected,
             straight_rate: 50.0,
             corner_rate: 12.5,
-            max_roll_rate: 0.2,
+            max_roll_rate: 0.1,
             min_camber: 0.07,
             min_speed: 3.0,
             trim: 0.2,

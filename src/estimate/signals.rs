@@ -267,7 +267,8 @@ impl Given {
                 Some(k_x) if corrected => k_x * b.rear.width / b.front.width,
                 _ => 0.0,
             };
-            let pull = crown_rear * (total - front_x * cos_d) * gamma[1].tan();
+            let slip_force = total - front_x * cos_d + self.rolling * load[1];
+            let pull = crown_rear * slip_force * gamma[1].tan();
             let moment = twist + along + pull + lf * front_x * sin_d;
             let force = side - front_x * sin_d;
             // lateral balance: cos(D) Ff + Fr = force
@@ -329,11 +330,11 @@ mod tests {
     #[test]
     fn the_lag_is_exact_for_a_ramp() {
         // x' = (u - x)/T with u = t: x = t - T (1 - exp(-t/T))
-        let (mut x, step, lag) = (0.0, 0.3, 0.5);
+        let (mut x, step, lag) = (0.0, 0.3, 0.5_f64);
         for i in 0..10 {
             x = hold(x, step * f64::from(i), step * f64::from(i + 1), step / lag);
         }
         let t = 3.0;
-        assert!((x - (t - lag * (1.0 - (-t / lag as f64).exp()))).abs() < 1e-12);
+        assert!((x - (t - lag * (1.0 - (-t / lag).exp()))).abs() < 1e-12);
     }
 }

@@ -125,7 +125,7 @@ pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
             Some(vy) => (0..coarse.len).map(|i| ax[i] + turn[i] * vy[i]).collect(),
             None => ax,
         };
-        longitudinal(&v, &along, &coarse, &mut zeros, &mut warnings);
+        longitudinal(&v, &along, &turn, &coarse, &mut zeros, &mut warnings);
     }
     let delayed =
         |x: Vec<f64>| if zeros.latency == 0.0 { x } else { shift(&x, zeros.latency * coarse.rate) };
@@ -224,6 +224,7 @@ fn yaw_rate_zero(v: &[f64], rate: Option<&[f64]>, yaw: Option<&[f64]>, coarse: &
 fn longitudinal(
     v: &[f64],
     along: &[f64],
+    turn: &[f64],
     coarse: &Coarse,
     zeros: &mut Zeros,
     warnings: &mut Vec<Warning>,
@@ -282,11 +283,18 @@ fn longitudinal(
             });
         }
     }
-    let zero = spread(best).1;
-    // the velocity error at the ends of each moving stretch is what is left of the mean
-    let stretches = 1 + rows.windows(2).filter(|w| w[1] != w[0] + 1).count();
+    // the zero from straight running only: in a bend an error of the lateral velocity comes in
+    let straight: Vec<usize> = rows.iter().copied().filter(|&i| turn[i].abs() < 0.1).collect();
+    if (straight.len() as f64) < 10.0 * coarse.rate {
+        return;
+    }
+    let seconds = straight.len() as f64 / coarse.rate;
+    let zero = straight.iter().map(|&i| a[(i as i64 - best) as usize] - dv[i]).sum::<f64>()
+        / straight.len() as f64;
+    // the velocity error at the ends of each straight is what is left of the mean
+    let stretches = 1 + straight.windows(2).filter(|w| w[1] != w[0] + 1).count();
     zeros.acceleration_x = zero;
-    zeros.acceleration_x_se = 0.06 * (stretches as f64).sqrt() / (n / coarse.rate);
+    zeros.acceleration_x_se = 0.05 * (stretches as f64).sqrt() / seconds;
     if zero.abs() > 0.1 {
         warnings.push(Warning {
             stage: "estimate",
@@ -324,7 +332,13 @@ fn straight_blocks(
     let mut rows = Vec::new();
     let (mut block, mut since) = (0, usize::MAX);
     for i in (0..coarse.len).step_by(2) {
-        let straight = v[i] > 4.0 && turn[i].abs() < 0.06 && roll.is_none_or(|r| r[i].abs() < 0.09);
+        let straight = v[i] > 4.0
+            && turn[i].abs() < 0.06
+            && roll.is_none_or(|r| {
+                let (before, after) = (i.saturating_sub(reach), (i + reach).min(coarse.len - 1));
+                let rate = (r[after] - r[before]) * coarse.rate / (after - before).max(1) as f64;
+                r[i].abs() < 0.09 && rate.abs() < MAX_ROLL_RATE
+            });
         if !straight {
             since = usize::MAX;
             continue;

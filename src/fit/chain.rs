@@ -67,6 +67,8 @@ pub struct Data {
     pub max_roll_rate: f64,
     /// Corner samples nearer to upright say nothing about camber, rad.
     pub min_camber: f64,
+    /// Nominal rolling radii, m.
+    pub nominal_radius: [f64; 2],
     /// Sensor zeros; the latency is already taken out of the samples.
     pub zeros: Zeros,
 }
@@ -76,6 +78,7 @@ impl Data {
     pub fn gather(
         session: &Session,
         segments: &[Segment],
+        bike: &Bike,
         zeros: Zeros,
         config: &estimate::Config,
     ) -> Self {
@@ -98,6 +101,7 @@ impl Data {
             corner_rate: session.rate / step,
             max_roll_rate: config.max_roll_rate,
             min_camber: config.min_camber,
+            nominal_radius: [bike.front.radius, bike.rear.radius],
             zeros: Zeros { latency: 0.0, ..zeros },
         }
     }
@@ -265,6 +269,9 @@ fn friction_keep(data: &Data, signals: &Signals, k: usize, bike: &Bike) -> Vec<u
         .collect()
 }
 
+/// Error of the friction per rate of the slip ratio, s: what a 20 Hz filter leaves of it.
+const BLUR: f64 = 0.004;
+
 /// Rows of the kept samples, and the friction's expected errors.
 fn friction_rows(
     data: &Data,
@@ -279,13 +286,20 @@ fn friction_rows(
     let velocity_error = config.friction.velocity_error.max(from_coasting);
     let from_coasting = coasting.resistance.as_ref().map_or(0.0, |f| f.quality.scale);
     let friction_error = config.friction.friction_error.max(from_coasting);
-    let mut rows = friction::Rows::with_errors(friction_error, velocity_error);
+    let mut rows = friction::Rows::with_error(velocity_error);
+    let samples = &data.straight[k];
     let mut signs = [0_usize; 2];
     for &i in keep {
         let mu = signals.force_x[k][i] / signals.load[k][i];
         rows.slip.push(signals.slip_ratio[k][i]);
         rows.friction.push(mu);
-        rows.speed.push(signals.speed[i]);
+        let v = signals.speed[i];
+        let slip = signals.slip_ratio[k][i];
+        // a wheel that locks within a tenth of a second is blurred by the filter
+        let wheel = data.nominal_radius[k] * samples.omega_rate[k][i];
+        let slip_rate = (wheel - (1.0 + slip) * samples.acceleration_x[i]) / v;
+        rows.speed.push(v);
+        rows.friction_error.push(friction_error.hypot(BLUR * slip_rate));
         rows.clusters.push(data.straight[k].segment[i]);
         signs[usize::from(mu > 0.0)] += usize::from(mu.abs() > 0.25);
     }

@@ -159,8 +159,11 @@ fn own(solution: &Solution, at: usize) -> Own {
             } else {
                 return Own::default();
             }
-            let (se, dof) =
-                f.covariance.as_ref().map_or((f64::NAN, 0.0), |c| c.contrast(&contrast));
+            let covariance = match j {
+                place::PEAK_SLIP | place::MF_D => &f.covariance,
+                _ => &f.shape_covariance,
+            };
+            let (se, dof) = covariance.as_ref().map_or((f64::NAN, 0.0), |c| c.contrast(&contrast));
             Own { variance: se * se, dof, dispersion, quality: f.quality.clone() }
         }
         place::C1 => linear(&fits.lateral[k].slip, 0, 1.0),

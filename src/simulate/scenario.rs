@@ -225,7 +225,7 @@ impl Scenario {
                     *value *= factor;
                 }
             } else if let Some(value) = bike.value(key) {
-                bike = bike.with(key, value * factor);
+                bike = bike.with(key, legible(value * factor));
             }
         }
         let mut real = bike.clone();
@@ -236,6 +236,15 @@ impl Scenario {
         }
         Machine { plant: plant(&real, &truth), bike }
     }
+}
+
+/// Four significant digits: what somebody would write into a bike file.
+fn legible(value: f64) -> f64 {
+    if value == 0.0 {
+        return value;
+    }
+    let unit = 10_f64.powi(3 - value.abs().log10().floor() as i32);
+    (value * unit).round() / unit
 }
 
 fn truth_values(table: &toml::Table) -> Result<BTreeMap<String, f64>, String> {
