@@ -21,8 +21,8 @@ const MAIN: [(&str, &str); 5] = [
     ("overturning_stiffness", "k_x, m"),
 ];
 
-/// One session: who, the verdict, and every coefficient with its interval, by tyre; under a
-/// coefficient that is not determined, why.
+/// One session: who, the verdict, and every coefficient with its interval, by tyre; under those
+/// that are not determined, why.
 pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
     let mut out = String::new();
     line(&mut out, &heading(session));
@@ -35,7 +35,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
     let mut rows: Vec<&Coefficient> = coefficients.iter().collect();
     rows.sort_by_key(|c| words::order(&c.tyre, &c.coefficient));
     let mut tyre = "";
-    for c in rows {
+    for (i, c) in rows.iter().enumerate() {
         if c.tyre != tyre {
             tyre = &c.tyre;
             line(&mut out, "");
@@ -66,7 +66,12 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
                 words::status(c.status)
             ),
         );
+        // once under those that share it
+        let shared = rows.get(i + 1).is_some_and(|next| {
+            (&next.tyre, next.status, &next.reason) == (&c.tyre, c.status, &c.reason)
+        });
         if c.status != Status::Ok
+            && !shared
             && let Some(reason) = &c.reason
         {
             for text in wrap(&clean(reason), WIDTH - 6) {

@@ -5,6 +5,7 @@ mod cli;
 mod dirt;
 mod fit;
 mod ingest;
+mod recordings;
 mod recovery;
 mod report;
 mod segment;
