@@ -170,7 +170,7 @@ fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
     println!("  2 jobs  {:6.2} sessions/s", rate("2"));
     println!("  parallel efficiency {:.2}", rate("2") / rate("1") / 2.0);
     match peak {
-        Some(bytes) => println!("  peak memory with 2 jobs {:.0} MB", bytes / 1e6),
+        Some(bytes) => println!("  peak memory with 2 jobs {} MB", bytes / 1_000_000),
         None => println!("  peak memory: this system does not tell"),
     }
     Ok(())
@@ -236,8 +236,8 @@ fn forget_peak() -> bool {
 }
 
 /// Largest resident size since then, bytes.
-fn peak_memory() -> Option<f64> {
+fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
-    Some(1024.0 * line.split_whitespace().nth(1)?.parse::<f64>().ok()?)
+    Some(1024 * line.split_whitespace().nth(1)?.parse::<u64>().ok()?)
 }

@@ -57,6 +57,30 @@ impl Samples {
         self.segment.is_empty()
     }
 
+    /// Some of the samples, by their places.
+    pub fn select(&self, places: &[usize]) -> Samples {
+        let of = |x: &Vec<f64>| places.iter().map(|&i| x[i]).collect::<Vec<f64>>();
+        Samples {
+            segment: places.iter().map(|&i| self.segment[i]).collect(),
+            time: of(&self.time),
+            velocity_x: of(&self.velocity_x),
+            velocity_x_rate: of(&self.velocity_x_rate),
+            velocity_y: of(&self.velocity_y),
+            velocity_y_rate: of(&self.velocity_y_rate),
+            acceleration_x: of(&self.acceleration_x),
+            roll: of(&self.roll),
+            roll_rate: of(&self.roll_rate),
+            roll_acceleration: of(&self.roll_acceleration),
+            roll_change: of(&self.roll_change),
+            yaw_rate: of(&self.yaw_rate),
+            yaw_acceleration: of(&self.yaw_acceleration),
+            steer: of(&self.steer),
+            omega: [of(&self.omega[0]), of(&self.omega[1])],
+            omega_rate: [of(&self.omega_rate[0]), of(&self.omega_rate[1])],
+            direction: of(&self.direction),
+        }
+    }
+
     /// Puts other samples behind these.
     pub fn append(&mut self, mut other: Samples) {
         self.segment.append(&mut other.segment);

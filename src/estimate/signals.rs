@@ -17,7 +17,7 @@
 
 use crate::GRAVITY;
 use crate::bike::{Axle, Bike};
-use crate::model::kinematics::{front_camber, kinematic_steer};
+use crate::model::kinematics::front_wheel;
 use crate::model::tyre::trail_0;
 
 use super::Formulation;
@@ -171,8 +171,8 @@ impl Given {
         let phi = x.roll[i] - z.roll;
         let turn = x.yaw_rate[i] - z.yaw_rate;
         let (sin_phi, cos_phi) = phi.sin_cos();
-        let delta = kinematic_steer(x.steer[i], phi, b.caster_angle, self.formulation);
-        let gamma = [front_camber(x.steer[i], phi, b.caster_angle, self.formulation), phi];
+        let (delta, camber) = front_wheel(x.steer[i], phi, b.caster_angle, self.formulation);
+        let gamma = [camber, phi];
         let height = b.cg_height + b.velocity_sensor_z;
         let vy = x.velocity_y[i] + z.latency * x.velocity_y_rate[i] - b.velocity_sensor_x * turn;
         let w = vy + height * cos_phi * x.roll_rate[i];

@@ -26,9 +26,36 @@ pub fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation
     (delta.cos() * phi.sin() + sign * phi.cos() * delta.sin() * epsilon.sin()).asin() // (31a)
 }
 
+/// Both at once, [`kinematic_steer`] and [`front_camber`]: they share their sines and cosines.
+pub fn front_wheel(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> (f64, f64) {
+    let sign = match formulation {
+        Formulation::Corrected => 1.0,
+        Formulation::Paper => -1.0,
+    };
+    let (sin_delta, cos_delta) = delta.sin_cos();
+    let (sin_phi, cos_phi) = phi.sin_cos();
+    let (sin_eps, cos_eps) = epsilon.sin_cos();
+    let across = sign * sin_delta * sin_eps;
+    (
+        (sin_delta * cos_eps).atan2(cos_phi * cos_delta + sin_phi * across), // (30)
+        (cos_delta * sin_phi - cos_phi * across).asin(),                     // (31a)
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn both_at_once_are_each_alone() {
+        for formulation in [Formulation::Corrected, Formulation::Paper] {
+            for (delta, phi) in [(0.1, -0.6), (-0.2, 0.4), (0.0, 0.3), (0.3, 0.0)] {
+                let (steer, camber) = front_wheel(delta, phi, 0.42, formulation);
+                assert!((steer - kinematic_steer(delta, phi, 0.42, formulation)).abs() < 1e-14);
+                assert!((camber - front_camber(delta, phi, 0.42, formulation)).abs() < 1e-14);
+            }
+        }
+    }
     use nalgebra::{Rotation3, Unit, Vector3};
 
     /// The front axle (left-pointing) from rotations alone: about the raked axis, then roll.
