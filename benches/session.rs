@@ -125,8 +125,8 @@ fn by_stage(
     stages.plain("filter", || filter::run(&mut session, &pipeline.filter));
     let segments = stages.plain("segment", || segment::run(&session, bike, &pipeline.segment));
     let (zeros, _) = stages.plain("zeros", || zeros::run(&session, bike));
-    let data =
-        stages.plain("gather", || Data::gather(&session, &segments, zeros, &pipeline.estimate));
+    let data = stages
+        .plain("gather", || Data::gather(&session, &segments, bike, zeros, &pipeline.estimate));
     let formulation = pipeline.estimate.formulation;
     let solution = stages.plain("solve", || chain::solve(&data, bike, formulation, &pipeline.fit));
     let (ident, made) = (rows::Ident::from(&session.meta), rows::Provenance::default());
