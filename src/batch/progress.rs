@@ -83,5 +83,8 @@ impl Watch for Progress {
         let refused = if rejected > 0 { format!("  {rejected} rejected") } else { String::new() };
         self.bar.set_message(format!("{rate:.1} MB/s{refused}"));
         self.bar.inc(1);
+        if f.state == State::Unchanged {
+            self.bar.reset_eta(); // it took no time: the time left is that of the others
+        }
     }
 }

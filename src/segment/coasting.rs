@@ -66,7 +66,9 @@ pub fn detect(f: &Features, config: &Config) -> Vec<bool> {
     // minus the size: large is free
     let free = (0..f.len()).map(|i| {
         let push = f.push[i].abs();
-        if !closed(i) || f.surplus[i].abs() >= config.surplus {
+        let surplus = f.surplus[i].abs();
+        // what is missing, beside a gap, is no coasting
+        if push.is_nan() || surplus.is_nan() || !closed(i) || surplus >= config.surplus {
             f64::NAN
         } else if even(i) {
             -push

@@ -30,6 +30,8 @@ pub fn judge(f: &Features, at: &Range<usize>, config: &Config) -> Verdict {
     let mean = at.clone().map(|i| f.push[i]).sum::<f64>() / at.len() as f64;
     let reason = if seconds < config.shortest_used {
         Some(format!("lasts {seconds:.1} s, shorter than {:.1} s", config.shortest_used))
+    } else if peak == f64::NEG_INFINITY {
+        Some("too near gaps in the velocity to tell its acceleration".to_owned())
     } else if peak >= config.least_peak {
         None
     } else if mean < -0.3 {

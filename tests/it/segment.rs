@@ -157,6 +157,32 @@ fn hopeless_sessions_are_told_from_good_ones_without_a_fuss() {
     assert_eq!(cut(&made(&[(Channel::VelocityX, |_| 0.0)]))[0].kind, Kind::Other);
 }
 
+/// Beside a gap there is no acceleration; what is missing neither coasts nor carries coasting on.
+#[test]
+fn coasting_does_not_reach_over_gaps() {
+    let bike = bike();
+    let rate = 5.0;
+    let mut v = vec![20.0];
+    for i in 0..300 {
+        let last: f64 = v[i];
+        let resistance = bike.drag * last * last / bike.mass + 9.81 * bike.rolling_resistance;
+        v.push(last - resistance / rate);
+    }
+    // a second of hard braking between two gaps of two seconds, too short for a slope
+    let at = |t: f64| (t * rate) as usize;
+    v[at(20.0)..at(25.0)].fill(f64::NAN);
+    let island = at(22.0)..at(23.0);
+    for i in island.clone() {
+        v[i] = 15.0 - 3.0 * (i - island.start) as f64 / rate;
+    }
+    let mut session = Session::new(Meta::default(), rate, v.len());
+    session.set(Channel::VelocityX, v);
+    let coasting: Vec<Segment> =
+        cut(&session).into_iter().filter(|s| s.kind == Kind::Coasting).collect();
+    assert!(coasting.iter().any(|s| s.used), "the ride does coast");
+    assert!(coasting.iter().all(|s| s.end <= island.start || s.start >= island.end));
+}
+
 #[test]
 fn reasons_name_what_is_wrong() {
     // both brakes at once, 4 m/s²
