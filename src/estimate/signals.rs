@@ -69,6 +69,27 @@ pub struct Signals {
     pub total_x: Vec<f64>,
 }
 
+impl Signals {
+    /// None yet, with room for `n`.
+    fn with_room(n: usize) -> Self {
+        let room = || Vec::with_capacity(n);
+        let pair = || [room(), room()];
+        Signals {
+            speed: room(),
+            slip_ratio: pair(),
+            slip_angle: pair(),
+            camber: pair(),
+            load: pair(),
+            force_x: pair(),
+            force_y: pair(),
+            overturning: room(),
+            overturning_lever: room(),
+            roll: room(),
+            total_x: room(),
+        }
+    }
+}
+
 /// Which wheels act on a straight sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action {
@@ -121,7 +142,7 @@ impl Given {
         let rotating = self.rotating_mass();
         let inertia = self.inertia();
         let m = self.bike.mass;
-        let mut out = Signals::default();
+        let mut out = Signals::with_room(n);
         for i in 0..n {
             let v = self.speed(x, i);
             let roll = x.roll[i] - self.zeros.roll;
@@ -199,7 +220,7 @@ impl Given {
         let (lf, lr) = (b.cg_to_front, b.cg_to_rear());
         let wheels = [&b.front, &b.rear];
         let relaxation = [0, 1].map(|k| wheels[k].relaxation_length.unwrap_or(self.radius[k]));
-        let mut out = Signals::default();
+        let mut out = Signals::with_room(n);
         let mut lagged = [0.0_f64; 2];
         let mut previous = [0.0_f64; 2];
         for i in 0..n {
