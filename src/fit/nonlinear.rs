@@ -185,7 +185,8 @@ pub fn fit(
     let mut best: Option<(f64, usize, Descent)> = None;
     let mut evaluations = 0;
     for (start, z) in candidates {
-        let Some(descent) = work.descend(z) else { continue };
+        let known = best.as_ref().map(|(.., descent)| descent.residuals.as_slice());
+        let Some(descent) = work.descend(z, known) else { continue };
         evaluations += descent.evaluations;
         if best.as_ref().is_none_or(|(objective, ..)| descent.objective < *objective) {
             best = Some((descent.objective, start, descent));
@@ -242,6 +243,7 @@ struct Descent {
     iterations: usize,
     evaluations: usize,
     converged: bool,
+    residuals: Vec<f64>,
 }
 
 struct Work<'a> {
@@ -292,9 +294,14 @@ impl Work<'_> {
         let options = Options { max_iterations: 20, tolerance: 1e-3, ..*self.options };
         let (r, scratch) = (vec![0.0; n], vec![0.0; n]);
         let mut work = Work { model: thin, map: self.map, options: &options, r, scratch };
+        // judged by all samples: which of two minima is the lower one the few may not tell
+        let (mut all, mut scratch) = (self.r.clone(), self.scratch.clone());
         let ends = starts.iter().enumerate().filter_map(|(k, z)| {
-            let end = work.descend(z.clone())?;
-            end.objective.is_finite().then(|| (end.objective, k, end.z.as_slice().to_vec()))
+            let z = work.descend(z.clone(), None)?.z.as_slice().to_vec();
+            self.model.residuals(&self.map.outer(&z), &mut all);
+            let finite = all.iter().all(|r| r.is_finite());
+            let floor = self.options.scale_floor;
+            finite.then(|| (tau_scale(&all, floor, &mut scratch), k, z))
         });
         let out = self.finalists(ends.collect());
         if out.is_empty() { starts.iter().cloned().enumerate().collect() } else { out }
@@ -309,8 +316,9 @@ impl Work<'_> {
         searched.into_iter().map(|(_, k, z)| (k, z)).collect()
     }
 
-    /// Reweighted least squares from `z`; `None` where the model is not finite there.
-    fn descend(&mut self, z: Vec<f64>) -> Option<Descent> {
+    /// Reweighted least squares from `z`; `None` where the model is not finite there, or where
+    /// it comes to residuals that are known already, those of another descent.
+    fn descend(&mut self, z: Vec<f64>, known: Option<&[f64]>) -> Option<Descent> {
         let p = z.len();
         let mut theta = self.map.outer(&z);
         self.model.residuals(&theta, &mut self.r);
@@ -354,6 +362,13 @@ impl Work<'_> {
             }
             iterations += 1;
             scale = mad(&self.r, &mut self.scratch).max(floor);
+            let same = |known: &[f64]| {
+                let apart = self.r.iter().zip(known).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+                apart <= (1e-3 * scale).powi(2) * self.r.len() as f64
+            };
+            if known.is_some_and(same) {
+                return None;
+            }
             if !self.robust() {
                 converged = report.termination.was_successful();
                 break;
@@ -374,7 +389,8 @@ impl Work<'_> {
             self.r.iter().map(|r| r * r).sum()
         };
         debug_assert_eq!(theta.len(), p);
-        Some(Descent { z, objective, scale, iterations, evaluations, converged })
+        let residuals = self.r.clone();
+        Some(Descent { z, objective, scale, iterations, evaluations, converged, residuals })
     }
 }
 
