@@ -158,7 +158,7 @@ fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
         for (name, jobs) in [("1", 1), ("2", 2)] {
             let out = folder.join(format!("out_{round}_{jobs}"));
             let reset = forget_peak();
-            times.time(name, || batch(&[inputs.clone()], &bikes, &out, jobs))?;
+            times.time(name, || batch(std::slice::from_ref(&inputs), &bikes, &out, jobs))?;
             if jobs == 2 && reset {
                 peak = peak.max(peak_memory());
             }
