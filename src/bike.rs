@@ -180,6 +180,15 @@ impl Bike {
         self.keys.get(key).copied()
     }
 
+    /// Yaw inertia about the mass centre, kg m²: the file's, or that of a radius of gyration of
+    /// 0.235 wheelbases, usual for motorcycles with rider. It matters while turning in and out.
+    pub fn yaw_inertia(&self) -> f64 {
+        self.keys
+            .get("yaw_inertia")
+            .copied()
+            .unwrap_or_else(|| self.mass * (0.235 * self.wheelbase).powi(2))
+    }
+
     /// Distance of the mass centre from the rear contact `l_r`, m.
     pub fn cg_to_rear(&self) -> f64 {
         self.wheelbase - self.cg_to_front

@@ -34,6 +34,8 @@ pub struct Samples {
     pub roll_change: Vec<f64>,
     /// Yaw rate, rad/s.
     pub yaw_rate: Vec<f64>,
+    /// Yaw acceleration, rad/s², over 0.2 s.
+    pub yaw_acceleration: Vec<f64>,
     /// Handlebar angle, rad.
     pub steer: Vec<f64>,
     /// Wheel speeds, front and rear, rad/s.
@@ -55,6 +57,30 @@ impl Samples {
         self.segment.is_empty()
     }
 
+    /// Some of the samples, by their places.
+    pub fn select(&self, places: &[usize]) -> Samples {
+        let of = |x: &Vec<f64>| places.iter().map(|&i| x[i]).collect::<Vec<f64>>();
+        Samples {
+            segment: places.iter().map(|&i| self.segment[i]).collect(),
+            time: of(&self.time),
+            velocity_x: of(&self.velocity_x),
+            velocity_x_rate: of(&self.velocity_x_rate),
+            velocity_y: of(&self.velocity_y),
+            velocity_y_rate: of(&self.velocity_y_rate),
+            acceleration_x: of(&self.acceleration_x),
+            roll: of(&self.roll),
+            roll_rate: of(&self.roll_rate),
+            roll_acceleration: of(&self.roll_acceleration),
+            roll_change: of(&self.roll_change),
+            yaw_rate: of(&self.yaw_rate),
+            yaw_acceleration: of(&self.yaw_acceleration),
+            steer: of(&self.steer),
+            omega: [of(&self.omega[0]), of(&self.omega[1])],
+            omega_rate: [of(&self.omega_rate[0]), of(&self.omega_rate[1])],
+            direction: of(&self.direction),
+        }
+    }
+
     /// Puts other samples behind these.
     pub fn append(&mut self, mut other: Samples) {
         self.segment.append(&mut other.segment);
@@ -69,6 +95,7 @@ impl Samples {
         self.roll_acceleration.append(&mut other.roll_acceleration);
         self.roll_change.append(&mut other.roll_change);
         self.yaw_rate.append(&mut other.yaw_rate);
+        self.yaw_acceleration.append(&mut other.yaw_acceleration);
         self.steer.append(&mut other.steer);
         for k in 0..2 {
             self.omega[k].append(&mut other.omega[k]);
@@ -173,6 +200,7 @@ pub fn gather(
             out.roll_acceleration.push(slow_rate_of(roll_rate, i));
             out.roll_change.push(change(roll, i));
             out.yaw_rate.push(read(yaw_rate, i));
+            out.yaw_acceleration.push(slow_rate_of(yaw_rate, i));
             out.steer.push(read(steer, i));
             for k in 0..2 {
                 out.omega[k].push(read(omega[k], i));

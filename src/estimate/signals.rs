@@ -17,7 +17,7 @@
 
 use crate::GRAVITY;
 use crate::bike::{Axle, Bike};
-use crate::model::kinematics::{front_camber, kinematic_steer};
+use crate::model::kinematics::{FrontWheel, front_wheel};
 use crate::model::tyre::trail_0;
 
 use super::Formulation;
@@ -67,6 +67,27 @@ pub struct Signals {
     pub roll: Vec<f64>,
     /// Longitudinal tyre force of both wheels, N.
     pub total_x: Vec<f64>,
+}
+
+impl Signals {
+    /// None yet, with room for `n`.
+    fn with_room(n: usize) -> Self {
+        let room = || Vec::with_capacity(n);
+        let pair = || [room(), room()];
+        Signals {
+            speed: room(),
+            slip_ratio: pair(),
+            slip_angle: pair(),
+            camber: pair(),
+            load: pair(),
+            force_x: pair(),
+            force_y: pair(),
+            overturning: room(),
+            overturning_lever: room(),
+            roll: room(),
+            total_x: room(),
+        }
+    }
 }
 
 /// Which wheels act on a straight sample.
@@ -121,7 +142,7 @@ impl Given {
         let rotating = self.rotating_mass();
         let inertia = self.inertia();
         let m = self.bike.mass;
-        let mut out = Signals::default();
+        let mut out = Signals::with_room(n);
         for i in 0..n {
             let v = self.speed(x, i);
             let roll = x.roll[i] - self.zeros.roll;
@@ -164,27 +185,27 @@ impl Given {
         out
     }
 
-    /// Kinematic slip angles (29) and cambers (31) of one sample: `(alpha, gamma, Delta)`.
-    fn angles(&self, x: &Samples, i: usize, v: f64) -> ([f64; 2], [f64; 2], f64) {
+    /// Kinematic slip angles (29) of one sample, and how its front wheel stands (30, 31); `phi`
+    /// is sine and cosine of roll.
+    fn angles(&self, x: &Samples, i: usize, v: f64, phi: (f64, f64)) -> ([f64; 2], FrontWheel) {
         let b = &self.bike;
         let z = &self.zeros;
-        let phi = x.roll[i] - z.roll;
         let turn = x.yaw_rate[i] - z.yaw_rate;
-        let (sin_phi, cos_phi) = phi.sin_cos();
-        let delta = kinematic_steer(x.steer[i], phi, b.caster_angle, self.formulation);
-        let gamma = [front_camber(x.steer[i], phi, b.caster_angle, self.formulation), phi];
+        let (sin_phi, cos_phi) = phi;
+        let front = front_wheel(x.steer[i], phi, b.caster_angle.sin_cos(), self.formulation);
+        let delta = front.steer;
         let height = b.cg_height + b.velocity_sensor_z;
         let vy = x.velocity_y[i] + z.latency * x.velocity_y_rate[i] - b.velocity_sensor_x * turn;
         let w = vy + height * cos_phi * x.roll_rate[i];
         let (wf, wr) = (w + b.cg_to_front * turn, w - b.cg_to_rear() * turn);
         match self.formulation {
-            Formulation::Paper => ([wf / v - delta, wr / v], gamma, delta), // (29)
+            Formulation::Paper => ([wf / v - delta, wr / v], front), // (29)
             Formulation::Corrected => {
                 // the contact line lies outside the mass centre's track and is faster
                 let u = v - turn * b.cg_height * sin_phi;
                 let wf = wf - z.front.constant - z.front.angle * v;
                 let wr = wr - z.rear.constant - z.rear.angle * v;
-                ([(wf / u).atan() - delta, (wr / u).atan()], gamma, delta)
+                ([(wf / u).atan() - delta, (wr / u).atan()], front)
             }
         }
     }
@@ -199,7 +220,7 @@ impl Given {
         let (lf, lr) = (b.cg_to_front, b.cg_to_rear());
         let wheels = [&b.front, &b.rear];
         let relaxation = [0, 1].map(|k| wheels[k].relaxation_length.unwrap_or(self.radius[k]));
-        let mut out = Signals::default();
+        let mut out = Signals::with_room(n);
         let mut lagged = [0.0_f64; 2];
         let mut previous = [0.0_f64; 2];
         for i in 0..n {
@@ -207,7 +228,8 @@ impl Given {
             let phi = x.roll[i] - self.zeros.roll;
             let turn = x.yaw_rate[i] - self.zeros.yaw_rate;
             let (sin_phi, cos_phi) = phi.sin_cos();
-            let (alpha_kin, gamma, delta) = self.angles(x, i, v);
+            let (alpha_kin, wheel) = self.angles(x, i, v, (sin_phi, cos_phi));
+            let gamma = [wheel.camber, phi];
             let alpha = if corrected {
                 let first = i == 0
                     || x.segment[i] != x.segment[i - 1]
@@ -259,7 +281,7 @@ impl Given {
             let drift = if corrected && drift.is_finite() { drift } else { 0.0 };
             let lateral = v * turn + drift;
             let side = m * lateral;
-            let (sin_d, cos_d) = if corrected { delta.sin_cos() } else { (0.0, 1.0) };
+            let (sin_d, cos_d) = if corrected { wheel.steer_sin_cos } else { (0.0, 1.0) };
             // rolling resistance of the front wheel, seen from the frame
             let front_x = if corrected { -self.rolling * load[0] } else { 0.0 };
             // the driven rear wheel pulls beside the plane, where its crown touches (19)
@@ -269,7 +291,10 @@ impl Given {
             };
             let slip_force = total - front_x * cos_d + self.rolling * load[1];
             let pull = crown_rear * slip_force * gamma[1].tan();
-            let moment = twist + along + pull + lf * front_x * sin_d;
+            // a bend taken slower and slower is not steady: the bike's own yaw inertia
+            let yaw = if corrected { b.yaw_inertia() * x.yaw_acceleration[i] } else { 0.0 };
+            let yaw = if yaw.is_finite() { yaw } else { 0.0 };
+            let moment = twist + along + pull + lf * front_x * sin_d - yaw;
             let force = side - front_x * sin_d;
             // lateral balance: cos(D) Ff + Fr = force
             // yaw balance: (lf cos(D) - tf) Ff - (lr + tr) Fr = -moment      (32)
@@ -293,7 +318,7 @@ impl Given {
                 // both crowns, the rear's by the ratio of widths (36b)
                 Formulation::Corrected => {
                     let ratio = b.rear.width / b.front.width;
-                    -(load[0] * gamma[0].tan() + ratio * load[1] * gamma[1].tan())
+                    -(load[0] * wheel.camber_tan + ratio * load[1] * sin_phi / cos_phi)
                 }
                 Formulation::Paper => m * GRAVITY * phi.tan(), // (35) as printed
             };

@@ -252,7 +252,10 @@ fn longitudinal(
         (square / n - (sum / n).powi(2), sum / n)
     };
     let reach = reach as i64;
-    let best = (-reach..=reach).min_by(|&p, &q| spread(p).0.total_cmp(&spread(q).0)).unwrap_or(0);
+    let best = (-reach..=reach)
+        .map(|lag| (spread(lag).0, lag))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(0, |(_, lag)| lag);
     if best.abs() == reach {
         return; // no dip: the two have nothing in common
     }

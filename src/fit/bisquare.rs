@@ -16,7 +16,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::loss::{self, TUNING, mad, mad_beyond, s_scale, weight};
+use super::loss::{self, TUNING, mad_near, s_scale, weight};
 use super::start;
 
 /// Why there is no fit.
@@ -127,7 +127,7 @@ pub struct Fit {
 pub fn linear(x: &[&[f64]], y: &[f64], options: &Options<'_>) -> Result<Fit, Error> {
     check(x, y, options.prior_weights)?;
     let mut descent = Descent::new(x, y, options)?;
-    let from_least_squares = descent.run(None)?;
+    let from_least_squares = descent.run(None, None)?;
     let robust = options.tuning.is_finite() && options.start == Start::Robust;
     let candidate = if robust {
         let root: Option<Vec<f64>> =
@@ -136,7 +136,7 @@ pub fn linear(x: &[&[f64]], y: &[f64], options: &Options<'_>) -> Result<Fit, Err
     } else {
         None
     };
-    let chosen = match candidate.map(|b| descent.run(Some(b))) {
+    let chosen = match candidate.map(|b| descent.run(Some(b), Some(&from_least_squares))) {
         Some(Ok(other)) if descent.is_better(&other, &from_least_squares) => other,
         _ => from_least_squares,
     };
@@ -283,13 +283,10 @@ impl<'a> Descent<'a> {
         }
     }
 
-    fn scale(&mut self) -> f64 {
-        let scale = if self.options.leverage {
-            mad_beyond(&self.standard, self.x.len(), &mut self.scratch)
-        } else {
-            mad(&self.standard, &mut self.scratch)
-        };
-        scale.max(self.floor)
+    /// Scale of the residuals; `guess` is one that may be near.
+    fn scale(&mut self, guess: f64) -> f64 {
+        let p = if self.options.leverage { self.x.len() } else { 0 };
+        mad_near(&self.standard, p, guess, &mut self.scratch).max(self.floor)
     }
 
     fn reweigh(&mut self, scale: f64) {
@@ -320,8 +317,9 @@ impl<'a> Descent<'a> {
         Ok((moved / sum).sqrt())
     }
 
-    /// Reweights until the fit rests, from `b` or from least squares.
-    fn run(&mut self, b: Option<Vec<f64>>) -> Result<End, Error> {
+    /// Reweights until the fit rests, from `b` or from least squares; or until it is where
+    /// another descent ended: the rest of the way is known then.
+    fn run(&mut self, b: Option<Vec<f64>>, known: Option<&End>) -> Result<End, Error> {
         let mut b = match b {
             Some(b) => {
                 self.residuals(&b);
@@ -342,24 +340,30 @@ impl<'a> Descent<'a> {
                 b
             }
         };
-        let mut scale = self.scale();
+        let mut scale = self.scale(f64::NAN);
         let (mut iterations, mut converged) = (0, self.options.tuning.is_infinite());
         while !converged && iterations < self.options.max_iterations {
             self.reweigh(scale);
             let moved = self.step(&mut b)?;
             self.residuals(&b);
-            scale = self.scale();
+            scale = self.scale(scale);
             iterations += 1;
-            converged = moved <= self.options.tolerance * scale;
+            converged = moved <= self.options.tolerance * scale
+                || known.is_some_and(|end| self.are_one(&b, end));
         }
         Ok(End { b, iterations, converged, scale })
     }
 
+    /// Whether the fitted values of `a` and `end` differ by less than a thousandth of the scale.
+    fn are_one(&self, a: &[f64], end: &End) -> bool {
+        let apart = a.iter().zip(&end.b).zip(&self.size);
+        let apart: f64 = apart.map(|((a, b), size)| ((a - b) * size).abs()).sum();
+        apart <= 1e-3 * end.scale * (self.y.len() as f64).sqrt()
+    }
+
     /// Whether `a` ended elsewhere than `b`, and at a smaller S-scale.
     fn is_better(&mut self, a: &End, b: &End) -> bool {
-        let apart = a.b.iter().zip(&b.b).zip(&self.size);
-        let apart: f64 = apart.map(|((a, b), size)| ((a - b) * size).abs()).sum();
-        if apart <= 1e-3 * b.scale * (self.y.len() as f64).sqrt() {
+        if self.are_one(&a.b, b) {
             return false;
         }
         self.residuals(&a.b);

@@ -216,8 +216,9 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     let (values, quotient) = values_of(&fits, &given);
     let mut upstream = Vec::new();
     let mut upstream_quotient = Vec::new();
+    let thin = Thin::new(data, &fits, &clouds);
     for variation in variations(bike, &data.zeros, &fits.coasting, formulation) {
-        let (moved, quotients) = follow(data, &nominal, &fits, &clouds, &variation, config);
+        let (moved, quotients) = follow(&thin, &nominal, &fits, &clouds, &variation, config);
         upstream.push(moved.iter().zip(&values).map(|(m, v)| m - v).collect());
         upstream_quotient.push([0, 1].map(|k| [0, 1].map(|j| quotients[k][j] - quotient[k][j])));
     }
@@ -477,16 +478,48 @@ fn cholesky([aa, ab, bb]: [f64; 3]) -> [[f64; 2]; 2] {
     [[a, b], [0.0, (bb - b * b).max(0.0).sqrt()]]
 }
 
+/// What the variations need of the samples: those that the fits kept, and no more.
+struct Thin {
+    data: Data,
+    /// Of the kept straight samples: all of them.
+    straight: [Vec<usize>; 2],
+    /// The steady corner samples. Out of their context their lagged slip angles mean nothing,
+    /// but the overturning moment does not depend on them.
+    steady: Samples,
+    /// Slip of the friction peaks, and its gradient.
+    peak: [Option<(f64, Vec<f64>)>; 2],
+}
+
+impl Thin {
+    fn new(data: &Data, fits: &Fits, clouds: &Clouds) -> Self {
+        let keep = &clouds.friction_keep;
+        let actions = |k: usize| keep[k].iter().map(|&i| data.action[k][i]).collect();
+        Thin {
+            data: Data {
+                straight: [0, 1].map(|k| data.straight[k].select(&keep[k])),
+                action: [actions(0), actions(1)],
+                coast: data.coast.clone(),
+                corner: data.corner.clone(),
+                ..*data
+            },
+            straight: [0, 1].map(|k| (0..keep[k].len()).collect()),
+            steady: data.corner.select(&clouds.keep_steady),
+            peak: [0, 1].map(|k| fits.friction[k].as_ref().and_then(|f| f.peak_slip())),
+        }
+    }
+}
+
 /// The chain with one input moved and every robust weight held. A variation of what coasting
 /// gave is not fed back into coasting's own coefficients: their own sandwich has it.
 fn follow(
-    data: &Data,
+    thin: &Thin,
     nominal: &Given,
     fits: &Fits,
     clouds: &Clouds,
     variation: &Variation,
     config: &Config,
 ) -> (Vec<f64>, [[f64; 2]; 2]) {
+    let data = &thin.data;
     let mut given = nominal.clone();
     if let Some(bike) = &variation.bike {
         given.bike = bike.clone();
@@ -511,25 +544,24 @@ fn follow(
     let friction = [0, 1].map(|k| {
         let fitted = fits.friction[k].as_ref()?;
         let signals = given.straight(&data.straight[k], &data.action[k]);
-        let keep = &clouds.friction_keep[k];
-        let mut rows = friction_rows(data, &signals, k, keep, &fits.coasting, config);
+        let all = &thin.straight[k];
+        let mut rows = friction_rows(data, &signals, k, all, &fits.coasting, config);
         rows.both_signs = clouds.friction[k].both_signs;
         let theta = fitted.follow(&rows);
-        let (peak, gradient) = fitted.peak_slip()?;
+        let (peak, gradient) = thin.peak[k].as_ref()?;
         let moved: f64 = theta
             .iter()
             .zip(&fitted.theta)
-            .zip(&gradient)
+            .zip(gradient)
             .map(|((now, then), g)| (now - then) * g)
             .sum();
         Some((theta, Some(peak + moved)))
     });
     let keep = &clouds.keep;
     let overturning = fits.overturning.as_ref().and_then(|fitted| {
-        let signals = given.corner(&data.corner, data.corner_rate, None);
-        let (lever, moment, _) =
-            cornering::overturning_rows(&signals, &data.corner.segment, &clouds.keep_steady);
-        clustered::refit(&[&lever], &moment, &fitted.weights).map(|t| t[0])
+        let signals = given.corner(&thin.steady, data.corner_rate, None);
+        let (lever, moment) = (&signals.overturning_lever, &signals.overturning);
+        clustered::refit(&[lever], moment, &fitted.weights).map(|t| t[0])
     });
     let crown = front_crown(overturning, &given);
     let signals = given.corner(&data.corner, data.corner_rate, crown);

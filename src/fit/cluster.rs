@@ -348,28 +348,58 @@ impl Shape {
 
     /// With `s_g = c' K_g u_g` a linear form of the errors: `tr(G)² / tr(G²)`, `G` the
     /// covariance of all `s_g`, errors being independent plus `common` times a shared one.
+    ///
+    /// ```text
+    /// d_g = K_g' c,  a_g = A_g d_g,  t_g = d_g' c_g,  v_g = (a_g, t_g c_g),  c_g = J_g' W 1
+    /// G = diag(d_g' a_g + common t_g²) + V K V'
+    /// K = [ -B + common B S B   -common B ]        B the bread, S = sum c_g c_g'
+    ///     [      -common B           0    ]
+    /// ```
+    /// Diagonal plus low rank: both traces cost O(G p²), and no G x G matrix is ever made.
     fn dof_with(&self, c: &DVector<f64>, common: f64) -> f64 {
-        let k = self.parts.len();
-        let d: Vec<DVector<f64>> =
-            self.parts.iter().map(|part| part.response.transpose() * c).collect();
-        let ad: Vec<DVector<f64>> =
-            self.parts.iter().zip(&d).map(|(part, d)| &part.information * d).collect();
-        let mad: Vec<DVector<f64>> = ad.iter().map(|v| &self.bread * v).collect();
-        let mut gamma = DMatrix::from_fn(k, k, |g, h| {
-            let own = if g == h { d[g].dot(&ad[g]) } else { 0.0 };
-            own - ad[g].dot(&mad[h])
-        });
+        let p = c.len();
+        let width = if common > 0.0 { 2 * p } else { p };
+        let mut core = DMatrix::zeros(width, width);
+        core.view_mut((0, 0), (p, p)).copy_from(&-&self.bread);
         if common > 0.0 {
-            // how much a shared error of manoeuvre h moves s_g
-            let moved = DMatrix::from_fn(k, k, |g, h| {
-                let t = &self.parts[h].common;
-                let own = if g == h { d[g].dot(t) } else { 0.0 };
-                own - mad[g].dot(t)
-            });
-            gamma += common * &moved * moved.transpose();
+            let mut sum = DMatrix::zeros(p, p);
+            self.parts.iter().for_each(|part| sum.ger(1.0, &part.common, &part.common, 1.0));
+            let whole = common * &self.bread * sum * &self.bread - &self.bread;
+            core.view_mut((0, 0), (p, p)).copy_from(&whole);
+            let side = -common * &self.bread;
+            core.view_mut((0, p), (p, p)).copy_from(&side);
+            core.view_mut((p, 0), (p, p)).copy_from(&side);
         }
-        let trace = gamma.trace();
-        let square = gamma.norm_squared();
+        let mut gram = DMatrix::<f64>::zeros(width, width);
+        let (mut d, mut v) = (vec![0.0; p], vec![0.0; width]);
+        let (mut trace, mut square) = (0.0, 0.0);
+        for part in &self.parts {
+            for (j, d) in d.iter_mut().enumerate() {
+                *d = (0..p).map(|k| part.response[(k, j)] * c[k]).sum();
+            }
+            for j in 0..p {
+                v[j] = (0..p).map(|k| part.information[(j, k)] * d[k]).sum();
+            }
+            let mut own: f64 = d.iter().zip(&v).map(|(d, a)| d * a).sum();
+            if common > 0.0 {
+                let shared: f64 = d.iter().zip(part.common.iter()).map(|(d, t)| d * t).sum();
+                own += common * shared * shared;
+                for j in 0..p {
+                    v[p + j] = shared * part.common[j];
+                }
+            }
+            let mut inner = 0.0;
+            for j in 0..width {
+                for k in 0..width {
+                    gram[(k, j)] += v[k] * v[j];
+                    inner += core[(k, j)] * v[k] * v[j];
+                }
+            }
+            trace += own + inner;
+            square += own * (own + 2.0 * inner);
+        }
+        let turned = core * gram;
+        square += turned.dot(&turned.transpose());
         if square > 0.0 { trace * trace / square } else { f64::NAN }
     }
 }

@@ -89,11 +89,12 @@ pub fn rows(signals: &Signals, segment: &[usize], keep: &[usize], tyre: usize, r
         let gamma = signals.camber[tyre][i];
         let alpha = signals.slip_angle[tyre][i];
         let mu = signals.force_y[tyre][i] / signals.load[tyre][i];
-        let compliance = if gamma == 0.0 { -mu } else { -mu * gamma / gamma.tan() };
+        let tangent = gamma.tan();
+        let compliance = if gamma == 0.0 { -mu } else { -mu * gamma / tangent };
         out.camber.push(gamma);
         out.cube.push(gamma.powi(3));
         out.slip_angle.push(alpha);
-        out.tangent.push(gamma.tan());
+        out.tangent.push(tangent);
         out.friction.push(mu);
         out.side.push(alpha + ratio * gamma);
         out.compliance[0].push(compliance);

@@ -59,6 +59,17 @@ impl Rows {
         }
     }
 
+    /// Residual of a sample without its manoeuvre's offset, and what the offset does to it.
+    fn residual_and_lever(&self, formula: &MagicFormula, i: usize) -> (f64, f64) {
+        let (s, v) = (self.slip[i], self.speed[i]);
+        let (value, slope) = formula.value_and_slope(s);
+        let from_slip = slope * QUICK * self.velocity_error / v;
+        // plain root: neither part is near the ends of the number range
+        let sigma =
+            (self.friction_error[i] * self.friction_error[i] + from_slip * from_slip).sqrt();
+        ((self.friction[i] - value) / sigma, slope * (1.0 + s) / v / sigma)
+    }
+
     /// No samples yet; the expected error of the velocity (m/s).
     pub fn with_error(velocity_error: f64) -> Self {
         Rows { velocity_error, ..Rows::default() }
@@ -95,11 +106,7 @@ impl Model for Rows {
         let mut pull = vec![(0.0, 1.0 / self.velocity_error.powi(2)); self.groups];
         let mut lever = vec![0.0; n];
         for i in 0..n {
-            let (s, v) = (self.slip[i], self.speed[i]);
-            let (value, slope) = formula.value_and_slope(s);
-            let sigma = self.friction_error[i].hypot(slope * QUICK * self.velocity_error / v);
-            out[i] = (self.friction[i] - value) / sigma;
-            lever[i] = slope * (1.0 + s) / v / sigma;
+            (out[i], lever[i]) = self.residual_and_lever(&formula, i);
             let sum = &mut pull[self.group[i]];
             sum.0 -= lever[i] * out[i].clamp(-CLIP, CLIP);
             sum.1 += lever[i] * lever[i];
@@ -110,6 +117,93 @@ impl Model for Rows {
         }
         for (g, (top, bottom)) in pull.into_iter().enumerate() {
             out[n + g] = top / bottom / self.velocity_error;
+        }
+    }
+
+    /// The offset rows of the manoeuvres that are left come by themselves.
+    fn thinned(&self, rows: &[usize]) -> Option<Box<dyn Model>> {
+        let mut out = Rows { both_signs: self.both_signs, ..Rows::with_error(self.velocity_error) };
+        for &i in rows.iter().filter(|i| **i < self.samples()) {
+            out.slip.push(self.slip[i]);
+            out.friction.push(self.friction[i]);
+            out.speed.push(self.speed[i]);
+            out.friction_error.push(self.friction_error[i]);
+            out.clusters.push(self.clusters[i]);
+        }
+        out.index();
+        Some(Box::new(out))
+    }
+
+    /// By the chain rule through curve, expected error and offsets.
+    fn jacobian(&self, theta: &[f64], out: &mut DMatrix<f64>) {
+        let formula = self.formula(theta);
+        let (n, p) = (self.samples(), theta.len());
+        let mut pull = vec![Pull::new(self.velocity_error); self.groups];
+        let mut levers = Vec::with_capacity(n);
+        for i in 0..n {
+            let (s, v) = (self.slip[i], self.speed[i]);
+            let point = formula.point(s);
+            let spread = QUICK * self.velocity_error / v;
+            let sigma = (self.friction_error[i].powi(2) + (point.slope * spread).powi(2)).sqrt();
+            let r = (self.friction[i] - point.value) / sigma;
+            let arm = (1.0 + s) / v / sigma;
+            let lever = arm * point.slope;
+            let inside = if r.abs() < CLIP { 1.0 } else { 0.0 };
+            let sum = &mut pull[self.group[i]];
+            sum.top -= lever * r.clamp(-CLIP, CLIP);
+            sum.bottom += lever * lever;
+            let mut lever_by = [0.0; MOST];
+            for j in 0..p {
+                // relative change of the expected error
+                let wider = point.slope * point.slope_by[j] * (spread / sigma).powi(2);
+                let r_by = -point.value_by[j] / sigma - r * wider;
+                lever_by[j] = arm * point.slope_by[j] - lever * wider;
+                sum.top_by[j] -= lever_by[j] * r.clamp(-CLIP, CLIP) + lever * inside * r_by;
+                sum.bottom_by[j] += 2.0 * lever * lever_by[j];
+                out[(i, j)] = r_by;
+            }
+            levers.push((lever, lever_by));
+        }
+        for sum in &mut pull {
+            sum.divide();
+        }
+        for (i, (lever, lever_by)) in levers.into_iter().enumerate() {
+            let Pull { top: offset, top_by: offset_by, .. } = &pull[self.group[i]];
+            for j in 0..p {
+                out[(i, j)] += lever_by[j] * offset + lever * offset_by[j];
+            }
+        }
+        for (g, sum) in pull.iter().enumerate() {
+            for j in 0..p {
+                out[(n + g, j)] = sum.top_by[j] / self.velocity_error;
+            }
+        }
+    }
+}
+
+/// Most coefficients.
+const MOST: usize = 5;
+
+/// Numerator and denominator of a manoeuvre's offset, and their derivatives.
+#[derive(Debug, Clone)]
+struct Pull {
+    top: f64,
+    bottom: f64,
+    top_by: [f64; MOST],
+    bottom_by: [f64; MOST],
+}
+
+impl Pull {
+    fn new(velocity_error: f64) -> Self {
+        let bottom = 1.0 / velocity_error.powi(2);
+        Pull { top: 0.0, bottom, top_by: [0.0; MOST], bottom_by: [0.0; MOST] }
+    }
+
+    /// Makes `top` the offset, and `top_by` its derivatives.
+    fn divide(&mut self) {
+        self.top /= self.bottom;
+        for (top, bottom) in self.top_by.iter_mut().zip(self.bottom_by) {
+            *top = (*top - self.top * bottom) / self.bottom;
         }
     }
 }
@@ -274,4 +368,52 @@ pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     }
     let k = ((values.len() - 1) as f64 * share).round() as usize;
     *values.select_nth_unstable_by(k, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three manoeuvres on a known curve, each with an offset of its own and an outlier.
+    fn rows() -> Rows {
+        let truth = MagicFormula { b: 13.0, c: 1.5, d: 1.0, e1: 0.2, e2: -0.1 };
+        let mut rows = Rows::with_error(0.05);
+        for i in 0..240 {
+            let s = 0.3 * (f64::from(i) * 0.37).sin();
+            let v = 8.0 + f64::from(i % 17);
+            let jitter = 0.02 * (f64::from(i) * 1.7).sin();
+            rows.slip.push(s);
+            rows.speed.push(v);
+            rows.friction_error.push(0.02);
+            let outlier = if i % 50 == 7 { 0.4 } else { 0.0 };
+            rows.friction.push(truth.value(s + 0.002 * f64::from(i / 80 - 1)) + jitter + outlier);
+            rows.clusters.push(i as usize / 80);
+        }
+        rows.both_signs = true;
+        rows.index();
+        rows
+    }
+
+    #[test]
+    fn the_jacobian_is_that_of_differences() {
+        let rows = rows();
+        let theta = [11.0, 1.6, 1.1, 0.1, 0.05];
+        let mut exact = DMatrix::zeros(rows.len(), 5);
+        rows.jacobian(&theta, &mut exact);
+        let at = |j: usize, step: f64| {
+            let mut moved = theta;
+            moved[j] += step;
+            let mut r = vec![0.0; rows.len()];
+            rows.residuals(&moved, &mut r);
+            r
+        };
+        for j in 0..5 {
+            let (up, down) = (at(j, 1e-6), at(j, -1e-6));
+            for i in 0..rows.len() {
+                let difference = (up[i] - down[i]) / 2e-6;
+                let error = (exact[(i, j)] - difference).abs();
+                assert!(error < 1e-5 * (1.0 + difference.abs()), "{i} {j}: {difference}");
+            }
+        }
+    }
 }

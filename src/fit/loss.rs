@@ -66,13 +66,42 @@ pub fn mad(residuals: &[f64], scratch: &mut [f64]) -> f64 {
 /// As [`mad`], without the `p - 1` smallest of the absolute residuals, which a fit of `p`
 /// coefficients can make zero at will (MATLAB `robustfit`, `madsigma`).
 pub fn mad_beyond(residuals: &[f64], p: usize, scratch: &mut [f64]) -> f64 {
+    mad_near(residuals, p, f64::NAN, scratch)
+}
+
+/// As [`mad_beyond`], the sooner the nearer `guess` is to the result: only what is between
+/// three quarters and four thirds of it is put in order. The result is the same.
+pub fn mad_near(residuals: &[f64], p: usize, guess: f64, scratch: &mut [f64]) -> f64 {
     let n = residuals.len();
+    let skip = if n > p { p.saturating_sub(1) } else { 0 };
+    let rest = n - skip;
+    if rest > 64 && guess > 0.0 {
+        let (low, high) = (0.75 * guess * MAD_NORMAL, guess * MAD_NORMAL / 0.75);
+        let (mut below, mut found) = (0, 0);
+        for r in residuals {
+            let a = r.abs();
+            // without a branch: which of them it is cannot be predicted
+            scratch[found] = a;
+            below += usize::from(a < low);
+            found += usize::from(a >= low && a < high);
+        }
+        // places of the middle one, or of the two in the middle
+        let (first, last) = (skip + (rest - 1) / 2, skip + rest / 2);
+        if first >= below && last < below + found {
+            let inside = &mut scratch[..found];
+            let (left, &mut upper, _) = inside.select_nth_unstable_by(last - below, f64::total_cmp);
+            let lower = match last - first {
+                0 => upper,
+                _ => left.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            };
+            return 0.5 * (lower + upper) / MAD_NORMAL;
+        }
+    }
     let scratch = &mut scratch[..n];
     for (s, r) in scratch.iter_mut().zip(residuals) {
         *s = r.abs();
     }
-    let skip = p.saturating_sub(1);
-    if skip == 0 || n <= skip + 1 {
+    if skip == 0 {
         return median(scratch) / MAD_NORMAL;
     }
     scratch.select_nth_unstable_by(skip, f64::total_cmp);
@@ -183,6 +212,24 @@ mod tests {
         assert_eq!(weight(1e9, f64::INFINITY), 1.0);
         assert_eq!(psi_derivative(1e9, f64::INFINITY), 1.0);
         assert_eq!(rho(3.0, f64::INFINITY), 4.5);
+    }
+
+    #[test]
+    fn the_mad_does_not_depend_on_the_guess() {
+        for (n, p) in [(1001, 0), (1000, 1), (1001, 2), (1000, 3), (70, 2), (3, 2), (2, 2)] {
+            let r = normal(n, n as u64);
+            let mut scratch = vec![0.0; n];
+            let mut sorted: Vec<f64> = r.iter().map(|r| r.abs()).collect();
+            sorted.sort_by(f64::total_cmp);
+            if n > p {
+                sorted.drain(..p.saturating_sub(1));
+            }
+            let m = sorted.len();
+            let expected = 0.5 * (sorted[(m - 1) / 2] + sorted[m / 2]) / MAD_NORMAL;
+            for guess in [f64::NAN, 0.0, 1e-9, 0.8, 0.95, 1.0, 1.1, 1.3, 1e9, f64::INFINITY] {
+                assert_eq!(mad_near(&r, p, guess, &mut scratch), expected, "{n} {p} {guess}");
+            }
+        }
     }
 
     #[test]

@@ -7,9 +7,10 @@
 //! on the parameters (effective variance, Sampson distance): the sum is minimised whole.
 //!
 //! METHOD: the objective has local minima, from the outliers and from the model. So from
-//! several starts, each: (1) a simplex search (argmin, Nelder and Mead) on the tau-scale of
-//! the residuals of at most [`SEARCH_ROWS`] samples, which half of the samples being bad does
-//! not mislead; (2) reweighted least squares (crate levenberg-marquardt, a port of MINPACK)
+//! several starts, each: (1) a search on at most [`SEARCH_ROWS`] samples, which half of the
+//! samples being bad does not mislead: reweighted least squares where the model can leave
+//! samples out ([`Model::thinned`]), else a simplex (argmin, Nelder and Mead) on the tau-scale of
+//! their residuals; (2) reweighted least squares (crate levenberg-marquardt, a port of MINPACK)
 //! from where the most promising searches ended, and from the start itself where there is only
 //! one; (3) the end with the smallest tau-scale over all samples is kept.
 //!
@@ -49,6 +50,12 @@ pub trait Model {
         for (o, &i) in out.iter_mut().zip(rows) {
             *o = all[i];
         }
+    }
+
+    /// The model of some of the samples alone, if that is one; worth writing where a search from
+    /// many starts is to be quick.
+    fn thinned(&self, _rows: &[usize]) -> Option<Box<dyn Model>> {
+        None
     }
 
     /// Derivative of each residual (row) by each parameter (column); central differences
@@ -178,7 +185,8 @@ pub fn fit(
     let mut best: Option<(f64, usize, Descent)> = None;
     let mut evaluations = 0;
     for (start, z) in candidates {
-        let Some(descent) = work.descend(z) else { continue };
+        let known = best.as_ref().map(|(.., descent)| descent.residuals.as_slice());
+        let Some(descent) = work.descend(z, known) else { continue };
         evaluations += descent.evaluations;
         if best.as_ref().is_none_or(|(objective, ..)| descent.objective < *objective) {
             best = Some((descent.objective, start, descent));
@@ -235,6 +243,7 @@ struct Descent {
     iterations: usize,
     evaluations: usize,
     converged: bool,
+    residuals: Vec<f64>,
 }
 
 struct Work<'a> {
@@ -256,7 +265,11 @@ impl Work<'_> {
         if !self.robust() || self.options.search_iterations == 0 {
             return plain();
         }
-        let objective = Objective::new(self.model, self.map, self.options.scale_floor);
+        let rows = search_rows(self.model.len());
+        if let Some(thin) = self.model.thinned(&rows) {
+            return self.searched_by_descent(&*thin, starts);
+        }
+        let objective = Objective::new(self.model, self.map, self.options.scale_floor, rows);
         let mut searched = Vec::with_capacity(starts.len());
         let mut first: Option<(f64, usize)> = None;
         for (k, z) in starts.iter().enumerate() {
@@ -268,19 +281,44 @@ impl Work<'_> {
                 searched.push((value, k, z));
             }
         }
-        searched.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // searches that met need one descent only
-        searched.dedup_by(|b, a| b.0 <= a.0 * (1.0 + 1e-4));
-        searched.truncate(self.options.finalists.max(1));
-        let mut out: Vec<_> = searched.into_iter().map(|(_, k, z)| (k, z)).collect();
+        let mut out = self.finalists(searched);
         if starts.len() == 1 {
             out.extend(first.map(|(_, k)| (k, starts[k].clone())));
         }
         if out.is_empty() { plain() } else { out }
     }
 
-    /// Reweighted least squares from `z`; `None` where the model is not finite there.
-    fn descend(&mut self, z: Vec<f64>) -> Option<Descent> {
+    /// The same, found by rough descents over some of the samples.
+    fn searched_by_descent(&self, thin: &dyn Model, starts: &[Vec<f64>]) -> Vec<(usize, Vec<f64>)> {
+        let n = thin.len();
+        let options = Options { max_iterations: 20, tolerance: 1e-3, ..*self.options };
+        let (r, scratch) = (vec![0.0; n], vec![0.0; n]);
+        let mut work = Work { model: thin, map: self.map, options: &options, r, scratch };
+        // judged by all samples: which of two minima is the lower one the few may not tell
+        let (mut all, mut scratch) = (self.r.clone(), self.scratch.clone());
+        let ends = starts.iter().enumerate().filter_map(|(k, z)| {
+            let z = work.descend(z.clone(), None)?.z.as_slice().to_vec();
+            self.model.residuals(&self.map.outer(&z), &mut all);
+            let finite = all.iter().all(|r| r.is_finite());
+            let floor = self.options.scale_floor;
+            finite.then(|| (tau_scale(&all, floor, &mut scratch), k, z))
+        });
+        let out = self.finalists(ends.collect());
+        if out.is_empty() { starts.iter().cloned().enumerate().collect() } else { out }
+    }
+
+    /// The most promising ends of searches (tau-scale, start, place), without the scales.
+    fn finalists(&self, mut searched: Vec<(f64, usize, Vec<f64>)>) -> Vec<(usize, Vec<f64>)> {
+        searched.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // searches that met need one descent only
+        searched.dedup_by(|b, a| b.0 <= a.0 * (1.0 + 1e-4));
+        searched.truncate(self.options.finalists.max(1));
+        searched.into_iter().map(|(_, k, z)| (k, z)).collect()
+    }
+
+    /// Reweighted least squares from `z`; `None` where the model is not finite there, or where
+    /// it comes to residuals that are known already, those of another descent.
+    fn descend(&mut self, z: Vec<f64>, known: Option<&[f64]>) -> Option<Descent> {
         let p = z.len();
         let mut theta = self.map.outer(&z);
         self.model.residuals(&theta, &mut self.r);
@@ -324,6 +362,13 @@ impl Work<'_> {
             }
             iterations += 1;
             scale = mad(&self.r, &mut self.scratch).max(floor);
+            let same = |known: &[f64]| {
+                let apart = self.r.iter().zip(known).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+                apart <= (1e-3 * scale).powi(2) * self.r.len() as f64
+            };
+            if known.is_some_and(same) {
+                return None;
+            }
             if !self.robust() {
                 converged = report.termination.was_successful();
                 break;
@@ -344,7 +389,8 @@ impl Work<'_> {
             self.r.iter().map(|r| r * r).sum()
         };
         debug_assert_eq!(theta.len(), p);
-        Some(Descent { z, objective, scale, iterations, evaluations, converged })
+        let residuals = self.r.clone();
+        Some(Descent { z, objective, scale, iterations, evaluations, converged, residuals })
     }
 }
 
@@ -402,6 +448,18 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Weighted<'_> {
     }
 }
 
+/// The samples that take part in the search.
+fn search_rows(n: usize) -> Vec<usize> {
+    let m = n.min(SEARCH_ROWS);
+    // a golden-ratio shift within each of m equal stretches: even, but no fixed beat
+    (0..m)
+        .map(|k| {
+            let (from, to) = (k * n / m, (k + 1) * n / m);
+            from + ((k as f64 * 0.618_033_988_75).fract() * (to - from) as f64) as usize
+        })
+        .collect()
+}
+
 /// Tau-scale of some samples' residuals, as argmin wants it.
 struct Objective<'a> {
     model: &'a dyn Model,
@@ -411,16 +469,7 @@ struct Objective<'a> {
 }
 
 impl<'a> Objective<'a> {
-    fn new(model: &'a dyn Model, map: &'a Bounds, floor: f64) -> Self {
-        let n = model.len();
-        let m = n.min(SEARCH_ROWS);
-        // a golden-ratio shift within each of m equal stretches: even, but no fixed beat
-        let rows = (0..m)
-            .map(|k| {
-                let (from, to) = (k * n / m, (k + 1) * n / m);
-                from + ((k as f64 * 0.618_033_988_75).fract() * (to - from) as f64) as usize
-            })
-            .collect();
+    fn new(model: &'a dyn Model, map: &'a Bounds, floor: f64, rows: Vec<usize>) -> Self {
         Objective { model, map, floor, rows }
     }
 

@@ -26,9 +26,63 @@ pub fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation
     (delta.cos() * phi.sin() + sign * phi.cos() * delta.sin() * epsilon.sin()).asin() // (31a)
 }
 
+/// The front wheel's attitude with the functions of its angles that come for free.
+#[derive(Debug, Clone, Copy)]
+pub struct FrontWheel {
+    /// [`kinematic_steer`], rad.
+    pub steer: f64,
+    /// Its sine and cosine.
+    pub steer_sin_cos: (f64, f64),
+    /// [`front_camber`], rad.
+    pub camber: f64,
+    /// Its tangent.
+    pub camber_tan: f64,
+}
+
+/// [`kinematic_steer`] and [`front_camber`] at once; `phi` and `epsilon` as sine and cosine.
+pub fn front_wheel(
+    delta: f64,
+    phi: (f64, f64),
+    epsilon: (f64, f64),
+    formulation: Formulation,
+) -> FrontWheel {
+    let sign = match formulation {
+        Formulation::Corrected => 1.0,
+        Formulation::Paper => -1.0,
+    };
+    let (sin_delta, cos_delta) = delta.sin_cos();
+    let ((sin_phi, cos_phi), (sin_eps, cos_eps)) = (phi, epsilon);
+    let across = sign * sin_delta * sin_eps;
+    let (y, x) = (sin_delta * cos_eps, cos_phi * cos_delta + sin_phi * across);
+    let length = (x * x + y * y).sqrt();
+    let down = cos_delta * sin_phi - cos_phi * across;
+    FrontWheel {
+        steer: y.atan2(x), // (30)
+        steer_sin_cos: (y / length, x / length),
+        camber: down.asin(), // (31a)
+        camber_tan: down / (1.0 - down * down).sqrt(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn both_at_once_are_each_alone() {
+        for formulation in [Formulation::Corrected, Formulation::Paper] {
+            for (delta, phi) in [(0.1_f64, -0.6_f64), (-0.2, 0.4), (0.0, 0.3), (0.3, 0.0)] {
+                let epsilon = 0.42_f64;
+                let w = front_wheel(delta, phi.sin_cos(), epsilon.sin_cos(), formulation);
+                let near = |a: f64, b: f64| (a - b).abs() < 1e-14;
+                assert!(near(w.steer, kinematic_steer(delta, phi, epsilon, formulation)));
+                assert!(near(w.camber, front_camber(delta, phi, epsilon, formulation)));
+                assert!(near(w.steer_sin_cos.0, w.steer.sin()));
+                assert!(near(w.steer_sin_cos.1, w.steer.cos()));
+                assert!(near(w.camber_tan, w.camber.tan()));
+            }
+        }
+    }
     use nalgebra::{Rotation3, Unit, Vector3};
 
     /// The front axle (left-pointing) from rotations alone: about the raked axis, then roll.

@@ -22,6 +22,19 @@ pub struct MagicFormula {
     pub e2: f64,
 }
 
+/// One point of the curve and how it moves with `b, c, d, e1, e2`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Friction.
+    pub value: f64,
+    /// Its derivative by the slip ratio.
+    pub slope: f64,
+    /// Derivatives of the value by the coefficients.
+    pub value_by: [f64; 5],
+    /// Derivatives of the slope by the coefficients.
+    pub slope_by: [f64; 5],
+}
+
 impl MagicFormula {
     /// Engaged longitudinal friction over slip ratio, eq. 28.
     pub fn value(&self, s: f64) -> f64 {
@@ -43,6 +56,38 @@ impl MagicFormula {
         let inner_slope = self.b * (1.0 - e * (1.0 - 1.0 / (1.0 + bs * bs)));
         let (sin, cos) = (self.c * inner.atan()).sin_cos();
         (self.d * sin, self.d * self.c * cos / (1.0 + inner * inner) * inner_slope)
+    }
+
+    /// Value and slope with their derivatives by the coefficients.
+    pub fn point(&self, s: f64) -> Point {
+        let Self { b, c, d, .. } = *self;
+        let sign = s.signum();
+        let e = self.e1 + self.e2 * sign;
+        let x = b * s;
+        let (arc, q) = (x.atan(), 1.0 / (1.0 + x * x));
+        // mu = d sin(c atan u),  mu' = d c cos(c atan u) w v  with  v = du/ds, w = 1/(1 + u^2)
+        let u = x - e * (x - arc);
+        let tilt = 1.0 - e * (1.0 - q);
+        let v = b * tilt;
+        let (outer, w) = (u.atan(), 1.0 / (1.0 + u * u));
+        let (sin, cos) = (c * outer).sin_cos();
+        let by_u = d * c * cos * w;
+        let slope_by_u = -d * c * v * w * w * (c * sin + 2.0 * u * cos);
+        let (u_b, v_b) = (s * tilt, tilt - 2.0 * e * x * x * q * q);
+        let (u_e, v_e) = (arc - x, -b * (1.0 - q));
+        let slope_by_e = slope_by_u * u_e + by_u * v_e;
+        Point {
+            value: d * sin,
+            slope: by_u * v,
+            value_by: [by_u * u_b, d * outer * cos, sin, by_u * u_e, sign * by_u * u_e],
+            slope_by: [
+                slope_by_u * u_b + by_u * v_b,
+                d * w * v * (cos - c * outer * sin),
+                c * cos * w * v,
+                slope_by_e,
+                sign * slope_by_e,
+            ],
+        }
     }
 
     /// Slip stiffness at vanishing slip, `b c d`.
@@ -70,6 +115,28 @@ mod tests {
     use super::*;
 
     const MF: MagicFormula = MagicFormula { b: 12.0, c: 1.6, d: 1.1, e1: 0.2, e2: -0.1 };
+
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        let theta = [12.0, 1.5, 1.05, 0.3, -0.1];
+        let of = |t: [f64; 5]| MagicFormula { b: t[0], c: t[1], d: t[2], e1: t[3], e2: t[4] };
+        for s in [-0.4, -0.08, -0.003, 0.02, 0.15] {
+            let point = of(theta).point(s);
+            let (value, slope) = of(theta).value_and_slope(s);
+            assert!((point.value - value).abs() < 1e-14 && (point.slope - slope).abs() < 1e-12);
+            for j in 0..5 {
+                let at = |sign: f64| {
+                    let mut moved = theta;
+                    moved[j] += sign * 1e-5;
+                    of(moved).value_and_slope(s)
+                };
+                let (up, down) = (at(1.0), at(-1.0));
+                let near = |a: f64, b: f64| (a - b).abs() < 1e-8 * (1.0 + b.abs());
+                assert!(near(point.value_by[j], (up.0 - down.0) / 2e-5), "{s} {j}");
+                assert!(near(point.slope_by[j], (up.1 - down.1) / 2e-5), "{s} {j}");
+            }
+        }
+    }
 
     #[test]
     fn slope_matches_differences() {

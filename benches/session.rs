@@ -1,0 +1,243 @@
+//! How long a session takes, against what no program can avoid: decoding its columns.
+//!
+//! ```text
+//! cargo bench --no-default-features
+//! ```
+//! One simulated ride of 20 min x 100 Hz x 16 channels, written once as the archive has it
+//! (float32 at sensor resolution) and once as float64. Everything is timed in this process, after
+//! one run to warm up; every figure is the median of several runs. Nothing is compared with
+//! earlier runs: what counts is the ratio, both sides of which are measured side by side.
+
+use std::fs::File;
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use roadbench::batch::{self, Maps, Settings, Stages};
+use roadbench::bike::Bike;
+use roadbench::estimate::zeros;
+use roadbench::fit::chain::{self, Data};
+use roadbench::pipeline::{self, Input, Pipeline};
+use roadbench::session::Session;
+use roadbench::simulate::scenario::Scenario;
+use roadbench::{filter, fit, ingest, report, rows, schema, segment, simulate, table};
+
+/// Samples of the ride: 20 min at 100 Hz.
+const SAMPLES: usize = 120_000;
+/// Runs that a median is taken of.
+const RUNS: usize = 15;
+/// Sessions of a batch, and how often it is run with each number of jobs.
+const SESSIONS: usize = 24;
+const BATCHES: usize = 3;
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let folder = tempfile::tempdir()?;
+    let (ride, bike) = ride()?;
+    println!(
+        "one ride: {:.0} min x {} Hz x {} channels, {RUNS} runs each, median",
+        ride.duration() / 60.0,
+        ride.rate,
+        ride.channels().count()
+    );
+    for (name, float32) in [("float32, the archive's form", true), ("float64", false)] {
+        let path = folder.path().join(format!("{}.parquet", ride.meta.session_id));
+        ingest::write_session(&path, &ride, float32)?;
+        one_session(name, &path, &bike)?;
+    }
+    batches(folder.path(), &ride, &bike)
+}
+
+/// The naturalistic scenario's first ride, longer: whole rounds until 20 min are full.
+fn ride() -> Result<(Session, Bike), Failure> {
+    let mut scenario = Scenario::builtin("naturalistic")?;
+    let machine = scenario.machine(0);
+    for plan in &mut scenario.plans {
+        (plan.coasts, plan.brakings, plan.laps) = (24, 18, 40);
+    }
+    let simulated = simulate::session(&scenario, &machine, 0).session;
+    if simulated.len < SAMPLES {
+        return Err(format!("the ride is only {:.0} s long", simulated.duration()).into());
+    }
+    let mut ride = Session::new(simulated.meta.clone(), simulated.rate, SAMPLES);
+    for channel in simulated.channels() {
+        if let Some(x) = simulated.get(channel) {
+            ride.set(channel, x[..SAMPLES].to_vec());
+        }
+    }
+    Ok((ride, machine.bike))
+}
+
+/// Decoding, the whole pipeline, and every stage alone.
+fn one_session(name: &str, path: &Path, bike: &Bike) -> Result<(), Failure> {
+    let pipeline = Pipeline::onroad();
+    let input = Input {
+        path,
+        maps: &[],
+        input_hash: String::new(),
+        pipeline_hash: String::new(),
+        signals: false,
+    };
+    let mut stages = Stopwatch::default();
+    for run in 0..=RUNS {
+        if run == 1 {
+            stages = Stopwatch::default(); // the first one warmed up
+        }
+        stages.time("decode", || decode(path))?;
+        stages.time("pipeline", || pipeline::run(&input, bike, &pipeline))?;
+        by_stage(&mut stages, &input, bike, &pipeline)?;
+    }
+    println!("\n{name}: {:.1} MB", std::fs::metadata(path)?.len() as f64 / 1e6);
+    let (decode, pipeline) = (stages.median("decode"), stages.median("pipeline"));
+    for (name, runs) in &stages.0 {
+        let share = median(runs) / decode;
+        let indent = if matches!(*name, "decode" | "pipeline") { "" } else { "  " };
+        println!("  {:12} {:8.2} ms {share:6.2}", format!("{indent}{name}"), 1e3 * median(runs));
+    }
+    println!("  pipeline over decode: {:.2}", pipeline / decode);
+    Ok(())
+}
+
+/// The yardstick: every column to Arrow arrays, each in one piece.
+fn decode(path: &Path) -> Result<usize, Failure> {
+    let builder = ParquetRecordBatchReaderBuilder::try_new(File::open(path)?)?;
+    let all = usize::try_from(builder.metadata().file_metadata().num_rows())?;
+    let mut rows = 0;
+    for batch in builder.with_batch_size(all).build()? {
+        rows += black_box(batch?).num_rows();
+    }
+    Ok(rows)
+}
+
+/// As `pipeline::run` does it, and then the tables as bytes.
+fn by_stage(
+    stages: &mut Stopwatch,
+    input: &Input<'_>,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<(), Failure> {
+    let raw = stages.time("read", || ingest::read(input.path, input.maps))?;
+    let (mut session, _) = stages.time("clean", || ingest::run(raw, &pipeline.ingest))?;
+    stages.time("check", || ingest::check(&mut session, bike, &pipeline.ingest))?;
+    stages.plain("filter", || filter::run(&mut session, &pipeline.filter));
+    let segments = stages.plain("segment", || segment::run(&session, bike, &pipeline.segment));
+    let (zeros, _) = stages.plain("zeros", || zeros::run(&session, bike));
+    let data = stages
+        .plain("gather", || Data::gather(&session, &segments, bike, zeros, &pipeline.estimate));
+    let formulation = pipeline.estimate.formulation;
+    let solution = stages.plain("solve", || chain::solve(&data, bike, formulation, &pipeline.fit));
+    let (ident, made) = (rows::Ident::from(&session.meta), rows::Provenance::default());
+    let coefficients = stages.plain("rows", || {
+        fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_, _| None, &ident, &made)
+    });
+    let plots = stages.plain("plots", || report::plots::rows(&session, &data, &solution));
+    let tables = ["coefficients", "plots"].map(schema::Table::embedded);
+    stages.time("(encoding)", || {
+        let coefficients = table::to_bytes(&tables[0], &coefficients)?;
+        Ok::<_, table::Error>((coefficients, table::to_bytes(&tables[1], &plots)?))
+    })?;
+    Ok(())
+}
+
+/// Many sessions through the batch engine, with one and with two jobs.
+fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
+    let (inputs, bikes) = (folder.join("sessions"), folder.join("bikes"));
+    table::write_bytes(&bikes.join(format!("{}.toml", bike.bike_id)), bike.to_toml().as_bytes())?;
+    let mut copy = ride.clone();
+    for number in 0..SESSIONS {
+        copy.meta.session_id = format!("ride_{number:02}");
+        ingest::write_session(&inputs.join(format!("{number:02}.parquet")), &copy, true)?;
+    }
+    drop(copy);
+    let mut times = Stopwatch::default();
+    let mut peak = None;
+    for round in 0..BATCHES {
+        for (name, jobs) in [("1", 1), ("2", 2)] {
+            let out = folder.join(format!("out_{round}_{jobs}"));
+            let reset = forget_peak();
+            times.time(name, || batch(&[inputs.clone()], &bikes, &out, jobs))?;
+            if jobs == 2 && reset {
+                peak = peak.max(peak_memory());
+            }
+        }
+    }
+    let rate = |name| SESSIONS as f64 / times.median(name);
+    println!("\nbatch of {SESSIONS} such sessions (float32), tables written, median of {BATCHES}");
+    println!("  1 job   {:6.2} sessions/s", rate("1"));
+    println!("  2 jobs  {:6.2} sessions/s", rate("2"));
+    println!("  parallel efficiency {:.2}", rate("2") / rate("1") / 2.0);
+    match peak {
+        Some(bytes) => println!("  peak memory with 2 jobs {} MB", bytes / 1_000_000),
+        None => println!("  peak memory: this system does not tell"),
+    }
+    Ok(())
+}
+
+fn batch(inputs: &[PathBuf], bikes: &Path, out: &Path, jobs: usize) -> Result<(), Failure> {
+    let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
+    let settings = Settings {
+        inputs,
+        bikes: Some(bikes),
+        out,
+        pipeline: &pipeline,
+        maps: &maps,
+        jobs,
+        force: false,
+        signals: false,
+    };
+    let (run, _) = batch::run(&settings, &Stages, &(), &AtomicBool::new(false))?;
+    match run.done {
+        SESSIONS => Ok(()),
+        done => Err(format!("{done} of {SESSIONS} sessions done").into()),
+    }
+}
+
+/// Times by name, in the order of their first appearance, s.
+#[derive(Default)]
+struct Stopwatch(Vec<(&'static str, Vec<f64>)>);
+
+impl Stopwatch {
+    fn plain<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = black_box(work());
+        let seconds = start.elapsed().as_secs_f64();
+        match self.0.iter_mut().find(|(n, _)| *n == name) {
+            Some((_, runs)) => runs.push(seconds),
+            None => self.0.push((name, vec![seconds])),
+        }
+        result
+    }
+
+    fn time<T, E: Into<Failure>>(
+        &mut self,
+        name: &'static str,
+        work: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, Failure> {
+        self.plain(name, work).map_err(Into::into)
+    }
+
+    fn median(&self, name: &str) -> f64 {
+        self.0.iter().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, runs)| median(runs))
+    }
+}
+
+fn median(runs: &[f64]) -> f64 {
+    let mut runs = runs.to_vec();
+    runs.sort_by(f64::total_cmp);
+    runs[runs.len() / 2]
+}
+
+/// Starts the kernel's record of the largest resident size again (Linux).
+fn forget_peak() -> bool {
+    std::fs::write("/proc/self/clear_refs", "5").is_ok()
+}
+
+/// Largest resident size since then, bytes.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    Some(1024 * line.split_whitespace().nth(1)?.parse::<u64>().ok()?)
+}
