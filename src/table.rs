@@ -233,7 +233,7 @@ mod tests {
                 start: 0.0,
                 end: 1.0,
                 direction: None,
-                quality: None,
+                quality: Some(1.0),
                 used: true,
                 reason: None,
                 speed_start: None,
