@@ -50,6 +50,10 @@ pub fn name(place: usize) -> (&'static str, &'static str, &'static str, &'static
     (tyre, name, symbol, unit)
 }
 
+/// Share of the variance that a friction curve must explain: where the ride's limit is the
+/// rider's command and the slip ratio is noise, the cloud looks like a peak that is none.
+const MIN_CURVE: f64 = 0.9;
+
 /// What a coefficient's own fit says of it.
 #[derive(Debug, Clone, Default)]
 struct Own {
@@ -310,12 +314,31 @@ fn verdict(
     }
     if at < 2 * TYRE
         && (place::PEAK_SLIP..=place::MF_E2).contains(&j)
-        && j != place::MF_B
         && let Some(f) = &solution.fits.friction[at / TYRE]
     {
+        let radius = &solution.fits.coasting.radius[at / TYRE];
+        if radius.as_ref().is_none_or(|r| r.quality.n_clusters < config.min_manoeuvres) {
+            return say(
+                Status::PoorlyDetermined,
+                "the rolling radius is not known from this ride, and the slip with it: coast in \
+                 neutral"
+                    .into(),
+            );
+        }
+        if f.quality.r_squared < MIN_CURVE {
+            return say(
+                Status::PoorlyDetermined,
+                format!(
+                    "the curve explains {:.0} % of the friction only, the rest is noise of the \
+                     slip ratio: {}",
+                    100.0 * f.quality.r_squared.max(0.0),
+                    remedy(at)
+                ),
+            );
+        }
         let deepest = (-f.ridden[0]).max(0.0);
         let reached = f.formula.peak_slip().is_some_and(|p| deepest / (1.0 - deepest) > 0.9 * p);
-        if !reached {
+        if !reached && j != place::MF_B {
             return say(
                 Status::PoorlyDetermined,
                 format!("braked to a slip of {deepest:.3} only, short of the peak: {}", remedy(at)),

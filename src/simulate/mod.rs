@@ -213,15 +213,18 @@ mod tests {
         let machine = scenario.machine(0);
         let s = session(&scenario, &machine, 0);
         let rate = scenario.rate;
-        let mut worst: f64 = 0.0;
+        let along = |i: usize| s.trace[i].acceleration[0] + s.states[i].yaw_rate * s.states[i].vy;
+        let mut errors = Vec::new();
+        let mut integral = 0.0;
         for i in 1..s.states.len() - 1 {
             let derivative = (s.states[i + 1].vx - s.states[i - 1].vx) * rate / 2.0;
-            let here = &s.states[i];
-            let expected = s.trace[i].acceleration[0] + here.yaw_rate * here.vy;
-            if here.vx > 5.0 && s.trace[i].slip_ratio[0] > -0.1 {
-                worst = worst.max((derivative - expected).abs());
-            }
+            errors.push((derivative - along(i)).abs());
+            integral += along(i) / rate;
         }
-        assert!(worst < 0.8, "{worst}"); // steps of throttle and brake between samples
+        // brakes and throttle step between samples, so a few samples differ; nothing adds up
+        errors.sort_by(f64::total_cmp);
+        let most = errors[errors.len() * 99 / 100];
+        assert!(most < 0.05, "{most}");
+        assert!(integral.abs() < 0.5, "standstill to standstill: {integral}");
     }
 }

@@ -410,7 +410,8 @@ mod tests {
         }
         let (a, b) = (a.to_array(), b.to_array());
         for i in 0..N {
-            assert!((a[i] - b[i]).abs() < 1e-5 * (1.0 + b[i].abs()), "{i}: {} {}", a[i], b[i]);
+            // a hundredth of what the best velocity sensor sees
+            assert!((a[i] - b[i]).abs() < 2e-4 * (1.0 + b[i].abs()), "{i}: {} {}", a[i], b[i]);
         }
     }
 }

@@ -134,13 +134,16 @@ fn the_corrected_form_beats_the_printed_one() {
             100.0 * curve_error(&printed, k)
         );
     }
-    // onroad.md: as printed the moment is half at 30 degrees, and its wheels' share is missed
-    let at = place::VEHICLE_CROWN;
-    let error = |s: &Study| (s.solution.values[at] / s.truth[at] - 1.0).abs();
-    assert!(error(&corrected) < 0.01);
-    assert!(error(&printed) > 0.25, "{}", error(&printed));
-    let at = fit::chain::TYRE + place::CROWN;
-    assert!(error_at(&printed, at) > 0.25, "{}", error_at(&printed, at));
+    // onroad.md: as printed the moment is half at 30 degrees, the wheels' share is missed and the
+    // ratio of widths is turned over. On this bike the first two cancel in the sum, 2 % are left;
+    // the tyres are wrong by half and by a third.
+    assert!(error_at(&corrected, place::VEHICLE_CROWN) < 0.01);
+    for at in [place::CROWN, fit::chain::TYRE + place::CROWN] {
+        assert!(error_at(&corrected, at) < 0.01);
+        assert!(error_at(&printed, at) > 0.25, "{}", error_at(&printed, at));
+    }
+    // the quotient (39) in tight bends
+    assert!(error_at(&printed, place::K_ALPHA) > 0.25);
 }
 
 fn error_at(study: &Study, at: usize) -> f64 {
