@@ -548,14 +548,12 @@ fn follow(
         let mut rows = friction_rows(data, &signals, k, all, &fits.coasting, config);
         rows.both_signs = clouds.friction[k].both_signs;
         let theta = fitted.follow(&rows);
-        let (peak, gradient) = thin.peak[k].as_ref()?;
-        let moved: f64 = theta
-            .iter()
-            .zip(&fitted.theta)
-            .zip(gradient)
-            .map(|((now, then), g)| (now - then) * g)
-            .sum();
-        Some((theta, Some(peak + moved)))
+        // a curve without a peak still has its factors
+        let peak = thin.peak[k].as_ref().map(|(peak, gradient)| {
+            let changes = theta.iter().zip(&fitted.theta).zip(gradient);
+            peak + changes.map(|((now, then), g)| (now - then) * g).sum::<f64>()
+        });
+        Some((theta, peak))
     });
     let keep = &clouds.keep;
     let overturning = fits.overturning.as_ref().and_then(|fitted| {
