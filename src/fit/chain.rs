@@ -55,6 +55,8 @@ pub mod place {
 pub struct Data {
     /// Coasting.
     pub coast: Samples,
+    /// Where the front wheel rolls freely.
+    pub front_rolling: Samples,
     /// For the front: front braking. For the rear: rear braking and driving.
     pub straight: [Samples; 2],
     /// What acts on each straight sample.
@@ -87,6 +89,8 @@ impl Data {
         let front = of(&[Kind::FrontBraking], config.straight_rate);
         let braking = of(&[Kind::RearBraking], config.straight_rate);
         let driving = of(&[Kind::Driving], config.corner_rate);
+        let coast = of(&[Kind::Coasting], config.corner_rate);
+        let front_rolling = coasting::rolls_freely(&coast, &driving);
         let front_action = vec![Action::Braking(1.0); front.len()];
         let mut rear_action = vec![Action::Braking(0.0); braking.len()];
         rear_action.resize(braking.len() + driving.len(), Action::Driving);
@@ -94,7 +98,8 @@ impl Data {
         rear.append(driving);
         let step = (session.rate / config.corner_rate).round().max(1.0);
         Data {
-            coast: of(&[Kind::Coasting], config.corner_rate),
+            coast,
+            front_rolling,
             straight: [front, rear],
             action: [front_action, rear_action],
             corner: of(&[Kind::Cornering], config.corner_rate),
@@ -174,7 +179,10 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
         drag: bike.drag,
         rolling: bike.rolling_resistance,
     };
-    let mut fits = Fits { coasting: coasting::fit(&data.coast, &nominal), ..Fits::default() };
+    let mut fits = Fits {
+        coasting: coasting::fit(&data.coast, &data.front_rolling, &nominal),
+        ..Fits::default()
+    };
     let mut given = nominal.clone();
     for k in 0..2 {
         if let Some(fitted) = &fits.coasting.radius[k] {
@@ -499,6 +507,7 @@ impl Thin {
                 straight: [0, 1].map(|k| data.straight[k].select(&keep[k])),
                 action: [actions(0), actions(1)],
                 coast: data.coast.clone(),
+                front_rolling: data.front_rolling.clone(),
                 corner: data.corner.clone(),
                 ..*data
             },
@@ -530,7 +539,8 @@ fn follow(
     if let Some(zeros) = variation.zeros {
         given.zeros = zeros;
     }
-    let (radius, resistance) = coasting::refit(&data.coast, &given, &fits.coasting);
+    let (radius, resistance) =
+        coasting::refit(&data.coast, &data.front_rolling, &given, &fits.coasting);
     for k in 0..2 {
         given.radius[k] = radius[k].unwrap_or(given.radius[k]) + variation.coast[k];
     }

@@ -5,6 +5,9 @@
 //! (23) (m + sum(I/R^2)) a_x = -c_drag v_x^2 - c_rol m g [- m g grade direction]
 //! ```
 //!
+//! A ride without enough coasting still shows the front radius: the undriven wheel rolls freely
+//! under gentle engine power too ([`rolls_freely`]).
+//!
 //! The printed form has neither the wheels' inertia nor the slope of the test strip, which both
 //! directions of travel tell apart from rolling resistance.
 
@@ -19,6 +22,24 @@ use super::clustered::{self, Fitted};
 const SPEED_FLOOR: f64 = 0.005;
 /// Differences of resistance over weight that are never outliers.
 const RESISTANCE_FLOOR: f64 = 5e-4;
+
+/// Under engine power the front wheel rolls freely, but for its inertia; below this acceleration
+/// that is a slip of less than 0.04 %, m/s².
+pub const GENTLE: f64 = 1.5;
+/// Coasting runs that do without the help of driving.
+const ENOUGH: usize = 3;
+
+/// The samples that show the front wheel's radius: coasting, and gentle driving beside it where
+/// there are fewer than three coasting runs.
+pub fn rolls_freely(coast: &Samples, driving: &Samples) -> Samples {
+    let mut out = coast.clone();
+    if clustered::count(&coast.segment) < ENOUGH {
+        let gentle: Vec<usize> =
+            (0..driving.len()).filter(|&i| driving.velocity_x_rate[i].abs() < GENTLE).collect();
+        out.append(driving.select(&gentle));
+    }
+    out
+}
 
 /// What coasting gives.
 #[derive(Debug, Clone, Default)]
@@ -89,10 +110,10 @@ fn resistance_rows(x: &Samples, given: &Given, radius: [f64; 2]) -> Resistance {
     rows
 }
 
-/// Fits everything that coasting gives.
-pub fn fit(x: &Samples, given: &Given) -> Coasting {
+/// Fits everything that coasting gives; `front` are the samples for the front radius.
+pub fn fit(x: &Samples, front: &Samples, given: &Given) -> Coasting {
     let mut out = Coasting::default();
-    for wheel in 0..2 {
+    for (wheel, x) in [front, x].into_iter().enumerate() {
         let (omega, v, clusters) = radius_rows(x, given, wheel);
         if clustered::count(&clusters) >= 2 {
             out.radius[wheel] = clustered::fit(&[&omega], &v, &clusters, SPEED_FLOOR);
@@ -109,10 +130,16 @@ pub fn fit(x: &Samples, given: &Given) -> Coasting {
 }
 
 /// The same coefficients when the inputs change a little; robust weights stay.
-pub fn refit(x: &Samples, given: &Given, base: &Coasting) -> ([Option<f64>; 2], Option<[f64; 2]>) {
+pub fn refit(
+    x: &Samples,
+    front: &Samples,
+    given: &Given,
+    base: &Coasting,
+) -> ([Option<f64>; 2], Option<[f64; 2]>) {
     let mut radius = [None; 2];
     for (wheel, slot) in radius.iter_mut().enumerate() {
         if let Some(fitted) = &base.radius[wheel] {
+            let x = if wheel == 0 { front } else { x };
             let (omega, v, _) = radius_rows(x, given, wheel);
             *slot = clustered::refit(&[&omega], &v, &fitted.weights).map(|t| t[0]);
         }

@@ -258,7 +258,9 @@ fn remedy(at: usize) -> &'static str {
         place::PEAK_SLIP | place::MF_B..=place::MF_D => {
             "brake with the rear brake alone, progressively to the limit, in neutral"
         }
-        place::MF_E1 if at < TYRE => "brake with the front brake alone past the friction peak",
+        place::MF_E1 | place::MF_E2 if at < TYRE => {
+            "brake with the front brake alone past the friction peak"
+        }
         place::MF_E1 | place::MF_E2 => {
             "brake the rear wheel alone past the friction peak and accelerate hard in first gear"
         }
