@@ -355,7 +355,9 @@ fn verdict(
     };
     // curvature and slip over camber may well be zero: they are judged on a scale of their own
     let yardstick = match j {
-        place::MF_E1 | place::MF_E2 => value.abs().max(1.0),
+        // the narrowest intervals of e1 are the luckiest ones: half the usual width is asked
+        place::MF_E1 => 0.5 * value.abs().max(1.0),
+        place::MF_E2 => value.abs().max(1.0),
         place::C1 => {
             value.abs().max(solution.given.bike.wheel(Axle::BOTH[at / TYRE]).side_force_ratio)
         }
