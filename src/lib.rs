@@ -34,6 +34,17 @@
 //! | `k_x` | `overturning_stiffness` | m | always |
 //! | `k_t` | `twisting_stiffness` | m/rad | always |
 //!
+//! # Example
+//!
+//! The paper's front tyre, upright: `k_alpha0 = -ct / (c1 + C)`.
+//!
+//! ```
+//! use roadbench::model::Stiffness;
+//!
+//! let front = Stiffness { ct: -0.84, c1: -0.0279, c3: 0.0 };
+//! assert!((front.k_alpha(0.0, 0.095) - 12.5).abs() < 0.1);
+//! ```
+//!
 //! The source is Bartolozzi, Massaro, Mottola, Savino (2024), "An enhanced motorcycle tyre
 //! model characterised through experimental riding data"; equation numbers are its own.
 

@@ -1,6 +1,6 @@
 //! The report: a pure function of the tables.
 //!
-//! [`write`] reads the tables of an output folder and writes `report/index.html` and one page
+//! [`write()`] reads the tables of an output folder and writes `report/index.html` and one page
 //! per session beside it. A page holds all it needs (style, script, data): it opens from disk,
 //! offline. The templates are in `reports/`; the chart library is embedded whole.
 //!

@@ -17,7 +17,7 @@ pub const POINTS: usize = 600;
 /// Points of a fitted line.
 const LINE: usize = 81;
 /// Spans of the time line.
-const BINS: usize = 800;
+pub const BINS: usize = 800;
 
 /// Collects the rows of one session.
 struct Sheet<'a> {
