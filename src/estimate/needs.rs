@@ -56,32 +56,23 @@ pub const NEEDS: &[Need] = &[
         &[C::VelocityX, C::WheelSpeedRear],
         "straight braking with the rear brake alone, and hard acceleration in first gear",
     ),
-    need(
-        "front",
-        SLIP_CAMBER,
-        &[C::VelocityX, C::VelocityY, C::YawRate, C::Roll, C::SteerAngle],
-        BENDS,
-    ),
-    need("rear", SLIP_CAMBER, &[C::VelocityX, C::VelocityY, C::YawRate, C::Roll], BENDS),
-    need("front", FRICTION, LATERAL_FRONT, BENDS),
-    need("rear", FRICTION, LATERAL_REAR, BENDS),
-    need("front", STIFFNESS, STIFFNESS_FRONT, BENDS),
-    need("rear", STIFFNESS, STIFFNESS_REAR, BENDS),
-    need("front", OVERTURNING, &[C::VelocityX, C::YawRate, C::Roll], BENDS),
-    need("rear", OVERTURNING, &[C::VelocityX, C::YawRate, C::Roll], BENDS),
-    need("vehicle", OVERTURNING, &[C::VelocityX, C::YawRate, C::Roll], BENDS),
+    need("front", SLIP_CAMBER, SLIPPING, BENDS),
+    need("rear", SLIP_CAMBER, SLIPPING, BENDS),
+    need("front", FRICTION, LEANING, BENDS),
+    need("rear", FRICTION, LEANING, BENDS),
+    need("front", STIFFNESS, SLIPPING, BENDS),
+    need("rear", STIFFNESS, SLIPPING, BENDS),
+    need("front", OVERTURNING, LEANING, BENDS),
+    need("rear", OVERTURNING, LEANING, BENDS),
+    need("vehicle", OVERTURNING, LEANING, BENDS),
     need("front", ASSUMED, &[], BIKE_FILE),
     need("rear", ASSUMED, &[], BIKE_FILE),
 ];
 
-// the front's camber, (31a), needs the handlebar
-const LATERAL_FRONT: &[Channel] =
-    &[C::VelocityX, C::AccelerationY, C::YawRate, C::Roll, C::SteerAngle];
-const LATERAL_REAR: &[Channel] = &[C::VelocityX, C::AccelerationY, C::YawRate, C::Roll];
-const STIFFNESS_FRONT: &[Channel] =
-    &[C::VelocityX, C::VelocityY, C::AccelerationY, C::YawRate, C::Roll, C::SteerAngle];
-const STIFFNESS_REAR: &[Channel] =
-    &[C::VelocityX, C::VelocityY, C::AccelerationY, C::YawRate, C::Roll];
+// the front's camber, (31a), needs the handlebar, and both tyres' loads and forces are balanced
+// together
+const LEANING: &[Channel] = &[C::VelocityX, C::YawRate, C::Roll, C::SteerAngle];
+const SLIPPING: &[Channel] = &[C::VelocityX, C::VelocityY, C::YawRate, C::Roll, C::SteerAngle];
 
 const fn need(
     tyre: &'static str,

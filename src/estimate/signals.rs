@@ -235,7 +235,7 @@ impl Given {
                     || x.segment[i] != x.segment[i - 1]
                     || (x.time[i] - x.time[i - 1]) * rate > 1.5;
                 for k in 0..2 {
-                    lagged[k] = if first {
+                    lagged[k] = if first || lagged[k].is_nan() {
                         alpha_kin[k]
                     } else {
                         let span = (v / relaxation[k] / rate).max(1e-6);
@@ -270,6 +270,8 @@ impl Given {
                 } else {
                     alpha[k] / whole
                 };
+                // without a lateral velocity the trails are left out: a per cent of the forces
+                let part = if part.is_finite() { part } else { 0.0 };
                 share[k] = part.clamp(-3.0, 3.0)
                     * trail_0(self.radius[k], wheels[k].vertical_stiffness, load[k]);
             }

@@ -321,10 +321,14 @@ fn friction_rows(
 fn quasi_static(data: &Data, signals: &Signals, bike: &Bike) -> Vec<usize> {
     let x = &data.corner;
     let weight = bike.mass * crate::GRAVITY;
+    // forces and moments do without the lateral velocity; where it is there it must be whole
+    let drifts = x.velocity_y.iter().any(|v| v.is_finite());
     (0..x.len())
         .filter(|&i| {
             let finite = [0, 1].iter().all(|&k| {
-                signals.slip_angle[k][i].is_finite() && signals.force_y[k][i].is_finite()
+                (!drifts || signals.slip_angle[k][i].is_finite())
+                    && signals.force_y[k][i].is_finite()
+                    && signals.overturning[i].is_finite()
             });
             finite
                 && x.roll_rate[i].abs() < data.max_roll_rate

@@ -54,7 +54,7 @@ const ARM: Axis = axis("overturning arm Mx/(m g)", "mm", 1000.0);
 const MU_X_CAPTION: &str = "Magic Formula (eq. 28) through the straight-line runs.";
 const ALPHA_CAPTION: &str = "Slip angle c1 γ + c3 γ³ (eq. 37) in steady corners.";
 const MU_Y_CAPTION: &str = "Lateral friction ct tan γ (eq. 38) in steady corners.";
-const K_CAPTION: &str = "Cornering and camber stiffness from the two fitted functions (eq. 39).";
+const K_CAPTION: &str = "Cornering and camber stiffness (eq. 39, multiplied through).";
 
 /// Every plot the report knows, in its order.
 #[rustfmt::skip]

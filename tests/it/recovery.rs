@@ -108,6 +108,32 @@ fn without_noise_every_coefficient_is_within_one_per_cent() {
 }
 
 #[test]
+fn without_a_lateral_velocity_friction_and_overturning_are_still_there() {
+    let scenario = Scenario::builtin("perfect").expect("scenario");
+    let machine = scenario.machine(0);
+    let simulated = session(&scenario, &machine, 0);
+    let mut log = simulated.session.clone();
+    log.remove(roadbench::channel::Channel::VelocityY);
+    filter::run(&mut log, &filter::Config::default());
+    let segments = segment::run(&log, &machine.bike, &segment::Config::default());
+    let zeros = zeros::run(&log, &machine.bike).0;
+    let data = Data::gather(&log, &segments, &machine.bike, zeros, &Config::default());
+    let solution = solve(&data, &machine.bike, Formulation::Corrected, &fit::Config::default());
+    let truth = truth::coefficients(&machine.plant, &simulated);
+    let true_of = |tyre: &str, name: &str| {
+        truth.iter().find(|t| t.0 == tyre && t.1 == name).map_or(f64::NAN, |t| t.2)
+    };
+    for (at, share) in
+        [(place::CT, 0.02), (fit::chain::TYRE + place::CT, 0.02), (place::CROWN, 0.1)]
+    {
+        let (tyre, coefficient, ..) = name(at);
+        let error = solution.values[at] / true_of(tyre, coefficient) - 1.0;
+        assert!(error.abs() < share, "{tyre} {coefficient}: {error}");
+    }
+    assert!(solution.values[place::C1].is_nan() && solution.values[place::K_ALPHA].is_nan());
+}
+
+#[test]
 fn the_corrected_form_beats_the_printed_one() {
     let corrected = perfect(Formulation::Corrected);
     let printed = perfect(Formulation::Paper);
