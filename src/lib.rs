@@ -57,6 +57,8 @@ pub mod filter;
 pub mod fit;
 pub mod ingest;
 pub mod model;
+pub mod motorcycle;
+pub mod multibody;
 pub mod pipeline;
 pub mod report;
 pub mod rows;

@@ -231,3 +231,32 @@ pub struct TruthSegment {
     pub end: f64,
     pub direction: Option<String>,
 }
+
+/// A row of `truth_signals`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct TruthSignal {
+    pub session_id: String,
+    pub bike_id: String,
+    pub time: f64,
+    pub steer_torque: f64,
+    pub drive_torque: f64,
+    pub x: f64,
+    pub y: f64,
+    pub slip_ratio_front: f64,
+    pub slip_angle_front: f64,
+    pub camber_front: f64,
+    pub load_front: f64,
+    pub force_x_front: f64,
+    pub force_y_front: f64,
+    pub moment_x_front: f64,
+    pub moment_z_front: f64,
+    pub slip_ratio_rear: f64,
+    pub slip_angle_rear: f64,
+    pub camber_rear: f64,
+    pub load_rear: f64,
+    pub force_x_rear: f64,
+    pub force_y_rear: f64,
+    pub moment_x_rear: f64,
+    pub moment_z_rear: f64,
+}

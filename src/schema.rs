@@ -23,6 +23,7 @@ embed!(
     "session",
     "channel_map",
     "bike",
+    "motorcycle",
     "sessions",
     "manoeuvres",
     "coefficients",
@@ -33,6 +34,7 @@ embed!(
     "fleet",
     "truth",
     "truth_segments",
+    "truth_signals",
 );
 
 /// The text of a schema file, by name with or without its version (`session`, `session.v1`).

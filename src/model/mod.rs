@@ -1,8 +1,14 @@
 //! The tyre model of the paper, and the kinematics that steering and roll give a wheel.
 
+pub mod custom;
 pub mod kinematics;
+pub mod linear;
 pub mod magic_formula;
+pub mod mf_mc;
+pub mod published;
+pub mod tir;
 pub mod tyre;
+pub mod tyre_model;
 
 pub use magic_formula::MagicFormula;
 pub use tyre::{Stiffness, Tyre};

@@ -1,17 +1,29 @@
-//! A motorcycle whose tyres are known: it makes the archives that the estimates are tested on.
+//! Motorcycles whose tyres are known: they make the archives that the estimates are tested on.
 //!
 //! ```text
 //! scenario -> machine (bike file + truth) -> plan -> rider + motorcycle -> sensors -> session
+//! tour -> nonlinear motorcycle -> manoeuvres -> pilot + model -> imu, sensors -> session
 //! ```
+//!
+//! The first is the reduced-order motorcycle on the paper's tyre ([`motorcycle`]), for archives
+//! of thousands of sessions; the second is the multibody one ([`crate::motorcycle`]) on any tyre.
 //!
 //! Seeded and deterministic: a session depends on the scenario and its own number only.
 
+pub mod imu;
+pub mod manoeuvre;
 pub mod motorcycle;
+pub mod path;
+pub mod pilot;
 pub mod plan;
+pub mod preview;
+pub mod programme;
 pub mod random;
+pub mod ride;
 pub mod rider;
 pub mod scenario;
 pub mod sensors;
+pub mod tour;
 pub mod truth;
 
 use crate::channel::Channel;
@@ -20,7 +32,8 @@ use crate::segment::{Direction, Kind};
 use crate::session::{Meta, Session};
 use motorcycle::{Action, Plant, Response, State};
 use random::Random;
-use rider::{Controls, Rider};
+use programme::Controls;
+use rider::Rider;
 use scenario::{Machine, Scenario};
 
 /// One simulated session with everything known about it.
@@ -90,7 +103,7 @@ pub fn session(scenario: &Scenario, machine: &Machine, number: usize) -> Simulat
     }
     sensors::measure(&mut session, &scenario.sensors, scenario.seed);
     clamp_physical(&mut session);
-    let labels = record.labels(scenario.rate);
+    let labels = runs_of(&record.kinds, scenario.rate);
     Simulated { session, labels, trace: record.responses, states: record.states }
 }
 
@@ -172,19 +185,23 @@ impl Record {
         session.set(C::Pitch, pitch);
         session
     }
+}
 
-    fn labels(&self, rate: f64) -> Vec<(Kind, f64, f64, Option<Direction>)> {
-        let mut labels = Vec::new();
-        let mut start = 0;
-        for i in 1..=self.kinds.len() {
-            if i == self.kinds.len() || self.kinds[i] != self.kinds[start] {
-                let (kind, direction) = self.kinds[start];
-                labels.push((kind, start as f64 / rate, i as f64 / rate, direction));
-                start = i;
-            }
+/// What went on, and from when to when (s).
+fn runs_of(
+    kinds: &[(Kind, Option<Direction>)],
+    rate: f64,
+) -> Vec<(Kind, f64, f64, Option<Direction>)> {
+    let mut labels = Vec::new();
+    let mut start = 0;
+    for i in 1..=kinds.len() {
+        if i == kinds.len() || kinds[i] != kinds[start] {
+            let (kind, direction) = kinds[start];
+            labels.push((kind, start as f64 / rate, i as f64 / rate, direction));
+            start = i;
         }
-        labels
     }
+    labels
 }
 
 #[cfg(test)]

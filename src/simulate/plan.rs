@@ -4,6 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::path::LaneChange;
 use super::random::Random;
 use crate::segment::Direction;
 
@@ -61,6 +62,29 @@ pub enum Phase {
         turn: f64,
         /// Speed held, m/s; `None` coasts through in neutral.
         speed: Option<f64>,
+    },
+    /// Leans in steadily at constant speed, so that the radius shrinks, until the lean or the
+    /// grip is used up; then comes back. Nonlinear motorcycle.
+    Spiral {
+        /// Which way.
+        direction: Direction,
+        /// Lean rate, rad/s.
+        rate: f64,
+        /// Largest lean, rad.
+        lean: f64,
+        /// Slip angle of either wheel that counts as the limit, rad.
+        grip: f64,
+        /// Speed held, m/s.
+        speed: f64,
+    },
+    /// Follows a path with its own speed profile. Nonlinear motorcycle.
+    Follow {
+        /// The path.
+        shape: LaneChange,
+        /// Straight run before it, m.
+        ahead: f64,
+        /// Straight run after it, m.
+        beyond: f64,
     },
 }
 

@@ -6,6 +6,7 @@
 
 use super::motorcycle::{Action, Plant, Response, State};
 use super::plan::Phase;
+use super::programme::{Controls, Lean, Programme, Seen};
 use super::random::{Coloured, Random};
 use crate::GRAVITY;
 use crate::segment::{Direction, Kind};
@@ -41,51 +42,11 @@ impl Default for Disturbance {
     }
 }
 
-/// What the rider's hands and feet show to the loggers.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Controls {
-    /// Line pressures, Pa, front and rear.
-    pub pressure: [f64; 2],
-    /// 0 to 1.
-    pub throttle: f64,
-    /// 0 is neutral.
-    pub gear: f64,
-}
-
-/// A lean over time: up, held, down; smooth to the second derivative.
-#[derive(Debug, Clone, Copy, Default)]
-struct Lean {
-    angle: f64,
-    rate: f64,
-    acceleration: f64,
-}
-
-/// Quintic step from 0 to 1 over unit time, with its derivatives.
-fn quintic(x: f64) -> (f64, f64, f64) {
-    if x <= 0.0 {
-        (0.0, 0.0, 0.0)
-    } else if x >= 1.0 {
-        (1.0, 0.0, 0.0)
-    } else {
-        (
-            x * x * x * (10.0 - 15.0 * x + 6.0 * x * x),
-            30.0 * x * x * (1.0 - x) * (1.0 - x),
-            60.0 * x * (1.0 - x) * (1.0 - 2.0 * x),
-        )
-    }
-}
-
 /// The rider on one session.
 #[derive(Debug)]
 pub struct Rider<'a> {
     plant: &'a Plant,
-    phases: &'a [Phase],
-    next: usize,
-    since: f64,
-    heading: f64,
-    start_yaw: f64,
-    lean_out: Option<f64>,
-    demand: f64,
+    programme: Programme<'a>,
     pressure: [f64; 2],
     gain: [f64; 2],
     grade: f64,
@@ -114,13 +75,7 @@ impl<'a> Rider<'a> {
         let grade = d.grade * random.normal();
         Rider {
             plant,
-            phases,
-            next: 0,
-            since: 0.0,
-            heading: 0.0,
-            start_yaw: 0.0,
-            lean_out: None,
-            demand: 0.0,
+            programme: Programme::new(phases, dt),
             pressure: [0.0; 2],
             gain: plant.brake_gain,
             grade,
@@ -133,40 +88,16 @@ impl<'a> Rider<'a> {
 
     /// The phase under way; `None` at the end of the ride.
     pub fn phase(&self) -> Option<&Phase> {
-        self.phases.get(self.next)
+        self.programme.phase()
     }
 
     /// What the phase under way is called, and which way it goes.
     pub fn label(&self, lean: f64) -> (Kind, Option<Direction>) {
-        match self.phase() {
-            Some(Phase::Accelerate { .. } | Phase::Cruise { .. }) => (Kind::Driving, None),
-            Some(Phase::Coast { .. }) => (Kind::Coasting, None),
-            Some(Phase::Brake { ramp, .. }) => {
-                let kind = match (ramp[0] > 0.0, ramp[1] > 0.0) {
-                    (true, false) => Kind::FrontBraking,
-                    (false, true) => Kind::RearBraking,
-                    _ => Kind::CombinedBraking,
-                };
-                (kind, None)
-            }
-            // the first and last degrees of lean are nobody's corner
-            Some(Phase::Corner { direction, .. }) if lean.abs() > 0.07 => {
-                (Kind::Cornering, Some(*direction))
-            }
-            _ => (Kind::Other, None),
-        }
+        self.programme.label(lean)
     }
 
-    fn finish(&mut self, state: &State) {
-        if let Some(Phase::Corner { direction, turn, .. }) = self.phase().copied() {
-            let sign = if direction == Direction::Left { 1.0 } else { -1.0 };
-            self.heading = self.start_yaw + sign * turn;
-        }
-        self.next += 1;
-        self.since = 0.0;
-        self.start_yaw = state.yaw;
-        self.lean_out = None;
-        self.demand = 0.0;
+    /// Road and pads differ from run to run.
+    fn vary(&mut self) {
         self.grade = self.disturbance.grade * self.random.normal();
         for i in 0..2 {
             let scatter = 1.0 + self.disturbance.brake_gain * self.random.normal();
@@ -176,71 +107,22 @@ impl<'a> Rider<'a> {
 
     /// One decision: what is done for the next `dt` seconds. `response` is the instant's.
     pub fn act(&mut self, state: &State, response: &Response) -> (Action, Controls) {
-        let mut controls = Controls { gear: 1.0, ..Controls::default() };
-        let mut acceleration = None;
-        let mut lean = self.straight(state);
-        let mut target = [0.0_f64; 2];
-        let mut done = false;
-        let t = self.since;
-        match self.phase().copied() {
-            None => {}
-            Some(Phase::Stand { duration }) => {
-                controls.gear = 0.0;
-                target = [3e5; 2];
-                done = t >= duration;
-            }
-            Some(Phase::Accelerate { to, ramp, peak }) => {
-                self.demand = (self.demand + ramp * self.dt).min(peak);
-                // ease off near the wheelie
-                let limit = if response.load[0] < 150.0 { 0.7 } else { 1.0 };
-                acceleration = Some(self.demand * limit);
-                done = state.vx >= to;
-            }
-            Some(Phase::Cruise { speed, duration }) => {
-                acceleration = Some((1.2 * (speed - state.vx)).clamp(-1.8, 2.5));
-                done = t >= duration && (state.vx - speed).abs() < 0.6;
-            }
-            Some(Phase::Coast { duration, until }) => {
-                controls.gear = 0.0;
-                done = t >= duration || state.vx <= until;
-            }
-            Some(Phase::Brake { ramp, peak, until, slip }) => {
-                controls.gear = 0.0;
-                target = std::array::from_fn(|i| (ramp[i] * (t + self.dt)).min(peak[i]));
-                let slipping = (0..2).any(|i| response.slip_ratio[i] < slip);
-                let lifting = response.load[1] < 40.0;
-                done = state.vx <= until || slipping || lifting;
-            }
-            Some(Phase::Corner { direction, lean: angle, ramp, turn, speed }) => {
-                let sign = if direction == Direction::Left { -1.0 } else { 1.0 };
-                match speed {
-                    Some(speed) => {
-                        acceleration = Some((0.8 * (speed - state.vx)).clamp(-1.0, 1.5));
-                    }
-                    None => controls.gear = 0.0,
-                }
-                let turned = (state.yaw - self.start_yaw).abs();
-                // leaning out turns about as far as the same lean held for 45 % of the time
-                let reserve = state.yaw_rate.abs() * ramp * 0.45;
-                if self.lean_out.is_none() && t >= ramp && turned + reserve >= turn {
-                    self.lean_out = Some(t);
-                }
-                let (up, up_rate, up_acceleration) = quintic(t / ramp);
-                let out = self.lean_out.map_or(0.0, |from| (t - from) / ramp);
-                let (down, down_rate, down_acceleration) = quintic(out);
-                lean = Lean {
-                    angle: sign * angle * (up - down),
-                    rate: sign * angle * (up_rate - down_rate) / ramp,
-                    acceleration: sign * angle * (up_acceleration - down_acceleration)
-                        / (ramp * ramp),
-                };
-                done = out >= 1.0 || t > 40.0;
-            }
+        let wish = self.programme.decide(&Seen {
+            speed: state.vx,
+            yaw: state.yaw,
+            yaw_rate: state.yaw_rate,
+            roll: state.roll,
+            position: [0.0; 2],
+            load: response.load,
+            slip_ratio: response.slip_ratio,
+            slip_angle: state.alpha,
+        });
+        if wish.done {
+            self.vary();
         }
-        self.since += self.dt;
-        if done {
-            self.finish(state);
-        }
+        let mut controls = Controls { gear: wish.gear, ..Controls::default() };
+        let mut lean = wish.lean;
+        let (target, acceleration) = (wish.pressure, wish.acceleration);
         let mut action = Action::default();
         // pads bite within a tenth of a second and let go as fast
         for i in 0..2 {
@@ -272,12 +154,6 @@ impl<'a> Rider<'a> {
         action.moment_z = running * self.noise[2].next(&mut self.random);
         controls.pressure = self.pressure;
         (action, controls)
-    }
-
-    /// Keeps the heading with a degree or two of lean.
-    fn straight(&self, state: &State) -> Lean {
-        let error = state.yaw - self.heading;
-        Lean { angle: (0.25 * error).clamp(-0.035, 0.035), ..Lean::default() }
     }
 
     /// Handlebar angle that gives the wanted roll motion.

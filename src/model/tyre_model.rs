@@ -1,0 +1,60 @@
+//! What the simulator asks of a tyre, whatever its formulas.
+
+use super::tyre::{Input, Output};
+
+/// Unloaded shape and vertical spring of a tyre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Carcass {
+    /// Unloaded radius, m.
+    pub radius: f64,
+    /// Crown radius `rho`, m.
+    pub crown: f64,
+    /// Vertical stiffness, N/m.
+    pub stiffness: f64,
+    /// Vertical damping, N s/m.
+    pub damping: f64,
+    /// Effective rolling radius = `(R - rho) + rho cos(gamma) - share * deflection`; 1/3 usual.
+    pub deflection_share: f64,
+}
+
+/// Where a tyre's forces act and its moments are taken about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reference {
+    /// The lowest point of the toroidal carcass.
+    Carcass,
+    /// Where the wheel plane meets the road (thin disk).
+    WheelPlane,
+}
+
+/// Relaxation lengths, m: `d(slip')/dt = |v| / sigma (slip - slip')`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Relaxation {
+    /// Of the slip ratio.
+    pub longitudinal: f64,
+    /// Of the slip angle.
+    pub lateral: f64,
+    /// Of the camber, where the whole side force lags (Sharp 1971).
+    pub camber: Option<f64>,
+}
+
+/// A tyre of the simulator.
+pub trait TyreModel: std::fmt::Debug + Send + Sync {
+    /// Forces and moments, ISO 8855, contact axes; without rolling resistance.
+    fn forces(&self, input: &Input) -> Output;
+    /// Relaxation lengths at a load (N) and speed (m/s).
+    fn relaxation(&self, load: f64, speed: f64) -> Relaxation;
+    /// Moment about the axle that resists the rotation, N m, not negative.
+    fn rolling_resistance(&self, input: &Input, speed: f64) -> f64;
+    /// Shape and vertical spring.
+    fn carcass(&self) -> Carcass;
+    /// Where the forces act.
+    fn reference(&self) -> Reference;
+    /// A copy on the heap.
+    fn boxed_clone(&self) -> Box<dyn TyreModel>;
+}
+
+impl Clone for Box<dyn TyreModel> {
+    fn clone(&self) -> Self {
+        self.boxed_clone()
+    }
+}

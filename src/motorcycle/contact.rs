@@ -1,0 +1,138 @@
+//! Where and how a wheel touches the road.
+//!
+//! The carcass is a torus: crown radius `rho` round a circle of radius `R - rho`. Its lowest
+//! point carries the load, over a unilateral vertical spring and damper.
+//!
+//! ```text
+//! crown centre C = wheel centre + (R - rho) d,  d = unit vector in the wheel plane, downwards
+//! deflection     = rho - height of C            contact = C's foot on the road
+//! rolling radius = (R - rho) + rho cos(gamma) - share * deflection
+//! s = (R_e omega - v_x)/|v_x|     alpha = atan(v_y/|v_x|)     (velocity of the unspun contact)
+//! ```
+
+use nalgebra::Vector3;
+
+use super::model::link;
+use super::road::Road;
+use super::state::Wheel;
+use crate::model::tyre::Input;
+use crate::model::tyre_model::{Reference, TyreModel};
+use crate::multibody::tree::Link;
+
+/// Slips are formed with at least this speed, m/s: no division by a standstill.
+const SLIP_SPEED: f64 = 0.5;
+/// No lag is shorter than this, s: the tyre's lag vanishes with its load, the integrator's step
+/// does not.
+const SHORTEST_LAG: f64 = 1e-3;
+
+/// The wheel's geometry on a level road, before any force.
+#[derive(Debug, Clone, Copy)]
+pub struct Geometry {
+    /// Wheel plane's trace on the road, unit vector.
+    pub along: Vector3<f64>,
+    /// Horizontal, to the left of it.
+    pub across: Vector3<f64>,
+    /// In the wheel plane, downwards.
+    pub down: Vector3<f64>,
+    /// Cosine and sine of the camber.
+    pub camber: (f64, f64),
+}
+
+impl Geometry {
+    /// From the wheel's axle direction (to the left).
+    pub fn new(axle: &Vector3<f64>) -> Self {
+        let cos = (axle.x * axle.x + axle.y * axle.y).sqrt();
+        let along = Vector3::new(axle.y / cos, -axle.x / cos, 0.0);
+        let across = Vector3::new(-along.y, along.x, 0.0);
+        // -(z - (z.y) y), normalised
+        let down = Vector3::new(axle.z * axle.x, axle.z * axle.y, axle.z * axle.z - 1.0) / cos;
+        Geometry { along, across, down, camber: (cos, axle.z) }
+    }
+}
+
+/// Forces of the road on wheel `i` (0 front), put onto the links, and the rates of its lags.
+pub fn roll(
+    tyre: &dyn TyreModel,
+    links: &mut [Link],
+    i: usize,
+    spin: f64,
+    lag: &[f64; 3],
+    road: &Road,
+) -> (Wheel, [f64; 3]) {
+    let carrier = links[link::CARRIERS[i]];
+    let centre = links[link::WHEELS[i]].position;
+    let carcass = tyre.carcass();
+    let axle = carrier.rotation.column(1).into_owned();
+    let geometry = Geometry::new(&axle);
+    let (cos, sin) = geometry.camber;
+    let camber = sin.atan2(cos);
+    let crown = centre + geometry.down * (carcass.radius - carcass.crown);
+    let deflection = carcass.crown - crown.z;
+    let contact = Vector3::new(crown.x, crown.y, 0.0);
+    let sinking = -carrier.velocity_at(&crown).z;
+    let load = if deflection > 0.0 {
+        (carcass.stiffness * deflection + carcass.damping * sinking).max(0.0)
+    } else {
+        0.0
+    };
+    let pressed = deflection.max(0.0);
+    let rolling_radius =
+        carcass.radius - carcass.crown * (1.0 - cos) - carcass.deflection_share * pressed;
+
+    let v = carrier.velocity_at(&contact);
+    let (vx, vy) = (v.dot(&geometry.along), v.dot(&geometry.across));
+    let speed = vx.abs().max(SLIP_SPEED);
+    let kinematic = [(rolling_radius * spin - vx) / speed, vy.atan2(speed)];
+    let relaxation = tyre.relaxation(load, speed);
+    let rate = |length: f64| (speed / length.max(1e-6)).min(1.0 / SHORTEST_LAG);
+    let camber_felt = if relaxation.camber.is_some() { lag[2] } else { camber };
+    let rates = [
+        rate(relaxation.longitudinal) * (kinematic[0] - lag[0]),
+        rate(relaxation.lateral) * (kinematic[1] - lag[1]),
+        relaxation.camber.map_or(0.0, |length| rate(length) * (camber - lag[2])),
+    ];
+
+    let input = Input {
+        slip_ratio: lag[0],
+        slip_angle: lag[1],
+        camber: camber_felt,
+        load,
+        friction: road.friction_at(contact.x),
+    };
+    let out = tyre.forces(&input);
+    // from the wheel plane to the carcass's lowest point, to the left
+    let offset = (pressed - carcass.crown) * sin / cos;
+    let (at, moment_x, moment_z) = match tyre.reference() {
+        Reference::Carcass => {
+            let (mx, mz) = (out.moment_x + offset * load, out.moment_z - offset * out.force_x);
+            (contact, mx, mz)
+        }
+        Reference::WheelPlane => {
+            (contact - geometry.across * offset, out.moment_x, out.moment_z)
+        }
+    };
+    let force = geometry.along * out.force_x
+        + geometry.across * out.force_y
+        + Vector3::new(0.0, 0.0, load);
+    let moment = geometry.along * out.moment_x + Vector3::new(0.0, 0.0, out.moment_z);
+    // slow wheels are held back in proportion: no chatter at rest
+    let resist = tyre.rolling_resistance(&input, vx) * (spin / 0.5).clamp(-1.0, 1.0);
+    let wheel = &mut links[link::WHEELS[i]];
+    wheel.push(&force, &at);
+    wheel.twist(&(moment - geometry.across * resist));
+    let found = Wheel {
+        contact: [contact.x, contact.y],
+        heading: geometry.along.y.atan2(geometry.along.x),
+        camber,
+        deflection,
+        load,
+        rolling_radius,
+        velocity: [vx, vy],
+        kinematic,
+        slip: [lag[0], lag[1]],
+        force: [out.force_x, out.force_y],
+        moment_x,
+        moment_z,
+    };
+    (found, rates)
+}

@@ -1,0 +1,90 @@
+//! The road: a plane with grade and bank, and patches of other friction.
+//!
+//! Grade and bank tilt gravity against the road's plane, which is exact for a plane and leaves
+//! out the curvature where the grade changes.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// A stretch of other friction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Patch {
+    /// Along x, from, m.
+    pub from: f64,
+    /// Along x, to, m.
+    pub to: f64,
+    /// Friction there.
+    pub friction: f64,
+}
+
+/// Grade from a point on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Slope {
+    /// Along x, from, m.
+    pub from: f64,
+    /// Rise over run in the direction of x.
+    pub grade: f64,
+}
+
+/// The road under the wheels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Road {
+    /// Friction relative to that of the tyre set's own road.
+    pub friction: f64,
+    /// Rise over run towards x, up to the first slope.
+    pub grade: f64,
+    /// Rise over run towards y.
+    pub bank: f64,
+    /// Changes of grade, in the order of `from`.
+    pub slopes: Vec<Slope>,
+    /// Patches; the last one that holds counts.
+    pub patches: Vec<Patch>,
+}
+
+impl Default for Road {
+    fn default() -> Self {
+        Road { friction: 1.0, grade: 0.0, bank: 0.0, slopes: Vec::new(), patches: Vec::new() }
+    }
+}
+
+impl Road {
+    /// Friction at a point.
+    pub fn friction_at(&self, x: f64) -> f64 {
+        let patch = self.patches.iter().rev().find(|p| (p.from..p.to).contains(&x));
+        patch.map_or(self.friction, |p| p.friction)
+    }
+
+    /// Gravity in road axes at a point.
+    pub fn gravity_at(&self, x: f64, g: f64) -> Vector3<f64> {
+        let slope = self.slopes.iter().rev().find(|s| x >= s.from);
+        let grade = slope.map_or(self.grade, |s| s.grade);
+        // up, seen from a plane whose z rises by grade and bank
+        let up = Vector3::new(grade, self.bank, 1.0);
+        up * (-g / up.norm())
+    }
+
+    /// What is wrong with it, if anything.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self) -> Result<(), String> {
+        let positive = |what: &str, x: f64| {
+            let ok = (0.01..=3.0).contains(&x);
+            if ok { Ok(()) } else { Err(format!("[road]: {what} = {x} is not between 0.01 and 3")) }
+        };
+        positive("friction", self.friction)?;
+        for p in &self.patches {
+            positive("friction of a patch", p.friction)?;
+        }
+        let steep = self.slopes.iter().map(|s| s.grade).chain([self.grade, self.bank]);
+        for grade in steep {
+            if grade.is_nan() || grade.abs() > 0.5 {
+                return Err(format!("[road]: a grade or bank of {grade} is beyond 0.5"));
+            }
+        }
+        Ok(())
+    }
+}

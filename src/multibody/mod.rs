@@ -1,0 +1,11 @@
+//! Dynamics of a tree of rigid bodies on a floating base.
+//!
+//! Forward dynamics by the articulated-body algorithm (Featherstone 2008, *Rigid Body Dynamics
+//! Algorithms*, chapters 7 and 9), with joints that may be free, or follow a given acceleration
+//! (locked joints, a rider's lean). No allocation after the tree is built.
+
+pub mod spatial;
+pub mod tree;
+
+pub use spatial::{Articulated, Force, Motion, Rigid};
+pub use tree::{Body, Joint, Tree, Work};

@@ -1,0 +1,216 @@
+//! Spatial vectors and inertias in Plücker coordinates, as blocks of 3.
+//!
+//! A motion vector is (angular, linear velocity of the body-fixed point at the origin), a force
+//! vector (moment about the origin, force). Notation of Featherstone 2008, chapter 2.
+
+use nalgebra::{Cholesky, Matrix3, Matrix6, Vector3, Vector6};
+
+/// Cross-product matrix: `skew(a) b = a x b`.
+pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
+}
+
+/// Spatial motion: velocity or acceleration.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Angular part.
+    pub angular: Vector3<f64>,
+    /// Linear part, of the point at the origin.
+    pub linear: Vector3<f64>,
+}
+
+/// Spatial force.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Force {
+    /// Moment about the origin.
+    pub moment: Vector3<f64>,
+    /// Force.
+    pub force: Vector3<f64>,
+}
+
+impl Motion {
+    /// From both parts.
+    pub fn new(angular: Vector3<f64>, linear: Vector3<f64>) -> Self {
+        Motion { angular, linear }
+    }
+
+    /// Velocity of the body-fixed point at `r`.
+    pub fn at(&self, r: &Vector3<f64>) -> Vector3<f64> {
+        self.linear + self.angular.cross(r)
+    }
+
+    /// `self x other` for motions.
+    pub fn cross(&self, other: &Motion) -> Motion {
+        Motion {
+            angular: self.angular.cross(&other.angular),
+            linear: self.angular.cross(&other.linear) + self.linear.cross(&other.angular),
+        }
+    }
+
+    /// `self x* force`.
+    pub fn cross_force(&self, f: &Force) -> Force {
+        Force {
+            moment: self.angular.cross(&f.moment) + self.linear.cross(&f.force),
+            force: self.angular.cross(&f.force),
+        }
+    }
+
+    /// Power of a force.
+    pub fn dot(&self, f: &Force) -> f64 {
+        self.angular.dot(&f.moment) + self.linear.dot(&f.force)
+    }
+}
+
+impl std::ops::Add for Motion {
+    type Output = Motion;
+    fn add(self, o: Motion) -> Motion {
+        Motion { angular: self.angular + o.angular, linear: self.linear + o.linear }
+    }
+}
+
+impl std::ops::Mul<f64> for Motion {
+    type Output = Motion;
+    fn mul(self, k: f64) -> Motion {
+        Motion { angular: self.angular * k, linear: self.linear * k }
+    }
+}
+
+impl Force {
+    /// A force that acts at the point `r`.
+    pub fn at(force: Vector3<f64>, r: &Vector3<f64>) -> Self {
+        Force { moment: r.cross(&force), force }
+    }
+
+    /// A pure moment.
+    pub fn moment(moment: Vector3<f64>) -> Self {
+        Force { moment, force: Vector3::zeros() }
+    }
+}
+
+impl std::ops::Add for Force {
+    type Output = Force;
+    fn add(self, o: Force) -> Force {
+        Force { moment: self.moment + o.moment, force: self.force + o.force }
+    }
+}
+
+impl std::ops::AddAssign for Force {
+    fn add_assign(&mut self, o: Force) {
+        self.moment += o.moment;
+        self.force += o.force;
+    }
+}
+
+impl std::ops::Sub for Force {
+    type Output = Force;
+    fn sub(self, o: Force) -> Force {
+        Force { moment: self.moment - o.moment, force: self.force - o.force }
+    }
+}
+
+impl std::ops::Mul<f64> for Force {
+    type Output = Force;
+    fn mul(self, k: f64) -> Force {
+        Force { moment: self.moment * k, force: self.force * k }
+    }
+}
+
+/// Inertia of one rigid body about its frame's origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rigid {
+    /// kg.
+    pub mass: f64,
+    /// Mass centre, m.
+    pub centre: Vector3<f64>,
+    /// About the origin, kg m².
+    pub about_origin: Matrix3<f64>,
+}
+
+impl Rigid {
+    /// From the inertia about the mass centre.
+    pub fn new(mass: f64, centre: Vector3<f64>, about_centre: Matrix3<f64>) -> Self {
+        let c = skew(&centre);
+        Rigid { mass, centre, about_origin: about_centre - c * c * mass }
+    }
+
+    /// Momentum of a motion.
+    pub fn momentum(&self, v: &Motion) -> Force {
+        Force {
+            moment: self.about_origin * v.angular + self.centre.cross(&v.linear) * self.mass,
+            force: v.at(&self.centre) * self.mass,
+        }
+    }
+
+    /// Kinetic energy of a motion, J.
+    pub fn kinetic(&self, v: &Motion) -> f64 {
+        0.5 * v.dot(&self.momentum(v))
+    }
+}
+
+/// Articulated inertia: moment `= i w + h v`, force `= h' w + m v`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Articulated {
+    /// Angular block, symmetric.
+    pub i: Matrix3<f64>,
+    /// Coupling block.
+    pub h: Matrix3<f64>,
+    /// Linear block, symmetric.
+    pub m: Matrix3<f64>,
+}
+
+impl From<&Rigid> for Articulated {
+    fn from(r: &Rigid) -> Self {
+        Articulated {
+            i: r.about_origin,
+            h: skew(&r.centre) * r.mass,
+            m: Matrix3::from_diagonal_element(r.mass),
+        }
+    }
+}
+
+impl Articulated {
+    /// Force that gives an acceleration.
+    pub fn apply(&self, a: &Motion) -> Force {
+        Force {
+            moment: self.i * a.angular + self.h * a.linear,
+            force: self.h.tr_mul(&a.angular) + self.m * a.linear,
+        }
+    }
+
+    /// `self - u u' / d`: what is left when a joint gives way.
+    pub fn less(&self, u: &Force, d: f64) -> Self {
+        let k = 1.0 / d;
+        Articulated {
+            i: self.i - u.moment * u.moment.transpose() * k,
+            h: self.h - u.moment * u.force.transpose() * k,
+            m: self.m - u.force * u.force.transpose() * k,
+        }
+    }
+
+    /// Adds a child's inertia: the child's axes are `rotation` (child to parent), its origin is
+    /// at `r` in the parent.
+    pub fn add_child(&mut self, child: &Articulated, rotation: &Matrix3<f64>, r: &Vector3<f64>) {
+        let turn = |x: &Matrix3<f64>| rotation * x * rotation.transpose();
+        let (i, h, m) = (turn(&child.i), turn(&child.h), turn(&child.m));
+        let rx = skew(r);
+        let rm = rx * m;
+        let hr = h * rx;
+        self.i += i - hr - hr.transpose() - rm * rx;
+        self.h += h + rm;
+        self.m += m;
+    }
+
+    /// Acceleration under a force; `None` when the inertia is singular.
+    pub fn solve(&self, f: &Force) -> Option<Motion> {
+        let mut a = Matrix6::zeros();
+        a.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.i);
+        a.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.h);
+        a.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.h.transpose());
+        a.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.m);
+        let b = Vector6::new(
+            f.moment.x, f.moment.y, f.moment.z, f.force.x, f.force.y, f.force.z,
+        );
+        let x = Cholesky::new(a)?.solve(&b);
+        Some(Motion::new(Vector3::new(x[0], x[1], x[2]), Vector3::new(x[3], x[4], x[5])))
+    }
+}

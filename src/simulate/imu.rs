@@ -1,0 +1,233 @@
+//! The inertial and satellite unit: what it makes of the frame's motion.
+//!
+//! The unit feels specific force and angular rate at its own place and in its own, slightly
+//! turned, axes; works out its attitude from them; and gives level accelerations, Euler angles
+//! and their rates, and the antenna's velocity, as units on motorcycles do.
+//!
+//! ```text
+//! f = a + w' x r + w x (w x r) - g          specific force at r
+//! attitude: R' = R exp(w dt), tilted towards the felt vertical with a time constant
+//! ```
+//!
+//! The vertical that is felt in a corner is not the vertical: a motorcycle leans into the
+//! resultant, so that an unaided filter loses its roll within a few time constants. An aided one
+//! takes off the centripetal acceleration that speed and yaw rate explain.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::random::{Coloured, Random};
+
+/// Motion of the main frame at one sample. World axes: x and y on the road, z up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Frame (x forward, y left, z up) to world.
+    pub rotation: Matrix3<f64>,
+    /// Angular velocity, frame axes, rad/s.
+    pub spin: Vector3<f64>,
+    /// Its rate, frame axes, rad/s².
+    pub spin_rate: Vector3<f64>,
+    /// Velocity of the reference point, world, m/s.
+    pub velocity: Vector3<f64>,
+    /// Its acceleration, world, gravity not contained, m/s².
+    pub acceleration: Vector3<f64>,
+    /// Gravity, world, m/s².
+    pub gravity: Vector3<f64>,
+}
+
+/// Errors of one triad.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Triad {
+    /// White noise per axis, standard deviation.
+    pub white: f64,
+    /// Constant error per axis, standard deviation.
+    pub bias: f64,
+    /// Relative error of the scale per axis, standard deviation.
+    pub scale: f64,
+}
+
+/// How the unit knows its attitude.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Attitude {
+    /// It just does.
+    #[default]
+    Perfect,
+    /// A complementary filter.
+    Filter {
+        /// With which it tilts towards the felt vertical, s.
+        time_constant: f64,
+        /// Whether speed and yaw rate explain the felt acceleration first.
+        speed_aided: bool,
+    },
+}
+
+/// Errors of the satellite velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Satellite {
+    /// White noise, m/s.
+    pub white: f64,
+    /// Slow error, m/s.
+    pub slow: f64,
+    /// Its correlation time, s.
+    pub slow_time: f64,
+}
+
+/// The unit. Its default is perfect and sits at the reference point.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Imu {
+    /// Position from the reference point, frame axes, m.
+    pub position: [f64; 3],
+    /// Roll, pitch and yaw of the unit on the frame, rad: what the mounting got wrong.
+    pub mounting: [f64; 3],
+    /// m/s².
+    pub accelerometer: Triad,
+    /// rad/s.
+    pub gyro: Triad,
+    /// Attitude.
+    pub attitude: Attitude,
+    /// Satellite antenna from the reference point, frame axes, m. Its lever arm stays in the
+    /// velocity: the bike file names it.
+    pub antenna: [f64; 3],
+    /// Satellite velocity.
+    pub satellite: Satellite,
+}
+
+/// What the unit gives: channels of the data contract.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[allow(missing_docs)] // named as the channels
+pub struct Measured {
+    pub velocity_x: Vec<f64>,
+    pub velocity_y: Vec<f64>,
+    pub acceleration_x: Vec<f64>,
+    pub acceleration_y: Vec<f64>,
+    pub roll: Vec<f64>,
+    pub pitch: Vec<f64>,
+    pub yaw: Vec<f64>,
+    pub roll_rate: Vec<f64>,
+    pub pitch_rate: Vec<f64>,
+    pub yaw_rate: Vec<f64>,
+}
+
+/// Errors of one triad in one session.
+struct Errors {
+    white: f64,
+    bias: Vector3<f64>,
+    scale: Vector3<f64>,
+}
+
+impl Errors {
+    fn draw(triad: &Triad, random: &mut Random) -> Self {
+        let mut three = |sd: f64| {
+            Vector3::new(sd * random.normal(), sd * random.normal(), sd * random.normal())
+        };
+        Errors { white: triad.white, bias: three(triad.bias), scale: three(triad.scale) }
+    }
+
+    fn apply(&self, x: &Vector3<f64>, random: &mut Random) -> Vector3<f64> {
+        let noise = Vector3::new(random.normal(), random.normal(), random.normal()) * self.white;
+        x + x.component_mul(&self.scale) + self.bias + noise
+    }
+}
+
+/// Heading of the trace that a frame's plane of symmetry leaves on the road.
+fn trace(rotation: &Matrix3<f64>) -> f64 {
+    // left axis x up
+    (-rotation[(0, 1)]).atan2(rotation[(1, 1)])
+}
+
+/// The unit's channels, one value per motion; `rate` in Hz.
+pub fn measure(imu: &Imu, motions: &[Motion], rate: f64, random: &mut Random) -> Measured {
+    let dt = 1.0 / rate;
+    let position = Vector3::from(imu.position);
+    let antenna = Vector3::from(imu.antenna);
+    let [roll, pitch, yaw] = imu.mounting;
+    let mounting = Rotation3::from_euler_angles(roll, pitch, yaw).into_inner();
+    let accelerometer = Errors::draw(&imu.accelerometer, random);
+    let gyro = Errors::draw(&imu.gyro, random);
+    let sat = &imu.satellite;
+    let mut slow = [
+        Coloured::new(sat.slow, sat.slow_time, dt, random),
+        Coloured::new(sat.slow, sat.slow_time, dt, random),
+    ];
+    let mut believed = motions.first().map_or(Matrix3::identity(), |m| m.rotation * mounting);
+    let mut last_speed: Option<f64> = None;
+    let mut out = Measured::default();
+    for m in motions {
+        // what is felt, in the unit's own axes
+        let lever = m.spin_rate.cross(&position) + m.spin.cross(&m.spin.cross(&position));
+        let felt = m.rotation.tr_mul(&(m.acceleration - m.gravity)) + lever;
+        let felt = accelerometer.apply(&mounting.tr_mul(&felt), random);
+        let spin = gyro.apply(&mounting.tr_mul(&m.spin), random);
+        // the antenna, in world axes
+        let velocity = m.velocity + m.rotation * m.spin.cross(&antenna);
+        let error = [0, 1].map(|i| slow[i].next(random) + sat.white * random.normal());
+
+        let attitude = match imu.attitude {
+            Attitude::Perfect => m.rotation * mounting,
+            Attitude::Filter { time_constant, speed_aided } => {
+                let heading = trace(&believed);
+                let speed = velocity.x * heading.cos() + velocity.y * heading.sin() + error[0];
+                let ahead = last_speed.map_or(0.0, |last| (speed - last) * rate);
+                last_speed = Some(speed);
+                let mut vertical = felt;
+                if speed_aided {
+                    let forward = Vector3::new(heading.cos(), heading.sin(), 0.0);
+                    let left = Vector3::new(-forward.y, forward.x, 0.0);
+                    let turning = (believed * spin).z;
+                    let explained = forward * ahead + left * (speed * turning);
+                    vertical -= believed.tr_mul(&explained);
+                }
+                let up = believed.tr_mul(&Vector3::z());
+                let turn = spin + vertical.normalize().cross(&up) / time_constant;
+                let now = believed;
+                let step = Rotation3::from_scaled_axis(turn * dt).into_inner();
+                believed = orthonormal(&(believed * step));
+                now
+            }
+        };
+        let heading = trace(&attitude);
+        let (sin, cos) = heading.sin_cos();
+        let level = attitude * felt;
+        out.acceleration_x.push(level.x * cos + level.y * sin);
+        out.acceleration_y.push(level.y * cos - level.x * sin);
+        // velocity along the true trace: the satellite course is not the filter's
+        let (true_sin, true_cos) = trace(&m.rotation).sin_cos();
+        let (vx, vy) = (
+            velocity.x * true_cos + velocity.y * true_sin,
+            velocity.y * true_cos - velocity.x * true_sin,
+        );
+        out.velocity_x.push(vx + error[0]);
+        out.velocity_y.push(vy + error[1]);
+        let roll = attitude[(2, 1)].atan2(attitude[(2, 2)]);
+        let pitch = (-attitude[(2, 0)]).clamp(-1.0, 1.0).asin();
+        let yaw = attitude[(1, 0)].atan2(attitude[(0, 0)]);
+        // the contract's yaw is continuous
+        let yaw = match out.yaw.last() {
+            Some(last) => {
+                let turns = ((yaw - last) / std::f64::consts::TAU).round();
+                yaw - turns * std::f64::consts::TAU
+            }
+            None => yaw,
+        };
+        let (sr, cr) = roll.sin_cos();
+        let down = spin.y * sr + spin.z * cr;
+        out.roll.push(roll);
+        out.pitch.push(pitch);
+        out.yaw.push(yaw);
+        out.roll_rate.push(spin.x + pitch.tan() * down);
+        out.pitch_rate.push(spin.y * cr - spin.z * sr);
+        out.yaw_rate.push(down / pitch.cos().max(1e-3));
+    }
+    out
+}
+
+/// The rotation nearest to a matrix that rounding has bent: Gram-Schmidt over its columns.
+fn orthonormal(m: &Matrix3<f64>) -> Matrix3<f64> {
+    let x = m.column(0).normalize();
+    let z = x.cross(&m.column(1)).normalize();
+    Matrix3::from_columns(&[x, z.cross(&x), z])
+}

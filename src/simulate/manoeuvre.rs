@@ -1,0 +1,255 @@
+//! Manoeuvres of a ride on the nonlinear motorcycle, as a scenario lists them.
+//!
+//! Adding one is one variant with its keys and one arm in [`Manoeuvre::phases`].
+
+use serde::{Deserialize, Serialize};
+
+use super::path::LaneChange;
+use super::plan::{Phase, Plan};
+use super::random::Random;
+use crate::segment::Direction;
+
+const FULL: f64 = 30e6;
+
+/// Which wheels are braked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Braked {
+    /// The front wheel.
+    Front,
+    /// The rear wheel.
+    Rear,
+    /// Both, the front with two thirds.
+    Both,
+}
+
+/// One entry of a scenario's `manoeuvres`. Speeds in m/s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Manoeuvre {
+    /// A whole plan of mixed riding, as the reduced-order motorcycle rides it.
+    Plan {
+        /// Which, and how much of it.
+        plan: Plan,
+    },
+    /// Straight on at constant speed.
+    Cruise {
+        /// m/s.
+        speed: f64,
+        /// s.
+        duration: f64,
+    },
+    /// In neutral from one speed to another.
+    Coast {
+        /// m/s.
+        from: f64,
+        /// m/s.
+        until: f64,
+    },
+    /// In neutral, pressure rising evenly up to the limit of grip.
+    Brake {
+        /// Which wheels.
+        wheels: Braked,
+        /// m/s.
+        from: f64,
+        /// Rise of the pressure, Pa/s.
+        rise: f64,
+        /// Released at this slip ratio (negative).
+        slip: f64,
+        /// Released at this speed, m/s.
+        until: f64,
+    },
+    /// On the throttle from one speed to another, opened progressively.
+    Accelerate {
+        /// m/s.
+        from: f64,
+        /// m/s.
+        to: f64,
+        /// Rise of the acceleration, m/s³.
+        rise: f64,
+        /// Largest acceleration, m/s².
+        peak: f64,
+    },
+    /// Leans in, holds, leans out.
+    Corner {
+        /// left or right.
+        direction: Direction,
+        /// Centre line, m.
+        radius: f64,
+        /// m/s.
+        speed: f64,
+        /// Heading change, rad.
+        turn: f64,
+    },
+    /// At constant speed with a lean that grows steadily up to the grip limit.
+    DecreasingRadius {
+        /// left or right.
+        direction: Direction,
+        /// m/s.
+        speed: f64,
+        /// Lean rate, rad/s.
+        rate: f64,
+        /// Largest lean, rad.
+        lean: f64,
+        /// Slip angle of either wheel that counts as the limit, rad.
+        grip: f64,
+    },
+    /// Two left corners on two short straights, over and over.
+    TwoCornerLap {
+        /// How often.
+        laps: usize,
+        /// Centre lines, m.
+        radii: [f64; 2],
+        /// Lateral accelerations, from and to over the laps, m/s².
+        lateral: [f64; 2],
+    },
+    /// Over to the next lane as fast as an ellipse of accelerations allows.
+    LaneChange {
+        /// The path and its limits.
+        path: LaneChange,
+        /// Straight run before it, m.
+        ahead: f64,
+        /// Straight run after it, m.
+        beyond: f64,
+    },
+    /// Brakes to a stop and stands.
+    Stop {
+        /// s.
+        duration: f64,
+    },
+}
+
+/// Lean of a steady turn, with what round tyres and spinning wheels add.
+fn lean(speed: f64, radius: f64) -> f64 {
+    (speed * speed / radius / crate::GRAVITY).atan() * 1.13
+}
+
+impl Manoeuvre {
+    /// What the rider does, one phase after the other.
+    pub fn phases(&self, random: &mut Random) -> Vec<Phase> {
+        let to = |speed: f64| Phase::Accelerate { to: speed, ramp: 2.0, peak: 4.0 };
+        match *self {
+            Manoeuvre::Plan { plan } => plan.phases(random),
+            Manoeuvre::Cruise { speed, duration } => vec![Phase::Cruise { speed, duration }],
+            Manoeuvre::Coast { from, until } => {
+                vec![to(from), Phase::Coast { duration: 120.0, until }]
+            }
+            Manoeuvre::Brake { wheels, from, rise, slip, until } => {
+                let ramp = match wheels {
+                    Braked::Front => [rise, 0.0],
+                    Braked::Rear => [0.0, rise],
+                    Braked::Both => [rise * 2.0 / 3.0, rise / 3.0],
+                };
+                vec![
+                    to(from),
+                    Phase::Coast { duration: 1.5, until },
+                    Phase::Brake { ramp, peak: [FULL; 2], until, slip },
+                ]
+            }
+            Manoeuvre::Accelerate { from, to, rise, peak } => vec![
+                Phase::Cruise { speed: from, duration: 2.0 },
+                Phase::Accelerate { to, ramp: rise, peak },
+            ],
+            Manoeuvre::Corner { direction, radius, speed, turn } => vec![
+                Phase::Cruise { speed, duration: 2.0 },
+                Phase::Corner {
+                    direction,
+                    lean: lean(speed, radius),
+                    ramp: 2.2,
+                    turn,
+                    speed: Some(speed),
+                },
+            ],
+            Manoeuvre::DecreasingRadius { direction, speed, rate, lean, grip } => vec![
+                Phase::Cruise { speed, duration: 2.0 },
+                Phase::Spiral { direction, rate, lean, grip, speed },
+            ],
+            Manoeuvre::TwoCornerLap { laps, radii, lateral } => {
+                let mut phases = Vec::new();
+                for lap in 0..laps {
+                    let share = lap as f64 / (laps.max(2) - 1) as f64;
+                    let lateral = lateral[0] + share * (lateral[1] - lateral[0]);
+                    for radius in radii {
+                        let speed = (lateral * radius).sqrt();
+                        phases.extend([
+                            Phase::Cruise { speed, duration: 2.0 },
+                            Phase::Corner {
+                                direction: Direction::Left,
+                                lean: lean(speed, radius),
+                                ramp: 2.2,
+                                turn: std::f64::consts::PI,
+                                speed: Some(speed),
+                            },
+                        ]);
+                    }
+                }
+                phases
+            }
+            Manoeuvre::LaneChange { path, ahead, beyond } => vec![
+                Phase::Cruise { speed: path.entry, duration: 1.0 },
+                Phase::Follow { shape: path, ahead, beyond },
+            ],
+            Manoeuvre::Stop { duration } => {
+                let slow = [0.6e6, 0.3e6];
+                vec![
+                    Phase::Brake { ramp: slow, peak: slow, until: 0.3, slip: -0.3 },
+                    Phase::Stand { duration },
+                ]
+            }
+        }
+    }
+
+    /// What is wrong with its numbers, if anything.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self) -> Result<(), String> {
+        let within = |name: &str, x: f64, low: f64, high: f64| {
+            let ok = (low..=high).contains(&x);
+            let fail = || format!("manoeuvre: `{name}` = {x} is not between {low} and {high}");
+            if ok { Ok(()) } else { Err(fail()) }
+        };
+        let speed = |name: &str, x: f64| within(name, x, 0.0, 90.0);
+        match *self {
+            Manoeuvre::Plan { .. } => Ok(()),
+            Manoeuvre::Cruise { speed: v, duration } => {
+                speed("speed", v).and(within("duration", duration, 0.0, 3600.0))
+            }
+            Manoeuvre::Coast { from, until } => speed("from", from).and(speed("until", until)),
+            Manoeuvre::Brake { from, rise, slip, until, .. } => speed("from", from)
+                .and(within("rise", rise, 1e4, 1e8))
+                .and(within("slip", slip, -1.0, 0.0))
+                .and(speed("until", until)),
+            Manoeuvre::Accelerate { from, to, rise, peak } => speed("from", from)
+                .and(speed("to", to))
+                .and(within("rise", rise, 0.01, 100.0))
+                .and(within("peak", peak, 0.01, 15.0)),
+            Manoeuvre::Corner { radius, speed: v, turn, .. } => within("radius", radius, 3.0, 1e4)
+                .and(within("speed", v, 3.0, 90.0))
+                .and(within("turn", turn, 0.05, 100.0)),
+            Manoeuvre::DecreasingRadius { speed: v, rate, lean, grip, .. } => {
+                within("speed", v, 4.0, 90.0)
+                    .and(within("rate", rate, 1e-3, 1.0))
+                    .and(within("lean", lean, 0.02, 1.0))
+                    .and(within("grip", grip, 0.005, 1.0))
+            }
+            Manoeuvre::TwoCornerLap { laps, radii, lateral } => {
+                within("laps", laps as f64, 1.0, 1000.0)
+                    .and(within("radii", radii[0].min(radii[1]), 5.0, 1e3))
+                    .and(within("lateral", lateral[0].min(lateral[1]), 0.5, 12.0))
+                    .and(within("lateral", lateral[0].max(lateral[1]), 0.5, 12.0))
+            }
+            Manoeuvre::LaneChange { path, ahead, beyond } => {
+                within("path.length", path.length, 5.0, 500.0)
+                    .and(within("path.entry", path.entry, 4.0, 90.0))
+                    .and(within("path.drive", path.drive, 0.1, 15.0))
+                    .and(within("path.brake", path.brake, 0.1, 15.0))
+                    .and(within("path.lateral", path.lateral, 0.1, 15.0))
+                    .and(within("path.front_share", path.front_share, 0.0, 1.0))
+                    .and(within("ahead", ahead, 0.0, 1e4))
+                    .and(within("beyond", beyond, 0.0, 1e4))
+            }
+            Manoeuvre::Stop { duration } => within("duration", duration, 0.0, 3600.0),
+        }
+    }
+}

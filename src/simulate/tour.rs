@@ -1,0 +1,253 @@
+//! A scenario for the nonlinear motorcycle: which machine, on what road, doing what, seen by
+//! which sensors.
+//!
+//! ```toml
+//! name = "lane_change"
+//! description = "..."
+//! motorcycle = "sports_touring"       # built in, or a motorcycle file
+//! manoeuvres = [{ kind = "lane_change", ... }]
+//! [road]
+//! friction = 0.75
+//! ```
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::imu::Imu;
+use super::manoeuvre::Manoeuvre;
+use super::sensors::Sensors;
+use crate::bike::Bike;
+use crate::channel::Channel;
+use crate::model::tir;
+use crate::motorcycle::{Model, Motorcycle, Road};
+use crate::schema::closest;
+
+/// Built-in rides by name.
+pub const BUILTIN: &[(&str, &str)] = &[
+    ("characterise", include_str!("../../pipelines/scenarios/characterise.toml")),
+    ("lane_change", include_str!("../../pipelines/scenarios/lane_change.toml")),
+    ("grip_limit", include_str!("../../pipelines/scenarios/grip_limit.toml")),
+];
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    description: String,
+    #[serde(default = "one")]
+    seed: u64,
+    #[serde(default = "hundred")]
+    rate: f64,
+    #[serde(default = "two_milliseconds")]
+    step: f64,
+    #[serde(default)]
+    float32: bool,
+    #[serde(default)]
+    drop: Vec<String>,
+    motorcycle: String,
+    front_tyre: Option<String>,
+    rear_tyre: Option<String>,
+    #[serde(default = "one_session")]
+    sessions: usize,
+    #[serde(default)]
+    start_speed: f64,
+    manoeuvres: Vec<Manoeuvre>,
+    #[serde(default)]
+    road: Road,
+    #[serde(default)]
+    wind: [f64; 2],
+    /// What the bike file believes, where it is not what the machine shows.
+    #[serde(default)]
+    belief: toml::Table,
+    #[serde(default)]
+    sensors: Sensors,
+    imu: Option<Imu>,
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn hundred() -> f64 {
+    100.0
+}
+
+fn two_milliseconds() -> f64 {
+    0.002
+}
+
+fn one_session() -> usize {
+    1
+}
+
+/// A checked scenario, ready to ride.
+#[derive(Debug, Clone)]
+pub struct Tour {
+    /// Its name.
+    pub name: String,
+    /// What it is for.
+    pub description: String,
+    /// Of all randomness.
+    pub seed: u64,
+    /// Of the log, Hz.
+    pub rate: f64,
+    /// Longest integration step, s.
+    pub step: f64,
+    /// Whether the log is written in single precision.
+    pub float32: bool,
+    /// Channels that the logger does not have.
+    pub drop: Vec<Channel>,
+    /// How many sessions are ridden.
+    pub sessions: usize,
+    /// Speed at the start, m/s; zero stands on its feet.
+    pub start_speed: f64,
+    /// What is ridden.
+    pub manoeuvres: Vec<Manoeuvre>,
+    /// Wind in road axes, m/s.
+    pub wind: [f64; 2],
+    /// Errors by channel.
+    pub sensors: Sensors,
+    /// The inertial unit; `None` is a perfect one.
+    pub imu: Option<Imu>,
+    /// The motorcycle on its road.
+    pub model: Model,
+    /// What the analyst's bike file says.
+    pub bike: Bike,
+}
+
+impl Tour {
+    /// A built-in ride by name, or a scenario file; `None` when it is a scenario of the
+    /// reduced-order motorcycle.
+    ///
+    /// # Errors
+    /// A sentence that names file and key.
+    pub fn load(name_or_path: &str) -> Result<Option<Self>, String> {
+        if let Some((name, text)) = BUILTIN.iter().find(|(n, _)| *n == name_or_path) {
+            return Self::parse(text, Path::new(name)).map(Some);
+        }
+        let path = Path::new(name_or_path);
+        let Ok(text) = std::fs::read_to_string(path) else { return Ok(None) };
+        let table: Result<toml::Table, _> = text.parse();
+        match table {
+            Ok(table) if table.contains_key("motorcycle") => Self::parse(&text, path).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// Checks a scenario's text; motorcycle and tyre files are looked for beside `path`.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
+        let fail = |message: String| format!("scenario {}: {message}", path.display());
+        let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        let within = |name: &str, x: f64, low: f64, high: f64| {
+            let ok = (low..=high).contains(&x);
+            let sentence = || fail(format!("`{name}` = {x} is not between {low} and {high}"));
+            if ok { Ok(()) } else { Err(sentence()) }
+        };
+        within("rate", file.rate, 10.0, 1000.0)?;
+        within("step", file.step, 1e-5, 0.004)?;
+        within("start_speed", file.start_speed, 0.0, 90.0)?;
+        within("sessions", file.sessions as f64, 1.0, 1e5)?;
+        if file.manoeuvres.is_empty() {
+            return Err(fail("`manoeuvres` is empty".into()));
+        }
+        for manoeuvre in &file.manoeuvres {
+            manoeuvre.check().map_err(fail)?;
+        }
+        file.road.check().map_err(fail)?;
+        let channel = |name: &String| {
+            Channel::from_name(name).ok_or_else(|| {
+                let near = closest(name, Channel::ALL.iter().map(|c| c.name()));
+                let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+                fail(format!("unknown channel `{name}`{hint}"))
+            })
+        };
+        let drop = file.drop.iter().map(channel).collect::<Result<_, _>>()?;
+        for name in file.sensors.keys() {
+            channel(name)?;
+        }
+        let beside = |name: &str| {
+            let near = path.parent().unwrap_or(Path::new("")).join(name);
+            if near.is_file() { near.to_string_lossy().into_owned() } else { name.to_owned() }
+        };
+        let mut motorcycle =
+            Motorcycle::load(&beside(&file.motorcycle)).map_err(|e| fail(e.to_string()))?;
+        let tyre = |name: &Option<String>| match name {
+            None => Ok(None),
+            Some(name) => tir::load(&beside(name)).map(Some).map_err(|e| fail(e.to_string())),
+        };
+        let (front, rear) = (tyre(&file.front_tyre)?, tyre(&file.rear_tyre)?);
+        let Some(own) = motorcycle.tyres.clone() else {
+            return Err(fail(format!("motorcycle `{}` has no tyres", motorcycle.id)));
+        };
+        let [own_front, own_rear] = own;
+        motorcycle =
+            motorcycle.with_tyres(front.unwrap_or(own_front), rear.unwrap_or(own_rear));
+        let bike = believed(&motorcycle, &file.belief).map_err(fail)?;
+        Ok(Tour {
+            name: file.name,
+            description: file.description,
+            seed: file.seed,
+            rate: file.rate,
+            step: file.step,
+            float32: file.float32,
+            drop,
+            sessions: file.sessions,
+            start_speed: file.start_speed,
+            manoeuvres: file.manoeuvres,
+            wind: file.wind,
+            sensors: file.sensors,
+            imu: file.imu,
+            bike,
+            model: Model::new(motorcycle, file.road),
+        })
+    }
+}
+
+/// The bike file of a motorcycle: what can be weighed and measured of it, and `[belief]`.
+fn believed(motorcycle: &Motorcycle, belief: &toml::Table) -> Result<Bike, String> {
+    let m = motorcycle;
+    let centre = m.centre();
+    let mut table = toml::Table::new();
+    let number = |x: f64| toml::Value::Float((x * 1e4).round() / 1e4);
+    table.insert("name".into(), toml::Value::String(m.name.clone()));
+    table.insert("mass".into(), number(m.mass()));
+    table.insert("wheelbase".into(), number(m.wheelbase()));
+    table.insert("cg_to_front".into(), number(m.centres[0].x - centre.x));
+    table.insert("cg_height".into(), number(centre.z));
+    table.insert("caster_angle".into(), number(m.caster_angle));
+    table.insert("yaw_inertia".into(), number(m.inertia()[(2, 2)]));
+    for (i, end) in ["front", "rear"].into_iter().enumerate() {
+        let mut wheel = toml::Table::new();
+        if let Some(tyres) = &m.tyres {
+            let carcass = tyres[i].carcass();
+            wheel.insert("radius".into(), number(carcass.radius));
+            wheel.insert("width".into(), number((2.0 * carcass.crown).max(0.03)));
+            wheel.insert("vertical_stiffness".into(), number(carcass.stiffness));
+        }
+        wheel.insert("wheel_inertia".into(), number(m.wheels[i].about_origin[(1, 1)]));
+        table.insert(end.into(), toml::Value::Table(wheel));
+    }
+    let mut brakes = toml::Table::new();
+    for (i, key) in ["gain_front", "gain_rear"].into_iter().enumerate() {
+        brakes.insert(key.into(), toml::Value::Float(m.brake_gain[i]));
+    }
+    table.insert("brakes".into(), toml::Value::Table(brakes));
+    merge(&mut table, belief);
+    Bike::parse(&table.to_string(), &m.id, Path::new("[belief]")).map_err(|e| e.to_string())
+}
+
+/// Lays one table over another.
+fn merge(below: &mut toml::Table, above: &toml::Table) {
+    for (key, value) in above {
+        match (below.get_mut(key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(over)) => merge(inner, over),
+            _ => {
+                below.insert(key.clone(), value.clone());
+            }
+        }
+    }
+}
