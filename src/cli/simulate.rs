@@ -8,14 +8,18 @@ use crate::cli::Failure;
 use crate::ingest::write_session;
 use crate::rows::TruthSegment;
 use crate::schema::Table;
+use crate::session::Meta;
+use crate::simulate::pilot::Skill;
 use crate::simulate::scenario::{BUILTIN, Scenario};
-use crate::simulate::{session, truth, truth_rows};
+use crate::simulate::tour::Tour;
+use crate::simulate::{Label, ride, session, truth, truth_rows, tyre_truth};
 use crate::table;
 
 /// Write a synthetic archive with known truth beside it
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A built-in scenario (archive, perfect, paper, naturalistic) or a scenario file.
+    /// A built-in scenario (archive, perfect, paper, naturalistic; characterise, lane_change,
+    /// grip_limit with the nonlinear motorcycle) or a scenario file.
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
     #[arg(long)]
@@ -33,14 +37,14 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::Usage)? {
+        return run_tour(&tour, &arguments);
+    }
     let mut scenario = Scenario::load(&arguments.scenario).map_err(Failure::Usage)?;
     if let Some(bikes) = arguments.bikes {
         scenario.fleet.bikes = bikes;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.jobs)
-        .build()
-        .map_err(|e| Failure::Usage(e.to_string()))?;
+    let pool = pool(arguments.jobs)?;
     let out = &arguments.out;
     let written = pool.install(|| {
         (0..scenario.fleet.bikes)
@@ -61,6 +65,91 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         out.display()
     );
     Ok(())
+}
+
+fn pool(jobs: usize) -> Result<rayon::ThreadPool, Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs)
+        .build()
+        .map_err(|e| Failure::Usage(e.to_string()))
+}
+
+/// Rides a tour of the nonlinear motorcycle: sessions, bike file, truth.
+fn run_tour(tour: &Tour, arguments: &Arguments) -> Result<(), Failure> {
+    let out = &arguments.out;
+    let output = |e: table::Error| Failure::Output(e.to_string());
+    let skill = Skill::learn(&tour.model, ride::period(tour.rate))
+        .map_err(|e| Failure::Usage(format!("scenario {}: {e}", tour.name)))?;
+    let file = out.join("bikes").join(format!("{}.toml", tour.bike.bike_id));
+    table::write_bytes(&file, tour.bike.to_toml().as_bytes()).map_err(output)?;
+    let coefficients = tyre_truth::coefficients(&tour.model);
+    let ridden = pool(arguments.jobs)?.install(|| {
+        (0..tour.sessions)
+            .into_par_iter()
+            .map(|number| {
+                let begin = std::time::Instant::now();
+                let ridden = ride::ride(tour, &skill, number);
+                let spent = begin.elapsed().as_secs_f64();
+                write_tour(tour, &ridden, &coefficients, out)?;
+                let meta = &ridden.session.meta;
+                Ok((meta.session_id.clone(), ridden.session.duration(), spent, ridden.fall))
+            })
+            .collect::<Result<Vec<_>, table::Error>>()
+    });
+    let ridden = ridden.map_err(output)?;
+    let (mut simulated, mut spent, mut falls) = (0.0, 0.0, Vec::new());
+    for (id, duration, seconds, fall) in &ridden {
+        simulated += duration;
+        spent += seconds;
+        if let Some(fall) = fall {
+            falls.push(format!("{id}: {fall}; its log ends there"));
+        }
+    }
+    println!(
+        "{}: {} sessions of {}, {simulated:.0} s simulated, {:.0} x real time per core, with their \
+         truth, in {}",
+        tour.name,
+        ridden.len(),
+        tour.model.motorcycle.name,
+        simulated / spent,
+        out.display()
+    );
+    if falls.is_empty() { Ok(()) } else { Err(Failure::Rejected(falls.join("\n"))) }
+}
+
+fn write_tour(
+    tour: &Tour,
+    ridden: &ride::Ridden,
+    coefficients: &[truth::True],
+    out: &Path,
+) -> Result<(), table::Error> {
+    let meta = &ridden.session.meta;
+    let date = meta.start_time.as_deref().and_then(|t| t.get(..10)).unwrap_or("2026-01-01");
+    let name = format!("{}.parquet", meta.session_id);
+    let part = format!("bike={}", meta.bike_id);
+    let log = out.join("sessions").join(&part).join(format!("date={date}")).join(&name);
+    write_session(&log, &ridden.session, tour.float32)?;
+    let at = |kind: &str| out.join("truth").join(kind).join(&part).join(&name);
+    let truth = truth_rows(meta, coefficients);
+    table::write(&at("coefficients"), &Table::embedded("truth"), &truth)?;
+    let segments = segment_rows(meta, &ridden.labels);
+    table::write(&at("segments"), &Table::embedded("truth_segments"), &segments)?;
+    let signals = ride::truth_signals(ridden);
+    table::write(&at("signals"), &Table::embedded("truth_signals"), &signals)
+}
+
+fn segment_rows(meta: &Meta, labels: &[Label]) -> Vec<TruthSegment> {
+    labels
+        .iter()
+        .map(|&(kind, start, end, direction)| TruthSegment {
+            session_id: meta.session_id.clone(),
+            bike_id: meta.bike_id.clone(),
+            kind: kind.name().to_owned(),
+            start,
+            end,
+            direction: direction.map(|d| d.name().to_owned()),
+        })
+        .collect()
 }
 
 /// One bike: its file, its sessions, its truth. Returns the number of sessions.
@@ -86,18 +175,7 @@ fn write_bike(scenario: &Scenario, bike: usize, out: &Path) -> Result<usize, tab
             &truth_table,
             &truth,
         )?;
-        let segments: Vec<TruthSegment> = simulated
-            .labels
-            .iter()
-            .map(|&(kind, start, end, direction)| TruthSegment {
-                session_id: meta.session_id.clone(),
-                bike_id: id.clone(),
-                kind: kind.name().to_owned(),
-                start,
-                end,
-                direction: direction.map(|d| d.name().to_owned()),
-            })
-            .collect();
+        let segments = segment_rows(meta, &simulated.labels);
         table::write(
             &out.join("truth/segments").join(&part).join(&name),
             &segment_table,

@@ -25,6 +25,7 @@ pub mod scenario;
 pub mod sensors;
 pub mod tour;
 pub mod truth;
+pub mod tyre_truth;
 
 use crate::channel::Channel;
 use crate::rows;
@@ -36,13 +37,16 @@ use programme::Controls;
 use rider::Rider;
 use scenario::{Machine, Scenario};
 
+/// What the rider was doing: kind, start and end (s), direction.
+pub type Label = (Kind, f64, f64, Option<Direction>);
+
 /// One simulated session with everything known about it.
 #[derive(Debug, Clone)]
 pub struct Simulated {
     /// What the logger recorded.
     pub session: Session,
     /// What the rider was doing: kind, start and end (s), direction.
-    pub labels: Vec<(Kind, f64, f64, Option<Direction>)>,
+    pub labels: Vec<Label>,
     /// The true signals behind the recording, sample by sample.
     pub trace: Vec<Response>,
     /// The true states, sample by sample.
@@ -188,10 +192,7 @@ impl Record {
 }
 
 /// What went on, and from when to when (s).
-fn runs_of(
-    kinds: &[(Kind, Option<Direction>)],
-    rate: f64,
-) -> Vec<(Kind, f64, f64, Option<Direction>)> {
+fn runs_of(kinds: &[(Kind, Option<Direction>)], rate: f64) -> Vec<Label> {
     let mut labels = Vec::new();
     let mut start = 0;
     for i in 1..=kinds.len() {

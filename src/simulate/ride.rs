@@ -7,12 +7,12 @@ use super::pilot::{Pilot, Skill};
 use super::programme::{Controls, Programme};
 use super::random::Random;
 use super::sensors;
+use super::Label;
 use super::tour::Tour;
 use crate::channel::Channel;
 use crate::motorcycle::run::{Fall, Run};
 use crate::motorcycle::{Action, Wheel, joint};
 use crate::rows::TruthSignal;
-use crate::segment::{Direction, Kind};
 use crate::session::{Meta, Session};
 
 /// Longest ride that is simulated, s.
@@ -45,7 +45,7 @@ pub struct Ridden {
     /// What the logger recorded.
     pub session: Session,
     /// What the rider was doing: kind, start and end (s), direction.
-    pub labels: Vec<(Kind, f64, f64, Option<Direction>)>,
+    pub labels: Vec<Label>,
     /// The truth, sample by sample.
     pub samples: Vec<Sample>,
     /// How it ended before its time, if it did; the log ends there.
@@ -54,13 +54,18 @@ pub struct Ridden {
     pub steps: usize,
 }
 
+/// Span between the rider's decisions for a log of this rate, s.
+pub fn period(rate: f64) -> f64 {
+    1.0 / (rate * (DECISIONS / rate).ceil().max(1.0))
+}
+
 /// Rides the `number`-th session of a tour.
 pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
     let id = format!("{}_{}_s{:04}", tour.name, tour.bike.bike_id, number + 1);
     let mut random = Random::new(tour.seed, &format!("{id} plan"));
     let phases: Vec<_> = tour.manoeuvres.iter().flat_map(|m| m.phases(&mut random)).collect();
     let decisions = (DECISIONS / tour.rate).ceil().max(1.0) as usize;
-    let period = 1.0 / (tour.rate * decisions as f64);
+    let period = period(tour.rate);
     let substeps = (period / tour.step).ceil().max(1.0) as usize;
     let step = period / substeps as f64;
 

@@ -1,0 +1,99 @@
+//! What a characterisation of the nonlinear motorcycle's tyres would find if it were perfect.
+//!
+//! The tyres are not the paper's: its coefficients are read off them, upright and at the static
+//! load, as a bench would. `c1`, `c3` and `ct` belong to a ride and are not given.
+
+use super::truth::True;
+use crate::bike::Axle;
+use crate::fit::search;
+use crate::model::tyre::Input;
+use crate::model::tyre_model::TyreModel;
+use crate::motorcycle::Model;
+
+/// The paper's coefficients of one tyre at a load, by central differences about rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bench {
+    /// 1/rad.
+    pub cornering_stiffness: f64,
+    /// 1/rad.
+    pub camber_stiffness: f64,
+    /// m/rad.
+    pub twisting_stiffness: f64,
+    /// m.
+    pub overturning_stiffness: f64,
+    /// m.
+    pub trail: f64,
+    /// Braking friction at its peak.
+    pub peak_friction: f64,
+    /// Normalised slip (`sigma_x`) of that peak.
+    pub peak_slip: f64,
+    /// m.
+    pub rolling_radius: f64,
+    /// m.
+    pub relaxation_length: f64,
+    /// 1.
+    pub rolling_resistance: f64,
+}
+
+/// Measures a tyre on the bench at a load (N).
+pub fn bench(tyre: &dyn TyreModel, load: f64) -> Bench {
+    let at = |slip_ratio: f64, slip_angle: f64, camber: f64| {
+        tyre.forces(&Input { slip_ratio, slip_angle, camber, load, friction: 1.0 })
+    };
+    let h = 1e-4;
+    let by_slip = (at(0.0, h, 0.0).force_y - at(0.0, -h, 0.0).force_y) / (2.0 * h);
+    let by_camber = (at(0.0, 0.0, h).force_y - at(0.0, 0.0, -h).force_y) / (2.0 * h);
+    let twist = (at(0.0, 0.0, h).moment_z - at(0.0, 0.0, -h).moment_z) / (2.0 * h);
+    let aligning = (at(0.0, h, 0.0).moment_z - at(0.0, -h, 0.0).moment_z) / (2.0 * h);
+    let braking = |s: f64| at(-s, 0.0, 0.0).force_x / load;
+    let slip = search::minimum(braking, 0.005, 0.8, 1e-9).map_or(f64::NAN, |(slip, _)| slip);
+    let carcass = tyre.carcass();
+    let deflection = load / carcass.stiffness;
+    let input =
+        Input { slip_ratio: 0.0, slip_angle: 0.0, camber: 0.0, load, friction: 1.0 };
+    let rolling_radius = carcass.radius - carcass.deflection_share * deflection;
+    Bench {
+        cornering_stiffness: -by_slip / load,
+        camber_stiffness: -by_camber / load,
+        twisting_stiffness: -twist / load,
+        overturning_stiffness: (carcass.crown - deflection).max(0.0),
+        trail: aligning / -by_slip,
+        peak_friction: -braking(slip),
+        peak_slip: slip / (1.0 - slip),
+        rolling_radius,
+        relaxation_length: tyre.relaxation(load, 15.0).lateral,
+        rolling_resistance: tyre.rolling_resistance(&input, 15.0) / (load * rolling_radius),
+    }
+}
+
+/// The truth of a motorcycle.
+pub fn coefficients(model: &Model) -> Vec<True> {
+    let m = &model.motorcycle;
+    let loads = m.static_loads();
+    let mut rows = Vec::new();
+    let Some(tyres) = &m.tyres else { return rows };
+    let both = [bench(tyres[0].as_ref(), loads[0]), bench(tyres[1].as_ref(), loads[1])];
+    for (axle, b) in Axle::BOTH.into_iter().zip(&both) {
+        let name = axle.name();
+        rows.extend([
+            (name, "effective_rolling_radius", b.rolling_radius, "m"),
+            (name, "peak_slip", b.peak_slip, "1"),
+            (name, "mf_d", b.peak_friction, "1"),
+            (name, "cornering_stiffness_0", b.cornering_stiffness, "1/rad"),
+            (name, "camber_stiffness_0", b.camber_stiffness, "1/rad"),
+            (name, "side_force_ratio", b.camber_stiffness / b.cornering_stiffness, "1"),
+            (name, "twisting_stiffness", b.twisting_stiffness, "m/rad"),
+            (name, "overturning_stiffness", b.overturning_stiffness, "m"),
+            (name, "relaxation_length", b.relaxation_length, "m"),
+            (name, "pneumatic_trail_0", b.trail, "m"),
+        ]);
+    }
+    let weight = loads[0] + loads[1];
+    let mean = |f: fn(&Bench) -> f64| (f(&both[0]) * loads[0] + f(&both[1]) * loads[1]) / weight;
+    rows.extend([
+        ("vehicle", "drag", 0.5 * m.air_density * m.aerodynamics[0], "kg/m"),
+        ("vehicle", "rolling_resistance", mean(|b| b.rolling_resistance), "1"),
+        ("vehicle", "overturning_stiffness", mean(|b| b.overturning_stiffness), "m"),
+    ]);
+    rows
+}
