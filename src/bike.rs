@@ -189,6 +189,12 @@ impl Bike {
             .unwrap_or_else(|| self.mass * (0.235 * self.wheelbase).powi(2))
     }
 
+    /// How far the front contact leaves the frame's plane per sine of the handlebar angle, m: the
+    /// trail square to the steering axis; zero where the trail is not known.
+    pub fn normal_trail(&self) -> f64 {
+        self.keys.get("trail").map_or(0.0, |trail| trail * self.caster_angle.cos())
+    }
+
     /// Distance of the mass centre from the rear contact `l_r`, m.
     pub fn cg_to_rear(&self) -> f64 {
         self.wheelbase - self.cg_to_front

@@ -304,10 +304,15 @@ impl Given {
             let front = (force * (lr + share[1]) - moment) / determinant;
             let rear = force - cos_d * front;
 
+            // the steered front wheel stands beside the frame's plane by its trail, to the right in
+            // a left corner: its load rights the bike less than the crown does
+            let aside = b.normal_trail() * x.steer[i].sin() * load[0] / cos_phi;
+            let steered = if aside.is_finite() { aside } else { 0.0 };
             let Mx = match self.formulation {
                 Formulation::Corrected => {
                     -m * h * (GRAVITY * (1.0 + lift) * sin_phi + lateral * cos_phi)
                         - spin * turn * cos_phi // (34a)
+                        + steered
                 }
                 Formulation::Paper => {
                     let lenticular = -(turn * v / GRAVITY).atan(); // (34b)

@@ -219,6 +219,7 @@ fn believed(motorcycle: &Motorcycle, belief: &toml::Table) -> Result<Bike, Strin
     table.insert("cg_to_front".into(), number(m.centres[0].x - centre.x));
     table.insert("cg_height".into(), number(centre.z));
     table.insert("caster_angle".into(), number(m.caster_angle));
+    table.insert("trail".into(), number(m.trail()));
     table.insert("yaw_inertia".into(), number(m.inertia()[(2, 2)]));
     for (i, end) in ["front", "rear"].into_iter().enumerate() {
         let mut wheel = toml::Table::new();

@@ -35,10 +35,10 @@ pub struct Bench {
     pub rolling_resistance: f64,
 }
 
-/// Measures a tyre on the bench at a load (N).
-pub fn bench(tyre: &dyn TyreModel, load: f64) -> Bench {
+/// Measures a tyre on the bench at a load (N) and a road friction.
+pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
     let at = |slip_ratio: f64, slip_angle: f64, camber: f64| {
-        tyre.forces(&Input { slip_ratio, slip_angle, camber, load, friction: 1.0 })
+        tyre.forces(&Input { slip_ratio, slip_angle, camber, load, friction })
     };
     let h = 1e-4;
     let by_slip = (at(0.0, h, 0.0).force_y - at(0.0, -h, 0.0).force_y) / (2.0 * h);
@@ -50,7 +50,7 @@ pub fn bench(tyre: &dyn TyreModel, load: f64) -> Bench {
     let carcass = tyre.carcass();
     let deflection = load / carcass.stiffness;
     let input =
-        Input { slip_ratio: 0.0, slip_angle: 0.0, camber: 0.0, load, friction: 1.0 };
+        Input { slip_ratio: 0.0, slip_angle: 0.0, camber: 0.0, load, friction };
     let rolling_radius = carcass.radius - carcass.deflection_share * deflection;
     Bench {
         cornering_stiffness: -by_slip / load,
@@ -72,7 +72,9 @@ pub fn coefficients(model: &Model) -> Vec<True> {
     let loads = m.static_loads();
     let mut rows = Vec::new();
     let Some(tyres) = &m.tyres else { return rows };
-    let both = [bench(tyres[0].as_ref(), loads[0]), bench(tyres[1].as_ref(), loads[1])];
+    let friction = model.road.friction;
+    let both: [Bench; 2] =
+        std::array::from_fn(|i| bench(tyres[i].as_ref(), loads[i], friction));
     for (axle, b) in Axle::BOTH.into_iter().zip(&both) {
         let name = axle.name();
         rows.extend([
