@@ -260,3 +260,16 @@ pub struct TruthSignal {
     pub moment_x_rear: f64,
     pub moment_z_rear: f64,
 }
+
+/// A row of `modes`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ModeRow {
+    pub motorcycle: String,
+    pub speed: f64,
+    pub mode: String,
+    pub real: f64,
+    pub imaginary: f64,
+    pub frequency: f64,
+    pub damping_ratio: f64,
+}

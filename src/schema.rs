@@ -35,6 +35,7 @@ embed!(
     "truth",
     "truth_segments",
     "truth_signals",
+    "modes",
 );
 
 /// The text of a schema file, by name with or without its version (`session`, `session.v1`).

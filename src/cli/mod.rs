@@ -11,6 +11,7 @@ pub mod convert;
 pub mod export;
 pub mod inspect;
 pub mod logging;
+pub mod modes;
 pub mod report;
 pub mod run;
 pub mod schema;
@@ -34,6 +35,7 @@ struct Arguments {
 enum Command {
     Run(run::Arguments),
     Simulate(simulate::Arguments),
+    Modes(modes::Arguments),
     Inspect(inspect::Arguments),
     Convert(convert::Arguments),
     Report(report::Arguments),
@@ -60,6 +62,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Run(a) => run::run(a, bar),
         Command::Simulate(a) => simulate::run(a),
+        Command::Modes(a) => modes::run(&a),
         Command::Inspect(a) => inspect::run(a),
         Command::Convert(a) => convert::run(a),
         Command::Report(a) => report::run(a),

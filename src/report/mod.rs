@@ -24,6 +24,7 @@ pub mod names;
 pub mod number;
 pub mod page;
 pub mod plots;
+pub mod svg;
 pub mod tables;
 pub mod terminal;
 pub mod tir;

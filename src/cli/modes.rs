@@ -1,0 +1,164 @@
+//! `roadbench modes`.
+
+use std::path::PathBuf;
+
+use crate::cli::Failure;
+use crate::motorcycle::modes::{Mode, Name, over_speed};
+use crate::motorcycle::{Model, Motorcycle, Road};
+use crate::report::svg::{Panel, Series, Style, panels};
+use crate::rows::ModeRow;
+use crate::schema::Table;
+use crate::table;
+
+/// Eigenvalues of a motorcycle over speed: weave, wobble, capsize
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// A built-in motorcycle (sports_small, sports_touring, sharp_1971, benchmark_bicycle) or a
+    /// motorcycle file.
+    motorcycle: String,
+    /// Lowest speed, m/s.
+    #[arg(long, default_value_t = 4.0, value_name = "SPEED")]
+    from: f64,
+    /// Highest speed, m/s.
+    #[arg(long, default_value_t = 60.0, value_name = "SPEED")]
+    to: f64,
+    /// Step of the speed, m/s.
+    #[arg(long, default_value_t = 1.0, value_name = "SPEED")]
+    step: f64,
+    /// Folder for the table (modes.parquet) and the figure (modes.svg).
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { from, to, step, .. } = *arguments;
+    if !(from >= 0.0 && to > from && to <= 120.0 && step > 0.0 && (to - from) / step <= 2000.0) {
+        return Err(Failure::Usage(format!(
+            "--from {from} --to {to} --step {step}: give 0 <= from < to <= 120 m/s and at most \
+             2000 steps"
+        )));
+    }
+    let motorcycle =
+        Motorcycle::load(&arguments.motorcycle).map_err(|e| Failure::Usage(e.to_string()))?;
+    let (id, name) = (motorcycle.id.clone(), motorcycle.name.clone());
+    let model = Model::new(motorcycle, Road::default());
+    let count = ((to - from) / step).floor() as usize;
+    let speeds: Vec<f64> = (0..=count).map(|i| from + i as f64 * step).collect();
+    let modes = over_speed(&model, &speeds)
+        .map_err(|e| Failure::Usage(format!("motorcycle {id}: {e}")))?;
+    print(&model, &name, &speeds, &modes);
+    let Some(out) = &arguments.out else { return Ok(()) };
+    let rows: Vec<ModeRow> = modes
+        .iter()
+        .map(|m| ModeRow {
+            motorcycle: id.clone(),
+            speed: m.speed,
+            mode: m.name.name().to_owned(),
+            real: m.eigenvalue.re,
+            imaginary: m.eigenvalue.im,
+            frequency: m.frequency(),
+            damping_ratio: m.damping(),
+        })
+        .collect();
+    let fail = |e: table::Error| Failure::Output(e.to_string());
+    table::write(&out.join("modes.parquet"), &Table::embedded("modes"), &rows).map_err(fail)?;
+    table::write_bytes(&out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
+    println!("table: {}", out.join("modes.parquet").display());
+    println!("figure: {}", out.join("modes.svg").display());
+    Ok(())
+}
+
+const NAMED: [Name; 3] = [Name::Weave, Name::Wobble, Name::Capsize];
+
+/// About a dozen speeds on the terminal, and where stability changes.
+fn print(model: &Model, name: &str, speeds: &[f64], modes: &[Mode]) {
+    println!("{name}: eigenvalues of straight running, 1/s\n");
+    println!("{:>7}  {:^20}  {:^20}  {:>10}", "m/s", "weave", "wobble", "capsize");
+    let every = speeds.len().div_ceil(15);
+    for &speed in speeds.iter().step_by(every) {
+        let cell = |name: Name| {
+            let found = modes.iter().find(|m| m.speed == speed && m.name == name);
+            match found {
+                Some(m) if name == Name::Capsize => format!("{:10.4}", m.eigenvalue.re),
+                Some(m) => format!("{:9.4} ± {:7.4}i", m.eigenvalue.re, m.eigenvalue.im),
+                None if name == Name::Capsize => format!("{:>10}", "-"),
+                None => format!("{:^20}", "-"),
+            }
+        };
+        println!(
+            "{speed:7.2}  {}  {}  {}",
+            cell(Name::Weave),
+            cell(Name::Wobble),
+            cell(Name::Capsize)
+        );
+    }
+    println!();
+    for name in NAMED {
+        for (speed, settles) in crossings(model, modes, name) {
+            let word = if settles { "stable" } else { "unstable" };
+            println!("{} becomes {word} at {speed:.4} m/s", name.name());
+        }
+    }
+}
+
+/// Speeds at which a mode's real part changes its sign; whether it is stable above. Each is
+/// narrowed down; where a mode jumps from one branch to another there is no crossing.
+fn crossings(model: &Model, modes: &[Mode], name: Name) -> Vec<(f64, bool)> {
+    let list: Vec<Mode> = modes.iter().filter(|m| m.name == name).copied().collect();
+    let mut found = Vec::new();
+    for pair in list.windows(2) {
+        let (mut a, mut b) = (pair[0], pair[1]);
+        let narrowed = |a: &Mode, b: &Mode| a.eigenvalue.re * b.eigenvalue.re < 0.0;
+        if !narrowed(&a, &b) {
+            continue;
+        }
+        for _ in 0..6 {
+            let speeds: Vec<f64> =
+                (0..=8).map(|i| a.speed + (b.speed - a.speed) * f64::from(i) / 8.0).collect();
+            let Ok(fine) = over_speed(model, &speeds) else { break };
+            let fine: Vec<Mode> = fine.into_iter().filter(|m| m.name == name).collect();
+            let Some(pair) = fine.windows(2).find(|p| narrowed(&p[0], &p[1])) else { break };
+            (a, b) = (pair[0], pair[1]);
+        }
+        if (a.eigenvalue.re - b.eigenvalue.re).abs() < 0.01 {
+            found.push((0.5 * (a.speed + b.speed), b.eigenvalue.re < 0.0));
+        }
+    }
+    found
+}
+
+fn figure(name: &str, modes: &[Mode]) -> String {
+    let series = |f: fn(&Mode) -> f64, swinging: bool| {
+        let mut list: Vec<Series> = Vec::new();
+        for (colour, name) in NAMED.into_iter().enumerate() {
+            if swinging && name == Name::Capsize {
+                continue;
+            }
+            let of = modes.iter().filter(|m| m.name == name);
+            list.push(Series {
+                label: name.name().to_owned(),
+                points: of.map(|m| (m.speed, f(m))).collect(),
+                colour,
+                style: Style::Line,
+            });
+        }
+        list
+    };
+    let panel = |title: String, y: &str, series: Vec<Series>| Panel {
+        title,
+        x: "speed, m/s".into(),
+        y: y.into(),
+        series,
+    };
+    panels(
+        &[
+            panel(format!("{name}: growth"), "real part, 1/s", series(|m| m.eigenvalue.re, false)),
+            panel(format!("{name}: frequency"), "frequency, Hz", series(Mode::frequency, true)),
+        ],
+        2,
+    )
+}
