@@ -48,8 +48,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = Model::new(motorcycle, Road::default());
     let count = ((to - from) / step).floor() as usize;
     let speeds: Vec<f64> = (0..=count).map(|i| from + i as f64 * step).collect();
-    let modes = over_speed(&model, &speeds)
-        .map_err(|e| Failure::Usage(format!("motorcycle {id}: {e}")))?;
+    let modes =
+        over_speed(&model, &speeds).map_err(|e| Failure::Usage(format!("motorcycle {id}: {e}")))?;
     print(&model, &name, &speeds, &modes);
     let Some(out) = &arguments.out else { return Ok(()) };
     let rows: Vec<ModeRow> = modes

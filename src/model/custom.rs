@@ -40,12 +40,7 @@ const SHARE: f64 = 1.0 / 3.0;
 impl Custom {
     /// A characterised tyre with the usual damping and longitudinal lag.
     pub fn new(tyre: Tyre, nominal_load: f64) -> Self {
-        Custom {
-            nominal_load,
-            vertical_damping: damping(),
-            longitudinal_relaxation: lag_x(),
-            tyre,
-        }
+        Custom { nominal_load, vertical_damping: damping(), longitudinal_relaxation: lag_x(), tyre }
     }
 
     fn deflection(&self) -> f64 {

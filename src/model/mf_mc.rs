@@ -161,8 +161,8 @@ impl TyreModel for MfMc {
         let Kya = self.Kya(Fz, g);
         let By = Kya / (self.pCy[0] * Dy);
         let Bg = self.Kyg(Fz) / (self.pCy[1] * Dy);
-        let Fy0 = Dy
-            * (bend(self.pCy[0], Ey, By * b) + bend(self.pCy[1], self.pEy[3], Bg * g)).sin();
+        let Fy0 =
+            Dy * (bend(self.pCy[0], Ey, By * b) + bend(self.pCy[1], self.pEy[3], Bg * g)).sin();
         let Byk = self.rBy[0] * (self.rBy[1] * (b - self.rBy[2])).atan().cos();
         let Gy = (self.rCy1 * (Byk * k).atan()).cos();
         let Fy = Gy * Fy0;
@@ -172,19 +172,21 @@ impl TyreModel for MfMc {
         let By0 = Kya0 / (self.pCy[0] * Dy0);
         let Fy00 = Dy0 * bend(self.pCy[0], self.pEy[0].min(1.0), By0 * b).sin();
         let with_slip = |b: f64| sign(b) * b.hypot(Kxk * k / Kya0);
-        let Bt = (self.qBz[0] + self.qBz[1] * dfz)
-            * (1.0 + self.qBz[2] * g.abs() + self.qBz[3] * g * g);
-        let Dt = Fz * (self.R0 / self.Fz0) * (self.qDz[0] + self.qDz[1] * dfz)
+        let Bt =
+            (self.qBz[0] + self.qBz[1] * dfz) * (1.0 + self.qBz[2] * g.abs() + self.qBz[3] * g * g);
+        let Dt = Fz
+            * (self.R0 / self.Fz0)
+            * (self.qDz[0] + self.qDz[1] * dfz)
             * (1.0 + self.qDz[2] * g.abs() + self.qDz[3] * g * g);
         let Et = ((self.qEz[0] + self.qEz[1] * dfz)
-            * (1.0
-                + self.qEz[2] * g * std::f64::consts::FRAC_2_PI * (Bt * self.qCz1 * b).atan()))
+            * (1.0 + self.qEz[2] * g * std::f64::consts::FRAC_2_PI * (Bt * self.qCz1 * b).atan()))
         .min(1.0);
         let away = (1.0 + b * b).sqrt();
         let t = Dt * bend(self.qCz1, Et, Bt * with_slip(b)).cos() / away;
         let SHr = (self.qHz[0] + self.qHz[1] * dfz) * g;
         let Br = self.qBz[4] + self.qBz[5] * By * self.pCy[0];
-        let Dr = Fz * self.R0
+        let Dr = Fz
+            * self.R0
             * ((self.qDzr[0] + self.qDzr[1] * dfz) * g
                 + (self.qDzr[2] + self.qDzr[3] * dfz) * g * g.abs())
             / away;
@@ -201,8 +203,8 @@ impl TyreModel for MfMc {
 
     fn rolling_resistance(&self, input: &Input, _speed: f64) -> f64 {
         let Carcass { radius, crown, stiffness, deflection_share, .. } = self.carcass;
-        let shrunk = crown * (1.0 - input.camber.cos())
-            + deflection_share * input.load.max(0.0) / stiffness;
+        let shrunk =
+            crown * (1.0 - input.camber.cos()) + deflection_share * input.load.max(0.0) / stiffness;
         self.rolling * input.load.max(0.0) * (radius - shrunk)
     }
 
@@ -253,8 +255,7 @@ mod tests {
             let name =
                 if end == "front" { "sharp2004_front_120_70" } else { "sharp2004_rear_180_55" };
             let tyre = tir::load(name).expect("published");
-            let out =
-                tyre.forces(&Input { slip_ratio, slip_angle, camber, load, friction: 1.0 });
+            let out = tyre.forces(&Input { slip_ratio, slip_angle, camber, load, friction: 1.0 });
             for (found, expected) in
                 [out.force_x, out.force_y, out.moment_z].into_iter().zip(expected)
             {
@@ -271,8 +272,7 @@ mod tests {
             for slip_ratio in [-5.0, -1.0, 0.0, 0.3, 50.0] {
                 for slip_angle in [-1.5, -0.2, 0.0, 1.5] {
                     for camber in [-1.3, 0.0, 1.05] {
-                        let input =
-                            Input { slip_ratio, slip_angle, camber, load, friction: 0.75 };
+                        let input = Input { slip_ratio, slip_angle, camber, load, friction: 0.75 };
                         let o = tyre.forces(&input);
                         let all = [o.force_x, o.force_y, o.moment_x, o.moment_z];
                         assert!(all.iter().all(|x| x.is_finite()), "{input:?} {o:?}");

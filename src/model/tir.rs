@@ -107,8 +107,8 @@ pub fn load(name_or_path: &str) -> Result<Box<dyn TyreModel>, Error> {
         let known: Vec<&str> = published::SETS.iter().map(|(n, _)| *n).collect();
         return Err(Error::Unknown { name: name_or_path.into(), known: known.join(", ") });
     }
-    let bytes = std::fs::read(path)
-        .map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let bytes =
+        std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
     let text = String::from_utf8_lossy(&bytes);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         let custom: Custom = toml::from_str(&text)
@@ -141,10 +141,9 @@ pub fn parse(text: &str, path: &Path) -> Result<Box<dyn TyreModel>, Error> {
         fail(format!("{missing}{hint}"))
     })?;
     let carcass = model.carcass();
-    for (name, x) in [
-        ("UNLOADED_RADIUS", carcass.radius),
-        ("VERTICAL_STIFFNESS", carcass.stiffness),
-    ] {
+    for (name, x) in
+        [("UNLOADED_RADIUS", carcass.radius), ("VERTICAL_STIFFNESS", carcass.stiffness)]
+    {
         if x.is_nan() || x <= 0.0 {
             return Err(fail(format!("`{name}` = {x} must be positive")));
         }
@@ -166,11 +165,8 @@ pub fn keys(text: &str, path: &Path) -> Result<Keys, Error> {
     let mut keys = Keys::default();
     let mut section = String::new();
     for (number, line) in text.lines().enumerate() {
-        let fail = |message: String| Error::Syntax {
-            path: path.to_owned(),
-            line: number + 1,
-            message,
-        };
+        let fail =
+            |message: String| Error::Syntax { path: path.to_owned(), line: number + 1, message };
         let line = bare(line);
         if line.is_empty() {
             continue;
@@ -249,9 +245,8 @@ mod tests {
     #[test]
     fn a_missing_key_a_wrong_line_and_a_foreign_unit_are_named() {
         let text = published::text("sharp2004_front_120_70").expect("published");
-        let message = |text: &str| {
-            parse(text, Path::new("x.tir")).expect_err("must fail").to_string()
-        };
+        let message =
+            |text: &str| parse(text, Path::new("x.tir")).expect_err("must fail").to_string();
         let without = text.replace("PKY6", "PKY66");
         assert!(message(&without).contains("missing key `PKY6`"), "{}", message(&without));
         let wrong = text.replace("PCX1 = 1.6064", "PCX1 = 1.6064x");

@@ -107,13 +107,10 @@ pub fn roll(
             let (mx, mz) = (out.moment_x + offset * load, out.moment_z - offset * out.force_x);
             (contact, mx, mz)
         }
-        Reference::WheelPlane => {
-            (contact - geometry.across * offset, out.moment_x, out.moment_z)
-        }
+        Reference::WheelPlane => (contact - geometry.across * offset, out.moment_x, out.moment_z),
     };
-    let force = geometry.along * out.force_x
-        + geometry.across * out.force_y
-        + Vector3::new(0.0, 0.0, load);
+    let force =
+        geometry.along * out.force_x + geometry.across * out.force_y + Vector3::new(0.0, 0.0, load);
     let moment = geometry.along * out.moment_x + Vector3::new(0.0, 0.0, out.moment_z);
     // slow wheels are held back in proportion: no chatter at rest
     let resist = tyre.rolling_resistance(&input, vx) * (spin / 0.5).clamp(-1.0, 1.0);

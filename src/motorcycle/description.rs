@@ -347,8 +347,10 @@ fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String
         Rigid::new(key("mass"), Vector3::new(key("x"), 0.0, key("z")), about_centre)
     };
     let wheel = |end: &str| {
-        let (spin, across) =
-            (get(&format!("{end}.wheel.spin_inertia")), get(&format!("{end}.wheel.diametral_inertia")));
+        let (spin, across) = (
+            get(&format!("{end}.wheel.spin_inertia")),
+            get(&format!("{end}.wheel.diametral_inertia")),
+        );
         let own = Matrix3::from_diagonal(&Vector3::new(across, spin, across));
         Rigid::new(get(&format!("{end}.wheel.mass")), Vector3::zeros(), own)
     };
@@ -371,10 +373,7 @@ fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String
         (Some(front), Some(rear)) => Some([front, rear]),
         _ => None,
     };
-    let centres = [
-        point("front.wheel.x", "front.wheel.z"),
-        point("rear.wheel.x", "rear.wheel.z"),
-    ];
+    let centres = [point("front.wheel.x", "front.wheel.z"), point("rear.wheel.x", "rear.wheel.z")];
     let chain = match (
         opt("chain.engine_x"),
         opt("chain.engine_z"),
@@ -386,7 +385,9 @@ fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String
             Some(Chain { engine: Vector3::new(x, 0.0, z), engine_radius, wheel_radius })
         }
         _ => {
-            return Err("`chain` needs all of engine_x, engine_z, engine_radius, wheel_radius".into());
+            return Err(
+                "`chain` needs all of engine_x, engine_z, engine_radius, wheel_radius".into()
+            );
         }
     };
     let frame = rigid("frame");

@@ -72,17 +72,17 @@ impl Mode {
 
 /// States that are not out-of-plane: bounce, pitch, speed and what goes with them.
 const LATERAL: [usize; 11] = [
-    4,                  // roll
-    6 + joint::TWIST,   // joint positions
+    4,                // roll
+    6 + joint::TWIST, // joint positions
     6 + joint::STEER,
-    13,                 // roll and yaw rates in frame axes
+    13, // roll and yaw rates in frame axes
     15,
-    17,                 // sideways velocity
-    19 + joint::TWIST,  // joint rates
+    17,                // sideways velocity
+    19 + joint::TWIST, // joint rates
     19 + joint::STEER,
-    27,                 // lagged slip angles
+    27, // lagged slip angles
     30,
-    28,                 // lagged camber, front; the rear's is added beside it
+    28, // lagged camber, front; the rear's is added beside it
 ];
 
 /// Small motions about a state that does not change but for position, heading and wheel angles.
@@ -175,9 +175,7 @@ pub fn over_speed(model: &Model, speeds: &[f64]) -> Result<Vec<Mode>, NoTrim> {
     let mut lateral: Vec<(f64, Vec<Complex<f64>>)> = Vec::new();
     for &speed in speeds {
         let (out_of_plane, in_plane) = match model.motorcycle.contact {
-            Contact::Rolling => {
-                (eigenvalues(&rolling::linearise(model, speed)), Vec::new())
-            }
+            Contact::Rolling => (eigenvalues(&rolling::linearise(model, speed)), Vec::new()),
             Contact::Tyre => {
                 let trim = trim::steady(model, speed, 0.0, None)?;
                 let linear = linearise(model, &trim.state, &trim.action);

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Matrix4, SMatrix, SVector, Vector3};
 
 use super::contact::Geometry;
 use super::model::{Model, Scratch, link};
-use super::state::{Action, State, angle_rates, joint, spin};
+use super::state::{Action, State, joint, spin};
 use crate::multibody::Motion;
 
 /// What the constraint looks at on one wheel.
@@ -154,10 +154,7 @@ pub fn compatible(
 fn accelerations(model: &Model, state: &State, torque: f64, scratch: &mut Scratch) -> [f64; 2] {
     let action = Action { steer_torque: torque, ..Action::default() };
     let (rates, _) = rates(model, state, &action, scratch);
-    let (sin, cos) = state.angles[2].sin_cos();
-    let (w, a) = (&state.velocity.angular, &rates.velocity.angular);
-    let pitch_rate = angle_rates(&state.angles, w)[2];
-    let roll = cos * a.x + sin * a.z + pitch_rate * (cos * w.z - sin * w.x);
+    let roll = state.angle_accelerations(&rates)[1];
     [roll, rates.rates[joint::STEER]]
 }
 

@@ -27,8 +27,10 @@ pub enum Fall {
         speed: f64,
     },
     /// The numbers are no longer finite.
-    #[error("the state is not finite any more at {time:.2} s: the step is too long, or the \
-             machine is not one")]
+    #[error(
+        "the state is not finite any more at {time:.2} s: the step is too long, or the \
+             machine is not one"
+    )]
     NotFinite {
         /// s.
         time: f64,
@@ -73,9 +75,8 @@ impl<'a> Run<'a> {
         }
         let y = self.state.to_array();
         let mut f = |s: &State| self.model.rates(s, action, &mut self.scratch).to_array();
-        let at = |k: &[f64; N], h: f64| {
-            State::from_array(&std::array::from_fn(|i| y[i] + h * k[i]))
-        };
+        let at =
+            |k: &[f64; N], h: f64| State::from_array(&std::array::from_fn(|i| y[i] + h * k[i]));
         let k1 = f(&self.state);
         let k2 = f(&at(&k1, 0.5 * dt));
         let k3 = f(&at(&k2, 0.5 * dt));

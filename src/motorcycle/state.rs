@@ -83,6 +83,17 @@ impl State {
         angle_rates(&self.angles, &self.velocity.angular)
     }
 
+    /// Accelerations of yaw, roll and pitch, rad/s², from the state's own rates.
+    pub fn angle_accelerations(&self, rates: &State) -> [f64; 3] {
+        let ((sr, cr), (sp, cp)) = (self.angles[1].sin_cos(), self.angles[2].sin_cos());
+        let [yaw_rate, roll_rate, pitch_rate] = self.angle_rates();
+        let (w, a) = (&self.velocity.angular, &rates.velocity.angular);
+        let roll = cp * a.x + sp * a.z + pitch_rate * (cp * w.z - sp * w.x);
+        let down = cp * a.z - sp * a.x - pitch_rate * (sp * w.z + cp * w.x);
+        let yaw = (down + yaw_rate * sr * roll_rate) / cr;
+        [yaw, roll, a.y - yaw * sr - yaw_rate * cr * roll_rate]
+    }
+
     /// Forward and lateral velocity, along and across the frame plane's trace, of a frame-fixed
     /// point, m/s.
     pub fn level_velocity(&self, point: &Vector3<f64>) -> [f64; 2] {

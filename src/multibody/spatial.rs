@@ -207,9 +207,7 @@ impl Articulated {
         a.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.h);
         a.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.h.transpose());
         a.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.m);
-        let b = Vector6::new(
-            f.moment.x, f.moment.y, f.moment.z, f.force.x, f.force.y, f.force.z,
-        );
+        let b = Vector6::new(f.moment.x, f.moment.y, f.moment.z, f.force.x, f.force.y, f.force.z);
         let x = Cholesky::new(a)?.solve(&b);
         Some(Motion::new(Vector3::new(x[0], x[1], x[2]), Vector3::new(x[3], x[4], x[5])))
     }

@@ -234,7 +234,8 @@ impl Tree {
             let turned = rotation * force.force;
             let parent = &mut work.links[body.parent];
             parent.inertia.add_child(&passed, &rotation, &r);
-            parent.force += Force { moment: rotation * force.moment + r.cross(&turned), force: turned };
+            parent.force +=
+                Force { moment: rotation * force.moment + r.cross(&turned), force: turned };
         }
         // gravity as an upward acceleration of the base
         let base = &mut work.links[0];
@@ -285,10 +286,8 @@ impl Tree {
             let link = &work.links[i];
             let own = self.inertia(i).momentum(&link.velocity);
             let force = link.rotation * own.force;
-            total += Force {
-                moment: link.rotation * own.moment + link.position.cross(&force),
-                force,
-            };
+            total +=
+                Force { moment: link.rotation * own.moment + link.position.cross(&force), force };
         }
         total
     }

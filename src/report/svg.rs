@@ -45,8 +45,7 @@ pub struct Panel {
 }
 
 /// Colours that stay apart for colour-blind eyes (Okabe and Ito 2008).
-pub const COLOURS: [&str; 6] =
-    ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
+pub const COLOURS: [&str; 6] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
 
 /// Panels side by side, `columns` to a row.
 pub fn panels(panels: &[Panel], columns: usize) -> String {

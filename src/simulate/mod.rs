@@ -32,8 +32,8 @@ use crate::rows;
 use crate::segment::{Direction, Kind};
 use crate::session::{Meta, Session};
 use motorcycle::{Action, Plant, Response, State};
-use random::Random;
 use programme::Controls;
+use random::Random;
 use rider::Rider;
 use scenario::{Machine, Scenario};
 

@@ -106,10 +106,7 @@ impl Course {
     /// World position of a point given along and to the left.
     pub fn point(&self, along: f64, left: f64) -> [f64; 2] {
         let (sin, cos) = self.heading.sin_cos();
-        [
-            self.origin[0] + along * cos - left * sin,
-            self.origin[1] + along * sin + left * cos,
-        ]
+        [self.origin[0] + along * cos - left * sin, self.origin[1] + along * sin + left * cos]
     }
 
     /// World position of the path itself.

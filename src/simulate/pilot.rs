@@ -86,8 +86,8 @@ impl<'a> Pilot<'a> {
             let tip = m.mass() * m.gravity * m.centre().z;
             let (roll, rate) = (state.angles[1], state.angle_rates()[1]);
             action.support = -feet * tip * (3.0 * roll + 0.5 * rate);
-            action.steer_torque -= feet
-                * (40.0 * state.joints[joint::STEER] + 6.0 * state.rates[joint::STEER]);
+            action.steer_torque -=
+                feet * (40.0 * state.joints[joint::STEER] + 6.0 * state.rates[joint::STEER]);
         }
         (action, controls, wish.done)
     }
@@ -133,10 +133,9 @@ impl<'a> Pilot<'a> {
         let gear = (controls.gear as usize).clamp(1, 6);
         let ratio = m.ratios[gear - 1];
         action.engine_inertia = m.engine_inertia * ratio * ratio;
-        let spinning: f64 = (0..2)
-            .map(|i| m.wheels[i].about_origin[(1, 1)] / radius(i).powi(2))
-            .sum::<f64>()
-            + action.engine_inertia / radius(1).powi(2);
+        let spinning: f64 =
+            (0..2).map(|i| m.wheels[i].about_origin[(1, 1)] / radius(i).powi(2)).sum::<f64>()
+                + action.engine_inertia / radius(1).powi(2);
         let tyres = m.tyres.as_ref();
         let rolling: f64 = (0..2)
             .map(|i| {
@@ -161,7 +160,8 @@ impl<'a> Pilot<'a> {
             }
             _ => {
                 // a little engine braking with the throttle shut
-                let torque = (force * radius(1)).clamp(-0.1 * m.mass() * m.gravity * radius(1), most);
+                let torque =
+                    (force * radius(1)).clamp(-0.1 * m.mass() * m.gravity * radius(1), most);
                 action.drive = torque;
                 controls.throttle = (torque / most).clamp(0.0, 1.0);
                 if wish.front_share.is_some() {

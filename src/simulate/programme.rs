@@ -247,7 +247,8 @@ impl<'a> Programme<'a> {
                         (left.max(0.0), -3.0 * rate)
                     }
                 };
-                wish.lean = Lean { angle: sign * angle, rate: sign * angle_rate, acceleration: 0.0 };
+                wish.lean =
+                    Lean { angle: sign * angle, rate: sign * angle_rate, acceleration: 0.0 };
             }
             Some(Phase::Follow { shape, ahead, beyond }) => {
                 if self.start.is_none() {

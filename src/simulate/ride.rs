@@ -2,12 +2,12 @@
 
 use nalgebra::Vector3;
 
+use super::Label;
 use super::imu::{self, Motion};
 use super::pilot::{Pilot, Skill};
 use super::programme::{Controls, Programme};
 use super::random::Random;
 use super::sensors;
-use super::Label;
 use super::tour::Tour;
 use crate::channel::Channel;
 use crate::motorcycle::run::{Fall, Run};

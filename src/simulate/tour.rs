@@ -184,8 +184,7 @@ impl Tour {
             return Err(fail(format!("motorcycle `{}` has no tyres", motorcycle.id)));
         };
         let [own_front, own_rear] = own;
-        motorcycle =
-            motorcycle.with_tyres(front.unwrap_or(own_front), rear.unwrap_or(own_rear));
+        motorcycle = motorcycle.with_tyres(front.unwrap_or(own_front), rear.unwrap_or(own_rear));
         let bike = believed(&motorcycle, &file.belief).map_err(fail)?;
         Ok(Tour {
             name: file.name,

@@ -49,8 +49,7 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
     let slip = search::minimum(braking, 0.005, 0.8, 1e-9).map_or(f64::NAN, |(slip, _)| slip);
     let carcass = tyre.carcass();
     let deflection = load / carcass.stiffness;
-    let input =
-        Input { slip_ratio: 0.0, slip_angle: 0.0, camber: 0.0, load, friction };
+    let input = Input { slip_ratio: 0.0, slip_angle: 0.0, camber: 0.0, load, friction };
     let rolling_radius = carcass.radius - carcass.deflection_share * deflection;
     Bench {
         cornering_stiffness: -by_slip / load,
@@ -73,8 +72,7 @@ pub fn coefficients(model: &Model) -> Vec<True> {
     let mut rows = Vec::new();
     let Some(tyres) = &m.tyres else { return rows };
     let friction = model.road.friction;
-    let both: [Bench; 2] =
-        std::array::from_fn(|i| bench(tyres[i].as_ref(), loads[i], friction));
+    let both: [Bench; 2] = std::array::from_fn(|i| bench(tyres[i].as_ref(), loads[i], friction));
     for (axle, b) in Axle::BOTH.into_iter().zip(&both) {
         let name = axle.name();
         rows.extend([
