@@ -273,3 +273,15 @@ pub struct ModeRow {
     pub frequency: f64,
     pub damping_ratio: f64,
 }
+
+/// A row of `peaks`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct PeakRow {
+    pub channel: String,
+    pub unit: String,
+    pub reference: f64,
+    pub other: f64,
+    pub error: f64,
+    pub rms_difference: f64,
+}

@@ -36,6 +36,7 @@ embed!(
     "truth_segments",
     "truth_signals",
     "modes",
+    "peaks",
 );
 
 /// The text of a schema file, by name with or without its version (`session`, `session.v1`).

@@ -7,6 +7,7 @@ use clap::ValueEnum;
 
 use crate::bike::{Axle, Bike};
 use crate::cli::Failure;
+use crate::model::custom::Custom;
 use crate::report::tir::{self, Setting};
 use crate::report::tyre::Fitted;
 use crate::table;
@@ -31,6 +32,9 @@ pub struct Arguments {
     /// Folder of bike files: fills dimensions and static load of a tir file.
     #[arg(long)]
     bikes: Option<PathBuf>,
+    /// Road friction of the ride, for a simulator's tyre.
+    #[arg(long, default_value_t = 1.0)]
+    friction: f64,
     /// Nominal load of a tir file, N.
     #[arg(long)]
     load: Option<f64>,
@@ -45,6 +49,8 @@ enum Format {
     Tir,
     /// Coefficients with intervals and status.
     Toml,
+    /// The tyre as `roadbench simulate --front-tyre` and `--rear-tyre` take it.
+    Simulator,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -85,6 +91,17 @@ fn text(arguments: &Arguments) -> Result<String, String> {
     let fitted = Fitted::read(&arguments.out, &arguments.session, arguments.bike.as_deref())?;
     match arguments.format {
         Format::Toml => fitted.to_toml(axle.map(Axle::name)),
+        Format::Simulator => {
+            let axle = axle.ok_or("a tyre file holds one tyre: say --tyre front or --tyre rear")?;
+            let folder = arguments.bikes.as_ref().ok_or(
+                "a tyre to simulate needs the bike file's stiffness and load: say --bikes FOLDER",
+            )?;
+            if !(0.01..=3.0).contains(&arguments.friction) {
+                return Err(format!("--friction {} is not between 0.01 and 3", arguments.friction));
+            }
+            let bike = bike_file(folder, &fitted.session.ident.bike_id)?;
+            simulator(&fitted, axle, &bike, arguments)
+        }
         Format::Tir => {
             let axle = axle.ok_or("a tir file holds one tyre: say --tyre front or --tyre rear")?;
             let bike = match &arguments.bikes {
@@ -94,6 +111,38 @@ fn text(arguments: &Arguments) -> Result<String, String> {
             tir::write(&fitted, axle, &Setting { bike: bike.as_ref(), load: arguments.load })
         }
     }
+}
+
+/// The paper's tyre with all that a simulator needs.
+fn simulator(
+    fitted: &Fitted,
+    axle: Axle,
+    bike: &Bike,
+    arguments: &Arguments,
+) -> Result<String, String> {
+    let behind = match axle {
+        Axle::Front => bike.cg_to_rear(),
+        Axle::Rear => bike.cg_to_front,
+    };
+    let load = arguments.load.unwrap_or(bike.mass * crate::GRAVITY * behind / bike.wheelbase);
+    let value = |tyre: &str, name: &str| fitted.row(tyre, name).and_then(|c| c.value);
+    let rolling = value("vehicle", "rolling_resistance").unwrap_or(bike.rolling_resistance);
+    let custom = Custom::characterised(
+        |name| value(axle.name(), name),
+        bike.wheel(axle),
+        load,
+        rolling,
+        arguments.friction,
+    )
+    .map_err(|e| format!("session `{}`: {e}", fitted.session.ident.session_id))?;
+    let text = toml::to_string(&custom).map_err(|e| format!("cannot write TOML: {e}"))?;
+    Ok(format!(
+        "# {} tyre of session {} on {}, characterised by roadbench {}. SI units.\n{text}",
+        axle.name(),
+        fitted.session.ident.session_id,
+        fitted.session.ident.bike_id,
+        crate::VERSION
+    ))
 }
 
 /// The bike's file; an id from a table never leads out of the folder.

@@ -6,13 +6,14 @@ use rayon::prelude::*;
 
 use crate::cli::Failure;
 use crate::ingest::write_session;
+use crate::model::tir;
 use crate::rows::TruthSegment;
 use crate::schema::Table;
 use crate::session::Meta;
 use crate::simulate::pilot::Skill;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tour::Tour;
-use crate::simulate::{Label, ride, session, truth, truth_rows, tyre_truth};
+use crate::simulate::{Label, compare, ride, session, truth, truth_rows, tyre_truth};
 use crate::table;
 
 /// Write a synthetic archive with known truth beside it
@@ -27,6 +28,16 @@ pub struct Arguments {
     /// Bikes, instead of the scenario's number.
     #[arg(long)]
     bikes: Option<usize>,
+    /// Front tyre instead of the scenario's, with the nonlinear motorcycle: a published set or a
+    /// .tir or .toml file.
+    #[arg(long, value_name = "TYRE")]
+    front_tyre: Option<String>,
+    /// Rear tyre instead of the scenario's.
+    #[arg(long, value_name = "TYRE")]
+    rear_tyre: Option<String>,
+    /// Ride with the scenario's own tyres too, and compare the peaks: table and figure.
+    #[arg(long)]
+    compare: bool,
     /// Parallel jobs; 0 takes every core.
     #[arg(long, default_value_t = 0)]
     jobs: usize,
@@ -38,7 +49,14 @@ pub struct Arguments {
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::Usage)? {
-        return run_tour(&tour, &arguments);
+        return run_tour(tour, &arguments);
+    }
+    if arguments.compare || arguments.front_tyre.is_some() || arguments.rear_tyre.is_some() {
+        return Err(Failure::Usage(format!(
+            "scenario {}: --compare, --front-tyre and --rear-tyre are for scenarios of the nonlinear \
+             motorcycle",
+            arguments.scenario
+        )));
     }
     let mut scenario = Scenario::load(&arguments.scenario).map_err(Failure::Usage)?;
     if let Some(bikes) = arguments.bikes {
@@ -75,10 +93,18 @@ fn pool(jobs: usize) -> Result<rayon::ThreadPool, Failure> {
 }
 
 /// Rides a tour of the nonlinear motorcycle: sessions, bike file, truth.
-fn run_tour(tour: &Tour, arguments: &Arguments) -> Result<(), Failure> {
+fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
     let out = &arguments.out;
     let output = |e: table::Error| Failure::Output(e.to_string());
-    let skill = Skill::learn(&tour.model, ride::period(tour.rate))
+    let own = tour.clone();
+    let tyre = |name: &Option<String>| match name {
+        None => Ok(None),
+        Some(name) => tir::load(name).map(Some).map_err(|e| Failure::Usage(e.to_string())),
+    };
+    tour.fit(tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
+    // a rider who knows the scenario's own tyres rides both: what differs is the tyre
+    let tour = &tour;
+    let skill = Skill::learn(&own.model, ride::period(tour.rate))
         .map_err(|e| Failure::Usage(format!("scenario {}: {e}", tour.name)))?;
     let file = out.join("bikes").join(format!("{}.toml", tour.bike.bike_id));
     table::write_bytes(&file, tour.bike.to_toml().as_bytes()).map_err(output)?;
@@ -114,7 +140,35 @@ fn run_tour(tour: &Tour, arguments: &Arguments) -> Result<(), Failure> {
         simulated / spent,
         out.display()
     );
+    if arguments.compare {
+        compare(&own, tour, &skill, out)?;
+    }
     if falls.is_empty() { Ok(()) } else { Err(Failure::Rejected(falls.join("\n"))) }
+}
+
+/// Rides the first session on both pairs of tyres and shows the peaks.
+fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Failure> {
+    let fail = |e: table::Error| Failure::Output(e.to_string());
+    let (reference, other) = (ride::ride(own, skill, 0), ride::ride(tour, skill, 0));
+    let rows = compare::peaks(&reference, &other);
+    println!("\n{:26} {:>6} {:>12} {:>12} {:>9}", "peak", "unit", "own tyres", "given", "error");
+    for row in &rows {
+        println!(
+            "{:26} {:>6} {:12.5} {:12.5} {:8.1}%",
+            row.channel,
+            row.unit,
+            row.reference,
+            row.other,
+            100.0 * row.error
+        );
+    }
+    table::write(&out.join("compare/peaks.parquet"), &Table::embedded("peaks"), &rows)
+        .map_err(fail)?;
+    let figure = compare::figure(&reference, &other);
+    let path = out.join("compare/compare.svg");
+    table::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
+    println!("figure: {}", path.display());
+    Ok(())
 }
 
 fn write_tour(

@@ -10,6 +10,7 @@
 //!
 //! Seeded and deterministic: a session depends on the scenario and its own number only.
 
+pub mod compare;
 pub mod imu;
 pub mod manoeuvre;
 pub mod motorcycle;

@@ -20,6 +20,7 @@ use super::sensors::Sensors;
 use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::model::tir;
+use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::schema::closest;
 
@@ -203,6 +204,16 @@ impl Tour {
             bike,
             model: Model::new(motorcycle, file.road),
         })
+    }
+}
+
+impl Tour {
+    /// Puts other tyres on.
+    pub fn fit(&mut self, front: Option<Box<dyn TyreModel>>, rear: Option<Box<dyn TyreModel>>) {
+        let Some([own_front, own_rear]) = self.model.motorcycle.tyres.clone() else { return };
+        let motorcycle =
+            self.model.motorcycle.with_tyres(front.unwrap_or(own_front), rear.unwrap_or(own_rear));
+        self.model = Model::new(motorcycle, self.model.road.clone());
     }
 }
 

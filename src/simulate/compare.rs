@@ -1,0 +1,146 @@
+//! Two rides of the same manoeuvre on different tyres: peaks side by side.
+
+use super::ride::{Ridden, Sample};
+use crate::motorcycle::joint;
+use crate::report::svg::{Panel, Series, Style, panels};
+use crate::rows::PeakRow;
+
+/// Which extreme of a channel counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Extreme {
+    /// The largest magnitude, with its sign.
+    Any,
+    /// The most negative value: braking.
+    Lowest,
+    /// The most positive value: driving.
+    Highest,
+    /// The largest magnitude before the first change of the roll's sign after it began: the entry.
+    Entry,
+}
+
+/// One compared channel.
+struct Compared {
+    name: &'static str,
+    unit: &'static str,
+    extreme: Extreme,
+    value: fn(&Sample) -> f64,
+}
+
+#[rustfmt::skip]
+const CHANNELS: &[Compared] = &[
+    Compared { name: "steer_torque", unit: "N m", extreme: Extreme::Any, value: |s| s.action.steer_torque },
+    Compared { name: "steer_angle", unit: "rad", extreme: Extreme::Any, value: |s| s.joints[joint::STEER] },
+    Compared { name: "roll", unit: "rad", extreme: Extreme::Any, value: |s| s.wheels[1].camber },
+    Compared { name: "slip_ratio_rear_braking", unit: "1", extreme: Extreme::Lowest, value: |s| s.wheels[1].slip[0] },
+    Compared { name: "slip_ratio_rear_driving", unit: "1", extreme: Extreme::Highest, value: |s| s.wheels[1].slip[0] },
+    Compared { name: "slip_ratio_front_braking", unit: "1", extreme: Extreme::Lowest, value: |s| s.wheels[0].slip[0] },
+    Compared { name: "slip_angle_front_entry", unit: "rad", extreme: Extreme::Entry, value: |s| s.wheels[0].slip[1] },
+    Compared { name: "slip_angle_front", unit: "rad", extreme: Extreme::Any, value: |s| s.wheels[0].slip[1] },
+    Compared { name: "slip_angle_rear", unit: "rad", extreme: Extreme::Any, value: |s| s.wheels[1].slip[1] },
+    Compared { name: "force_y_front", unit: "N", extreme: Extreme::Any, value: |s| s.wheels[0].force[1] },
+    Compared { name: "force_y_rear", unit: "N", extreme: Extreme::Any, value: |s| s.wheels[1].force[1] },
+    Compared { name: "moment_x_front", unit: "N m", extreme: Extreme::Any, value: |s| s.wheels[0].moment_x },
+    Compared { name: "moment_x_rear", unit: "N m", extreme: Extreme::Any, value: |s| s.wheels[1].moment_x },
+    Compared { name: "moment_z_front", unit: "N m", extreme: Extreme::Any, value: |s| s.wheels[0].moment_z },
+    Compared { name: "moment_z_rear", unit: "N m", extreme: Extreme::Any, value: |s| s.wheels[1].moment_z },
+];
+
+/// Where the first corner ends: roll has been large and changes its sign.
+fn entry(samples: &[Sample]) -> usize {
+    let leaned = samples.iter().position(|s| s.wheels[1].camber.abs() > 0.1).unwrap_or(0);
+    let sign = samples.get(leaned).map_or(1.0, |s| s.wheels[1].camber.signum());
+    let back = samples[leaned..].iter().position(|s| s.wheels[1].camber * sign < 0.0);
+    back.map_or(samples.len(), |k| leaned + k)
+}
+
+/// The peak of a channel; of a sign if `sign` is not zero.
+fn peak(samples: &[Sample], c: &Compared, sign: f64) -> f64 {
+    let part = match c.extreme {
+        Extreme::Entry => &samples[..entry(samples)],
+        _ => samples,
+    };
+    let values = part.iter().map(c.value);
+    match c.extreme {
+        Extreme::Lowest => values.fold(0.0, f64::min),
+        Extreme::Highest => values.fold(0.0, f64::max),
+        _ if sign > 0.0 => values.fold(0.0, f64::max),
+        _ if sign < 0.0 => values.fold(0.0, f64::min),
+        _ => values.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a }),
+    }
+}
+
+/// Peaks of every channel: in the reference, and in the other ride of the same sign.
+pub fn peaks(reference: &Ridden, other: &Ridden) -> Vec<PeakRow> {
+    let rms = |f: fn(&Sample) -> f64| {
+        let pairs = reference.samples.iter().zip(&other.samples);
+        let (sum, count) = pairs
+            .map(|(a, b)| (f(a) - f(b)).powi(2))
+            .fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+        (sum / f64::max(count, 1.0)).sqrt()
+    };
+    CHANNELS
+        .iter()
+        .map(|c| {
+            let first = peak(&reference.samples, c, 0.0);
+            let second = peak(&other.samples, c, first.signum());
+            PeakRow {
+                channel: c.name.to_owned(),
+                unit: c.unit.to_owned(),
+                reference: first,
+                other: second,
+                error: second / first - 1.0,
+                rms_difference: rms(c.value),
+            }
+        })
+        .collect()
+}
+
+/// The channels of both rides over time, as the paper's figure 4 has them.
+pub fn figure(reference: &Ridden, other: &Ridden) -> String {
+    let rate = reference.session.rate;
+    let line = |ridden: &Ridden, f: fn(&Sample) -> f64, label: &str, colour, style| Series {
+        label: label.to_owned(),
+        points: ridden.samples.iter().enumerate().map(|(i, s)| (i as f64 / rate, f(s))).collect(),
+        colour,
+        style,
+    };
+    let one = |title: &str, y: &str, f: fn(&Sample) -> f64| Panel {
+        title: title.to_owned(),
+        x: "time, s".into(),
+        y: y.to_owned(),
+        series: vec![
+            line(reference, f, "own", 0, Style::Line),
+            line(other, f, "given", 1, Style::Dashed),
+        ],
+    };
+    let both = |title: &str, y: &str, front: fn(&Sample) -> f64, rear: fn(&Sample) -> f64| Panel {
+        title: title.to_owned(),
+        x: "time, s".into(),
+        y: y.to_owned(),
+        series: vec![
+            line(reference, front, "front, own", 0, Style::Line),
+            line(other, front, "front, given", 0, Style::Dashed),
+            line(reference, rear, "rear, own", 1, Style::Line),
+            line(other, rear, "rear, given", 1, Style::Dashed),
+        ],
+    };
+    const DEGREE: f64 = 180.0 / std::f64::consts::PI;
+    panels(
+        &[
+            one("Steering torque", "N m", |s| s.action.steer_torque),
+            one("Steering angle", "deg", |s| s.joints[joint::STEER] * DEGREE),
+            both("Slip ratio", "1", |s| s.wheels[0].slip[0], |s| s.wheels[1].slip[0]),
+            both(
+                "Slip angle",
+                "deg",
+                |s| s.wheels[0].slip[1] * DEGREE,
+                |s| s.wheels[1].slip[1] * DEGREE,
+            ),
+            both("Lateral force", "N", |s| s.wheels[0].force[1], |s| s.wheels[1].force[1]),
+            both("Load", "N", |s| s.wheels[0].load, |s| s.wheels[1].load),
+            both("Overturning moment", "N m", |s| s.wheels[0].moment_x, |s| s.wheels[1].moment_x),
+            both("Yaw moment", "N m", |s| s.wheels[0].moment_z, |s| s.wheels[1].moment_z),
+        ],
+        2,
+    )
+}
