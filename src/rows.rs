@@ -285,3 +285,20 @@ pub struct PeakRow {
     pub error: f64,
     pub rms_difference: f64,
 }
+
+/// A row of `replay`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ReplayRow {
+    pub session_id: String,
+    pub bike_id: String,
+    pub kind: String,
+    pub start: f64,
+    pub measured_deceleration: f64,
+    pub simulated_deceleration: f64,
+    pub measured_slip: f64,
+    pub simulated_slip: f64,
+    pub delay: Option<f64>,
+    pub rms_acceleration: f64,
+    pub rms_slip: f64,
+}

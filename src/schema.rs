@@ -37,6 +37,7 @@ embed!(
     "truth_signals",
     "modes",
     "peaks",
+    "replay",
 );
 
 /// The text of a schema file, by name with or without its version (`session`, `session.v1`).

@@ -12,6 +12,7 @@ pub mod export;
 pub mod inspect;
 pub mod logging;
 pub mod modes;
+pub mod replay;
 pub mod report;
 pub mod run;
 pub mod schema;
@@ -36,6 +37,7 @@ enum Command {
     Run(run::Arguments),
     Simulate(simulate::Arguments),
     Modes(modes::Arguments),
+    Replay(replay::Arguments),
     Inspect(inspect::Arguments),
     Convert(convert::Arguments),
     Report(report::Arguments),
@@ -63,6 +65,7 @@ pub fn main() -> ExitCode {
         Command::Run(a) => run::run(a, bar),
         Command::Simulate(a) => simulate::run(a),
         Command::Modes(a) => modes::run(&a),
+        Command::Replay(a) => replay::run(&a),
         Command::Inspect(a) => inspect::run(a),
         Command::Convert(a) => convert::run(a),
         Command::Report(a) => report::run(a),

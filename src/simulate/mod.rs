@@ -20,6 +20,7 @@ pub mod plan;
 pub mod preview;
 pub mod programme;
 pub mod random;
+pub mod replay;
 pub mod ride;
 pub mod rider;
 pub mod scenario;

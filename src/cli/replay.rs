@@ -1,0 +1,193 @@
+//! `roadbench replay`.
+
+use std::path::PathBuf;
+
+use crate::bike::Bike;
+use crate::cli::Failure;
+use crate::ingest::map::ChannelMap;
+use crate::model::tir;
+use crate::motorcycle::{Model, Motorcycle, Road};
+use crate::pipeline::Pipeline;
+use crate::report::svg::{Panel, Series, Style, panels};
+use crate::rows::ReplayRow;
+use crate::schema::Table;
+use crate::segment::{self, Kind};
+use crate::simulate::replay::{self, Replay};
+use crate::{filter, ingest, table};
+
+/// Ride the brakings of a log again: measured pressures in, deceleration and slip out
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// A log.
+    log: PathBuf,
+    /// The motorcycle that brakes: built in, or a motorcycle file.
+    #[arg(long)]
+    motorcycle: String,
+    /// Its front tyre instead of its own: a published set or a .tir or .toml file.
+    #[arg(long, value_name = "TYRE")]
+    front_tyre: Option<String>,
+    /// Its rear tyre instead of its own.
+    #[arg(long, value_name = "TYRE")]
+    rear_tyre: Option<String>,
+    /// Friction of the road.
+    #[arg(long, default_value_t = 1.0)]
+    friction: f64,
+    /// Folder of bike files.
+    #[arg(long)]
+    bikes: PathBuf,
+    /// Channel map of a log that is not session.v1; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
+    /// Folder for the table (replay.parquet) and the figure (replay.svg).
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let usage = |e: String| Failure::Usage(e);
+    let mut motorcycle =
+        Motorcycle::load(&arguments.motorcycle).map_err(|e| usage(e.to_string()))?;
+    let tyre = |name: &Option<String>| match name {
+        None => Ok(None),
+        Some(name) => tir::load(name).map(Some).map_err(|e| usage(e.to_string())),
+    };
+    if let Some([front, rear]) = motorcycle.tyres.clone() {
+        let (given_front, given_rear) =
+            (tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
+        motorcycle =
+            motorcycle.with_tyres(given_front.unwrap_or(front), given_rear.unwrap_or(rear));
+    }
+    let road = Road { friction: arguments.friction, ..Road::default() };
+    road.check().map_err(usage)?;
+    let model = Model::new(motorcycle, road);
+    let maps = arguments
+        .map
+        .iter()
+        .map(|path| ChannelMap::read(path))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(Failure::Usage)?;
+    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    let pipeline = Pipeline::onroad();
+    let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
+    let file = arguments.bikes.join(format!("{}.toml", raw.meta.bike_id));
+    let bike = Bike::read(&file).map_err(|e| usage(e.to_string()))?;
+    let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(rejected)?;
+    ingest::check(&mut session, &bike, &pipeline.ingest).map_err(rejected)?;
+    filter::run(&mut session, &pipeline.filter);
+    let segments = segment::run(&session, &bike, &pipeline.segment);
+    let brakings: Vec<_> = segments
+        .iter()
+        .filter(|s| {
+            s.used
+                && matches!(s.kind, Kind::FrontBraking | Kind::RearBraking | Kind::CombinedBraking)
+        })
+        .collect();
+    if brakings.is_empty() {
+        return Err(Failure::Rejected(format!(
+            "{}: no usable braking in the log",
+            arguments.log.display()
+        )));
+    }
+    let steering = replay::steering(&model, session.rate).map_err(|e| usage(e.to_string()))?;
+    println!(
+        "{:16} {:>8} {:>17} {:>8} {:>17} {:>8} {:>8}",
+        "braking", "at, s", "peak m/s2", "error", "peak slip", "error", "delay, s"
+    );
+    println!("{:25} {:>17} {:>8} {:>17}", "", "measured / sim", "", "measured / sim");
+    let mut rows = Vec::new();
+    let mut drawn: Option<Replay> = None;
+    for s in &brakings {
+        // a little of the coasting before, so that the start is steady
+        let from = s.start.saturating_sub((0.3 * session.rate) as usize);
+        let wheel = usize::from(s.kind == Kind::RearBraking);
+        let replay = match replay::braking(&model, &steering, &session, from..s.end) {
+            Ok(replay) => replay,
+            Err(e) => {
+                println!("{:16} {:8.2} {e}", s.kind.name(), session.time(s.start));
+                continue;
+            }
+        };
+        let p = replay.peaks(wheel);
+        let error = |x: [f64; 2]| 100.0 * (x[1] / x[0] - 1.0);
+        println!(
+            "{:16} {:8.2} {:8.2} {:8.2} {:7.1}% {:8.3} {:8.3} {:7.1}% {:8.3}",
+            s.kind.name(),
+            session.time(s.start),
+            p.deceleration[0],
+            p.deceleration[1],
+            error(p.deceleration),
+            p.slip[0],
+            p.slip[1],
+            error(p.slip),
+            p.delay
+        );
+        let [rms_acceleration, rms_slip] = replay.rms(wheel);
+        rows.push(ReplayRow {
+            session_id: session.meta.session_id.clone(),
+            bike_id: session.meta.bike_id.clone(),
+            kind: s.kind.name().to_owned(),
+            start: session.time(s.start),
+            measured_deceleration: p.deceleration[0],
+            simulated_deceleration: p.deceleration[1],
+            measured_slip: p.slip[0],
+            simulated_slip: p.slip[1],
+            delay: Some(p.delay).filter(|d| d.is_finite()),
+            rms_acceleration,
+            rms_slip,
+        });
+        if drawn.is_none() && s.kind == Kind::FrontBraking {
+            drawn = Some(replay);
+        }
+    }
+    let Some(out) = &arguments.out else { return Ok(()) };
+    let fail = |e: table::Error| Failure::Output(e.to_string());
+    table::write(&out.join("replay.parquet"), &Table::embedded("replay"), &rows).map_err(fail)?;
+    if let Some(replay) = drawn {
+        let path = out.join("replay.svg");
+        table::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;
+        println!("figure: {}", path.display());
+    }
+    Ok(())
+}
+
+fn figure(r: &Replay) -> String {
+    let series = |label: &str, y: &[f64], colour, style| Series {
+        label: label.to_owned(),
+        points: r.time.iter().copied().zip(y.iter().copied()).collect(),
+        colour,
+        style,
+    };
+    let panel = |title: &str, y: &str, series| Panel {
+        title: title.to_owned(),
+        x: "time, s".into(),
+        y: y.to_owned(),
+        series,
+    };
+    let bar: Vec<f64> = r.pressure[0].iter().map(|p| p * 1e-5).collect();
+    panels(
+        &[
+            panel("Front brake", "bar", vec![series("", &bar, 2, Style::Line)]),
+            panel(
+                "Acceleration",
+                "m/s2",
+                vec![
+                    series("measured", &r.measured_acceleration, 0, Style::Line),
+                    series("simulated", &r.acceleration, 1, Style::Dashed),
+                ],
+            ),
+            panel(
+                "Front slip ratio",
+                "1",
+                vec![
+                    series("measured", &r.measured_slip[0], 0, Style::Line),
+                    series("simulated", &r.slip[0], 1, Style::Dashed),
+                ],
+            ),
+        ],
+        3,
+    )
+}

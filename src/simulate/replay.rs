@@ -1,0 +1,157 @@
+//! Braking ridden again: the measured brake pressures go in, deceleration and slip come out.
+
+use std::ops::Range;
+
+use super::preview::{Preview, Target};
+use crate::channel::Channel;
+use crate::motorcycle::run::{Fall, Run};
+use crate::motorcycle::trim::{self, NoTrim};
+use crate::motorcycle::{Action, Model};
+use crate::session::Session;
+
+/// Longest integration step, s.
+const STEP: f64 = 1e-3;
+
+/// One braking, measured and simulated, sample by sample.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Replay {
+    /// Since the start of the session, s.
+    pub time: Vec<f64>,
+    /// Brake pressures, Pa, front and rear.
+    pub pressure: [Vec<f64>; 2],
+    /// Longitudinal acceleration, m/s².
+    pub measured_acceleration: Vec<f64>,
+    /// The same, simulated.
+    pub acceleration: Vec<f64>,
+    /// Slip ratios from wheel speeds and velocity, front and rear.
+    pub measured_slip: [Vec<f64>; 2],
+    /// The same, simulated.
+    pub slip: [Vec<f64>; 2],
+}
+
+/// Why a braking cannot be ridden again.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The log lacks a channel.
+    #[error("the log has no channel {0}")]
+    Channel(&'static str),
+    /// The motorcycle cannot run straight at the speed.
+    #[error(transparent)]
+    Trim(#[from] NoTrim),
+    /// It fell.
+    #[error(transparent)]
+    Fall(#[from] Fall),
+}
+
+/// Peaks of one braked wheel: measured, simulated, and how much later the simulated one comes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peaks {
+    /// Largest decelerations, m/s², positive.
+    pub deceleration: [f64; 2],
+    /// Deepest slip ratios.
+    pub slip: [f64; 2],
+    /// How much later the simulation comes to half the deepest measured slip, s.
+    pub delay: f64,
+}
+
+/// Rides the samples of `range` again.
+///
+/// # Errors
+/// See [`Error`].
+pub fn braking(
+    model: &Model,
+    steering: &Preview,
+    session: &Session,
+    range: Range<usize>,
+) -> Result<Replay, Error> {
+    let need = |c: Channel| session.get(c).ok_or(Error::Channel(c.name()));
+    let velocity = need(Channel::VelocityX)?;
+    let acceleration = need(Channel::AccelerationX)?;
+    let omega = [need(Channel::WheelSpeedFront)?, need(Channel::WheelSpeedRear)?];
+    let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
+        .map(|c| session.get(c));
+    let m = &model.motorcycle;
+    let loads = m.static_loads();
+    let radius: [f64; 2] = std::array::from_fn(|i| {
+        m.tyres.as_ref().map_or(m.centres[i].z, |t| {
+            let c = t[i].carcass();
+            c.radius - c.deflection_share * loads[i] / c.stiffness
+        })
+    });
+    let start = velocity[range.start];
+    let trim = trim::steady(model, start, 0.0, None)?;
+    let mut run = Run::new(model, trim.state);
+    let dt = 1.0 / session.rate;
+    let substeps = (dt / STEP).ceil().max(1.0) as usize;
+    let mut out = Replay::default();
+    for i in range {
+        let on = |k: usize| {
+            let p = pressure[k].map_or(0.0, |p| p[i]);
+            if p.is_finite() { p.max(0.0) } else { 0.0 }
+        };
+        let speed = run.state.velocity.linear.x;
+        let action = Action {
+            brake: [m.brake_gain[0] * on(0), m.brake_gain[1] * on(1)],
+            steer_torque: steering.torque(&run.state, speed.max(3.5), |_| 0.0),
+            ..Action::default()
+        };
+        run.observe(&action);
+        let at = run.scratch.work.links[0].position
+            + run.scratch.work.links[0].rotation * m.centre();
+        let felt = run.scratch.work.links[0].acceleration_at(&at, &run.scratch.gravity);
+        let (sin, cos) = run.state.angles[0].sin_cos();
+        out.time.push(session.time(i));
+        out.measured_acceleration.push(acceleration[i]);
+        out.acceleration.push(felt.x * cos + felt.y * sin);
+        for k in 0..2 {
+            out.pressure[k].push(on(k));
+            out.measured_slip[k].push(radius[k] * omega[k][i] / velocity[i] - 1.0);
+            out.slip[k].push(run.scratch.wheels[k].kinematic[0]);
+        }
+        for _ in 0..substeps {
+            run.step(&action, dt / substeps as f64);
+        }
+        run.check()?;
+        if run.state.velocity.linear.x < 2.0 {
+            break; // slips mean nothing any more
+        }
+    }
+    Ok(out)
+}
+
+impl Replay {
+    /// Peaks of wheel `k` (0 front).
+    pub fn peaks(&self, k: usize) -> Peaks {
+        let lowest = |x: &[f64]| x.iter().copied().filter(|x| x.is_finite()).fold(0.0, f64::min);
+        let deepest = lowest(&self.measured_slip[k]);
+        let reached = |x: &[f64]| {
+            let first = x.iter().position(|&s| s <= 0.5 * deepest);
+            first.map_or(f64::NAN, |i| self.time[i])
+        };
+        Peaks {
+            deceleration: [-lowest(&self.measured_acceleration), -lowest(&self.acceleration)],
+            slip: [deepest, lowest(&self.slip[k])],
+            delay: reached(&self.slip[k]) - reached(&self.measured_slip[k]),
+        }
+    }
+
+    /// Root mean squared differences of acceleration (m/s²) and of wheel `k`'s slip.
+    pub fn rms(&self, k: usize) -> [f64; 2] {
+        let rms = |a: &[f64], b: &[f64]| {
+            let sum: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+            (sum / a.len().max(1) as f64).sqrt()
+        };
+        [
+            rms(&self.measured_acceleration, &self.acceleration),
+            rms(&self.measured_slip[k], &self.slip[k]),
+        ]
+    }
+}
+
+/// Steering that keeps a motorcycle upright during a replay.
+///
+/// # Errors
+/// It cannot run straight.
+pub fn steering(model: &Model, rate: f64) -> Result<Preview, NoTrim> {
+    Preview::new(model, Target::Roll, 1.0 / rate)
+}
