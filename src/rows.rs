@@ -302,3 +302,14 @@ pub struct ReplayRow {
     pub rms_acceleration: f64,
     pub rms_slip: f64,
 }
+
+/// A row of `bench`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct BenchRow {
+    pub tyre: String,
+    pub load: f64,
+    pub camber: f64,
+    pub slip_angle: f64,
+    pub friction_y: f64,
+}

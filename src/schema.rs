@@ -38,6 +38,7 @@ embed!(
     "modes",
     "peaks",
     "replay",
+    "bench",
 );
 
 /// The text of a schema file, by name with or without its version (`session`, `session.v1`).

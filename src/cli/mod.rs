@@ -17,6 +17,7 @@ pub mod report;
 pub mod run;
 pub mod schema;
 pub mod simulate;
+pub mod tyre;
 
 /// Motorcycle tyre coefficients, with honest uncertainty, from recorded riding logs.
 #[derive(Debug, Parser)]
@@ -38,6 +39,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Modes(modes::Arguments),
     Replay(replay::Arguments),
+    Tyre(tyre::Arguments),
     Inspect(inspect::Arguments),
     Convert(convert::Arguments),
     Report(report::Arguments),
@@ -66,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(a) => simulate::run(a),
         Command::Modes(a) => modes::run(&a),
         Command::Replay(a) => replay::run(&a),
+        Command::Tyre(a) => tyre::run(&a),
         Command::Inspect(a) => inspect::run(a),
         Command::Convert(a) => convert::run(a),
         Command::Report(a) => report::run(a),

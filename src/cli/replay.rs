@@ -56,8 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(name) => tir::load(name).map(Some).map_err(|e| usage(e.to_string())),
     };
     if let Some([front, rear]) = motorcycle.tyres.clone() {
-        let (given_front, given_rear) =
-            (tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
+        let (given_front, given_rear) = (tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
         motorcycle =
             motorcycle.with_tyres(given_front.unwrap_or(front), given_rear.unwrap_or(rear));
     }

@@ -24,6 +24,8 @@ pub struct Samples {
     pub velocity_y_rate: Vec<f64>,
     /// Forward acceleration, m/s².
     pub acceleration_x: Vec<f64>,
+    /// Pitch, rad.
+    pub pitch: Vec<f64>,
     /// Roll, rad.
     pub roll: Vec<f64>,
     /// Roll rate, rad/s.
@@ -68,6 +70,7 @@ impl Samples {
             velocity_y: of(&self.velocity_y),
             velocity_y_rate: of(&self.velocity_y_rate),
             acceleration_x: of(&self.acceleration_x),
+            pitch: of(&self.pitch),
             roll: of(&self.roll),
             roll_rate: of(&self.roll_rate),
             roll_acceleration: of(&self.roll_acceleration),
@@ -90,6 +93,7 @@ impl Samples {
         self.velocity_y.append(&mut other.velocity_y);
         self.velocity_y_rate.append(&mut other.velocity_y_rate);
         self.acceleration_x.append(&mut other.acceleration_x);
+        self.pitch.append(&mut other.pitch);
         self.roll.append(&mut other.roll);
         self.roll_rate.append(&mut other.roll_rate);
         self.roll_acceleration.append(&mut other.roll_acceleration);
@@ -162,6 +166,7 @@ pub fn gather(
     };
     let velocity_y = column(Channel::VelocityY);
     let acceleration_x = column(Channel::AccelerationX);
+    let pitch = column(Channel::Pitch);
     let roll = column(Channel::Roll);
     let roll_rate = column(Channel::RollRate);
     let yaw_rate = column(Channel::YawRate);
@@ -194,6 +199,7 @@ pub fn gather(
             out.velocity_y_rate.push(slow_rate_of(velocity_y, moved));
             // without an accelerometer the velocity is differentiated
             out.acceleration_x.push(acceleration_x.map_or(from_velocity, |x| x[i]));
+            out.pitch.push(read(pitch, i));
             out.roll.push(read(roll, i));
             let rate = roll_rate.map_or_else(|| rate_of(roll, i), |x| x[i]);
             out.roll_rate.push(rate);

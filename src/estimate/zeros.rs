@@ -44,6 +44,8 @@ pub struct Zeros {
     pub acceleration_x: f64,
     /// Its standard error.
     pub acceleration_x_se: f64,
+    /// Of `pitch`, rad: what it shows on straights without acceleration.
+    pub pitch: f64,
     /// Of `yaw_rate`, rad/s.
     pub yaw_rate: f64,
     /// Of `roll`, rad.
@@ -66,6 +68,27 @@ const MAX_LATENCY: f64 = 0.4;
 /// Rolling faster than this over 0.6 s the bike is about to turn, rad/s: then roll leads yaw, to
 /// the same side whether it leans in or out, and the roll zero would be biased.
 const MAX_ROLL_RATE: f64 = 0.03;
+
+/// Speed changes slower than this, m/s², count as none for the pitch zero.
+const STEADY: f64 = 0.6;
+
+/// Median pitch of straight, steady running; zero where there is too little of it.
+fn pitch_zero(v: &[f64], pitch: &[f64], turn: &[f64], coarse: &Coarse) -> f64 {
+    let near = (0.3 * coarse.rate).round() as usize;
+    let mut found: Vec<f64> = (near..v.len().saturating_sub(near))
+        .filter(|&i| {
+            let change = (v[i + near] - v[i - near]) * coarse.rate / (2 * near) as f64;
+            v[i] > 3.0 && change.abs() < STEADY && turn[i].abs() < 0.05
+        })
+        .map(|i| pitch[i])
+        .filter(|p| p.is_finite())
+        .collect();
+    if (found.len() as f64) < 2.0 * coarse.rate {
+        return 0.0;
+    }
+    let middle = found.len() / 2;
+    *found.select_nth_unstable_by(middle, f64::total_cmp).1
+}
 
 /// A channel in means of consecutive samples, about `rate` Hz.
 struct Coarse {
@@ -126,6 +149,9 @@ pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
             None => ax,
         };
         longitudinal(&v, &along, &turn, &coarse, &mut zeros, &mut warnings);
+    }
+    if let Some(pitch) = get(Channel::Pitch) {
+        zeros.pitch = pitch_zero(&v, &pitch, &turn, &coarse);
     }
     let delayed =
         |x: Vec<f64>| if zeros.latency == 0.0 { x } else { shift(&x, zeros.latency * coarse.rate) };

@@ -231,3 +231,108 @@ fn orthonormal(m: &Matrix3<f64>) -> Matrix3<f64> {
     let z = x.cross(&m.column(1)).normalize();
     Matrix3::from_columns(&[x, z.cross(&x), z])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motorcycle::state::{rotation, spin};
+
+    const G: f64 = 9.81;
+    const RATE: f64 = 100.0;
+
+    /// A steady turn: speed, yaw rate, roll; from straight on.
+    fn turn(speed: f64, yaw_rate: f64, roll: f64, seconds: f64) -> Vec<Motion> {
+        (0..(seconds * RATE) as usize)
+            .map(|i| {
+                let yaw = yaw_rate * i as f64 / RATE;
+                let angles = [yaw, roll, 0.0];
+                let (sin, cos) = yaw.sin_cos();
+                Motion {
+                    rotation: rotation(&angles),
+                    spin: spin(&angles, &[yaw_rate, 0.0, 0.0]),
+                    spin_rate: Vector3::zeros(),
+                    velocity: Vector3::new(speed * cos, speed * sin, 0.0),
+                    acceleration: Vector3::new(-sin, cos, 0.0) * (speed * yaw_rate),
+                    gravity: Vector3::new(0.0, 0.0, -G),
+                }
+            })
+            .collect()
+    }
+
+    fn random() -> Random {
+        Random::new(1, "imu test")
+    }
+
+    #[test]
+    fn a_perfect_unit_gives_the_contracts_channels() {
+        let m = measure(&Imu::default(), &turn(10.0, 0.5, -0.47, 20.0), RATE, &mut random());
+        for i in [0, 700, 1999] {
+            let expected = [
+                (m.velocity_x[i], 10.0),
+                (m.velocity_y[i], 0.0),
+                (m.acceleration_x[i], 0.0),
+                (m.acceleration_y[i], 5.0),
+                (m.roll[i], -0.47),
+                (m.pitch[i], 0.0),
+                (m.roll_rate[i], 0.0),
+                (m.pitch_rate[i], 0.0),
+                (m.yaw_rate[i], 0.5),
+                // continuous over more than one turn
+                (m.yaw[i], 0.5 * i as f64 / RATE),
+            ];
+            for (k, (found, expected)) in expected.into_iter().enumerate() {
+                assert!((found - expected).abs() < 1e-12, "{i} {k}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_lever_arm_is_felt() {
+        // upright, 0.8 m ahead and 0.5 m to the left: W^2 of it towards the centre
+        let imu = Imu { position: [0.8, 0.5, 0.0], ..Imu::default() };
+        let m = measure(&imu, &turn(10.0, 0.5, 0.0, 1.0), RATE, &mut random());
+        assert!((m.acceleration_x[50] + 0.25 * 0.8).abs() < 1e-12, "{}", m.acceleration_x[50]);
+        assert!((m.acceleration_y[50] - (5.0 - 0.25 * 0.5)).abs() < 1e-12);
+        // the antenna 1 m behind the reference point moves sideways by -W
+        let imu = Imu { antenna: [-1.0, 0.0, 0.0], ..Imu::default() };
+        let m = measure(&imu, &turn(10.0, 0.5, 0.0, 1.0), RATE, &mut random());
+        assert!((m.velocity_y[50] + 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_unit_mounted_nose_down_reads_pitch_and_knows_it_not() {
+        let imu = Imu { mounting: [0.0, 0.02, 0.0], ..Imu::default() };
+        let m = measure(&imu, &turn(10.0, 0.0, 0.0, 1.0), RATE, &mut random());
+        // its attitude is that of the unit: level stays level
+        assert!((m.pitch[50] - 0.02).abs() < 1e-12 && m.acceleration_x[50].abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_unaided_filter_loses_its_roll_in_a_long_corner_and_an_aided_one_does_not() {
+        let (speed, yaw_rate) = (10.0, 0.5_f64);
+        // the frame leans into the resultant, so that the felt vertical lies in its plane
+        let roll = -(speed * yaw_rate / G).atan();
+        let filter = |speed_aided| Imu {
+            attitude: Attitude::Filter { time_constant: 8.0, speed_aided },
+            ..Imu::default()
+        };
+        let lost = measure(&filter(false), &turn(speed, yaw_rate, roll, 60.0), RATE, &mut random());
+        // it starts true; with the heading turning, the tilt it believes follows a first-order lag
+        // seen from a turning frame: what is left is of the order 1 / (W T)
+        assert!((lost.roll[0] - roll).abs() < 1e-12);
+        let worst = lost.roll.iter().map(|r| (r - roll).abs()).fold(0.0, f64::max);
+        assert!(worst > 0.1, "{worst}");
+        let kept = measure(&filter(true), &turn(speed, yaw_rate, roll, 60.0), RATE, &mut random());
+        let worst = kept.roll.iter().map(|r| (r - roll).abs()).fold(0.0, f64::max);
+        assert!(worst < 1.0_f64.to_radians(), "{worst}");
+    }
+
+    #[test]
+    fn nothing_and_one_sample_are_no_trouble() {
+        assert_eq!(measure(&Imu::default(), &[], RATE, &mut random()), Measured::default());
+        let imu =
+            Imu { attitude: Attitude::Filter { time_constant: 5.0, speed_aided: true }, ..Imu::default() };
+        let one = measure(&imu, &turn(10.0, 0.5, -0.4, 0.01), RATE, &mut random());
+        assert!(one.roll.len() == 1 && one.acceleration_y[0].is_finite());
+    }
+}

@@ -33,7 +33,7 @@ use crate::channel::Channel;
 use crate::rows;
 use crate::segment::{Direction, Kind};
 use crate::session::{Meta, Session};
-use motorcycle::{Action, Plant, Response, State};
+use motorcycle::{Action, Response, State};
 use programme::Controls;
 use random::Random;
 use rider::Rider;
@@ -103,7 +103,7 @@ pub fn session(scenario: &Scenario, machine: &Machine, number: usize) -> Simulat
         site: Some("simulated".into()),
         rider_id: Some(format!("rider_{}", number % 3 + 1)),
     };
-    let mut session = record.session(meta, scenario.rate, plant);
+    let mut session = record.session(meta, scenario.rate);
     for &channel in &scenario.drop {
         session.remove(channel);
     }
@@ -159,7 +159,7 @@ impl Record {
         self.kinds.push(kind);
     }
 
-    fn session(&self, meta: Meta, rate: f64, plant: &Plant) -> Session {
+    fn session(&self, meta: Meta, rate: f64) -> Session {
         let mut session = Session::new(meta, rate, self.states.len());
         let states = |f: fn(&State) -> f64| self.states.iter().map(f).collect::<Vec<_>>();
         let responses = |f: fn(&Response) -> f64| self.responses.iter().map(f).collect::<Vec<_>>();
@@ -180,15 +180,8 @@ impl Record {
         session.set(C::BrakePressureRear, controls(|c| c.pressure[1]));
         session.set(C::Throttle, controls(|c| c.throttle));
         session.set(C::Gear, controls(|c| c.gear));
-        // springs of 20 kN/m at each end: positive nose down under braking
-        let static_front =
-            plant.mass * crate::GRAVITY * (1.0 - plant.cg_to_front / plant.wheelbase);
-        let pitch = self
-            .responses
-            .iter()
-            .map(|r| 2.0 * (r.load[0] - static_front) / 20e3 / plant.wheelbase)
-            .collect();
-        session.set(C::Pitch, pitch);
+        // no suspension: the frame stays level
+        session.set(C::Pitch, vec![0.0; self.states.len()]);
         session
     }
 }

@@ -46,7 +46,7 @@ pub enum Error {
 /// Peaks of one braked wheel: measured, simulated, and how much later the simulated one comes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peaks {
-    /// Largest decelerations, m/s², positive.
+    /// Largest decelerations over 0.2 s, m/s², positive.
     pub deceleration: [f64; 2],
     /// Deepest slip ratios.
     pub slip: [f64; 2],
@@ -68,8 +68,8 @@ pub fn braking(
     let velocity = need(Channel::VelocityX)?;
     let acceleration = need(Channel::AccelerationX)?;
     let omega = [need(Channel::WheelSpeedFront)?, need(Channel::WheelSpeedRear)?];
-    let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
-        .map(|c| session.get(c));
+    let pressure =
+        [Channel::BrakePressureFront, Channel::BrakePressureRear].map(|c| session.get(c));
     let m = &model.motorcycle;
     let loads = m.static_loads();
     let radius: [f64; 2] = std::array::from_fn(|i| {
@@ -96,8 +96,8 @@ pub fn braking(
             ..Action::default()
         };
         run.observe(&action);
-        let at = run.scratch.work.links[0].position
-            + run.scratch.work.links[0].rotation * m.centre();
+        let at =
+            run.scratch.work.links[0].position + run.scratch.work.links[0].rotation * m.centre();
         let felt = run.scratch.work.links[0].acceleration_at(&at, &run.scratch.gravity);
         let (sin, cos) = run.state.angles[0].sin_cos();
         out.time.push(session.time(i));
@@ -128,8 +128,19 @@ impl Replay {
             let first = x.iter().position(|&s| s <= 0.5 * deepest);
             first.map_or(f64::NAN, |i| self.time[i])
         };
+        // an accelerometer above the mass centre feels the frame's pitching: a fifth of a second
+        // on average counts
+        let rate = match self.time.len() {
+            0 | 1 => 1.0,
+            n => (n - 1) as f64 / (self.time[n - 1] - self.time[0]),
+        };
+        let width = ((0.2 * rate).round() as usize).max(1);
+        let hardest = |x: &[f64]| {
+            let means = x.windows(width).map(|w| w.iter().sum::<f64>() / width as f64);
+            -means.filter(|x| x.is_finite()).fold(0.0, f64::min)
+        };
         Peaks {
-            deceleration: [-lowest(&self.measured_acceleration), -lowest(&self.acceleration)],
+            deceleration: [hardest(&self.measured_acceleration), hardest(&self.acceleration)],
             slip: [deepest, lowest(&self.slip[k])],
             delay: reached(&self.slip[k]) - reached(&self.measured_slip[k]),
         }

@@ -58,7 +58,8 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
         overturning_stiffness: (carcass.crown - deflection).max(0.0),
         trail: aligning / -by_slip,
         peak_friction: -braking(slip),
-        peak_slip: slip / (1.0 - slip),
+        // a friction that never falls has no peak
+        peak_slip: if slip < 0.75 { slip / (1.0 - slip) } else { f64::NAN },
         rolling_radius,
         relaxation_length: tyre.relaxation(load, 15.0).lateral,
         rolling_resistance: tyre.rolling_resistance(&input, 15.0) / (load * rolling_radius),

@@ -1,0 +1,168 @@
+//! `roadbench tyre`.
+
+use std::path::PathBuf;
+
+use crate::cli::Failure;
+use crate::model::tir;
+use crate::model::tyre::Input;
+use crate::model::tyre_model::TyreModel;
+use crate::report::svg::{Panel, Series, Style, panels};
+use crate::rows::BenchRow;
+use crate::schema::Table;
+use crate::simulate::tyre_truth::{Bench, bench};
+use crate::table;
+
+/// Put a tyre on the bench: stiffnesses, lateral friction over slip and camber; against another
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// A published set, or a .tir or .toml file.
+    tyre: String,
+    /// Another tyre to compare it with.
+    #[arg(long, value_name = "TYRE")]
+    against: Option<String>,
+    /// Load, N.
+    #[arg(long, default_value_t = 1300.0)]
+    load: f64,
+    /// Friction of the bench.
+    #[arg(long, default_value_t = 1.0)]
+    friction: f64,
+    /// Folder for the table (bench.parquet) and the figure (bench.svg).
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+/// Cambers of the table, degrees.
+const CAMBERS: [f64; 5] = [0.0, 10.0, 20.0, 30.0, 45.0];
+/// Slip angles of the table, degrees.
+const SLIPS: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { load, friction, .. } = *arguments;
+    if !(10.0..=20_000.0).contains(&load) || !(0.01..=3.0).contains(&friction) {
+        return Err(Failure::Usage(format!(
+            "--load {load} N must be between 10 and 20000, --friction {friction} between 0.01 and 3"
+        )));
+    }
+    let read = |name: &str| tir::load(name).map_err(|e| Failure::Usage(e.to_string()));
+    let mut tyres = vec![(arguments.tyre.clone(), read(&arguments.tyre)?)];
+    if let Some(name) = &arguments.against {
+        tyres.push((name.clone(), read(name)?));
+    }
+    let found: Vec<Bench> = tyres.iter().map(|(_, t)| bench(t.as_ref(), load, friction)).collect();
+    println!("at {load} N and friction {friction}, upright:");
+    let line = |what: &str, unit: &str, f: fn(&Bench) -> f64| {
+        print!("  {what:26} {unit:>6}");
+        for b in &found {
+            let x = f(b);
+            if x.is_finite() { print!(" {x:10.5}") } else { print!(" {:>10}", "-") }
+        }
+        if let [a, b] = found.as_slice()
+            && (f(a) / f(b)).is_finite()
+        {
+            print!(" {:+8.1}%", 100.0 * (f(a) / f(b) - 1.0));
+        }
+        println!();
+    };
+    line("cornering stiffness / load", "1/rad", |b| b.cornering_stiffness);
+    line("camber stiffness / load", "1/rad", |b| b.camber_stiffness);
+    line("twisting stiffness / load", "m/rad", |b| b.twisting_stiffness);
+    line("overturning stiffness", "m", |b| b.overturning_stiffness);
+    line("pneumatic trail", "m", |b| b.trail);
+    line("peak braking friction", "1", |b| b.peak_friction);
+    line("slip of that peak", "1", |b| b.peak_slip);
+    line("rolling radius", "m", |b| b.rolling_radius);
+    line("relaxation length", "m", |b| b.relaxation_length);
+
+    let lateral = |tyre: &dyn TyreModel, slip: f64, camber: f64| {
+        let input = Input {
+            slip_ratio: 0.0,
+            slip_angle: slip.to_radians(),
+            camber: camber.to_radians(),
+            load,
+            friction,
+        };
+        tyre.forces(&input).force_y / load
+    };
+    println!("\nlateral friction Fy/Fz; leaning left (camber -), slip angle across:");
+    print!("{:>9}", "camber");
+    for slip in SLIPS {
+        print!(" {slip:>14} deg");
+    }
+    println!();
+    for camber in CAMBERS {
+        print!("{:5} deg", -camber);
+        for slip in SLIPS {
+            let values: Vec<String> = tyres
+                .iter()
+                .map(|(_, t)| format!("{:8.3}", lateral(t.as_ref(), slip, -camber)))
+                .collect();
+            print!(" {:>18}", values.join(" /"));
+        }
+        println!();
+    }
+    if tyres.len() == 2 {
+        println!("\nlargest and rms difference over slip angles of -3 to 3 deg:");
+        for camber in CAMBERS {
+            let off: Vec<f64> = (-30..=30)
+                .map(|i| f64::from(i) * 0.1)
+                .map(|slip| {
+                    lateral(tyres[0].1.as_ref(), slip, -camber)
+                        - lateral(tyres[1].1.as_ref(), slip, -camber)
+                })
+                .collect();
+            let most = off.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            let rms = (off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64).sqrt();
+            println!("{:5} deg  largest {most:.3}  rms {rms:.3}", -camber);
+        }
+    }
+
+    let Some(out) = &arguments.out else { return Ok(()) };
+    let mut rows = Vec::new();
+    for (name, tyre) in &tyres {
+        for camber in (-60..=60).step_by(5).map(f64::from) {
+            for slip in (-20..=20).map(|i| f64::from(i) * 0.5) {
+                rows.push(BenchRow {
+                    tyre: name.clone(),
+                    load,
+                    camber: camber.to_radians(),
+                    slip_angle: slip.to_radians(),
+                    friction_y: lateral(tyre.as_ref(), slip, camber),
+                });
+            }
+        }
+    }
+    let fail = |e: table::Error| Failure::Output(e.to_string());
+    table::write(&out.join("bench.parquet"), &Table::embedded("bench"), &rows).map_err(fail)?;
+    let curve = |tyre: &dyn TyreModel, camber: f64| -> Vec<(f64, f64)> {
+        (-60..=60)
+            .map(|i| f64::from(i) * 0.1)
+            .map(|slip| (slip, lateral(tyre, slip, -camber)))
+            .collect()
+    };
+    let drawn: Vec<Panel> = [0.0, 10.0, 20.0, 30.0]
+        .into_iter()
+        .map(|camber| Panel {
+            title: format!("Camber {} deg", -camber),
+            x: "slip angle, deg".into(),
+            y: "Fy/Fz".into(),
+            series: tyres
+                .iter()
+                .enumerate()
+                .map(|(k, (name, tyre))| Series {
+                    label: name.rsplit('/').next().unwrap_or(name).to_owned(),
+                    points: curve(tyre.as_ref(), camber),
+                    colour: k,
+                    style: if k == 0 { Style::Line } else { Style::Dashed },
+                })
+                .collect(),
+        })
+        .collect();
+    let path = out.join("bench.svg");
+    table::write_bytes(&path, panels(&drawn, 2).as_bytes()).map_err(fail)?;
+    println!("figure: {}", path.display());
+    Ok(())
+}
