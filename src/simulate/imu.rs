@@ -330,8 +330,10 @@ mod tests {
     #[test]
     fn nothing_and_one_sample_are_no_trouble() {
         assert_eq!(measure(&Imu::default(), &[], RATE, &mut random()), Measured::default());
-        let imu =
-            Imu { attitude: Attitude::Filter { time_constant: 5.0, speed_aided: true }, ..Imu::default() };
+        let imu = Imu {
+            attitude: Attitude::Filter { time_constant: 5.0, speed_aided: true },
+            ..Imu::default()
+        };
         let one = measure(&imu, &turn(10.0, 0.5, -0.4, 0.01), RATE, &mut random());
         assert!(one.roll.len() == 1 && one.acceleration_y[0].is_finite());
     }

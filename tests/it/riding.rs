@@ -47,10 +47,7 @@ fn run_pipeline(tour: &Tour, ridden: &Ridden, folder: &Path) -> Outcome {
 
 fn custom(tour: &Tour, outcome: &Outcome, axle: Axle) -> Custom {
     let value = |tyre: &str, name: &str| {
-        let row = outcome
-            .coefficients
-            .iter()
-            .find(|c| c.tyre == tyre && c.coefficient == name);
+        let row = outcome.coefficients.iter().find(|c| c.tyre == tyre && c.coefficient == name);
         row.and_then(|c| c.value)
     };
     let bike = &tour.bike;
