@@ -1,9 +1,11 @@
-//! The tyre model of the paper, and the kinematics that steering and roll give a wheel.
+//! Tyre models: the paper's, and those of simulators behind one trait
+//! ([`tyre_model::TyreModel`]); and the kinematics that steering and roll give a wheel.
 
 pub mod custom;
 pub mod kinematics;
 pub mod linear;
 pub mod magic_formula;
+pub mod mf_62;
 pub mod mf_mc;
 pub mod published;
 pub mod tir;

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 
 use super::custom::Custom;
 use super::linear::Linear;
+use super::mf_62::Mf62;
 use super::mf_mc::MfMc;
 use super::published;
 use super::tyre_model::TyreModel;
@@ -127,11 +128,12 @@ pub fn parse(text: &str, path: &Path) -> Result<Box<dyn TyreModel>, Error> {
     let fail = |message: String| Error::Key { path: path.to_owned(), message };
     let model: Result<Box<dyn TyreModel>, Missing> = match keys.or("FITTYP", 0.0) as i64 {
         52 => MfMc::from_keys(&keys).map(|t| Box::new(t) as _),
+        60..=62 => Mf62::from_keys(&keys).map(|t| Box::new(t) as _),
         1 => Linear::from_keys(&keys).map(|t| Box::new(t) as _),
         other => {
             return Err(fail(format!(
-                "`FITTYP` = {other} is not known: 52 is the motorcycle Magic Formula 5.2, 1 the \
-                 linear tyre"
+                "`FITTYP` = {other} is not known: 62 is Magic Formula 6.2, 52 the motorcycle \
+                 Magic Formula 5.2, 1 the linear tyre"
             )));
         }
     };
