@@ -171,11 +171,14 @@ impl Model {
 
     /// Positions and velocities of all bodies.
     pub fn kinematics(&self, state: &State, scratch: &mut Scratch) {
+        // wheels are round: their angle changes nothing
+        let mut joints = state.joints;
+        (joints[joint::FRONT], joints[joint::REAR]) = (0.0, 0.0);
         self.tree.kinematics(
             &state.rotation(),
             &state.position,
             &state.velocity,
-            &state.joints,
+            &joints,
             &state.rates,
             &mut scratch.work,
         );

@@ -87,6 +87,13 @@ impl Force {
     }
 }
 
+impl Force {
+    /// In axes that `rotation` leads to.
+    pub fn turned(&self, rotation: &Matrix3<f64>) -> Self {
+        Force { moment: rotation * self.moment, force: rotation * self.force }
+    }
+}
+
 impl std::ops::Add for Force {
     type Output = Force;
     fn add(self, o: Force) -> Force {
@@ -187,17 +194,20 @@ impl Articulated {
         }
     }
 
-    /// Adds a child's inertia: the child's axes are `rotation` (child to parent), its origin is
-    /// at `r` in the parent.
-    pub fn add_child(&mut self, child: &Articulated, rotation: &Matrix3<f64>, r: &Vector3<f64>) {
+    /// In axes that `rotation` leads to.
+    pub fn turned(&self, rotation: &Matrix3<f64>) -> Self {
         let turn = |x: &Matrix3<f64>| rotation * x * rotation.transpose();
-        let (i, h, m) = (turn(&child.i), turn(&child.h), turn(&child.m));
+        Articulated { i: turn(&self.i), h: turn(&self.h), m: turn(&self.m) }
+    }
+
+    /// Adds a child's inertia in parallel axes, its origin at `r`.
+    pub fn add_child(&mut self, child: &Articulated, r: &Vector3<f64>) {
         let rx = skew(r);
-        let rm = rx * m;
-        let hr = h * rx;
-        self.i += i - hr - hr.transpose() - rm * rx;
-        self.h += h + rm;
-        self.m += m;
+        let rm = rx * child.m;
+        let hr = child.h * rx;
+        self.i += child.i - hr - hr.transpose() - rm * rx;
+        self.h += child.h + rm;
+        self.m += child.m;
     }
 
     /// Acceleration under a force; `None` when the inertia is singular.

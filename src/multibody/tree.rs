@@ -59,6 +59,8 @@ pub struct Link {
     /// Force from outside; cleared by [`Tree::kinematics`].
     pub external: Force,
     to_parent: Matrix3<f64>,
+    /// Whether `to_parent` is more than the identity.
+    turned: bool,
     offset: Vector3<f64>,
     bias: Motion,
     inertia: Articulated,
@@ -85,6 +87,18 @@ pub struct Work {
 }
 
 impl Link {
+    /// The parent's motion, seen from this link.
+    fn carry(&self, parent: &Motion) -> Motion {
+        let moved = Motion::new(parent.angular, parent.at(&self.offset));
+        match self.turned {
+            true => Motion::new(
+                self.to_parent.tr_mul(&moved.angular),
+                self.to_parent.tr_mul(&moved.linear),
+            ),
+            false => moved,
+        }
+    }
+
     /// World to link axes.
     pub fn to_link(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.tr_mul(v)
@@ -137,6 +151,7 @@ impl Tree {
             velocity: Motion::default(),
             external: Force::default(),
             to_parent: Matrix3::identity(),
+            turned: false,
             offset: Vector3::zeros(),
             bias: Motion::default(),
             inertia: zero,
@@ -180,23 +195,24 @@ impl Tree {
         for (j, body) in self.bodies.iter().enumerate() {
             let parent = work.links[body.parent];
             let link = &mut work.links[j + 1];
+            link.offset = body.offset;
+            link.turned = false;
             match &body.joint {
-                Joint::Revolute(axis) => {
+                // joints at rest, and wheels whose angle does not matter, spare the turning
+                Joint::Revolute(axis) if q[j] != 0.0 => {
                     link.to_parent = Rotation3::from_axis_angle(axis, q[j]).into_inner();
-                    link.offset = body.offset;
+                    link.turned = true;
                 }
-                Joint::Prismatic(axis) => {
-                    link.to_parent = Matrix3::identity();
-                    link.offset = body.offset + axis.into_inner() * q[j];
-                }
+                Joint::Revolute(_) => {}
+                Joint::Prismatic(axis) => link.offset += axis.into_inner() * q[j],
             }
-            link.rotation = parent.rotation * link.to_parent;
+            link.rotation = match link.turned {
+                true => parent.rotation * link.to_parent,
+                false => parent.rotation,
+            };
             link.position = parent.position + parent.rotation * link.offset;
             let joint = body.joint.motion() * qd[j];
-            let carried = Motion::new(
-                link.to_parent.tr_mul(&parent.velocity.angular),
-                link.to_parent.tr_mul(&parent.velocity.at(&link.offset)),
-            );
+            let carried = link.carry(&parent.velocity);
             link.velocity = carried + joint;
             link.bias = link.velocity.cross(&joint);
             link.external = Force::default();
@@ -230,12 +246,14 @@ impl Tree {
                 let push = link.response * (link.drive / link.stiffness);
                 (rest, link.force + rest.apply(&link.bias) + push)
             };
-            let (rotation, r) = (link.to_parent, link.offset);
-            let turned = rotation * force.force;
+            let r = link.offset;
+            let (passed, force) = match link.turned {
+                true => (passed.turned(&link.to_parent), force.turned(&link.to_parent)),
+                false => (passed, force),
+            };
             let parent = &mut work.links[body.parent];
-            parent.inertia.add_child(&passed, &rotation, &r);
-            parent.force +=
-                Force { moment: rotation * force.moment + r.cross(&turned), force: turned };
+            parent.inertia.add_child(&passed, &r);
+            parent.force += Force { moment: force.moment + r.cross(&force.force), ..force };
         }
         // gravity as an upward acceleration of the base
         let base = &mut work.links[0];
@@ -246,10 +264,7 @@ impl Tree {
             let parent = work.links[body.parent].acceleration;
             let s = body.joint.motion();
             let link = &mut work.links[j + 1];
-            let carried = Motion::new(
-                link.to_parent.tr_mul(&parent.angular),
-                link.to_parent.tr_mul(&parent.at(&link.offset)),
-            ) + link.bias;
+            let carried = link.carry(&parent) + link.bias;
             if work.driven[j] {
                 link.acceleration = carried + s * work.acceleration[j];
                 let force = link.inertia.apply(&link.acceleration) + link.force;
