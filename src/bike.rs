@@ -63,6 +63,9 @@ pub struct WheelData {
     pub twisting_stiffness: f64,
     /// Vertical stiffness `K_z`, N/m.
     pub vertical_stiffness: f64,
+    /// Share of the vertical deflection by which the rolling radius falls; `None` is unknown, and
+    /// none is taken.
+    pub deflection_share: Option<f64>,
     /// Relaxation length, m; `None` means the wheel radius.
     pub relaxation_length: Option<f64>,
     /// Slip transition coefficient `q1`.
@@ -256,6 +259,7 @@ impl Bike {
             side_force_ratio: get(&format!("{end}.side_force_ratio")),
             twisting_stiffness: get(&format!("{end}.twisting_stiffness")),
             vertical_stiffness: get(&format!("{end}.vertical_stiffness")),
+            deflection_share: opt(&format!("{end}.deflection_share")),
             relaxation_length: opt(&format!("{end}.relaxation_length")),
             slip_transition: get(&format!("{end}.slip_transition")),
             camber_force_decay: get(&format!("{end}.camber_force_decay")),

@@ -26,6 +26,8 @@ pub struct Samples {
     pub acceleration_x: Vec<f64>,
     /// Pitch, rad.
     pub pitch: Vec<f64>,
+    /// Pitch rate, rad/s.
+    pub pitch_rate: Vec<f64>,
     /// Roll, rad.
     pub roll: Vec<f64>,
     /// Roll rate, rad/s.
@@ -71,6 +73,7 @@ impl Samples {
             velocity_y_rate: of(&self.velocity_y_rate),
             acceleration_x: of(&self.acceleration_x),
             pitch: of(&self.pitch),
+            pitch_rate: of(&self.pitch_rate),
             roll: of(&self.roll),
             roll_rate: of(&self.roll_rate),
             roll_acceleration: of(&self.roll_acceleration),
@@ -94,6 +97,7 @@ impl Samples {
         self.velocity_y_rate.append(&mut other.velocity_y_rate);
         self.acceleration_x.append(&mut other.acceleration_x);
         self.pitch.append(&mut other.pitch);
+        self.pitch_rate.append(&mut other.pitch_rate);
         self.roll.append(&mut other.roll);
         self.roll_rate.append(&mut other.roll_rate);
         self.roll_acceleration.append(&mut other.roll_acceleration);
@@ -167,6 +171,7 @@ pub fn gather(
     let velocity_y = column(Channel::VelocityY);
     let acceleration_x = column(Channel::AccelerationX);
     let pitch = column(Channel::Pitch);
+    let pitch_rate = column(Channel::PitchRate);
     let roll = column(Channel::Roll);
     let roll_rate = column(Channel::RollRate);
     let yaw_rate = column(Channel::YawRate);
@@ -200,6 +205,7 @@ pub fn gather(
             // without an accelerometer the velocity is differentiated
             out.acceleration_x.push(acceleration_x.map_or(from_velocity, |x| x[i]));
             out.pitch.push(read(pitch, i));
+            out.pitch_rate.push(pitch_rate.map_or_else(|| slow_rate_of(pitch, i), |x| x[i]));
             out.roll.push(read(roll, i));
             let rate = roll_rate.map_or_else(|| rate_of(roll, i), |x| x[i]);
             out.roll_rate.push(rate);

@@ -131,13 +131,39 @@ impl Given {
     /// the front load in hard braking. What the fork takes off the wheelbase and the dive off the
     /// height of the mass centre about cancel.
     fn dive(&self, x: &Samples, i: usize) -> f64 {
-        let b = &self.bike;
         let pitch = x.pitch[i] - self.zeros.pitch;
         if self.formulation != Formulation::Corrected || !pitch.is_finite() {
             return 0.0;
         }
-        let lever = b.cg_height - 0.5 * (b.front.radius + b.rear.radius);
-        lever.max(0.0) * pitch.clamp(-0.2, 0.2)
+        self.above_axles() * pitch.clamp(-0.2, 0.2)
+    }
+
+    /// Height of the mass centre above the axles, m.
+    fn above_axles(&self) -> f64 {
+        let b = &self.bike;
+        (b.cg_height - 0.5 * (b.front.radius + b.rear.radius)).max(0.0)
+    }
+
+    /// Forward speed of the axles, m/s: a diving frame carries the velocity sensor ahead of them.
+    fn axle_speed(&self, x: &Samples, i: usize, v: f64) -> f64 {
+        let rate = x.pitch_rate[i];
+        if self.formulation != Formulation::Corrected || !rate.is_finite() {
+            return v;
+        }
+        v - (self.above_axles() + self.bike.velocity_sensor_z) * rate.clamp(-1.0, 1.0)
+    }
+
+    /// Rolling radius of wheel `k` under a load, m: it falls by a share of the deflection, where
+    /// the bike file gives one.
+    fn loaded_radius(&self, k: usize, load: f64) -> f64 {
+        let wheel = self.bike.wheel(Axle::BOTH[k]);
+        match wheel.deflection_share {
+            Some(share) if self.formulation == Formulation::Corrected => {
+                let standing = self.loads(0.0, 0.0, 1.0, 0.0, 0.0)[k];
+                self.radius[k] - share * (load - standing) / wheel.vertical_stiffness
+            }
+            _ => self.radius[k],
+        }
     }
 
     /// Wheel loads with their transfer, eq. 25.
@@ -170,6 +196,7 @@ impl Given {
                 .map(|k| if inertia[k] > 0.0 { inertia[k] * x.omega_rate[k][i] } else { 0.0 })
                 .sum();
             let load = self.loads(total, spin_rate, cos_phi, 0.0, self.dive(x, i));
+            let axle = self.axle_speed(x, i, v);
             let rolling = [-self.rolling * load[0], -self.rolling * load[1]];
             // an undriven, unbraked wheel is pushed by its own inertia only
             let free = |k: usize| {
@@ -187,7 +214,7 @@ impl Given {
                 Action::Driving => [free(0), slip - free(0)],             // (27)
             };
             for k in 0..2 {
-                let s = x.omega[k][i] * self.radius[k] / v - 1.0; // (24)
+                let s = x.omega[k][i] * self.loaded_radius(k, load[k]) / axle - 1.0; // (24)
                 out.slip_ratio[k].push(s);
                 out.load[k].push(load[k]);
                 // the printed form counts rolling resistance as slip force

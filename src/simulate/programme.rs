@@ -79,6 +79,9 @@ pub struct Course {
     pub shape: LaneChange,
 }
 
+/// Lag of hands on brake and throttle, s.
+const HANDS: f64 = 0.15;
+
 /// Quintic step from 0 to 1 over unit time, with its derivatives.
 pub fn quintic(x: f64) -> (f64, f64, f64) {
     if x <= 0.0 {
@@ -257,7 +260,10 @@ impl<'a> Programme<'a> {
                 let origin = *self.start.get_or_insert(seen.position);
                 let course = Course { origin, heading: self.heading, shape };
                 let along = course.along(seen.position) - ahead;
-                wish.acceleration = Some(shape.acceleration(&self.profile, along, seen.speed));
+                // hands need a moment: neither brake nor throttle is a switch
+                let wanted = shape.acceleration(&self.profile, along, seen.speed);
+                self.demand += (wanted - self.demand) * (self.dt / HANDS).min(1.0);
+                wish.acceleration = Some(self.demand);
                 wish.front_share = Some(shape.front_share);
                 wish.path = Some(Course { origin: course.point(ahead, 0.0), ..course });
                 wish.done = along > shape.length + beyond;

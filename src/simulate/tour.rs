@@ -238,6 +238,7 @@ fn believed(motorcycle: &Motorcycle, belief: &toml::Table) -> Result<Bike, Strin
             wheel.insert("radius".into(), number(carcass.radius));
             wheel.insert("width".into(), number((2.0 * carcass.crown).max(0.03)));
             wheel.insert("vertical_stiffness".into(), number(carcass.stiffness));
+            wheel.insert("deflection_share".into(), number(carcass.deflection_share));
         }
         wheel.insert("wheel_inertia".into(), number(m.wheels[i].about_origin[(1, 1)]));
         table.insert(end.into(), toml::Value::Table(wheel));

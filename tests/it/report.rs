@@ -476,6 +476,27 @@ fn a_property_file_gives_the_fitted_tyre_back() {
         assert!((by_slip / -k_alpha - 1.0).abs() < 0.01, "load {load}: {by_slip}");
         assert!((by_camber / -k_gamma - 1.0).abs() < 0.001, "load {load}: {by_camber}");
     }
+    // and the simulator's own reader takes it for what it is
+    let tyre = roadbench::model::tir::parse(&file, "export.tir".as_ref()).expect("a tyre");
+    let at = |slip_ratio: f64, slip_angle: f64, camber: f64| {
+        let load = 1500.0;
+        let out = tyre.forces(&roadbench::model::tyre::Input {
+            slip_ratio,
+            slip_angle,
+            camber,
+            load,
+            friction: 1.0,
+        });
+        [out.force_x / load, out.force_y / load, out.moment_x / load, out.moment_z / load]
+    };
+    let bs = -0.1 * b;
+    let mu = d * (c * (bs - (e1 - e2) * (bs - bs.atan())).atan()).sin();
+    assert!((at(-0.1, 0.0, 0.0)[0] - mu).abs() < 1e-5);
+    let h = 1e-5;
+    assert!((at(0.0, h, 0.0)[1] / h / -k_alpha - 1.0).abs() < 0.01);
+    assert!((at(0.0, 0.0, h)[1] / h / -k_gamma - 1.0).abs() < 0.001);
+    assert!((at(0.0, 0.0, h)[2] / h / -get("overturning_stiffness") - 1.0).abs() < 1e-3);
+    assert!((at(0.0, 0.0, h)[3] / h / -get("twisting_stiffness") - 1.0).abs() < 1e-3);
     // sigma = K / c_y, Pacejka (2012) 7.2
     let length = k_alpha * k["FNOMIN"] / k["LATERAL_STIFFNESS"];
     assert!((length / get("relaxation_length") - 1.0).abs() < 1e-5);
