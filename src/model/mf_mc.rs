@@ -259,7 +259,7 @@ mod tests {
             for (found, expected) in
                 [out.force_x, out.force_y, out.moment_z].into_iter().zip(expected)
             {
-                let good = expected.is_nan() || (found - expected).abs() < 2e-9 * 1e3;
+                let good = expected.is_nan() || (found - expected).abs() < 1e-8;
                 assert!(good, "{end} {load} {slip_ratio} {slip_angle} {camber}: {out:?}");
             }
         }
