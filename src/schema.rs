@@ -24,6 +24,7 @@ embed!(
     "channel_map",
     "bike",
     "motorcycle",
+    "ride",
     "sessions",
     "manoeuvres",
     "coefficients",
@@ -183,7 +184,12 @@ impl KeyTable {
     }
 
     fn key(&self, path: &str) -> Result<&Key, String> {
-        self.keys.iter().find(|k| k.path == path).ok_or_else(|| {
+        let beneath = |k: &&Key| {
+            let rest = path.strip_prefix(&k.path);
+            k.kind == "table" && rest.is_some_and(|r| r.starts_with('.'))
+        };
+        let exact = self.keys.iter().find(|k| k.path == path);
+        exact.or_else(|| self.keys.iter().find(beneath)).ok_or_else(|| {
             let near = closest(path, self.keys.iter().map(|k| k.path.as_str()));
             match near {
                 Some(near) => format!("unknown key `{path}`; did you mean `{near}`?"),
@@ -200,8 +206,23 @@ impl KeyTable {
     /// A sentence that names the key.
     pub fn check(&self, table: &toml::Table) -> Result<Values, String> {
         let mut values = Values::default();
+        let mut given: Vec<String> = Vec::new();
         for (path, value) in flatten(table) {
             let key = self.key(&path)?;
+            let fits = match key.kind.as_str() {
+                // its own reader looks at what is beneath
+                "table" => key.path != path,
+                "list" => value.is_array(),
+                "bool" => value.is_bool(),
+                _ => true,
+            };
+            if !fits {
+                return Err(format!("`{path}` must be a {}", key.kind));
+            }
+            if matches!(key.kind.as_str(), "table" | "list" | "bool") {
+                given.push(key.path.clone());
+                continue;
+            }
             if key.kind == "text" {
                 let toml::Value::String(text) = value else {
                     return Err(format!("`{path}` must be a text, in quotes"));
@@ -221,7 +242,10 @@ impl KeyTable {
             values.number.insert(path, number);
         }
         for key in &self.keys {
-            if values.number.contains_key(&key.path) || values.text.contains_key(&key.path) {
+            if values.number.contains_key(&key.path)
+                || values.text.contains_key(&key.path)
+                || given.contains(&key.path)
+            {
                 continue;
             }
             if key.required {

@@ -22,7 +22,7 @@ use crate::channel::Channel;
 use crate::model::tir;
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road};
-use crate::schema::closest;
+use crate::schema::{KeyTable, closest};
 
 /// Built-in rides by name.
 pub const BUILTIN: &[(&str, &str)] = &[
@@ -31,17 +31,11 @@ pub const BUILTIN: &[(&str, &str)] = &[
     ("grip_limit", include_str!("../../pipelines/scenarios/grip_limit.toml")),
 ];
 
+/// What is more than a number; those are in `schemas/ride.v1.toml` with their ranges.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 struct File {
     name: String,
     description: String,
-    #[serde(default = "one")]
-    seed: u64,
-    #[serde(default = "hundred")]
-    rate: f64,
-    #[serde(default = "two_milliseconds")]
-    step: f64,
     #[serde(default)]
     float32: bool,
     #[serde(default)]
@@ -49,10 +43,6 @@ struct File {
     motorcycle: String,
     front_tyre: Option<String>,
     rear_tyre: Option<String>,
-    #[serde(default = "one_session")]
-    sessions: usize,
-    #[serde(default)]
-    start_speed: f64,
     manoeuvres: Vec<Manoeuvre>,
     #[serde(default)]
     road: Road,
@@ -64,22 +54,6 @@ struct File {
     #[serde(default)]
     sensors: Sensors,
     imu: Option<Imu>,
-}
-
-fn one() -> u64 {
-    1
-}
-
-fn hundred() -> f64 {
-    100.0
-}
-
-fn two_milliseconds() -> f64 {
-    0.002
-}
-
-fn one_session() -> usize {
-    1
 }
 
 /// A checked scenario, ready to ride.
@@ -142,16 +116,10 @@ impl Tour {
     /// A sentence that names the key.
     pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
         let fail = |message: String| format!("scenario {}: {message}", path.display());
+        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| fail(e.to_string()))?;
+        let values = KeyTable::embedded("ride").check(&table).map_err(fail)?;
+        let number = |key: &str| values.number.get(key).copied().unwrap_or(f64::NAN);
         let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
-        let within = |name: &str, x: f64, low: f64, high: f64| {
-            let ok = (low..=high).contains(&x);
-            let sentence = || fail(format!("`{name}` = {x} is not between {low} and {high}"));
-            if ok { Ok(()) } else { Err(sentence()) }
-        };
-        within("rate", file.rate, 10.0, 1000.0)?;
-        within("step", file.step, 1e-5, 0.004)?;
-        within("start_speed", file.start_speed, 0.0, 90.0)?;
-        within("sessions", file.sessions as f64, 1.0, 1e5)?;
         if file.manoeuvres.is_empty() {
             return Err(fail("`manoeuvres` is empty".into()));
         }
@@ -190,13 +158,13 @@ impl Tour {
         Ok(Tour {
             name: file.name,
             description: file.description,
-            seed: file.seed,
-            rate: file.rate,
-            step: file.step,
+            seed: number("seed") as u64,
+            rate: number("rate"),
+            step: number("step"),
             float32: file.float32,
             drop,
-            sessions: file.sessions,
-            start_speed: file.start_speed,
+            sessions: number("sessions") as usize,
+            start_speed: number("start_speed"),
             manoeuvres: file.manoeuvres,
             wind: file.wind,
             sensors: file.sensors,

@@ -484,6 +484,19 @@ fn straight_running_modes_agree_with_the_independent_engine() {
 }
 
 #[test]
+fn coasting_agrees_with_the_independent_engine() {
+    // 20 s from 10 m/s in neutral: 6.2102 m/s there; within a thousandth of the speed lost
+    let motorcycle = model("sports_small");
+    let trim = trim::steady(&motorcycle, 10.0, 0.0, None).expect("straight");
+    let mut run = Run::new(&motorcycle, trim.state);
+    for _ in 0..10_000 {
+        run.step(&Action::default(), 2e-3);
+    }
+    let speed = run.state.level_velocity(&motorcycle.motorcycle.frame.centre)[0];
+    assert!((speed - 6.2102).abs() < 3.8e-3, "{speed}");
+}
+
+#[test]
 fn steady_turns_satisfy_the_equilibrium_equations() {
     // Cossalter, Doria, Lot 1999, in ISO axes, from forces and geometry alone
     let motorcycle = model("sports_small");
