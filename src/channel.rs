@@ -68,6 +68,20 @@ channels! {
     ShockBottomAcceleration = "shock_bottom_acceleration",
 }
 
+impl Channel {
+    /// The channel of that name.
+    ///
+    /// # Errors
+    /// A sentence with the nearest name.
+    pub fn named(name: &str) -> Result<Self, String> {
+        Channel::from_name(name).ok_or_else(|| {
+            let near = crate::schema::closest(name, Channel::ALL.iter().map(|c| c.name()));
+            let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+            format!("unknown channel `{name}`{hint}")
+        })
+    }
+}
+
 impl fmt::Display for Channel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())

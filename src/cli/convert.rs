@@ -41,12 +41,7 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    let maps = arguments
-        .map
-        .iter()
-        .map(|path| ChannelMap::read(path))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(Failure::Usage)?;
+    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
     let mut config = ingest::Config::default();
     for (name, given, slot) in [
         ("--rate", arguments.rate, &mut config.rate),

@@ -114,12 +114,7 @@ struct Estimate {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    let maps = arguments
-        .map
-        .iter()
-        .map(|path| ChannelMap::read(path))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(Failure::Usage)?;
+    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
     let pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),

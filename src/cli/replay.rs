@@ -63,12 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let road = Road { friction: arguments.friction, ..Road::default() };
     road.check().map_err(usage)?;
     let model = Model::new(motorcycle, road);
-    let maps = arguments
-        .map
-        .iter()
-        .map(|path| ChannelMap::read(path))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(Failure::Usage)?;
+    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
     let pipeline = Pipeline::onroad();
     let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;

@@ -134,6 +134,14 @@ pub struct Column {
 }
 
 impl ChannelMap {
+    /// Reads and checks several maps.
+    ///
+    /// # Errors
+    /// As [`ChannelMap::read`], for the first that cannot be read.
+    pub fn read_all(paths: &[std::path::PathBuf]) -> Result<Vec<Self>, String> {
+        paths.iter().map(|path| Self::read(path)).collect()
+    }
+
     /// Reads and checks a map.
     ///
     /// # Errors

@@ -167,13 +167,7 @@ impl Scenario {
         if file.plans.is_empty() {
             return Err(fail("`plans` is empty".into()));
         }
-        let channel = |name: &String| {
-            Channel::from_name(name).ok_or_else(|| {
-                let near = closest(name, Channel::ALL.iter().map(|c| c.name()));
-                let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-                fail(format!("unknown channel `{name}`{hint}"))
-            })
-        };
+        let channel = |name: &String| Channel::named(name).map_err(fail);
         let drop = file.drop.iter().map(channel).collect::<Result<_, _>>()?;
         for name in file.sensors.keys() {
             channel(name)?;

@@ -22,7 +22,7 @@ use crate::channel::Channel;
 use crate::model::tir;
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road};
-use crate::schema::{KeyTable, closest};
+use crate::schema::KeyTable;
 
 /// Built-in rides by name.
 pub const BUILTIN: &[(&str, &str)] = &[
@@ -127,13 +127,7 @@ impl Tour {
             manoeuvre.check().map_err(fail)?;
         }
         file.road.check().map_err(fail)?;
-        let channel = |name: &String| {
-            Channel::from_name(name).ok_or_else(|| {
-                let near = closest(name, Channel::ALL.iter().map(|c| c.name()));
-                let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-                fail(format!("unknown channel `{name}`{hint}"))
-            })
-        };
+        let channel = |name: &String| Channel::named(name).map_err(fail);
         let drop = file.drop.iter().map(channel).collect::<Result<_, _>>()?;
         for name in file.sensors.keys() {
             channel(name)?;
