@@ -43,7 +43,8 @@ pub trait TyreModel: std::fmt::Debug + Send + Sync {
     fn forces(&self, input: &Input) -> Output;
     /// Relaxation lengths at a load (N) and speed (m/s).
     fn relaxation(&self, load: f64, speed: f64) -> Relaxation;
-    /// Moment about the axle that resists the rotation, N m, not negative.
+    /// Moment about the contact's lateral axis that resists the rotation, N m, not negative: the
+    /// load's point of action lies ahead of the contact.
     fn rolling_resistance(&self, input: &Input, speed: f64) -> f64;
     /// Shape and vertical spring.
     fn carcass(&self) -> Carcass;

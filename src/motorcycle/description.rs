@@ -289,11 +289,11 @@ impl Motorcycle {
         if self.centre().z <= 0.0 {
             return Err("the mass centre lies below the road; look at `frame.z`".into());
         }
-        for (name, body, _) in [
-            ("frame", &self.frame, 0),
-            ("swing_arm", &self.swing_arm, 0),
-            ("steering", &self.steering, 0),
-            ("fork", &self.fork, 0),
+        for (name, body) in [
+            ("frame", &self.frame),
+            ("swing_arm", &self.swing_arm),
+            ("steering", &self.steering),
+            ("fork", &self.fork),
         ] {
             let arm = crate::multibody::spatial::skew(&body.centre);
             let own = body.about_origin + arm * arm * body.mass;

@@ -70,7 +70,8 @@ impl Mode {
     }
 }
 
-/// States that are not out-of-plane: bounce, pitch, speed and what goes with them.
+/// States that move out of the plane of symmetry; the others are bounce, pitch, speed and what
+/// goes with them.
 const LATERAL: [usize; 11] = [
     4,                // roll
     6 + joint::TWIST, // joint positions
@@ -228,8 +229,7 @@ fn name(lateral: &[(f64, Vec<Complex<f64>>)]) -> Vec<Mode> {
                 previous[slot] = None;
             }
         }
-        for (k, &eigenvalue) in upper.iter().enumerate().filter(|(k, _)| !taken[*k]) {
-            let _ = k;
+        for (&eigenvalue, _) in upper.iter().zip(&taken).filter(|(_, taken)| !**taken) {
             modes.push(Mode { speed: *speed, name: Name::Lateral, eigenvalue });
         }
     }

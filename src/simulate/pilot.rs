@@ -5,7 +5,7 @@ use super::programme::{Controls, Lean, Programme, Seen, Wish};
 use crate::motorcycle::trim::NoTrim;
 use crate::motorcycle::{Action, Model, Scratch, State, joint};
 
-/// Below this speed the feet help, fully below 1 m/s less.
+/// Below this speed the feet help, fully at 2 m/s less.
 const FEET: f64 = 3.0;
 
 /// A rider on one motorcycle.

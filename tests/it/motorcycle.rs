@@ -374,6 +374,111 @@ fn energy_and_momentum_are_conserved_without_dissipation() {
 }
 
 #[test]
+fn whatever_acts_inside_changes_no_momentum() {
+    // chain or shaft, brakes, steering, suspension with damping, compliant frame, rider's lean
+    let text = std::fs::read_to_string(
+        [env!("CARGO_MANIFEST_DIR"), "pipelines/motorcycles/sports_small.toml"]
+            .iter()
+            .collect::<PathBuf>(),
+    )
+    .expect("motorcycle");
+    let more = "\n[frame_twist]\nx = 1.16\nz = 0.75\nstiffness = 34100.0\ndamping = 99.7\n\
+                [rider]\nmass = 40.0\nx = 0.5\nz = 1.0\nixx = 1.3\niyy = 2.1\nizz = 1.4\naxis_z = 0.8\n";
+    let chain = "[chain]\nengine_x = 0.62\nengine_z = 0.39\nengine_radius = 0.04\n\
+                 wheel_radius = 0.1\n";
+    for extra in [more.to_owned(), format!("{more}{chain}")] {
+        let text = text.replace("drag_area = 0.312", "drag_area = 0.0") + &extra;
+        let motorcycle = Motorcycle::parse(&text, "t", "t.toml".as_ref()).expect("a motorcycle");
+        let flight = Model::new(motorcycle, Road::default());
+        let start = State { position: Vector3::new(0.0, 0.0, 30.0), ..flight.straight(20.0) };
+        let mut run = Run::new(&flight, start);
+        flight.kinematics(&start, &mut run.scratch);
+        let before = flight.tree.momentum(&run.scratch.work);
+        let centre = flight.tree.centre(&run.scratch.work);
+        let action = Action {
+            steer_torque: 8.0,
+            brake: [60.0, 0.0],
+            drive: 150.0,
+            lean: 0.2,
+            ..Action::default()
+        };
+        // short: without the road the springs throw the wheels far out
+        let (dt, steps) = (2e-4, 600);
+        for _ in 0..steps {
+            run.step(&action, dt);
+        }
+        let (spin, lean) = (run.state.rates[joint::REAR], run.state.joints[joint::RIDER]);
+        let moved = (spin - start.rates[joint::REAR]).abs();
+        assert!(moved > 5.0 && lean > 0.05, "{moved} {lean}");
+        assert!(run.state.joints[joint::TWIST].abs() > 1e-7);
+        flight.kinematics(&run.state, &mut run.scratch);
+        let after = flight.tree.momentum(&run.scratch.work);
+        let time = dt * f64::from(steps);
+        let weight = Vector3::new(0.0, 0.0, -flight.motorcycle.mass() * flight.motorcycle.gravity);
+        let force = before.force + weight * time;
+        assert!(
+            (after.force - force).norm() < 1e-8 * before.force.norm(),
+            "{}",
+            after.force - force
+        );
+        let path = centre * time + before.force * (time * time / 2.0 / flight.motorcycle.mass());
+        let off = after.moment - (before.moment + path.cross(&weight));
+        assert!(off.norm() < 1e-7 * before.moment.norm(), "{off}");
+    }
+}
+
+#[test]
+fn a_compliant_front_frame_moves_wobble_and_a_stiff_one_does_not() {
+    let wobble = |twist: Option<f64>| {
+        let mut motorcycle = Motorcycle::load("sports_small").expect("built in");
+        motorcycle.twist = twist.map(|k| (Vector3::new(1.16, 0.0, 0.75), k, 50.0));
+        let model = Model::new(motorcycle, Road::default());
+        let trim = trim::steady(&model, 20.0, 0.0, None).expect("straight");
+        let a = modes::linearise(&model, &trim.state, &trim.action).lateral().a;
+        let near = eigenvalues(&a).into_iter().filter(|e| e.im > 30.0 && e.im < 70.0);
+        near.max_by(|x, y| x.re.total_cmp(&y.re)).expect("wobble")
+    };
+    let rigid = wobble(None);
+    assert!((wobble(Some(3e7)) - rigid).norm() < 2e-3 * rigid.norm());
+    assert!((wobble(Some(3.4e4)) - rigid).norm() > 0.05 * rigid.norm());
+}
+
+#[test]
+fn road_and_wind_act_as_they_should() {
+    let at = |road: Road, action: Action| {
+        let motorcycle = Model::new(Motorcycle::load("sports_small").expect("built in"), road);
+        let trim = trim::steady(&motorcycle, 20.0, 0.0, None);
+        // on a grade the drive holds the speed: let it go
+        let state = trim.expect("straight").state;
+        let mut run = Run::new(&motorcycle, state);
+        for _ in 0..500 {
+            run.step(&action, 2e-3);
+        }
+        (run.state, run.scratch.wheels)
+    };
+    let speed = |road: Road, action: Action| at(road, action).0.velocity.linear.x;
+    let flat = speed(Road::default(), Action::default());
+    // uphill 5 %: 0.49 m/s less after a second, less what the wheels' inertia holds against it
+    let up = speed(Road { grade: 0.05, ..Road::default() }, Action::default());
+    let spinning = 0.484 / 0.09 + 0.638 / 0.098;
+    let expected = 9.81 * 0.05 / 1.0025_f64.sqrt() * 260.0 / (260.0 + spinning);
+    assert!(((flat - up) / expected - 1.0).abs() < 0.02, "{} {expected}", flat - up);
+    // a tail wind of the own speed takes the drag away
+    let pushed = speed(Road::default(), Action { wind: [20.0, 0.0], ..Action::default() });
+    let drag = 0.5 * 1.225 * 0.312 * 400.0 / (260.0 + spinning);
+    assert!(((pushed - flat) / drag - 1.0).abs() < 0.05, "{} {drag}", pushed - flat);
+    // the same brake holds on the road and locks the wheel on a patch
+    let brake = Action { brake: [250.0, 0.0], ..Action::default() };
+    let patch = vec![roadbench::motorcycle::road::Patch { from: 5.0, to: 50.0, friction: 0.2 }];
+    let dry = at(Road::default(), brake);
+    let slippery = at(Road { patches: patch, ..Road::default() }, brake);
+    assert!(dry.1[0].slip[0] > -0.1, "{:?}", dry.1[0]);
+    assert!(slippery.1[0].slip[0] < -0.9, "{:?}", slippery.1[0]);
+    // held, not spinning backwards
+    assert!(slippery.0.rates[joint::FRONT].abs() < 0.5);
+}
+
+#[test]
 fn the_step_is_converged_and_of_fourth_order() {
     let motorcycle = model("sports_small");
     let trim = trim::steady(&motorcycle, 20.0, 0.2, None).expect("turn");
