@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::channel::Channel;
 use crate::cli::Failure;
+use crate::cli::say::{put, say};
 use crate::ingest::map::{ChannelMap, TimeSource};
 use crate::ingest::{self, Raw};
 use crate::schema::Table;
@@ -57,7 +58,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
     if arguments.dry_run {
         let map = ingest::map_for(&arguments.log, &maps).map_err(rejected)?;
-        print!("{}", mapping(&raw, map.as_ref()));
+        put!("{}", mapping(&raw, map.as_ref()));
         return Ok(());
     }
     let (session, warnings) = ingest::run(raw, &config).map_err(rejected)?;
@@ -67,8 +68,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let Some(out) = arguments.out else { return Ok(()) };
     ingest::write_session(&out, &session, arguments.float32)
         .map_err(|e| Failure::Output(e.to_string()))?;
-    print!("{}", summary(&session, &warnings));
-    println!("written to {}", out.display());
+    put!("{}", summary(&session, &warnings));
+    say!("written to {}", out.display());
     Ok(())
 }
 

@@ -15,6 +15,7 @@ pub mod modes;
 pub mod replay;
 pub mod report;
 pub mod run;
+pub mod say;
 pub mod schema;
 pub mod simulate;
 pub mod tyre;

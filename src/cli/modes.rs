@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::cli::Failure;
+use crate::cli::say::say;
 use crate::motorcycle::modes::{Mode, Name, over_speed};
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::report::svg::{Panel, Series, Style, panels};
@@ -67,8 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let fail = |e: table::Error| Failure::Output(e.to_string());
     table::write(&out.join("modes.parquet"), &Table::embedded("modes"), &rows).map_err(fail)?;
     table::write_bytes(&out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
-    println!("table: {}", out.join("modes.parquet").display());
-    println!("figure: {}", out.join("modes.svg").display());
+    say!("table: {}", out.join("modes.parquet").display());
+    say!("figure: {}", out.join("modes.svg").display());
     Ok(())
 }
 
@@ -76,8 +77,8 @@ const NAMED: [Name; 3] = [Name::Weave, Name::Wobble, Name::Capsize];
 
 /// About a dozen speeds on the terminal, and where stability changes.
 fn print(model: &Model, name: &str, speeds: &[f64], modes: &[Mode]) {
-    println!("{name}: eigenvalues of straight running, 1/s\n");
-    println!("{:>7}  {:^20}  {:^20}  {:>10}", "m/s", "weave", "wobble", "capsize");
+    say!("{name}: eigenvalues of straight running, 1/s\n");
+    say!("{:>7}  {:^20}  {:^20}  {:>10}", "m/s", "weave", "wobble", "capsize");
     let every = speeds.len().div_ceil(15);
     for &speed in speeds.iter().step_by(every) {
         let cell = |name: Name| {
@@ -89,18 +90,13 @@ fn print(model: &Model, name: &str, speeds: &[f64], modes: &[Mode]) {
                 None => format!("{:^20}", "-"),
             }
         };
-        println!(
-            "{speed:7.2}  {}  {}  {}",
-            cell(Name::Weave),
-            cell(Name::Wobble),
-            cell(Name::Capsize)
-        );
+        say!("{speed:7.2}  {}  {}  {}", cell(Name::Weave), cell(Name::Wobble), cell(Name::Capsize));
     }
-    println!();
+    say!();
     for name in NAMED {
         for (speed, settles) in crossings(model, modes, name) {
             let word = if settles { "stable" } else { "unstable" };
-            println!("{} becomes {word} at {speed:.4} m/s", name.name());
+            say!("{} becomes {word} at {speed:.4} m/s", name.name());
         }
     }
 }

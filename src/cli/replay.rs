@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::bike::Bike;
 use crate::cli::Failure;
+use crate::cli::say::say;
 use crate::ingest::map::ChannelMap;
 use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
@@ -87,11 +88,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     let steering = replay::steering(&model, session.rate).map_err(|e| usage(e.to_string()))?;
-    println!(
+    say!(
         "{:16} {:>8} {:>17} {:>8} {:>17} {:>8} {:>8}",
-        "braking", "at, s", "peak m/s2", "error", "peak slip", "error", "delay, s"
+        "braking",
+        "at, s",
+        "peak m/s2",
+        "error",
+        "peak slip",
+        "error",
+        "delay, s"
     );
-    println!("{:25} {:>17} {:>8} {:>17}", "", "measured / sim", "", "measured / sim");
+    say!("{:25} {:>17} {:>8} {:>17}", "", "measured / sim", "", "measured / sim");
     let mut rows = Vec::new();
     let mut drawn: Option<Replay> = None;
     for s in &brakings {
@@ -101,13 +108,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let replay = match replay::braking(&model, &steering, &session, from..s.end) {
             Ok(replay) => replay,
             Err(e) => {
-                println!("{:16} {:8.2} {e}", s.kind.name(), session.time(s.start));
+                say!("{:16} {:8.2} {e}", s.kind.name(), session.time(s.start));
                 continue;
             }
         };
         let p = replay.peaks(wheel);
         let error = |x: [f64; 2]| 100.0 * (x[1] / x[0] - 1.0);
-        println!(
+        say!(
             "{:16} {:8.2} {:8.2} {:8.2} {:7.1}% {:8.3} {:8.3} {:7.1}% {:8.3}",
             s.kind.name(),
             session.time(s.start),
@@ -143,7 +150,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(replay) = drawn {
         let path = out.join("replay.svg");
         table::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;
-        println!("figure: {}", path.display());
+        say!("figure: {}", path.display());
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::cli::Failure;
+use crate::cli::say::say;
 use crate::report::{self, Error};
 
 /// Rebuild the HTML report from the tables
@@ -25,6 +26,6 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Error::NotAnOutput { .. } | Error::Read { .. } => Failure::Usage(e.to_string()),
         Error::Write(_) | Error::Template(_) | Error::Data(_) => Failure::Output(e.to_string()),
     })?;
-    println!("{}", out.join("report").join("index.html").display());
+    say!("{}", out.join("report").join("index.html").display());
     Ok(())
 }

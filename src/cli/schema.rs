@@ -1,6 +1,7 @@
 //! `roadbench schema`.
 
 use crate::cli::Failure;
+use crate::cli::say::{put, say};
 use crate::schema;
 
 /// Print the definition of a table or file of the contract
@@ -17,13 +18,13 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let Some(name) = arguments.name else {
         for (name, _) in schema::FILES {
-            println!("{name}");
+            say!("{name}");
         }
         return Ok(());
     };
     match schema::text(&name) {
         Some(text) => {
-            print!("{text}");
+            put!("{text}");
             Ok(())
         }
         None => {

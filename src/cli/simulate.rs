@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::cli::Failure;
+use crate::cli::say::say;
 use crate::ingest::write_session;
 use crate::model::tir;
 use crate::rows::TruthSegment;
@@ -75,7 +76,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         table::write_bytes(&out.join("scenario.toml"), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
-    println!(
+    say!(
         "{}: {} sessions of {} bikes, with their truth, in {}",
         scenario.name,
         sessions,
@@ -131,7 +132,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
             falls.push(format!("{id}: {fall}; its log ends there"));
         }
     }
-    println!(
+    say!(
         "{}: {} sessions of {}, {simulated:.0} s simulated, {:.0} x real time per core, with their \
          truth, in {}",
         tour.name,
@@ -151,9 +152,9 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Fai
     let fail = |e: table::Error| Failure::Output(e.to_string());
     let (reference, other) = (ride::ride(own, skill, 0), ride::ride(tour, skill, 0));
     let rows = compare::peaks(&reference, &other);
-    println!("\n{:26} {:>6} {:>12} {:>12} {:>9}", "peak", "unit", "own tyres", "given", "error");
+    say!("\n{:26} {:>6} {:>12} {:>12} {:>9}", "peak", "unit", "own tyres", "given", "error");
     for row in &rows {
-        println!(
+        say!(
             "{:26} {:>6} {:12.5} {:12.5} {:8.1}%",
             row.channel,
             row.unit,
@@ -167,7 +168,7 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Fai
     let figure = compare::figure(&reference, &other);
     let path = out.join("compare/compare.svg");
     table::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
-    println!("figure: {}", path.display());
+    say!("figure: {}", path.display());
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::cli::Failure;
+use crate::cli::say::{put, say};
 use crate::model::tir;
 use crate::model::tyre::Input;
 use crate::model::tyre_model::TyreModel;
@@ -53,19 +54,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         tyres.push((name.clone(), read(name)?));
     }
     let found: Vec<Bench> = tyres.iter().map(|(_, t)| bench(t.as_ref(), load, friction)).collect();
-    println!("at {load} N and friction {friction}, upright:");
+    say!("at {load} N and friction {friction}, upright:");
     let line = |what: &str, unit: &str, f: fn(&Bench) -> f64| {
-        print!("  {what:26} {unit:>6}");
+        put!("  {what:26} {unit:>6}");
         for b in &found {
             let x = f(b);
-            if x.is_finite() { print!(" {x:10.5}") } else { print!(" {:>10}", "-") }
+            if x.is_finite() { put!(" {x:10.5}") } else { put!(" {:>10}", "-") }
         }
         if let [a, b] = found.as_slice()
             && (f(a) / f(b)).is_finite()
         {
-            print!(" {:+8.1}%", 100.0 * (f(a) / f(b) - 1.0));
+            put!(" {:+8.1}%", 100.0 * (f(a) / f(b) - 1.0));
         }
-        println!();
+        say!();
     };
     line("cornering stiffness / load", "1/rad", |b| b.cornering_stiffness);
     line("camber stiffness / load", "1/rad", |b| b.camber_stiffness);
@@ -87,25 +88,25 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         tyre.forces(&input).force_y / load
     };
-    println!("\nlateral friction Fy/Fz; leaning left (camber -), slip angle across:");
-    print!("{:>9}", "camber");
+    say!("\nlateral friction Fy/Fz; leaning left (camber -), slip angle across:");
+    put!("{:>9}", "camber");
     for slip in SLIPS {
-        print!(" {slip:>14} deg");
+        put!(" {slip:>14} deg");
     }
-    println!();
+    say!();
     for camber in CAMBERS {
-        print!("{:5} deg", -camber);
+        put!("{:5} deg", -camber);
         for slip in SLIPS {
             let values: Vec<String> = tyres
                 .iter()
                 .map(|(_, t)| format!("{:8.3}", lateral(t.as_ref(), slip, -camber)))
                 .collect();
-            print!(" {:>18}", values.join(" /"));
+            put!(" {:>18}", values.join(" /"));
         }
-        println!();
+        say!();
     }
     if tyres.len() == 2 {
-        println!("\nlargest and rms difference over slip angles of -3 to 3 deg:");
+        say!("\nlargest and rms difference over slip angles of -3 to 3 deg:");
         for camber in CAMBERS {
             let off: Vec<f64> = (-30..=30)
                 .map(|i| f64::from(i) * 0.1)
@@ -116,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 .collect();
             let most = off.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
             let rms = (off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64).sqrt();
-            println!("{:5} deg  largest {most:.3}  rms {rms:.3}", -camber);
+            say!("{:5} deg  largest {most:.3}  rms {rms:.3}", -camber);
         }
     }
 
@@ -163,6 +164,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .collect();
     let path = out.join("bench.svg");
     table::write_bytes(&path, panels(&drawn, 2).as_bytes()).map_err(fail)?;
-    println!("figure: {}", path.display());
+    say!("figure: {}", path.display());
     Ok(())
 }
