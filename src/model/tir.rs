@@ -197,6 +197,10 @@ pub fn keys(text: &str, path: &Path) -> Result<Keys, Error> {
             Ok(x) if x.is_finite() => {
                 keys.numbers.insert(key, x);
             }
+            // a word, or nothing, is no number that went wrong
+            _ if !value.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
+                keys.texts.insert(key, value.to_owned());
+            }
             _ => return Err(fail(format!("`{key}` = `{value}` is not a number"))),
         }
     }

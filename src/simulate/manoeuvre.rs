@@ -69,6 +69,9 @@ pub enum Manoeuvre {
         rise: f64,
         /// Largest acceleration, m/s².
         peak: f64,
+        /// Gear; the engine gives what it can in it.
+        #[serde(default = "first")]
+        gear: u8,
     },
     /// Leans in, holds, leans out.
     Corner {
@@ -119,6 +122,10 @@ pub enum Manoeuvre {
     },
 }
 
+fn first() -> u8 {
+    1
+}
+
 /// Lean of a steady turn, with what round tyres and spinning wheels add.
 fn lean(speed: f64, radius: f64) -> f64 {
     (speed * speed / radius / crate::GRAVITY).atan() * 1.13
@@ -146,9 +153,11 @@ impl Manoeuvre {
                     Phase::Brake { ramp, peak: [FULL; 2], until, slip },
                 ]
             }
-            Manoeuvre::Accelerate { from, to, rise, peak } => vec![
+            Manoeuvre::Accelerate { from, to, rise, peak, gear } => vec![
                 Phase::Cruise { speed: from, duration: 2.0 },
+                Phase::Shift { gear },
                 Phase::Accelerate { to, ramp: rise, peak },
+                Phase::Shift { gear: 1 },
             ],
             Manoeuvre::Corner { direction, radius, speed, turn } => vec![
                 Phase::Cruise { speed, duration: 2.0 },
@@ -220,8 +229,9 @@ impl Manoeuvre {
                 .and(within("rise", rise, 1e4, 1e8))
                 .and(within("slip", slip, -1.0, 0.0))
                 .and(speed("until", until)),
-            Manoeuvre::Accelerate { from, to, rise, peak } => speed("from", from)
+            Manoeuvre::Accelerate { from, to, rise, peak, gear } => speed("from", from)
                 .and(speed("to", to))
+                .and(within("gear", f64::from(gear), 1.0, 6.0))
                 .and(within("rise", rise, 0.01, 100.0))
                 .and(within("peak", peak, 0.01, 15.0)),
             Manoeuvre::Corner { radius, speed: v, turn, .. } => within("radius", radius, 3.0, 1e4)

@@ -77,6 +77,11 @@ pub enum Phase {
         /// Speed held, m/s.
         speed: f64,
     },
+    /// Shifts; everything driven after it is in this gear.
+    Shift {
+        /// 1 to 6.
+        gear: u8,
+    },
     /// Follows a path with its own speed profile. Nonlinear motorcycle.
     Follow {
         /// The path.

@@ -108,6 +108,7 @@ pub struct Programme<'a> {
     start: Option<[f64; 2]>,
     lean_out: Option<f64>,
     demand: f64,
+    gear: f64,
     profile: Vec<f64>,
     dt: f64,
 }
@@ -124,6 +125,7 @@ impl<'a> Programme<'a> {
             start: None,
             lean_out: None,
             demand: 0.0,
+            gear: 1.0,
             profile: Vec::new(),
             dt,
         }
@@ -137,7 +139,9 @@ impl<'a> Programme<'a> {
     /// What the phase under way is called, and which way it goes.
     pub fn label(&self, lean: f64) -> (Kind, Option<Direction>) {
         match self.phase() {
-            Some(Phase::Accelerate { .. } | Phase::Cruise { .. }) => (Kind::Driving, None),
+            Some(Phase::Accelerate { .. } | Phase::Cruise { .. } | Phase::Shift { .. }) => {
+                (Kind::Driving, None)
+            }
             Some(Phase::Coast { .. }) => (Kind::Coasting, None),
             Some(Phase::Brake { ramp, .. }) => {
                 let kind = match (ramp[0] > 0.0, ramp[1] > 0.0) {
@@ -178,7 +182,7 @@ impl<'a> Programme<'a> {
 
     /// One decision, held for the next `dt` seconds.
     pub fn decide(&mut self, seen: &Seen) -> Wish {
-        let mut wish = Wish { lean: self.straight(seen), gear: 1.0, ..Wish::default() };
+        let mut wish = Wish { lean: self.straight(seen), gear: self.gear, ..Wish::default() };
         let t = self.since;
         match self.phase().copied() {
             None => {}
@@ -252,6 +256,10 @@ impl<'a> Programme<'a> {
                 };
                 wish.lean =
                     Lean { angle: sign * angle, rate: sign * angle_rate, acceleration: 0.0 };
+            }
+            Some(Phase::Shift { gear }) => {
+                self.gear = f64::from(gear);
+                wish.done = true;
             }
             Some(Phase::Follow { shape, ahead, beyond }) => {
                 if self.start.is_none() {
