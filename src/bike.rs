@@ -111,6 +111,8 @@ pub struct Bike {
     pub velocity_sensor_z: f64,
     /// Standard uncertainty per key, in the key's unit.
     pub uncertainty: BTreeMap<String, f64>,
+    /// Measured curves by key: pairs of abscissa and ordinate.
+    pub curves: BTreeMap<String, Vec<[f64; 2]>>,
     keys: BTreeMap<String, f64>,
 }
 
@@ -151,7 +153,21 @@ impl Bike {
         let schema = schema();
         let values = schema.check(&table).map_err(fail)?;
         let uncertainty = schema.check_uncertainty(&uncertainty).map_err(fail)?;
-        let bike = Self::assemble(bike_id, values.text, values.number, uncertainty);
+        if let Some(linkage) = values.curve.get("offroad.linkage")
+            && let Some(k) = linkage.windows(2).position(|w| w[1][1] <= w[0][1])
+        {
+            return Err(fail(format!(
+                "`offroad.linkage` is not monotonic: row {} says {} rad at {} m after {} rad at {} m; \
+                 the swing arm must rise with the shock's travel",
+                k + 2,
+                linkage[k + 1][1],
+                linkage[k + 1][0],
+                linkage[k][1],
+                linkage[k][0]
+            )));
+        }
+        let mut bike = Self::assemble(bike_id, values.text, values.number, uncertainty);
+        bike.curves = values.curve;
         if bike.cg_to_front >= bike.wheelbase {
             return Err(fail(format!(
                 "`cg_to_front` = {} m lies behind the rear contact (`wheelbase` = {} m)",
@@ -175,7 +191,8 @@ impl Bike {
                 text.insert(k.to_owned(), v.clone());
             }
         }
-        Self::assemble(&self.bike_id, text, keys, self.uncertainty.clone())
+        let bike = Self::assemble(&self.bike_id, text, keys, self.uncertainty.clone());
+        Bike { curves: self.curves.clone(), ..bike }
     }
 
     /// A numeric key's value, given or default.
@@ -229,7 +246,14 @@ impl Bike {
             }
         }
         for (key, value) in &self.keys {
+            if key.starts_with("offroad.") && self.curves.is_empty() {
+                continue; // defaults of a bike that has no such suspension
+            }
             put(key, toml::Value::Float(*value));
+        }
+        for (key, rows) in &self.curves {
+            let pair = |row: &[f64; 2]| toml::Value::Array(row.map(toml::Value::Float).to_vec());
+            put(key, toml::Value::Array(rows.iter().map(pair).collect()));
         }
         let uncertainty: toml::Table =
             self.uncertainty.iter().map(|(k, v)| (k.clone(), toml::Value::Float(*v))).collect();
@@ -283,6 +307,7 @@ impl Bike {
             velocity_sensor_x: get("sensors.velocity_x"),
             velocity_sensor_z: get("sensors.velocity_z"),
             uncertainty,
+            curves: BTreeMap::new(),
             keys,
         }
     }

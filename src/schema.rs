@@ -132,7 +132,8 @@ impl Column {
 pub struct Key {
     /// Dotted path, e.g. `front.radius`.
     pub path: String,
-    /// `number` or `text`.
+    /// `number`, `text`, `bool`, `curve` (a list of pairs), or `list` and `table`, which their
+    /// own reader looks at.
     #[serde(rename = "type")]
     pub kind: String,
     /// Unit of a number.
@@ -171,6 +172,8 @@ pub struct Values {
     pub number: BTreeMap<String, f64>,
     /// Texts.
     pub text: BTreeMap<String, String>,
+    /// Curves: rows of abscissa and ordinate, abscissae strictly increasing.
+    pub curve: BTreeMap<String, Vec<[f64; 2]>>,
 }
 
 impl KeyTable {
@@ -230,6 +233,10 @@ impl KeyTable {
                 values.text.insert(path, text.clone());
                 continue;
             }
+            if key.kind == "curve" {
+                values.curve.insert(path.clone(), curve(&path, value)?);
+                continue;
+            }
             let number = number(&path, value)?;
             let unit = key.unit.as_deref().unwrap_or("1");
             if let Some([low, high]) = key.range
@@ -244,6 +251,7 @@ impl KeyTable {
         for key in &self.keys {
             if values.number.contains_key(&key.path)
                 || values.text.contains_key(&key.path)
+                || values.curve.contains_key(&key.path)
                 || given.contains(&key.path)
             {
                 continue;
@@ -290,6 +298,27 @@ fn number(path: &str, value: &toml::Value) -> Result<f64, String> {
         toml::Value::Integer(i) => Ok(*i as f64),
         other => Err(format!("`{path}` must be a finite number, found {other}")),
     }
+}
+
+/// Reads a list of pairs whose first column increases.
+fn curve(path: &str, value: &toml::Value) -> Result<Vec<[f64; 2]>, String> {
+    let shape = || format!("`{path}` must be a list of pairs, such as [[0.0, 250.0], [0.3, 1700.0]]");
+    let rows = value.as_array().filter(|rows| rows.len() >= 2).ok_or_else(shape)?;
+    let mut out = Vec::with_capacity(rows.len());
+    for (k, row) in rows.iter().enumerate() {
+        let pair = row.as_array().filter(|pair| pair.len() == 2).ok_or_else(shape)?;
+        let at = format!("{path}[{k}]");
+        out.push([number(&at, &pair[0])?, number(&at, &pair[1])?]);
+    }
+    if let Some(k) = out.windows(2).position(|w| w[1][0] <= w[0][0]) {
+        return Err(format!(
+            "`{path}`: its first column must increase from row to row, but row {} has {} after {}",
+            k + 2,
+            out[k + 1][0],
+            out[k][0]
+        ));
+    }
+    Ok(out)
 }
 
 /// Leaves of a table by dotted path, in the file's order of keys.

@@ -4,6 +4,7 @@
 //! velocity's latency, [`samples`] gathers the samples of the used segments, [`signals`] is the
 //! algebra (eqs. 24-36). Nothing is fitted here.
 
+pub mod offroad;
 pub mod samples;
 pub mod signals;
 pub mod table;

@@ -1,0 +1,191 @@
+//! Which wheel is off the ground.
+//!
+//! Rows 4 and 5 of the equations have neither rider nor the other wheel in them:
+//!
+//! ```text
+//! b_1[4] / cos eps     = N_f + B_f tan eps
+//! b_1[5] / l_r cos th  = N_r + (B_r - D_r) (R_r + l_r sin th) / (l_r cos th) + chain
+//! ```
+//! A wheel is off when its row shows next to no force *and* its suspension is next to fully
+//! extended; both with hysteresis, and runs or holes shorter than the debounce do not count.
+
+use serde::{Deserialize, Serialize};
+
+use super::kinematics::Kinematics;
+use super::machine::Machine;
+use crate::GRAVITY;
+
+/// Settings of the detection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Below this force a wheel may be off, N.
+    pub off_force: f64,
+    /// Above this force it is on again, N.
+    pub on_force: f64,
+    /// Fork nearer than this to full extension, m.
+    pub fork_extension: f64,
+    /// Swing arm nearer than this to full extension, rad.
+    pub swing_arm_extension: f64,
+    /// Shortest flight and shortest touch-down that count, s.
+    pub debounce: f64,
+    /// Over how long a wheel's forces are faded out and in, s.
+    pub fade: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config {
+            off_force: 120.0,
+            on_force: 220.0,
+            fork_extension: 0.03,
+            swing_arm_extension: 0.06,
+            debounce: 0.04,
+            fade: 0.01,
+        }
+    }
+}
+
+impl Config {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self) -> Result<(), String> {
+        for (key, value, low, high) in [
+            ("off_force", self.off_force, 0.0, 5000.0),
+            ("on_force", self.on_force, self.off_force, 5000.0),
+            ("fork_extension", self.fork_extension, 0.0, 0.5),
+            ("swing_arm_extension", self.swing_arm_extension, 0.0, 1.0),
+            ("debounce", self.debounce, 0.0, 1.0),
+            ("fade", self.fade, 0.0, 1.0),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(format!(
+                    "[offroad.contact] `{key}` = {value} is not between {low} and {high}"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One wheel over a session.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Wheel {
+    /// Whether it is off the ground.
+    pub off: Vec<bool>,
+    /// How far its forces are held to zero, 0 to 1.
+    pub fade: Vec<f64>,
+}
+
+/// Both wheels over a session.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Contact {
+    /// Front wheel.
+    pub front: Wheel,
+    /// Rear wheel.
+    pub rear: Wheel,
+    /// Whether both are off.
+    pub airborne: Vec<bool>,
+}
+
+impl Contact {
+    /// Finds the flights of both wheels. A wheel whose row of the equations is lost counts as on
+    /// the ground.
+    pub fn detect(k: &Kinematics, machine: &Machine, config: &Config) -> Self {
+        let n = k.len();
+        let equations = &machine.equations;
+        let p = &equations.p;
+        let (_, cos_eps) = equations.caster();
+        let mut force = [vec![0.0; n], vec![0.0; n]];
+        for i in 0..n {
+            let at = equations.at(&k.motion(i));
+            let b = at.known(
+                &[k.xdd[i], k.zdd[i], k.mudd[i], k.zdd_f[i], k.add_r[i]],
+                [k.f_sf[i], k.t_sr[i]],
+                GRAVITY,
+            );
+            force[0][i] = b[3] / cos_eps;
+            force[1][i] = b[4] / at.at[4][1].max(0.2 * p.l_r);
+        }
+        let wheel = |row: usize, force: &[f64], travel: &[f64], extension: f64| {
+            if k.lost[row] {
+                return Wheel { off: vec![false; n], fade: vec![0.0; n] };
+            }
+            let off = flights(force, travel, extension, k.rate, config);
+            let fade = faded(&off, config.fade * k.rate);
+            Wheel { off, fade }
+        };
+        let front = wheel(3, &force[0], &k.z_f, config.fork_extension);
+        let rear = wheel(4, &force[1], &k.a_r, config.swing_arm_extension);
+        let airborne = front.off.iter().zip(&rear.off).map(|(f, r)| *f && *r).collect();
+        Contact { front, rear, airborne }
+    }
+}
+
+fn flights(force: &[f64], travel: &[f64], extension: f64, rate: f64, config: &Config) -> Vec<bool> {
+    let mut off = Vec::with_capacity(force.len());
+    let mut now = false;
+    for (f, z) in force.iter().zip(travel) {
+        // between the two thresholds it stays what it was; missing samples are on the ground
+        let leave = *f < config.off_force && *z < extension;
+        let touch = !(*f < config.on_force && *z < 1.5 * extension);
+        now = if now { !touch } else { leave };
+        off.push(now);
+    }
+    let least = (config.debounce * rate).round() as usize;
+    close(&mut off, false, least);
+    close(&mut off, true, least);
+    off
+}
+
+/// Turns runs of `value` shorter than `least`, but for those at the ends, into their neighbours.
+fn close(x: &mut [bool], value: bool, least: usize) {
+    let mut start = 0;
+    while start < x.len() {
+        let end = x[start..].iter().position(|v| *v != x[start]).map_or(x.len(), |d| start + d);
+        if x[start] == value && end - start < least && start > 0 && end < x.len() {
+            x[start..end].fill(!value);
+        }
+        start = end;
+    }
+}
+
+/// One in flight, falling to zero over `ramp` samples before take-off and after landing.
+fn faded(off: &[bool], ramp: f64) -> Vec<f64> {
+    let step = 1.0 / ramp.max(1.0);
+    let mut fade: Vec<f64> = off.iter().map(|o| if *o { 1.0 } else { 0.0 }).collect();
+    // inside the flight: the force is only let go when the wheel surely is in the air
+    let mut level = 0.0;
+    for f in &mut fade {
+        level = if *f > 0.0 { f64::min(1.0, level + step) } else { 0.0 };
+        *f = level;
+    }
+    level = 0.0;
+    for f in fade.iter_mut().rev() {
+        level = if *f > 0.0 { f64::min(1.0, level + step) } else { 0.0 };
+        *f = f.min(level);
+    }
+    fade
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_runs_and_holes_do_not_count() {
+        let mut x: Vec<bool> = "..fff.f..ffffffff.fffff...".chars().map(|c| c == 'f').collect();
+        close(&mut x, false, 2);
+        close(&mut x, true, 6);
+        let got: String = x.iter().map(|v| if *v { 'f' } else { '.' }).collect();
+        assert_eq!(got, ".........ffffffffffffff...");
+    }
+
+    #[test]
+    fn fades_lie_inside_the_flight() {
+        let off = [false, true, true, true, true, true, false];
+        assert_eq!(faded(&off, 2.0), [0.0, 0.5, 1.0, 1.0, 1.0, 0.5, 0.0]);
+    }
+}

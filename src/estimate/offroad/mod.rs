@@ -1,0 +1,194 @@
+//! Off-road: tyre forces from inverse dynamics, with a standing rider.
+//!
+//! ```text
+//! session -> kinematics -> contact -> riders -> solve -> forces per rider
+//!            17 variables  wheel off  f_r       f_t
+//! ```
+//!
+//! Assumes a filtered session and a bike file with `[offroad]`. The motorcycle is planar, four
+//! bodies and five coordinates ([`equations`]); it needs no model of the tyre. Inside this folder
+//! the axes are the paper's: Z down, pitch nose up. [`kinematics`] and [`machine`] turn them over
+//! on the way in, [`table`] on the way out.
+//!
+//! Source: Vasquez, Lot, Rustighi, Pegoraro (2019), "Rider model for the estimation of tyre forces
+//! in off-road motorcycles", with the corrections of `offroad.md`.
+
+pub mod chain;
+pub mod contact;
+pub mod curve;
+pub mod equations;
+pub mod kinematics;
+pub mod machine;
+pub mod nnls;
+pub mod rider;
+pub mod solve;
+pub mod synchrony;
+pub mod table;
+pub mod weights;
+
+use serde::{Deserialize, Serialize};
+
+use crate::bike::Bike;
+use crate::session::Session;
+use crate::warning::Warning;
+
+use chain::Chain;
+use contact::Contact;
+use kinematics::Kinematics;
+use machine::Machine;
+use rider::{Base, Forces, Rider};
+use solve::{Solver, TyreForces};
+
+/// How the chain's pull is taken into account.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ChainLever {
+    /// As well as the bike file knows it: geometry, else teeth, else not.
+    #[default]
+    Known,
+    /// Ratio of teeth, or of sprocket radii.
+    ToothRatio,
+    /// Not at all, as in the paper.
+    Ignored,
+}
+
+/// Settings of the off-road estimate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Rider models; the first is the one whose forces coefficients and manoeuvres are made from,
+    /// the others stand beside it.
+    pub riders: Vec<Rider>,
+    /// The chain.
+    pub chain: ChainLever,
+    /// Samples per second of the `signals` table, Hz.
+    pub signals_rate: f64,
+    /// Largest lag between front and rear logger that is not reported, s.
+    pub max_lag: f64,
+    /// Flights of the wheels.
+    pub contact: contact::Config,
+    /// The least-squares solution.
+    pub solve: solve::Config,
+    /// The riders.
+    pub rider: rider::Config,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config {
+            riders: vec![Rider::C, Rider::None, Rider::A, Rider::B],
+            chain: ChainLever::Known,
+            signals_rate: 200.0,
+            max_lag: 0.005,
+            contact: contact::Config::default(),
+            solve: solve::Config::default(),
+            rider: rider::Config::default(),
+        }
+    }
+}
+
+impl Config {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self) -> Result<(), String> {
+        for (key, value, low, high) in [
+            ("signals_rate", self.signals_rate, 1.0, 1e5),
+            ("max_lag", self.max_lag, 0.0, 1.0),
+            ("solve.constraint", self.solve.constraint, 0.0, 1e6),
+            ("solve.dead_band", self.solve.dead_band, 0.0, 1000.0),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(format!("[offroad] `{key}` = {value} is not between {low} and {high}"));
+            }
+        }
+        let mut seen = self.riders.clone();
+        seen.sort_unstable();
+        seen.dedup();
+        if seen.is_empty() || seen.len() != self.riders.len() {
+            return Err("[offroad] `riders` must name each rider once, and one at least".to_owned());
+        }
+        self.contact.check()?;
+        self.rider.check()
+    }
+}
+
+/// The estimate of one session.
+#[derive(Debug, Clone)]
+pub struct Estimate {
+    /// The bike.
+    pub machine: Machine,
+    /// The seventeen variables.
+    pub kinematics: Kinematics,
+    /// Wheels off the ground.
+    pub contact: Contact,
+    /// The riders, in the order of the settings, with their forces and the tyres'.
+    pub riders: Vec<Ridden>,
+}
+
+/// What one rider model gives.
+#[derive(Debug, Clone)]
+pub struct Ridden {
+    /// Which.
+    pub rider: Rider,
+    /// On the bike, ground axes.
+    pub forces: Forces,
+    /// On the tyres, chassis axes.
+    pub tyres: TyreForces,
+}
+
+/// Estimates the forces of a filtered session.
+///
+/// # Errors
+/// The bike file does not know enough; a sentence that names the keys.
+pub fn run(
+    session: &Session,
+    bike: &Bike,
+    config: &Config,
+) -> Result<(Estimate, Vec<Warning>), String> {
+    let mut machine = Machine::new(bike)?;
+    machine.chain = lever(machine.chain, config.chain);
+    let (kinematics, mut warnings) = Kinematics::new(session, &machine);
+    warnings.extend(synchrony::check(session, &kinematics, &machine, config.max_lag));
+    let contact = Contact::detect(&kinematics, &machine, &config.contact);
+    let p = machine.equations.p;
+    let base = Base {
+        rate: kinematics.rate,
+        mu: &kinematics.mu,
+        mud: &kinematics.mud,
+        xdd: &kinematics.xdd,
+        zdd: &kinematics.zdd,
+        airborne: &contact.airborne,
+    };
+    let forces: Vec<Forces> = config
+        .riders
+        .iter()
+        .map(|&rider| rider::forces(rider, &machine.rider, p.peg, p.bar, &base, &config.rider))
+        .collect::<Result<_, _>>()?;
+    let solver = Solver::new(&machine, kinematics.lost, &config.solve);
+    let unavailable = solver.unavailable();
+    if !unavailable.is_empty() {
+        let count = unavailable.len();
+        let message = format!(
+            "the channels that are left do not determine {}; all other forces are estimated",
+            unavailable.join(", ")
+        );
+        let (stage, code) = ("estimate", "force_unavailable");
+        warnings.push(Warning { stage, code, channel: None, count, time: None, message });
+    }
+    let tyres = solver.run(&kinematics, &contact, &forces);
+    let riders = config.riders.iter().zip(forces).zip(tyres);
+    let riders =
+        riders.map(|((&rider, forces), tyres)| Ridden { rider, forces, tyres }).collect();
+    Ok((Estimate { machine, kinematics, contact, riders }, warnings))
+}
+
+fn lever(chain: Chain, wanted: ChainLever) -> Chain {
+    match (wanted, chain) {
+        (ChainLever::Known, chain) => chain,
+        (ChainLever::Ignored, _) => Chain::Ignored,
+        (ChainLever::ToothRatio, Chain::Geometry { r_p, r_s, .. }) => Chain::ToothRatio(r_p / r_s),
+        (ChainLever::ToothRatio, chain) => chain,
+    }
+}

@@ -1,0 +1,77 @@
+//! Rider C: B with the slow part of the chassis' vertical motion (`offroad.md`, section 9, after
+//! the paper's last remark in section 4).
+//!
+//! `L_z = m_r (g - z_C'')`, `z_C''` the chassis' vertical acceleration through a second-order
+//! Butterworth low-pass: the rider follows the jump, not the bump. The cut-off towards zero is
+//! B, towards infinity a rider who is part of the chassis.
+
+use std::f64::consts::{PI, SQRT_2};
+
+use super::{Base, Config, Forces, hold};
+use crate::GRAVITY;
+
+/// Coefficients `b` and `a` of the low-pass, bilinear with the cut-off pre-warped.
+pub fn butterworth(cut_off: f64, rate: f64) -> ([f64; 3], [f64; 3]) {
+    let k = (PI * cut_off / rate).tan();
+    let n = 1.0 / (1.0 + SQRT_2 * k + k * k);
+    let b = n * k * k;
+    ([b, 2.0 * b, b], [1.0, 2.0 * n * (k * k - 1.0), n * (1.0 - SQRT_2 * k + k * k)])
+}
+
+/// Second-order filter, transposed direct form II, from rest.
+#[derive(Debug, Clone, Copy)]
+pub struct Biquad {
+    b: [f64; 3],
+    a: [f64; 3],
+    state: [f64; 2],
+}
+
+impl Biquad {
+    /// A filter at rest.
+    pub fn new((b, a): ([f64; 3], [f64; 3])) -> Self {
+        Biquad { b, a, state: [0.0; 2] }
+    }
+
+    /// The next sample.
+    #[inline]
+    pub fn next(&mut self, x: f64) -> f64 {
+        let y = self.b[0] * x + self.state[0];
+        self.state[0] = self.b[1] * x - self.a[1] * y + self.state[1];
+        self.state[1] = self.b[2] * x - self.a[2] * y;
+        y
+    }
+}
+
+/// `z_C''` of a session; missing samples start the filter afresh.
+pub fn follow(zdd: &[f64], rate: f64, config: &Config) -> Vec<f64> {
+    let coefficients = butterworth(config.cut_off.min(0.45 * rate), rate);
+    let mut out = zdd.to_vec();
+    let pass = |x: &mut dyn Iterator<Item = &mut f64>| {
+        let mut filter = Biquad::new(coefficients);
+        for v in x {
+            if v.is_finite() {
+                *v = filter.next(*v);
+            } else {
+                filter = Biquad::new(coefficients);
+            }
+        }
+    };
+    pass(&mut out.iter_mut());
+    if config.zero_phase {
+        pass(&mut out.iter_mut().rev());
+    }
+    out
+}
+
+/// The forces over a session. Legs push, they do not pull.
+pub fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
+    let mut out = Forces::zeros(base.mu.len());
+    let hold = hold(base, config.crossfade);
+    let vertical = follow(base.zdd, base.rate, config);
+    for i in 0..base.mu.len() {
+        let push = mass * (GRAVITY - vertical[i]);
+        out.lz[i] = hold[i] * if push < 0.0 { 0.0 } else { push };
+        out.ax[i] = -hold[i] * mass * base.xdd[i];
+    }
+    out
+}

@@ -1,0 +1,1 @@
+//! The off-road rows of the `signals` table: ISO axes again.
