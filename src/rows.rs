@@ -261,6 +261,28 @@ pub struct TruthSignal {
     pub moment_z_rear: f64,
 }
 
+/// A row of `truth_offroad`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct TruthOffroad {
+    pub session_id: String,
+    pub bike_id: String,
+    pub time: f64,
+    pub distance: f64,
+    pub load_front: f64,
+    pub load_rear: f64,
+    pub force_x_front: f64,
+    pub force_x_rear: f64,
+    pub contact_front: bool,
+    pub contact_rear: bool,
+    pub slip_ratio_front: f64,
+    pub slip_ratio_rear: f64,
+    pub rider_peg_x: f64,
+    pub rider_peg_z: f64,
+    pub rider_bar_x: f64,
+    pub rider_bar_z: f64,
+}
+
 /// A row of `modes`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field

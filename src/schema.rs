@@ -36,6 +36,7 @@ embed!(
     "truth",
     "truth_segments",
     "truth_signals",
+    "truth_offroad",
     "modes",
     "peaks",
     "replay",

@@ -79,19 +79,25 @@ pub enum Kind {
     Driving,
     /// Leaning steadily in a bend.
     Cornering,
+    /// Both wheels off the ground.
+    Airborne,
+    /// Over waves close together.
+    Whoops,
     /// Anything else, standing included.
     Other,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 7] = [
+    pub const ALL: [Kind; 9] = [
         Kind::Coasting,
         Kind::FrontBraking,
         Kind::RearBraking,
         Kind::CombinedBraking,
         Kind::Driving,
         Kind::Cornering,
+        Kind::Airborne,
+        Kind::Whoops,
         Kind::Other,
     ];
 
@@ -104,6 +110,8 @@ impl Kind {
             Kind::CombinedBraking => "combined_braking",
             Kind::Driving => "driving",
             Kind::Cornering => "cornering",
+            Kind::Airborne => "airborne",
+            Kind::Whoops => "whoops",
             Kind::Other => "other",
         }
     }

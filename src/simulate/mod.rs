@@ -13,6 +13,7 @@
 pub mod compare;
 pub mod imu;
 pub mod manoeuvre;
+pub mod motocross;
 pub mod motorcycle;
 pub mod path;
 pub mod pilot;

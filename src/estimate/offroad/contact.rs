@@ -6,8 +6,10 @@
 //! b_1[4] / cos eps     = N_f + B_f tan eps
 //! b_1[5] / l_r cos th  = N_r + (B_r - D_r) (R_r + l_r sin th) / (l_r cos th) + chain
 //! ```
-//! A wheel is off when its row shows next to no force *and* its suspension is next to fully
-//! extended; both with hysteresis, and runs or holes shorter than the debounce do not count.
+//! A wheel is off from when its row shows next to no force until it shows force again; where its
+//! suspension has come to full extension, the higher of the two thresholds does for both. The
+//! travel alone would be late: a fork takes a tenth of a second to extend. Flights or
+//! touch-downs shorter than the debounce do not count.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,13 +21,13 @@ use crate::GRAVITY;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
-    /// Below this force a wheel may be off, N.
+    /// Below this force a wheel is off, N.
     pub off_force: f64,
     /// Above this force it is on again, N.
     pub on_force: f64,
-    /// Fork nearer than this to full extension, m.
+    /// Nearer than this to its end the fork is extended, m.
     pub fork_extension: f64,
-    /// Swing arm nearer than this to full extension, rad.
+    /// Nearer than this to its end the swing arm is extended, rad.
     pub swing_arm_extension: f64,
     /// Shortest flight and shortest touch-down that count, s.
     pub debounce: f64,
@@ -36,10 +38,10 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Config {
-            off_force: 120.0,
-            on_force: 220.0,
-            fork_extension: 0.03,
-            swing_arm_extension: 0.06,
+            off_force: 60.0,
+            on_force: 130.0,
+            fork_extension: 0.008,
+            swing_arm_extension: 0.02,
             debounce: 0.04,
             fade: 0.01,
         }
@@ -129,9 +131,8 @@ fn flights(force: &[f64], travel: &[f64], extension: f64, rate: f64, config: &Co
     let mut now = false;
     for (f, z) in force.iter().zip(travel) {
         // between the two thresholds it stays what it was; missing samples are on the ground
-        let leave = *f < config.off_force && *z < extension;
-        let touch = !(*f < config.on_force && *z < 1.5 * extension);
-        now = if now { !touch } else { leave };
+        let most = if now || *z < extension { config.on_force } else { config.off_force };
+        now = *f < most;
         off.push(now);
     }
     let least = (config.debounce * rate).round() as usize;

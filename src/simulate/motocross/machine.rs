@@ -1,0 +1,411 @@
+//! The forward model: the five coordinates and the two wheel spins, driven over a profile.
+//!
+//! The same bodies as in [`equations`](crate::estimate::offroad::equations), solved for the
+//! accelerations. What the estimate assumes is not assumed here: the tyres touch the ground where
+//! it is nearest and push along its normal (or, for comparison, as the estimate has it, under the
+//! axle along the chassis), the chain pulls on its upper run and brakes on its lower, the rider
+//! is another one.
+
+use nalgebra::{Matrix5, Vector5};
+use serde::Deserialize;
+
+use super::ground::Ground;
+use super::rider::{Active, Pose, Touch};
+use crate::GRAVITY;
+use crate::estimate::offroad::chain::{Chain, Run, lever};
+use crate::estimate::offroad::equations::{Equations, Motion, Parameters};
+use crate::estimate::offroad::machine::Machine;
+
+/// How a tyre touches the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Touching {
+    /// Where the ground is nearest, along its normal.
+    #[default]
+    Normal,
+    /// Under the axle, along the chassis' z axis: as the estimate assumes.
+    Chassis,
+}
+
+/// A tyre: radial spring and damper, longitudinal Magic Formula.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tyre {
+    /// N/m.
+    pub stiffness: f64,
+    /// N s/m.
+    pub damping: f64,
+    /// Peak friction.
+    pub friction: f64,
+    /// Slip stiffness over load.
+    pub slip_stiffness: f64,
+}
+
+impl Default for Tyre {
+    fn default() -> Self {
+        Tyre { stiffness: 95_000.0, damping: 350.0, friction: 0.85, slip_stiffness: 9.0 }
+    }
+}
+
+const SHAPE: f64 = 1.4;
+
+impl Tyre {
+    /// Force along the ground per load from the slip ratio.
+    fn grip(&self, slip: f64) -> f64 {
+        let b = self.slip_stiffness / (SHAPE * self.friction);
+        self.friction * (SHAPE * (b * slip).atan()).sin()
+    }
+}
+
+/// Torques at the wheels, all positive, N m.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Levers {
+    /// Engine, at the rear wheel; negative brakes.
+    pub drive: f64,
+    /// Front brake.
+    pub front: f64,
+    /// Rear brake.
+    pub rear: f64,
+}
+
+/// Numbers of the state.
+pub const SIZE: usize = 24;
+
+/// `q`, `q'`, relative wheel rates about +y (rear, front), the rider's pose, torques as they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State(pub [f64; SIZE]);
+
+impl State {
+    /// Coordinates.
+    pub fn q(&self) -> [f64; 5] {
+        std::array::from_fn(|i| self.0[i])
+    }
+
+    /// Velocities.
+    pub fn qd(&self) -> [f64; 5] {
+        std::array::from_fn(|i| self.0[5 + i])
+    }
+
+    /// Forward wheel speeds relative to fork and swing arm: front, rear, rad/s.
+    pub fn wheels(&self) -> [f64; 2] {
+        [-self.0[11], -self.0[10]]
+    }
+
+    fn pose(&self) -> Pose {
+        let s = &self.0;
+        Pose { hip: [s[12], s[13], s[14], s[15]], torso: [s[16], s[17], s[18], s[19]], push: s[20] }
+    }
+
+    /// Torques that act.
+    pub fn levers(&self) -> Levers {
+        Levers { drive: self.0[21], front: self.0[22], rear: self.0[23] }
+    }
+}
+
+/// One tyre at an instant.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Contact {
+    /// On the bike in ground axes (X, Z down), N.
+    pub force: [f64; 2],
+    /// Where, ground axes, m.
+    pub point: [f64; 2],
+    /// Normal to the ground, N; zero off it.
+    pub normal: f64,
+    /// Slip ratio.
+    pub slip: f64,
+}
+
+/// Everything at an instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Response {
+    /// Rate of the state.
+    pub rate: [f64; SIZE],
+    /// Accelerations.
+    pub qdd: [f64; 5],
+    /// Relative wheel accelerations about +y: rear, front.
+    pub spin: [f64; 2],
+    /// Front and rear.
+    pub tyres: [Contact; 2],
+    /// The rider on the bike.
+    pub rider: [f64; 4],
+    /// `[F_sf, T_sr]`.
+    pub suspension: [f64; 2],
+}
+
+impl Response {
+    /// True forces along the chassis: `[N_f, N_r, B_f, B_r, D_r]`, N. Signed: a force the estimate
+    /// does not know (a front wheel that drives) shows as negative.
+    pub fn along_chassis(&self, mu: f64) -> [f64; 5] {
+        let (sin, cos) = mu.sin_cos();
+        let normal = |c: &Contact| -(sin * c.force[0] + cos * c.force[1]);
+        let forward = |c: &Contact| cos * c.force[0] - sin * c.force[1];
+        let (front, rear) = (&self.tyres[0], &self.tyres[1]);
+        let x = forward(rear);
+        [normal(front), normal(rear), -forward(front), (-x).max(0.0), x.max(0.0)]
+    }
+}
+
+/// The bike on its ground.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    /// Its true numbers.
+    pub machine: Machine,
+    /// Front and rear.
+    pub tyres: [Tyre; 2],
+    /// The profile.
+    pub ground: Ground,
+    /// Who rides.
+    pub rider: Active,
+    /// How the tyres touch.
+    pub touching: Touching,
+    without_spin: Equations,
+    arms: f64,
+}
+
+/// Hand and throttle, s.
+const COMMAND_LAG: f64 = 0.03;
+
+impl Plant {
+    /// A bike of these numbers.
+    pub fn new(
+        machine: Machine,
+        tyres: [Tyre; 2],
+        ground: Ground,
+        rider: Active,
+        touching: Touching,
+    ) -> Self {
+        let p = machine.equations.p;
+        let [_, i_2, i_3, _] = p.i;
+        let without_spin = Equations::new(Parameters { i: [0.0, i_2, i_3, 0.0], ..p });
+        let mut plant = Plant { machine, tyres, ground, rider, touching, without_spin, arms: 0.0 };
+        let rest = State([0.0; SIZE]);
+        plant.arms = plant.rider.arms_at_rest(&plant.touch(&rest, false, 0.0));
+        plant
+    }
+
+    /// Parameters.
+    pub fn parameters(&self) -> &Parameters {
+        &self.machine.equations.p
+    }
+
+    /// Rolling at `speed` on level ground, suspensions at rest under the rider.
+    pub fn start(&self, speed: f64) -> State {
+        let p = *self.parameters();
+        let mut s = [0.0; SIZE];
+        s[1] = -(p.h - 0.05) - self.ground.at(0.0).0;
+        s[3] = 0.09;
+        s[4] = 0.17;
+        s[5] = speed;
+        s[10] = -speed / p.r_r;
+        s[11] = -speed / p.r_f;
+        let mut state = State(s);
+        let pose = self.rider.standing(&self.touch(&state, false, 0.0));
+        for (k, v) in pose.hip.iter().chain(&pose.torso).enumerate() {
+            state.0[12 + k] = *v;
+        }
+        state.0[20] = pose.push;
+        state
+    }
+
+    fn point(&self, s: &State, p: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+        let (sin, cos) = s.0[2].sin_cos();
+        let (x, z) = (cos * p[0] + sin * p[1], cos * p[1] - sin * p[0]);
+        let mud = s.0[7];
+        ([s.0[0] + x, s.0[1] + z], [s.0[5] + mud * z, s.0[6] - mud * x])
+    }
+
+    fn touch(&self, s: &State, airborne: bool, commanded: f64) -> Touch {
+        let p = self.parameters();
+        Touch { peg: self.point(s, p.peg), bar: self.point(s, p.bar), airborne, commanded }
+    }
+
+    /// A tyre on the ground: axle's place and velocity, forward spin, radius.
+    fn contact(
+        &self,
+        tyre: &Tyre,
+        axle: ([f64; 2], [f64; 2]),
+        spin: f64,
+        radius: f64,
+        mu: f64,
+    ) -> Contact {
+        let ([x, z], v) = axle;
+        // the nearest point of the profile, z up from here on
+        let mut at = x;
+        let (mut height, mut slope) = self.ground.at(at);
+        for _ in 0..3 {
+            let sin = slope / (1.0 + slope * slope).sqrt();
+            at = x + radius * sin;
+            (height, slope) = self.ground.at(at);
+        }
+        let cos = 1.0 / (1.0 + slope * slope).sqrt();
+        let sin = slope * cos;
+        let distance = (-z - height) * cos - (x - at) * sin;
+        let deflection = radius - distance;
+        if deflection <= 0.0 {
+            return Contact::default();
+        }
+        let closing = v[1] * cos + v[0] * sin; // against the normal
+        let normal = (tyre.stiffness * deflection + tyre.damping * closing).max(0.0);
+        let along = v[0] * cos - v[1] * sin;
+        let slip = (spin * (radius - deflection / 3.0) - along) / along.abs().max(2.0);
+        let grip = tyre.grip(slip) * normal;
+        match self.touching {
+            Touching::Normal => Contact {
+                force: [grip * cos - normal * sin, -grip * sin - normal * cos],
+                point: [x + distance * sin, z + distance * cos],
+                normal,
+                slip,
+            },
+            Touching::Chassis => {
+                let (sin, cos) = mu.sin_cos();
+                Contact {
+                    force: [grip * cos - normal * sin, -grip * sin - normal * cos],
+                    point: [x + radius * sin, z + radius * cos],
+                    normal,
+                    slip,
+                }
+            }
+        }
+    }
+
+    /// Forces, accelerations and rates; `wanted` are the torques that the rider asks for.
+    pub fn respond(&self, s: &State, wanted: &Levers, airborne: bool, commanded: f64) -> Response {
+        let p = self.parameters();
+        let eq = &self.without_spin;
+        let (q, qd) = (s.q(), s.qd());
+        let (mu, z_f, a_r, mud) = (q[2], q[3], q[4], qd[2]);
+        let (sin, cos) = mu.sin_cos();
+        let (sin_eps, cos_eps) = eq.caster();
+        // axles, with their motion relative to the chassis
+        let front = eq.front_axle(z_f);
+        let rear = eq.rear_axle(a_r);
+        let moving = |place: [f64; 2], relative: [f64; 2]| {
+            let (at, mut v) = self.point(s, place);
+            v[0] += cos * relative[0] + sin * relative[1];
+            v[1] += cos * relative[1] - sin * relative[0];
+            (at, v)
+        };
+        let (st, ct) = (p.a_r0 - a_r).sin_cos();
+        let front_axle = moving(front, [-qd[3] * sin_eps, -qd[3] * cos_eps]);
+        let rear_axle = moving(rear, [-p.l_r * st * qd[4], -p.l_r * ct * qd[4]]);
+        let spin_front = -(mud + s.0[11]);
+        let spin_rear = -(mud - qd[4] + s.0[10]);
+        let tyres = [
+            self.contact(&self.tyres[0], front_axle, spin_front, p.r_f, mu),
+            self.contact(&self.tyres[1], rear_axle, spin_rear, p.r_r, mu),
+        ];
+
+        let machine = &self.machine;
+        let [angle_slope, travel] = {
+            let travel = machine.linkage.travel(a_r);
+            [machine.linkage.at(travel)[1], travel]
+        };
+        let f_sf = machine.fork.force(z_f, qd[3]);
+        let t_sr = machine.shock.force(travel, qd[4] / angle_slope) / angle_slope;
+
+        let touch = self.touch(s, airborne, commanded);
+        let reaction = self.rider.react(&s.pose(), &touch, self.arms);
+
+        // torques about +y on the wheels: ground, brake, chain
+        let levers = s.levers();
+        let lever_of = |c: &Contact, axle: [f64; 2]| {
+            (c.point[1] - axle[1]) * c.force[0] - (c.point[0] - axle[0]) * c.force[1]
+        };
+        let brake = |torque: f64, relative: f64| torque * (-relative / 0.5).tanh();
+        let torque_front =
+            lever_of(&tyres[0], front_axle.0) + brake(levers.front, s.0[11]);
+        let (t_up, t_low, d_up, d_low, r_s) = self.chain_pull(levers.drive, a_r, s.0[10]);
+        let torque_rear = lever_of(&tyres[1], rear_axle.0) + brake(levers.rear, s.0[10])
+            - (t_up - t_low) * r_s;
+
+        let motion =
+            Motion { mu, z_f, a_r, mud, zd_f: qd[3], ad_r: qd[4], mu1dd: 0.0, mu4dd: 0.0 };
+        let m = eq.at(&motion);
+        let known = m.less_rider(&m.known(&[0.0; 5], [f_sf, t_sr], GRAVITY), &reaction.on_bike);
+        let mut right = known.map(|b| -b);
+        right[0] -= machine.drag * qd[0] * qd[0].abs();
+        let direction = [-(sin_eps * cos + cos_eps * sin), sin * sin_eps - cos * cos_eps];
+        let (pivot, _) = self.point(s, eq.pivot());
+        for (k, c) in tyres.iter().enumerate() {
+            right[0] += c.force[0];
+            right[1] += c.force[1];
+            right[2] += (c.point[1] - q[1]) * c.force[0] - (c.point[0] - q[0]) * c.force[1];
+            if k == 0 {
+                right[3] += direction[0] * c.force[0] + direction[1] * c.force[1];
+            } else {
+                right[4] -=
+                    (c.point[1] - pivot[1]) * c.force[0] - (c.point[0] - pivot[0]) * c.force[1];
+            }
+        }
+        right[2] -= torque_front + torque_rear;
+        right[4] += torque_rear + d_up * t_up + d_low * t_low;
+        let matrix = Matrix5::from_fn(|i, j| m.m[i][j]);
+        let qdd = match matrix.cholesky() {
+            Some(c) => c.solve(&Vector5::from(right)),
+            None => Vector5::repeat(f64::NAN), // bodies that cannot be; the file's check refuses them
+        };
+        let spin = [
+            torque_rear / p.i[0] - qdd[2] + qdd[4],
+            torque_front / p.i[3] - qdd[2],
+        ];
+
+        let mut rate = [0.0; SIZE];
+        rate[..5].copy_from_slice(&qd);
+        rate[5..10].copy_from_slice(qdd.as_slice());
+        rate[10] = spin[0];
+        rate[11] = spin[1];
+        let pose = reaction.rate;
+        for (k, v) in pose.hip.iter().chain(&pose.torso).enumerate() {
+            rate[12 + k] = *v;
+        }
+        rate[20] = pose.push;
+        rate[21] = (wanted.drive - levers.drive) / COMMAND_LAG;
+        rate[22] = (wanted.front - levers.front) / COMMAND_LAG;
+        rate[23] = (wanted.rear - levers.rear) / COMMAND_LAG;
+        Response {
+            rate,
+            qdd: qdd.into(),
+            spin,
+            tyres,
+            rider: reaction.on_bike,
+            suspension: [f_sf, t_sr],
+        }
+    }
+
+    /// Tension and lever of the upper and the lower run, and the sprocket's radius.
+    fn chain_pull(&self, drive: f64, a_r: f64, relative: f64) -> (f64, f64, f64, f64, f64) {
+        let (r_p, r_s, centre) = match self.machine.chain {
+            Chain::Geometry { r_p, r_s, centre } => (r_p, r_s, centre),
+            // no chain: the torque reaches the wheel all the same
+            _ => {
+                let t = drive.max(0.0);
+                return (t, (-drive).max(0.0) * (-relative / 0.5).tanh(), 0.0, 0.0, 1.0);
+            }
+        };
+        let eq = &self.machine.equations;
+        let d = |run| lever(eq, a_r, r_p, r_s, centre, run);
+        let low = (-drive).max(0.0) * (-relative / 0.5).tanh();
+        (drive.max(0.0) / r_s, low / r_s, d(Run::Upper), d(Run::Lower), r_s)
+    }
+
+    /// One step of Runge-Kutta, from what the first stage gave.
+    pub fn step(
+        &self,
+        s: &State,
+        first: &Response,
+        wanted: &Levers,
+        airborne: bool,
+        commanded: f64,
+        dt: f64,
+    ) -> State {
+        let add = |k: &[f64; SIZE], h: f64| State(std::array::from_fn(|i| s.0[i] + h * k[i]));
+        let rate = |s: &State| self.respond(s, wanted, airborne, commanded).rate;
+        let k1 = &first.rate;
+        let k2 = rate(&add(k1, 0.5 * dt));
+        let k3 = rate(&add(&k2, 0.5 * dt));
+        let k4 = rate(&add(&k3, dt));
+        State(std::array::from_fn(|i| {
+            s.0[i] + dt / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
+        }))
+    }
+}
