@@ -78,7 +78,8 @@
     widen(x, [allX], 0.2);
     widen(y, [allY, band], chart.clouds.length ? 0.35 : 1);
     const pad = (r, share) => {
-      const p = (r[1] - r[0]) * share || Math.abs(r[0]) * 0.1 || 1;
+      const size = r[1] - r[0];
+      const p = size > 0 ? size * share : Math.abs(r[0]) * 0.1 || 1;
       return [r[0] - p, r[1] + p];
     };
     return { x: pad(x, chart.clouds.length ? 0.03 : 0), y: pad(y, 0.05) };

@@ -15,6 +15,8 @@ use crate::session::Session;
 use crate::warning::Warning;
 use crate::{estimate, filter, fit, ingest, report, rows, segment};
 
+mod offroad;
+
 /// The resolved settings of every stage: one file of `pipelines/`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -36,22 +38,53 @@ pub struct Pipeline {
     /// Fit.
     #[serde(default)]
     pub fit: fit::Config,
+    /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
+    pub offroad: Option<estimate::offroad::Config>,
 }
 
+/// Built-in pipelines by name.
+pub const BUILTIN: &[(&str, &str)] = &[
+    ("onroad", include_str!("../pipelines/onroad.toml")),
+    ("paper", include_str!("../pipelines/paper.toml")),
+    ("offroad", include_str!("../pipelines/offroad.toml")),
+];
+
 impl Pipeline {
-    /// The built-in `pipelines/onroad.toml`.
-    pub fn onroad() -> Self {
-        Self::parse(include_str!("../pipelines/onroad.toml"), "pipelines/onroad.toml")
+    /// A built-in pipeline.
+    ///
+    /// # Panics
+    /// If there is none of that name, which a test rules out for those of [`BUILTIN`].
+    pub fn builtin(name: &str) -> Self {
+        let text = BUILTIN.iter().find(|(n, _)| *n == name).map_or("", |(_, text)| text);
+        Self::parse(text, &format!("pipelines/{name}.toml"))
             .unwrap_or_else(|e| panic!("built-in pipeline: {e}"))
     }
 
-    /// Reads and checks a pipeline file.
+    /// The built-in `pipelines/onroad.toml`.
+    pub fn onroad() -> Self {
+        Self::builtin("onroad")
+    }
+
+    /// Reads and checks a pipeline file; the name of a built-in one does too, where there is no
+    /// such file.
     ///
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| format!("cannot read pipeline {}: {e}", path.display()))?;
+        let builtin = BUILTIN.iter().find(|(name, _)| path == Path::new(name));
+        if let Some((name, _)) = builtin
+            && !path.exists()
+        {
+            return Ok(Self::builtin(name));
+        }
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+            format!(
+                "cannot read pipeline {}: {e}; built in are {}",
+                path.display(),
+                names.join(", ")
+            )
+        })?;
         Self::parse(&text, &path.display().to_string())
     }
 
@@ -65,6 +98,9 @@ impl Pipeline {
         let fail = |e: String| format!("pipeline {name}: {e}");
         pipeline.estimate.check().map_err(fail)?;
         pipeline.fit.check().map_err(fail)?;
+        if let Some(offroad) = &pipeline.offroad {
+            offroad.check().map_err(fail)?;
+        }
         Ok(pipeline)
     }
 }
@@ -76,6 +112,8 @@ pub struct Outcome {
     pub session: rows::SessionRow,
     /// Its segments.
     pub manoeuvres: Vec<rows::Manoeuvre>,
+    /// Off-road: the forces of its segments.
+    pub forces: Vec<rows::ForceRow>,
     /// Its coefficients.
     pub coefficients: Vec<rows::Coefficient>,
     /// What the stages noticed.
@@ -121,6 +159,9 @@ pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcom
     let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
     let raw = ingest::read(input.path, input.maps).map_err(refuse)?;
     let (mut session, mut warnings) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
+    if let Some(offroad) = &pipeline.offroad {
+        return offroad::run(input, session, warnings, bike, pipeline, offroad);
+    }
     warnings.extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?);
     warnings.extend(filter::run(&mut session, &pipeline.filter));
     let segments = segment::run(&session, bike, &pipeline.segment);
@@ -143,7 +184,7 @@ pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcom
     let missing = |tyre: &str, coefficient: &str| missing_channels(&session, tyre, coefficient);
     let coefficients =
         coefficients::rows(&solution, bike, &pipeline.fit, &missing, &ident, &provenance);
-    let manoeuvres = manoeuvres(&session, &segments, bike, &solution, &ident);
+    let manoeuvres = manoeuvres(&session, &segments, radii(bike, &solution), &ident);
     let signals = match input.signals {
         true => Some(signals(&session, &data, &solution)?),
         false => None,
@@ -152,7 +193,8 @@ pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcom
     let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
     let session =
         session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
-    Ok(Outcome { session, manoeuvres, coefficients, warnings, plots, signals })
+    let forces = Vec::new();
+    Ok(Outcome { session, manoeuvres, forces, coefficients, warnings, plots, signals })
 }
 
 /// Why the channels do not allow a coefficient, if they do not.
@@ -188,20 +230,23 @@ fn mean(x: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
+/// Rolling radii, front and rear: estimated where they were, else the bike file's.
+fn radii(bike: &Bike, solution: &Solution) -> [f64; 2] {
+    let nominal = [bike.front.radius, bike.rear.radius];
+    [0, 1].map(|k| {
+        let known = solution.given.radius[k];
+        if known.is_finite() { known } else { nominal[k] }
+    })
+}
+
 fn manoeuvres(
     session: &Session,
     segments: &[Segment],
-    bike: &Bike,
-    solution: &Solution,
+    radius: [f64; 2],
     ident: &rows::Ident,
 ) -> Vec<rows::Manoeuvre> {
     let v = session.get(Channel::VelocityX);
     let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(|c| session.get(c));
-    let nominal = [bike.front.radius, bike.rear.radius];
-    let radius = [0, 1].map(|k| {
-        let known = solution.given.radius[k];
-        if known.is_finite() { known } else { nominal[k] }
-    });
     segments
         .iter()
         .enumerate()
@@ -243,6 +288,7 @@ fn manoeuvres(
                 roll_peak: channel(Channel::Roll).and_then(|x| peak(x.iter().copied())),
                 slip_front_peak: slip(0),
                 slip_rear_peak: slip(1),
+                ..rows::Manoeuvre::default()
             }
         })
         .collect()

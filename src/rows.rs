@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::session::Meta;
 
 /// Who and when, repeated in every per-session row.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Ident {
     /// The session.
     pub session_id: String,
@@ -96,7 +96,7 @@ pub struct Coefficient {
 }
 
 /// A row of `manoeuvres`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct Manoeuvre {
     #[serde(flatten)]
@@ -118,6 +118,28 @@ pub struct Manoeuvre {
     pub roll_peak: Option<f64>,
     pub slip_front_peak: Option<f64>,
     pub slip_rear_peak: Option<f64>,
+    pub flight_time: Option<f64>,
+    pub landing_load_front: Option<f64>,
+    pub landing_load_rear: Option<f64>,
+    pub load_transfer: Option<f64>,
+}
+
+/// A row of `forces`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ForceRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub manoeuvre_id: i64,
+    pub kind: String,
+    pub rider: String,
+    pub force: String,
+    pub unit: String,
+    pub peak: Option<f64>,
+    pub rms: Option<f64>,
+    pub mean: Option<f64>,
+    pub dispersion: Option<f64>,
+    pub n_samples: i64,
 }
 
 /// A row of `sessions`.

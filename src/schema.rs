@@ -27,6 +27,7 @@ embed!(
     "ride",
     "sessions",
     "manoeuvres",
+    "forces",
     "coefficients",
     "warnings",
     "rejected",

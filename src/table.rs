@@ -245,8 +245,11 @@ mod tests {
                 roll_peak: None,
                 slip_front_peak: None,
                 slip_rear_peak: None,
+                ..rows::Manoeuvre::default()
             },
         );
+        fits("forces", &rows::ForceRow::default());
+        fits("truth_offroad", &rows::TruthOffroad::default());
         fits(
             "sessions",
             &rows::SessionRow {

@@ -1,7 +1,7 @@
 //! The output folder: one file per session and table, and the rules that keep them whole.
 //!
 //! ```text
-//! <out>/coefficients/bike=<id>/<session>.parquet   and likewise manoeuvres, warnings, plots, signals
+//! <out>/coefficients/bike=<id>/<session>.parquet   and likewise manoeuvres, forces, warnings, plots, signals
 //! <out>/sessions/bike=<id>/<session>.parquet       written last: the session's commit marker
 //! <out>/rejected/<log>-<hash of its path>.parquet
 //! <out>/.roadbench.lock                            held while a run writes
@@ -31,6 +31,7 @@ use crate::table;
 pub const TABLES: &[&str] = &[
     "coefficients",
     "manoeuvres",
+    "forces",
     "warnings",
     "plots",
     "signals",
@@ -40,8 +41,12 @@ pub const TABLES: &[&str] = &[
     "report",
 ];
 
-/// The tables of one session but for its commit marker; `signals` only on request.
-const PER_SESSION: &[&str] = &["coefficients", "manoeuvres", "warnings", "plots", "signals"];
+/// The tables of one session but for its commit marker; `signals` only on request, `forces` only
+/// off-road.
+const PER_SESSION: &[&str] =
+    &["coefficients", "manoeuvres", "forces", "warnings", "plots", "signals"];
+/// Those that a session need not have.
+const OPTIONAL: [&str; 2] = ["signals", "forces"];
 
 /// A session whose tables are in the folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,8 +91,9 @@ impl Store {
     pub fn open(root: &Path) -> Result<Self, Error> {
         let lock = lock(root)?;
         remove_temporaries(root)?;
-        let schemas = ["sessions", "coefficients", "manoeuvres", "warnings", "plots", "rejected"]
-            .map(|name| (name, Table::embedded(name)));
+        let schemas =
+            ["sessions", "coefficients", "manoeuvres", "forces", "warnings", "plots", "rejected"]
+                .map(|name| (name, Table::embedded(name)));
         Ok(Store {
             root: root.to_owned(),
             schemas: BTreeMap::from(schemas),
@@ -120,7 +126,7 @@ impl Store {
         known.is_some_and(|c| matches!(c.as_slice(), [one] if same(one)))
             && PER_SESSION
                 .iter()
-                .filter(|&&table| table != "signals" || signals)
+                .filter(|&table| !OPTIONAL.contains(table) || (*table == "signals" && signals))
                 .all(|table| self.path(table, &wanted.bike_id, &file).is_file())
     }
 
@@ -136,6 +142,9 @@ impl Store {
             ("warnings", table::to_bytes(schema("warnings"), &outcome.warnings)?),
             ("plots", table::to_bytes(schema("plots"), &outcome.plots)?),
         ];
+        if !outcome.forces.is_empty() {
+            tables.push(("forces", table::to_bytes(schema("forces"), &outcome.forces)?));
+        }
         if let Some(signals) = &outcome.signals {
             tables.push(("signals", table::batch_to_bytes("signals", signals)?));
         }
@@ -157,7 +166,9 @@ impl Store {
         self.remove(session_id)?;
         let file = file_name(session_id);
         // leftovers of a run that was killed before it could commit
-        remove_file(&self.path("signals", bike_id, &file))?;
+        for table in OPTIONAL {
+            remove_file(&self.path(table, bike_id, &file))?;
+        }
         for (table, bytes) in &files.tables {
             table::write_bytes(&self.path(table, bike_id, &file), bytes)?;
         }

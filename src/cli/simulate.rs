@@ -11,6 +11,7 @@ use crate::model::tir;
 use crate::rows::TruthSegment;
 use crate::schema::Table;
 use crate::session::Meta;
+use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tour::Tour;
@@ -21,7 +22,7 @@ use crate::table;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// A built-in scenario (archive, perfect, paper, naturalistic; characterise, lane_change,
-    /// grip_limit with the nonlinear motorcycle) or a scenario file.
+    /// grip_limit with the nonlinear motorcycle; motocross off-road) or a scenario file.
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
     #[arg(long)]
@@ -49,16 +50,14 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    if let Some(motocross) = Motocross::load(&arguments.scenario).map_err(Failure::Usage)? {
+        refuse_tyres(&arguments)?;
+        return run_motocross(&motocross, &arguments);
+    }
     if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::Usage)? {
         return run_tour(tour, &arguments);
     }
-    if arguments.compare || arguments.front_tyre.is_some() || arguments.rear_tyre.is_some() {
-        return Err(Failure::Usage(format!(
-            "scenario {}: --compare, --front-tyre and --rear-tyre are for scenarios of the nonlinear \
-             motorcycle",
-            arguments.scenario
-        )));
-    }
+    refuse_tyres(&arguments)?;
     let mut scenario = Scenario::load(&arguments.scenario).map_err(Failure::Usage)?;
     if let Some(bikes) = arguments.bikes {
         scenario.fleet.bikes = bikes;
@@ -84,6 +83,85 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         out.display()
     );
     Ok(())
+}
+
+/// Tyres can be changed where the motorcycle rides on files of them.
+fn refuse_tyres(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.compare || arguments.front_tyre.is_some() || arguments.rear_tyre.is_some() {
+        return Err(Failure::Usage(format!(
+            "scenario {}: --compare, --front-tyre and --rear-tyre are for scenarios of the nonlinear \
+             motorcycle",
+            arguments.scenario
+        )));
+    }
+    Ok(())
+}
+
+/// Rides motocross: sessions, bike file, true forces.
+fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Failure> {
+    let out = &arguments.out;
+    let output = |e: table::Error| Failure::Output(e.to_string());
+    let bike_id = &scenario.bike.bike_id;
+    let file = out.join("bikes").join(format!("{bike_id}.toml"));
+    table::write_bytes(&file, scenario.bike.to_toml().as_bytes()).map_err(output)?;
+    let ridden = pool(arguments.jobs)?.install(|| {
+        (0..scenario.sessions)
+            .into_par_iter()
+            .map(|number| {
+                let begin = std::time::Instant::now();
+                let ridden = motocross::ride(scenario, number);
+                let spent = begin.elapsed().as_secs_f64();
+                let meta = &ridden.session.meta;
+                let place = Place::of(meta, out);
+                write_session(&place.log, &ridden.session, scenario.float32)?;
+                let segments = segment_rows(meta, &ridden.labels);
+                table::write(
+                    &place.truth("segments"),
+                    &Table::embedded("truth_segments"),
+                    &segments,
+                )?;
+                let rows = motocross::truth_rows(&ridden, scenario.truth_rate);
+                table::write(&place.truth("offroad"), &Table::embedded("truth_offroad"), &rows)?;
+                let duration = ridden.session.duration();
+                let fall = ridden.fall.map(|f| format!("{}: {f}", meta.session_id));
+                Ok((duration, spent, fall))
+            })
+            .collect::<Result<Vec<_>, table::Error>>()
+    });
+    let ridden = ridden.map_err(output)?;
+    let simulated: f64 = ridden.iter().map(|r| r.0).sum();
+    let spent: f64 = ridden.iter().map(|r| r.1).sum();
+    say!(
+        "{}: {} sessions of {bike_id}, {simulated:.0} s simulated, {:.0} x real time per core, with \
+         their truth, in {}",
+        scenario.name,
+        ridden.len(),
+        simulated / spent,
+        out.display()
+    );
+    let falls: Vec<String> = ridden.into_iter().filter_map(|r| r.2).collect();
+    if falls.is_empty() { Ok(()) } else { Err(Failure::Rejected(falls.join("\n"))) }
+}
+
+/// Where a session's files go.
+struct Place {
+    log: PathBuf,
+    truth: PathBuf,
+    below: PathBuf,
+}
+
+impl Place {
+    fn of(meta: &Meta, out: &Path) -> Self {
+        let date = meta.start_time.as_deref().and_then(|t| t.get(..10)).unwrap_or("2026-01-01");
+        let part = PathBuf::from(format!("bike={}", meta.bike_id));
+        let name = format!("{}.parquet", meta.session_id);
+        let log = out.join("sessions").join(&part).join(format!("date={date}")).join(&name);
+        Place { log, truth: out.join("truth"), below: part.join(name) }
+    }
+
+    fn truth(&self, kind: &str) -> PathBuf {
+        self.truth.join(kind).join(&self.below)
+    }
 }
 
 fn pool(jobs: usize) -> Result<rayon::ThreadPool, Failure> {
@@ -179,12 +257,9 @@ fn write_tour(
     out: &Path,
 ) -> Result<(), table::Error> {
     let meta = &ridden.session.meta;
-    let date = meta.start_time.as_deref().and_then(|t| t.get(..10)).unwrap_or("2026-01-01");
-    let name = format!("{}.parquet", meta.session_id);
-    let part = format!("bike={}", meta.bike_id);
-    let log = out.join("sessions").join(&part).join(format!("date={date}")).join(&name);
-    write_session(&log, &ridden.session, tour.float32)?;
-    let at = |kind: &str| out.join("truth").join(kind).join(&part).join(&name);
+    let place = Place::of(meta, out);
+    write_session(&place.log, &ridden.session, tour.float32)?;
+    let at = |kind: &str| place.truth(kind);
     let truth = truth_rows(meta, coefficients);
     table::write(&at("coefficients"), &Table::embedded("truth"), &truth)?;
     let segments = segment_rows(meta, &ridden.labels);
@@ -219,23 +294,12 @@ fn write_bike(scenario: &Scenario, bike: usize, out: &Path) -> Result<usize, tab
     for i in 0..count {
         let simulated = session(scenario, &machine, bike * count + i);
         let meta = &simulated.session.meta;
-        let date = meta.start_time.as_deref().and_then(|t| t.get(..10)).unwrap_or("2026-01-01");
-        let name = format!("{}.parquet", meta.session_id);
-        let part = format!("bike={id}");
-        let folder = out.join("sessions").join(&part).join(format!("date={date}"));
-        write_session(&folder.join(&name), &simulated.session, scenario.float32)?;
+        let place = Place::of(meta, out);
+        write_session(&place.log, &simulated.session, scenario.float32)?;
         let truth = truth_rows(meta, &truth::coefficients(&machine.plant, &simulated));
-        table::write(
-            &out.join("truth/coefficients").join(&part).join(&name),
-            &truth_table,
-            &truth,
-        )?;
+        table::write(&place.truth("coefficients"), &truth_table, &truth)?;
         let segments = segment_rows(meta, &simulated.labels);
-        table::write(
-            &out.join("truth/segments").join(&part).join(&name),
-            &segment_table,
-            &segments,
-        )?;
+        table::write(&place.truth("segments"), &segment_table, &segments)?;
     }
     Ok(count)
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
 
 use crate::schema::Table;
 use crate::session::Meta;
@@ -36,7 +36,7 @@ pub fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, 
     let manoeuvre: ArrayRef = Arc::new(Int64Array::from_iter_values(
         order.iter().map(|&(set, i)| sets[set].0.segment[i] as i64),
     ));
-    let columns: Vec<ArrayRef> = vec![
+    let mut columns: Vec<ArrayRef> = vec![
         text(&meta.session_id),
         text(&meta.bike_id),
         number(&|x, _, i| Some(x.time[i])),
@@ -59,5 +59,9 @@ pub fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, 
         pair(&|s| &s.force_y, 1),
         number(&|_, s, i| s.overturning.get(i).copied()),
     ];
-    RecordBatch::try_new(Table::embedded("signals").arrow(), columns).map_err(|e| e.to_string())
+    let schema = Table::embedded("signals").arrow();
+    for field in schema.fields().iter().skip(columns.len()) {
+        columns.push(new_null_array(field.data_type(), order.len())); // off-road only
+    }
+    RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())
 }

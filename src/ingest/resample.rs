@@ -11,7 +11,7 @@ use crate::session::{Meta, Session};
 use crate::warning::Warning;
 
 /// Fastest clock, Hz.
-const MAX_RATE: f64 = 1000.0;
+const MAX_RATE: f64 = 2000.0;
 /// A rate so near to a whole number is that number.
 const SNAP: f64 = 0.01;
 /// Largest distance from the clock that needs no interpolation, as a share of its period.

@@ -71,6 +71,35 @@ pub const PLOTS: &[Plot] = &[
     Plot { name: "overturning", title: "Overturning", x: ROLL, y: ARM, caption: "Overturning moment over weight, by roll (eqs. 34–36)." },
 ];
 
+const TIME: Axis = axis("time", "s", 1.0);
+const RIDER_FORCE: Axis = axis("force on the bike", "N", 1.0);
+const TYRE_FORCE: Axis = axis("force on the tyre", "N", 1.0);
+const RIDER_CAPTION: &str = "Rider models side by side; A integrated springs, B algebraic, C with the slow vertical motion.";
+const TYRE_CAPTION: &str = "The same samples solved with each rider model, and with none.";
+
+/// Every plot of an off-road session, in its order.
+#[rustfmt::skip]
+pub const OFFROAD_PLOTS: &[Plot] = &[
+    Plot { name: "jumps_legs", title: "Jumps · rider on the pegs (L_z, down)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
+    Plot { name: "jumps_arms", title: "Jumps · rider on the bar (A_x, forward)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
+    Plot { name: "jumps_load_front", title: "Jumps · front load (N_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "jumps_load_rear", title: "Jumps · rear load (N_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "jumps_along_front", title: "Jumps · front along the chassis (−B_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "jumps_along_rear", title: "Jumps · rear along the chassis (D_r − B_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "whoops_legs", title: "Whoops · rider on the pegs (L_z, down)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
+    Plot { name: "whoops_arms", title: "Whoops · rider on the bar (A_x, forward)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
+    Plot { name: "whoops_load_front", title: "Whoops · front load (N_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "whoops_load_rear", title: "Whoops · rear load (N_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "whoops_along_front", title: "Whoops · front along the chassis (−B_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "whoops_along_rear", title: "Whoops · rear along the chassis (D_r − B_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "corner_legs", title: "Corner · rider on the pegs (L_z, down)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
+    Plot { name: "corner_arms", title: "Corner · rider on the bar (A_x, forward)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
+    Plot { name: "corner_load_front", title: "Corner · front load (N_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "corner_load_rear", title: "Corner · rear load (N_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "corner_along_front", title: "Corner · front along the chassis (−B_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+    Plot { name: "corner_along_rear", title: "Corner · rear along the chassis (D_r − B_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
+];
+
 /// The panels of the time line: heading, axis, the series drawn in it.
 #[rustfmt::skip]
 pub const PANELS: &[(Axis, &[&str])] = &[
@@ -78,6 +107,14 @@ pub const PANELS: &[(Axis, &[&str])] = &[
     (axis("acceleration", "m/s²", 1.0), &["acceleration_x"]),
     (axis("roll", "°", DEGREE), &["roll"]),
     (axis("slip ratio", "", 1.0), &["slip_ratio_front", "slip_ratio_rear"]),
+    (axis("pitch, nose up", "°", DEGREE), &["pitch_up"]),
+    (axis("travel", "mm", 1000.0), &["fork_travel", "shock_travel"]),
+    (axis("front load", "N", 1.0), &["load_front_none", "load_front_a", "load_front_b", "load_front_c"]),
+    (axis("rear load", "N", 1.0), &["load_rear_none", "load_rear_a", "load_rear_b", "load_rear_c"]),
+    (axis("front along the chassis", "N", 1.0), &["along_front_none", "along_front_a", "along_front_b", "along_front_c"]),
+    (axis("rear along the chassis", "N", 1.0), &["along_rear_none", "along_rear_a", "along_rear_b", "along_rear_c"]),
+    (axis("rider on the pegs, down", "N", 1.0), &["legs_none", "legs_a", "legs_b", "legs_c"]),
+    (axis("rider on the bar, forward", "N", 1.0), &["arms_none", "arms_a", "arms_b", "arms_c"]),
 ];
 
 /// The name of the plot that is the time line.
@@ -209,13 +246,14 @@ pub struct Segment {
 /// Builds a session's figures; plots that the list does not know are drawn as they are.
 pub fn build(points: &[PlotPoint], manoeuvres: &[Manoeuvre]) -> Figures {
     let mut charts: Vec<Chart> = Vec::new();
-    for plot in PLOTS {
+    for plot in PLOTS.iter().chain(OFFROAD_PLOTS) {
         charts.extend(chart(plot.name, plot.title, plot.caption, plot.x, plot.y, points));
     }
     let mut others: Vec<&str> = points.iter().map(|p| p.plot.as_str()).collect();
     others.sort_unstable();
     others.dedup();
-    others.retain(|n| *n != TIMELINE && PLOTS.iter().all(|p| p.name != *n));
+    let known = PLOTS.iter().chain(OFFROAD_PLOTS);
+    others.retain(|n| *n != TIMELINE && known.clone().all(|p| p.name != *n));
     for name in others {
         let plain = |label| Axis { label, unit: "", scale: 1.0 };
         charts.extend(chart(name, name, "", plain("x"), plain("y"), points));

@@ -24,6 +24,7 @@ pub mod names;
 pub mod number;
 pub mod page;
 pub mod plots;
+pub mod plots_offroad;
 pub mod svg;
 pub mod tables;
 pub mod terminal;
@@ -110,6 +111,7 @@ pub fn write(out: &Path) -> Result<(), Error> {
             charts => Serde(figures::heads(&figures.charts)),
             panels => Serde(figures::heads(&figures.panels)),
             absent => page::absent_charts(&figures),
+            offroad => page::is_offroad(&figures),
             data => Value::from_safe_string(figures::inline_json(&figures)?),
             ..shared()
         })?;

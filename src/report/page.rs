@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::report::figures::Figures;
+use crate::report::figures::{Figures, OFFROAD_PLOTS, PLOTS, Plot};
 use crate::report::number::{self, fixed, typeset};
 use crate::report::{drawing, words};
 use crate::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
@@ -169,9 +169,16 @@ pub fn build(
     }
 }
 
+/// Whether the charts are those of an off-road session.
+pub fn is_offroad(figures: &Figures) -> bool {
+    let has = |plots: &[Plot]| plots.iter().any(|p| figures.charts.iter().any(|c| c.name == p.name));
+    has(OFFROAD_PLOTS) && !has(PLOTS)
+}
+
 /// Whether a chart has nothing to show on this page; its title, for the sentence that says so.
 pub fn absent_charts(figures: &Figures) -> Vec<&'static str> {
-    crate::report::figures::PLOTS
+    let plots = if is_offroad(figures) { OFFROAD_PLOTS } else { PLOTS };
+    plots
         .iter()
         .filter(|p| figures.charts.iter().all(|c| c.name != p.name))
         .map(|p| p.title)

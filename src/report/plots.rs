@@ -20,13 +20,13 @@ const LINE: usize = 81;
 pub const BINS: usize = 800;
 
 /// Collects the rows of one session.
-struct Sheet<'a> {
-    session: &'a Session,
-    rows: Vec<PlotPoint>,
+pub(super) struct Sheet<'a> {
+    pub(super) session: &'a Session,
+    pub(super) rows: Vec<PlotPoint>,
 }
 
 impl Sheet<'_> {
-    fn push(
+    pub(super) fn push(
         &mut self,
         plot: &str,
         series: &str,
@@ -233,7 +233,7 @@ fn timeline(sheet: &mut Sheet<'_>, given: &Given) {
     }
 }
 
-fn bins(sheet: &mut Sheet<'_>, series: &str, step: usize, f: &dyn Fn(usize) -> f64) {
+pub(super) fn bins(sheet: &mut Sheet<'_>, series: &str, step: usize, f: &dyn Fn(usize) -> f64) {
     let session = sheet.session;
     for start in (0..session.len).step_by(step) {
         let end = (start + step).min(session.len);

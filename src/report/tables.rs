@@ -119,6 +119,10 @@ pub fn manoeuvres(out: &Path) -> Result<Vec<Manoeuvre>, Error> {
         roll_peak: c.maybe("roll_peak", i),
         slip_front_peak: c.maybe("slip_front_peak", i),
         slip_rear_peak: c.maybe("slip_rear_peak", i),
+        flight_time: c.maybe("flight_time", i),
+        landing_load_front: c.maybe("landing_load_front", i),
+        landing_load_rear: c.maybe("landing_load_rear", i),
+        load_transfer: c.maybe("load_transfer", i),
     })?;
     rows.sort_by(|a, b| (key(&a.ident), a.manoeuvre_id).cmp(&(key(&b.ident), b.manoeuvre_id)));
     Ok(rows)

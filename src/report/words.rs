@@ -17,6 +17,7 @@ const COAST: &str = "coasting in neutral on a straight, both directions, at two 
 const SLIP: &str = "hard straight-line braking and, for the rear, hard acceleration: several runs \
                     that reach well into the slip range";
 const CORNER: &str = "steady cornering both ways, over as wide a range of lean as the road allows";
+const OFFROAD: &str = "off-road: firm braking and drive on the ground, in several corners";
 const BENCH: &str = "no riding manoeuvre: a tyre bench; until then it is taken from the bike file";
 
 macro_rules! words {
@@ -46,6 +47,8 @@ words! {
     "pneumatic_trail_0", "pneumatic trail at small slip", BENCH;
     "drag", "aerodynamic drag", COAST;
     "rolling_resistance", "rolling resistance", COAST;
+    "engaged_friction_braking", "friction engaged by braking", OFFROAD;
+    "engaged_friction_driving", "friction engaged by driving", OFFROAD;
 }
 
 /// Where the coefficient stands in reading order: front, rear, vehicle; names unknown to the

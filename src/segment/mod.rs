@@ -29,6 +29,7 @@ pub mod driving;
 pub mod features;
 mod heading;
 mod mask;
+pub mod offroad;
 
 use features::Features;
 
@@ -48,6 +49,8 @@ pub struct Config {
     pub coasting: coasting::Config,
     /// Driving.
     pub driving: driving::Config,
+    /// Off-road manoeuvres.
+    pub offroad: offroad::Config,
 }
 
 impl Default for Config {
@@ -59,6 +62,7 @@ impl Default for Config {
             braking: braking::Config::default(),
             coasting: coasting::Config::default(),
             driving: driving::Config::default(),
+            offroad: offroad::Config::default(),
         }
     }
 }

@@ -105,6 +105,7 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
             provenance: provenance.clone(),
         },
         manoeuvres: Vec::new(),
+        forces: Vec::new(),
         coefficients: vec![Coefficient {
             ident,
             tyre: "front".into(),

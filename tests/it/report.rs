@@ -166,6 +166,7 @@ fn manoeuvres(ident: &Ident, note: &str) -> Vec<Manoeuvre> {
                 roll_peak: Some(if left { -0.6 } else { 0.6 }),
                 slip_front_peak: Some(-0.03),
                 slip_rear_peak: Some(-0.01),
+                ..Manoeuvre::default()
             }
         })
         .collect()

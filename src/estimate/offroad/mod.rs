@@ -22,6 +22,7 @@ pub mod machine;
 pub mod nnls;
 pub mod rider;
 pub mod solve;
+pub mod statistics;
 pub mod synchrony;
 pub mod table;
 pub mod weights;
@@ -166,6 +167,20 @@ pub fn run(
         .iter()
         .map(|&rider| rider::forces(rider, &machine.rider, p.peg, p.bar, &base, &config.rider))
         .collect::<Result<_, _>>()?;
+    for (rider, forces) in config.riders.iter().zip(&forces) {
+        if let Some(&first) = forces.falls.first() {
+            let count = forces.falls.len();
+            let time = first as f64 / kinematics.rate;
+            let message = format!(
+                "rider {} toppled over {count} times, the first at {time:.2} s, and was stood up again: \
+                 passive limbs do not hold a rider through this motion",
+                rider.name()
+            );
+            let (stage, code) = ("estimate", "rider_toppled");
+            let time = Some(time);
+            warnings.push(Warning { stage, code, channel: None, count, time, message });
+        }
+    }
     let solver = Solver::new(&machine, kinematics.lost, &config.solve);
     let unavailable = solver.unavailable();
     if !unavailable.is_empty() {

@@ -5,6 +5,9 @@
 //! that of the chassis: its accelerations alone drive it, nothing drifts. Runge-Kutta of fourth
 //! order with the motion between two samples by cubics.
 //!
+//! A passive rider can topple over, where a real one would hold himself: he is stood up again, and
+//! that is counted.
+//!
 //! The torque at the hip that keeps the torso upright is not passed to the bike, as in the paper.
 
 use nalgebra::{Matrix2, Vector2};
@@ -63,6 +66,9 @@ pub struct Pull {
 
 /// Least stiffness of the standing posture that is accepted, 1/s²: 0.1 Hz.
 const LEAST_STIFFNESS: f64 = 0.4;
+
+/// Tangent of the lean of the legs at which the rider is off his feet: 45 degrees.
+const TOPPLED: f64 = 1.0;
 
 impl Standing {
     /// The natural lengths that hold the nominal posture, and whether it is stable.
@@ -188,6 +194,17 @@ impl Standing {
         ]
     }
 
+    /// Whether no rider could stand so: legs leaning by more than [`TOPPLED`] or folded to half. A
+    /// passive limb goes on through that to postures on the other side of the bar.
+    #[inline]
+    pub fn toppled(&self, y: &[f64; 4], pitch: (f64, f64)) -> bool {
+        let p = turned(self.peg, pitch);
+        let (dx, dz) = (y[2] + self.body.hip[0] - p[0], y[3] + self.body.hip[1] - p[1]);
+        // z is down: upright legs have dz < 0
+        let upright = -dz > 0.5 * self.leg.natural && dx.abs() < TOPPLED * -dz;
+        !upright
+    }
+
     /// One step of Runge-Kutta from `from` over `mid` to `to`.
     #[inline]
     pub fn step(&self, y: &[f64; 4], dt: f64, from: Seen, mid: Seen, to: Seen) -> [f64; 4] {
@@ -243,7 +260,13 @@ pub fn forces(
             None => standing.rest(now.mu),
             Some(y) => {
                 let mid = with(between(&seen, i, n, &from.0, &now));
-                standing.step(&y, dt, from, mid, to)
+                let y = standing.step(&y, dt, from, mid, to);
+                if standing.toppled(&y, to.1) {
+                    out.falls.push(i);
+                    standing.rest(now.mu)
+                } else {
+                    y
+                }
             }
         };
         let [lx, lz, ax, az] = standing.pull(&y, now.mud, to.1).on_bike;

@@ -88,12 +88,14 @@ pub struct Forces {
     pub ax: Vec<f64>,
     /// Bar, down.
     pub az: Vec<f64>,
+    /// Samples at which the rider had toppled over and was stood up again: rider A only.
+    pub falls: Vec<usize>,
 }
 
 impl Forces {
     fn zeros(n: usize) -> Self {
         let zeros = || vec![0.0; n];
-        Forces { lx: zeros(), lz: zeros(), ax: zeros(), az: zeros() }
+        Forces { lx: zeros(), lz: zeros(), ax: zeros(), az: zeros(), falls: Vec::new() }
     }
 
     /// `[L_x, L_z, A_x, A_z]` of a sample.
