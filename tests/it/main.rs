@@ -6,6 +6,7 @@ mod dirt;
 mod fit;
 mod ingest;
 mod motorcycle;
+mod offroad;
 mod offroad_reference;
 mod recordings;
 mod recovery;

@@ -1,0 +1,462 @@
+//! The off-road estimate against the forward model, whose tyre forces are known, and against
+//! damaged logs.
+
+use std::sync::OnceLock;
+
+use roadbench::GRAVITY;
+use roadbench::bike::Bike;
+use roadbench::channel::Channel;
+use roadbench::estimate::offroad::machine::Machine;
+use roadbench::estimate::offroad::rider::Rider;
+use roadbench::estimate::offroad::solve::{BRAKING, DRIVING, Solver};
+use roadbench::estimate::offroad::{self, Config, Estimate};
+use roadbench::estimate::offroad::equations::Motion;
+use roadbench::filter;
+use roadbench::segment::Kind;
+use roadbench::session::Session;
+use roadbench::simulate::motocross::machine::{Levers, Plant, Touching};
+use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
+use roadbench::simulate::motocross::{self, Ridden, pilot};
+use roadbench::warning::Warning;
+
+fn scenario() -> Motocross {
+    Motocross::load("motocross").expect("scenario").expect("built in")
+}
+
+/// One noisy minute, simulated once for every test.
+fn ridden() -> &'static (Motocross, Ridden) {
+    static RIDDEN: OnceLock<(Motocross, Ridden)> = OnceLock::new();
+    RIDDEN.get_or_init(|| {
+        let scenario = scenario();
+        let ridden = motocross::ride(&scenario, 0);
+        assert_eq!(ridden.fall, None);
+        (scenario, ridden)
+    })
+}
+
+fn estimate(session: &Session, bike: &Bike, config: &Config) -> (Estimate, Vec<Warning>) {
+    let mut session = session.clone();
+    filter::run(&mut session, &filter::Config::default());
+    offroad::run(&session, bike, config).expect("estimated")
+}
+
+fn only(riders: &[Rider]) -> Config {
+    Config { riders: riders.to_vec(), ..Config::default() }
+}
+
+fn band(x: &[f64], rate: f64) -> Vec<f64> {
+    let mut x = x.to_vec();
+    filter::high_cut(&mut x, rate, 20.0);
+    x
+}
+
+fn rms(a: &[f64], b: &[f64]) -> f64 {
+    let pairs = a.iter().zip(b).filter(|(a, _)| a.is_finite());
+    let n = pairs.clone().count() as f64;
+    (pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / n).sqrt()
+}
+
+/// Contact as the estimate assumes it, exact motion, the true rider: the forces come back.
+#[test]
+fn what_the_forward_model_did_comes_back_to_rounding() {
+    let text = BUILTIN[0].1.replace("touching = \"normal\"", "touching = \"chassis\"");
+    let scenario = Motocross::parse(&text, "round trip".as_ref()).expect("scenario");
+    let plant: Plant = scenario.plant(0);
+    assert_eq!(plant.touching, Touching::Chassis);
+    let machine = &plant.machine;
+    let solver = Solver::new(machine, [false; 5], &Config::default().solve);
+    let p = machine.equations.p;
+    let mut state = plant.start(8.0);
+    let mut decision = pilot::Decision::default();
+    let (mut driven, mut braked, mut worst) = (0, 0, 0.0_f64);
+    let dt = 1.0 / 3200.0;
+    for i in 0..3200 * 16 {
+        let airborne = false;
+        let r = plant.respond(&state, &decision.levers, airborne, decision.commanded);
+        if i % 32 == 0 {
+            decision = pilot::decide(&plant, &state, &r, airborne);
+            // the estimate takes engine braking for the brake's: none here
+            decision.levers = Levers { drive: decision.levers.drive.max(0.0), ..decision.levers };
+        }
+        let (q, qd) = (state.q(), state.qd());
+        let truth = r.along_chassis(q[2]);
+        let possible = truth.iter().all(|f| *f >= 0.0) && state.levers().drive >= 0.0;
+        if i % 16 == 0 && possible {
+            let motion = Motion {
+                mu: q[2],
+                z_f: q[3],
+                a_r: q[4],
+                mud: qd[2],
+                zd_f: qd[3],
+                ad_r: qd[4],
+                mu1dd: r.spin[0],
+                mu4dd: r.spin[1],
+            };
+            let at = machine.equations.at(&motion);
+            let mut base = at.known(&r.qdd, r.suspension, GRAVITY);
+            base[0] += machine.drag * qd[0] * qd[0].abs();
+            let mut b = at.less_rider(&base, &r.rider);
+            let mut a_t = at.at;
+            // the chain pulls with what the engine gives, whatever the tyre does
+            let pulls = state.levers().drive > 0.0 && truth[3] == 0.0;
+            let free = if truth[4] > 0.0 || pulls {
+                let kappa = machine.chain.kappa(&machine.equations, q[4]);
+                a_t[4][4] += kappa * p.r_r;
+                b[4] += kappa * p.i[0] * (r.qdd[2] - r.qdd[4] + r.spin[0]);
+                driven += 1;
+                DRIVING
+            } else {
+                braked += 1;
+                BRAKING
+            };
+            if free == DRIVING && truth[2] > 0.0 || state.levers().rear > 1e-6 && free == DRIVING {
+                // a front brake beside the drive, or a rear brake against the chain, is what the
+                // estimate excludes
+                continue;
+            }
+            if state.levers().drive > 1e-6 && free == BRAKING {
+                continue;
+            }
+            let f = solver.sample(&a_t, &b, free, [0.0; 2]);
+            let scale = truth.iter().fold(100.0_f64, |m, v| m.max(*v));
+            for k in 0..5 {
+                worst = worst.max((f[k] - truth[k]).abs() / scale);
+            }
+        }
+        state = plant.step(&state, &r, &decision.levers, airborne, decision.commanded, dt);
+    }
+    println!("{driven} driven, {braked} braked samples, largest relative error {worst:.1e}");
+    assert!(driven > 500 && braked > 300);
+    assert!(worst < 1e-9, "{worst:.1e}");
+}
+
+/// The ranking of the riders on a noisy minute, as shares of the static load.
+#[test]
+fn riders_are_ranked_against_the_truth() {
+    let (scenario, ridden) = ridden();
+    let rate = ridden.session.rate;
+    let (e, _) = estimate(&ridden.session, &scenario.bike, &Config::default());
+    let weight = e.machine.weight();
+    let truth: Vec<Vec<f64>> = ridden.truth.forces.iter().map(|f| band(f, rate)).collect();
+    println!("rms error, % of the static load {weight:.0} N, against the truth below 20 Hz");
+    println!("rider    N_f    N_r    B_f    B_r    D_r");
+    let mut table = Vec::new();
+    for rider in Rider::ALL {
+        let of = e.riders.iter().find(|r| r.rider == rider).expect("rider");
+        let columns = of.tyres.columns();
+        let errors: Vec<f64> =
+            (0..5).map(|k| 100.0 * rms(columns[k], &truth[k]) / weight).collect();
+        let text: Vec<String> = errors.iter().map(|e| format!("{e:6.2}")).collect();
+        println!("{:5} {}", rider.name(), text.join(" "));
+        table.push(errors);
+    }
+    let [none, a, b, c] = &table[..] else { panic!("four riders") };
+    for k in 0..5 {
+        assert!(c[k] < b[k] && b[k] < a[k], "force {k}");
+        assert!(b[k] < none[k], "force {k}");
+    }
+    // what was reached on this minute, with a third of margin
+    for (k, most) in [4.5, 9.5, 6.5, 9.5, 8.0].into_iter().enumerate() {
+        assert!(c[k] < most, "force {k}: {:.2} %", c[k]);
+    }
+}
+
+/// Runs of `true` at least so long.
+fn events(x: &[bool], least: usize) -> Vec<(usize, usize)> {
+    let mut out = Vec::new();
+    let mut i = 0;
+    while i < x.len() {
+        let end = x[i..].iter().position(|v| *v != x[i]).map_or(x.len(), |d| i + d);
+        if x[i] && end - i >= least {
+            out.push((i, end));
+        }
+        i = end;
+    }
+    out
+}
+
+fn alike(p: &(usize, usize), q: &(usize, usize)) -> bool {
+    let common = p.1.min(q.1) as f64 - p.0.max(q.0) as f64;
+    common > 0.5 * (p.1.max(q.1) - p.0.min(q.0)) as f64
+}
+
+#[test]
+fn flights_and_the_sign_of_the_drive_are_found() {
+    let (scenario, ridden) = ridden();
+    let rate = ridden.session.rate;
+    let (e, _) = estimate(&ridden.session, &scenario.bike, &only(&[Rider::C]));
+    // a flight of 60 ms is 0.7 m at 12 m/s; what is shorter is a bump
+    let least = (0.06 * rate) as usize;
+    let (mut hits, mut missed, mut wrong, mut edges) = (0, 0, 0, Vec::new());
+    for (found, truth) in
+        [(&e.contact.front.off, &ridden.truth.off[0]), (&e.contact.rear.off, &ridden.truth.off[1])]
+    {
+        let (all_found, all_true) = (events(found, 1), events(truth, 1));
+        for p in events(truth, least) {
+            match all_found.iter().find(|q| alike(&p, q)) {
+                Some(q) => {
+                    hits += 1;
+                    edges.push(p.0.abs_diff(q.0) as f64 / rate);
+                    edges.push(p.1.abs_diff(q.1) as f64 / rate);
+                }
+                None => missed += 1,
+            }
+        }
+        wrong += events(found, least)
+            .iter()
+            .filter(|q| !all_true.iter().any(|p| alike(p, q)))
+            .count();
+    }
+    let f1 = 2.0 * f64::from(hits) / (2 * hits + missed + wrong as i32) as f64;
+    edges.sort_by(f64::total_cmp);
+    let median = edges[edges.len() / 2];
+    println!("flights: F1 {f1:.3} ({hits} hit, {missed} missed, {wrong} wrong), edges {:.1} ms", 1e3 * median);
+    assert!(hits > 20 && f1 >= 0.97 && median <= 0.015);
+
+    let along = |f: &[&[f64]; 5], i: usize| f[4][i] - f[3][i] - f[2][i];
+    let truth: Vec<Vec<f64>> = ridden.truth.forces.iter().map(|f| band(f, rate)).collect();
+    let truth: [&[f64]; 5] = std::array::from_fn(|k| truth[k].as_slice());
+    let mine = e.riders[0].tyres.columns();
+    let strong: Vec<usize> = (0..mine[0].len()).filter(|&i| along(&truth, i).abs() > 100.0).collect();
+    let right = strong.iter().filter(|&&i| along(&truth, i) * along(&mine, i) > 0.0).count();
+    let share = right as f64 / strong.len() as f64;
+    println!("drive or brake: right in {:.1} % of {} samples", 100.0 * share, strong.len());
+    assert!(share >= 0.97, "{share}");
+}
+
+#[test]
+fn jumps_whoops_and_corners_are_segments_with_their_figures() {
+    let (scenario, ridden) = ridden();
+    let rate = ridden.session.rate;
+    let mut session = ridden.session.clone();
+    filter::run(&mut session, &filter::Config::default());
+    let (e, _) = offroad::run(&session, &scenario.bike, &only(&[Rider::C])).expect("estimated");
+    let tyres = &e.riders[0].tyres;
+    let ride = roadbench::segment::offroad::Ride {
+        rate,
+        speed: &e.kinematics.xd,
+        acceleration: &e.kinematics.xdd,
+        pitch: &e.kinematics.mu,
+        airborne: &e.contact.airborne,
+        braking: [&tyres.b_f, &tyres.b_r],
+        load: &tyres.n_r,
+        yaw_rate: None,
+    };
+    let segments = roadbench::segment::offroad::run(&ride, &Default::default());
+    assert!(segments.windows(2).all(|w| w[0].end == w[1].start));
+    let true_of = |kind: Kind| ridden.labels.iter().filter(move |l| l.0 == kind);
+    let found = |kind: Kind, start: f64, end: f64| {
+        segments.iter().any(|s| {
+            let (a, b) = (s.start as f64 / rate, s.end as f64 / rate);
+            s.kind == kind && b.min(end) - a.max(start) > 0.6 * (end - start)
+        })
+    };
+    for kind in [Kind::Airborne, Kind::Whoops, Kind::Cornering] {
+        let (mut all, mut hit) = (0, 0);
+        for (_, start, end, _) in true_of(kind) {
+            all += 1;
+            hit += usize::from(found(kind, *start, *end));
+        }
+        println!("{kind:?}: {hit} of {all}");
+        assert!(all >= 2 && hit == all, "{kind:?}: {hit} of {all}");
+    }
+    assert_eq!(
+        segments.iter().filter(|s| s.kind == Kind::Airborne).count(),
+        true_of(Kind::Airborne).count()
+    );
+    // landings against the truth below 20 Hz
+    let load = band(&ridden.truth.forces[1], rate);
+    let mut errors = Vec::new();
+    for s in segments.iter().filter(|s| s.kind == Kind::Airborne) {
+        let figures = e.figures(s);
+        let time = (s.end - s.start) as f64 / rate;
+        assert!((figures.flight_time.expect("flight") - time).abs() < 0.02);
+        if let Some(got) = figures.landing[1] {
+            let from = s.end - (0.1 * rate) as usize;
+            let window = &load[from..(s.end + (0.35 * rate) as usize).min(load.len())];
+            let truth = window.iter().copied().fold(0.0, f64::max);
+            errors.push((got - truth) / truth);
+        }
+    }
+    println!("rear landing loads, relative errors {errors:.3?}");
+    assert!(errors.len() >= 3 && errors.iter().all(|e| e.abs() < 0.12));
+
+    // engaged friction, made from the truth in the same way
+    let with_truth = {
+        let mut e = e.clone();
+        let t = &mut e.riders[0].tyres;
+        let truth = |k: usize| band(&ridden.truth.forces[k], rate);
+        (t.n_f, t.n_r, t.b_f, t.b_r, t.d_r) = (truth(0), truth(1), truth(2), truth(3), truth(4));
+        e
+    };
+    let ident = Default::default();
+    let provenance = Default::default();
+    let mine = e.coefficients(&segments, &ident, &provenance);
+    let truth = with_truth.coefficients(&segments, &ident, &provenance);
+    for (m, t) in mine.iter().zip(&truth) {
+        let (m_value, t_value) = (m.value.expect("value"), t.value.expect("value"));
+        println!(
+            "{} {}: {m_value:.3} ({:.3} to {:.3}), true {t_value:.3}",
+            m.tyre,
+            m.coefficient,
+            m.ci95_low.expect("low"),
+            m.ci95_high.expect("high")
+        );
+        assert!((m_value - t_value).abs() < 0.12, "{}", m.coefficient);
+    }
+}
+
+fn codes(warnings: &[Warning]) -> Vec<&str> {
+    warnings.iter().map(|w| w.code).collect()
+}
+
+fn said<'a>(warnings: &'a [Warning], code: &str) -> &'a str {
+    let found = warnings.iter().find(|w| w.code == code);
+    &found.unwrap_or_else(|| panic!("no {code} in {:?}", codes(warnings))).message
+}
+
+#[test]
+fn every_single_missing_channel_is_named_and_the_rest_is_estimated() {
+    let (scenario, ridden) = ridden();
+    let rate = ridden.session.rate;
+    let truth: Vec<Vec<f64>> = ridden.truth.forces.iter().map(|f| band(f, rate)).collect();
+    let (whole, _) = estimate(&ridden.session, &scenario.bike, &only(&[Rider::C]));
+    let base: Vec<f64> =
+        (0..5).map(|k| rms(whole.riders[0].tyres.columns()[k], &truth[k])).collect();
+    let channels: Vec<Channel> = ridden.session.channels().collect();
+    assert_eq!(channels.len(), 13);
+    for channel in channels {
+        let mut session = ridden.session.clone();
+        session.remove(channel);
+        let (e, warnings) = estimate(&session, &scenario.bike, &only(&[Rider::C]));
+        let named = warnings.iter().any(|w| w.message.contains(channel.name()));
+        assert!(named, "{channel}: {:?}", codes(&warnings));
+        let columns = e.riders[0].tyres.columns();
+        let error = |k: usize| match columns[k].iter().any(|v| v.is_finite()) {
+            true => rms(columns[k], &truth[k]),
+            false => f64::NAN,
+        };
+        let errors: Vec<f64> = (0..5).map(error).collect();
+        let gone = warnings.iter().find(|w| w.code == "force_unavailable");
+        println!("{channel:26} {errors:6.0?} {}", gone.map_or("", |w| w.message.as_str()));
+        // loads stay within reach of those with every channel
+        for k in 0..2 {
+            if errors[k].is_finite() {
+                assert!(errors[k] < 2.5 * base[k] + 60.0, "{channel} force {k}: {}", errors[k]);
+            }
+        }
+        let loads = errors[0].is_finite() && errors[1].is_finite();
+        assert!(loads, "{channel}: no loads");
+    }
+    // two travels: brake forces cannot be told apart any more, and that is said
+    let mut session = ridden.session.clone();
+    session.remove(Channel::ForkTravel);
+    session.remove(Channel::ShockTravel);
+    let (e, warnings) = estimate(&session, &scenario.bike, &only(&[Rider::C]));
+    let message = said(&warnings, "force_unavailable");
+    assert!(message.contains("b_f while braking") && message.contains("b_r while braking"));
+    let tyres = &e.riders[0].tyres;
+    assert!(tyres.b_f.iter().any(|v| v.is_nan()) && tyres.n_f.iter().all(|v| v.is_finite()));
+    // nothing along z: nothing can be said, and that is said too
+    let mut session = ridden.session.clone();
+    for channel in
+        [Channel::ChassisAccelerationZ, Channel::HeadAccelerationZ, Channel::TailAccelerationZ]
+    {
+        session.remove(channel);
+    }
+    let (_, warnings) = estimate(&session, &scenario.bike, &only(&[Rider::B]));
+    assert!(said(&warnings, "force_unavailable").contains("n_f while braking"));
+}
+
+#[test]
+fn loggers_that_are_apart_are_noticed() {
+    let (scenario, ridden) = ridden();
+    let rate = ridden.session.rate;
+    for late in [0.0_f64, 0.002, 0.012, -0.03] {
+        let mut session = ridden.session.clone();
+        let shift = (late * rate).round() as isize;
+        for channel in [
+            Channel::HeadAccelerationZ,
+            Channel::ForkTravel,
+            Channel::ForkTopAcceleration,
+            Channel::ForkBottomAcceleration,
+            Channel::WheelSpeedFront,
+        ] {
+            let x = session.get(channel).expect("there");
+            let last = x.len() as isize - 1;
+            let moved =
+                (0..=last).map(|i| x[(i - shift).clamp(0, last) as usize]).collect();
+            session.set(channel, moved);
+        }
+        let (_, warnings) = estimate(&session, &scenario.bike, &only(&[Rider::B]));
+        let found = warnings.iter().find(|w| w.code == "unsynchronised");
+        assert_eq!(found.is_some(), late.abs() > 0.005, "{late}: {:?}", codes(&warnings));
+        if let Some(w) = found {
+            let milliseconds = format!("{:.0} ms", 1000.0 * late.abs());
+            let side = if late > 0.0 { "late" } else { "early" };
+            assert!(w.message.contains(side), "{}", w.message);
+            assert!(w.message.contains(&milliseconds), "{}", w.message);
+        }
+    }
+}
+
+#[test]
+fn wrong_signs_zeros_and_gravity_are_noticed() {
+    let (scenario, ridden) = ridden();
+    let with = |channel: Channel, f: &dyn Fn(f64) -> f64| {
+        let mut session = ridden.session.clone();
+        let moved = session.get(channel).expect("there").iter().map(|v| f(*v)).collect();
+        session.set(channel, moved);
+        estimate(&session, &scenario.bike, &only(&[Rider::C]))
+    };
+    let (e, warnings) = with(Channel::ForkTravel, &|v| -v);
+    assert!(said(&warnings, "negative_travel").contains("fork_travel"));
+    assert!(e.kinematics.lost[3] && !e.kinematics.lost[4]);
+    let (_, warnings) = with(Channel::ShockTravel, &|v| v - 0.05);
+    assert!(said(&warnings, "negative_travel").contains("shock_travel"));
+    let (_, warnings) = with(Channel::TailAccelerationZ, &|v| -v);
+    assert!(said(&warnings, "sign_acceleration").contains("tail_acceleration_z"));
+    // a logger that takes gravity out gives the same forces
+    let (plain, _) = estimate(&ridden.session, &scenario.bike, &only(&[Rider::C]));
+    let (e, warnings) = with(Channel::ChassisAccelerationZ, &|v| v - GRAVITY);
+    assert!(said(&warnings, "gravity_removed").contains("chassis_acceleration_z"));
+    let apart = rms(&e.riders[0].tyres.n_r, &plain.riders[0].tyres.n_r);
+    assert!(apart < 0.03 * plain.machine.weight(), "{apart}");
+}
+
+/// The bike file of the scenario, changed.
+fn bike_text(change: &dyn Fn(String) -> String) -> Result<Bike, String> {
+    let text = change(ridden().0.bike.to_toml());
+    Bike::parse(&text, "mx", "mx.toml".as_ref()).map_err(|e| e.to_string())
+}
+
+#[test]
+fn bike_files_are_checked_by_key() {
+    let linkage = |text: String| {
+        let at = text.find("linkage").expect("linkage");
+        let end = at + text[at..].find('\n').expect("line");
+        format!("{}linkage = [[0.0, 0.0], [0.05, 0.2], [0.1, 0.19]]{}", &text[..at], &text[end..])
+    };
+    let message = bike_text(&linkage).expect_err("not monotonic");
+    assert!(message.contains("`offroad.linkage` is not monotonic"), "{message}");
+    let message = bike_text(&|t| t.replace("peg_x", "peg_y")).expect_err("misspelt");
+    assert!(message.contains("peg_y") && message.contains("did you mean"), "{message}");
+    let without = bike_text(&|t| {
+        t.lines().filter(|l| !l.starts_with("mass_chassis")).collect::<Vec<_>>().join("\n")
+    })
+    .expect("a bike all the same");
+    let message = Machine::new(&without).expect_err("lacks a key");
+    assert!(message.contains("offroad.mass_chassis"), "{message}");
+    let heavy = bike_text(&|t| t.replace("mass = 182.0", "mass = 260.0")).expect("a bike");
+    assert!(Machine::new(&heavy).expect_err("contradiction").contains("260"));
+    // an exact lumping makes the swing arm's inertia negative: that is no mistake
+    let with_i2 = |value: &str| {
+        let value = value.to_owned();
+        bike_text(&move |t| {
+            t.replace("inertia_swing_arm = 0.28", &format!("inertia_swing_arm = {value}"))
+        })
+        .expect("a bike")
+    };
+    assert!(Machine::new(&with_i2("-0.2855")).is_ok());
+    assert!(Machine::new(&with_i2("-15.0")).expect_err("no body").contains("positive definite"));
+}
