@@ -39,7 +39,7 @@ fn main() {
     let simulated = begin.elapsed().as_secs_f64();
     let n = session.len;
     let raw = session.clone();
-    let filter_config = filter::Config::default();
+    let filter_config = roadbench::pipeline::Pipeline::builtin("offroad").filter;
     filter::run(&mut session, &filter_config);
     let say = |what: &str, samples: usize, seconds: f64| {
         let rate = samples as f64 / seconds;

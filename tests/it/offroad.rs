@@ -12,6 +12,7 @@ use roadbench::estimate::offroad::solve::{BRAKING, DRIVING, Solver};
 use roadbench::estimate::offroad::{self, Config, Estimate};
 use roadbench::estimate::offroad::equations::Motion;
 use roadbench::filter;
+use roadbench::pipeline::Pipeline;
 use roadbench::segment::Kind;
 use roadbench::session::Session;
 use roadbench::simulate::motocross::machine::{Levers, Plant, Touching};
@@ -34,9 +35,15 @@ fn ridden() -> &'static (Motocross, Ridden) {
     })
 }
 
-fn estimate(session: &Session, bike: &Bike, config: &Config) -> (Estimate, Vec<Warning>) {
+/// As `pipelines/offroad.toml` does it.
+fn filtered(session: &Session) -> Session {
     let mut session = session.clone();
-    filter::run(&mut session, &filter::Config::default());
+    filter::run(&mut session, &Pipeline::builtin("offroad").filter);
+    session
+}
+
+fn estimate(session: &Session, bike: &Bike, config: &Config) -> (Estimate, Vec<Warning>) {
+    let session = filtered(session);
     offroad::run(&session, bike, config).expect("estimated")
 }
 
@@ -228,8 +235,7 @@ fn flights_and_the_sign_of_the_drive_are_found() {
 fn jumps_whoops_and_corners_are_segments_with_their_figures() {
     let (scenario, ridden) = ridden();
     let rate = ridden.session.rate;
-    let mut session = ridden.session.clone();
-    filter::run(&mut session, &filter::Config::default());
+    let session = filtered(&ridden.session);
     let (e, _) = offroad::run(&session, &scenario.bike, &only(&[Rider::C])).expect("estimated");
     let tyres = &e.riders[0].tyres;
     let ride = roadbench::segment::offroad::Ride {
@@ -302,7 +308,9 @@ fn jumps_whoops_and_corners_are_segments_with_their_figures() {
             m.ci95_low.expect("low"),
             m.ci95_high.expect("high")
         );
-        assert!((m_value - t_value).abs() < 0.12, "{}", m.coefficient);
+        let (low, high) = (m.ci95_low.expect("low"), m.ci95_high.expect("high"));
+        assert!((low..=high).contains(&t_value), "{}", m.coefficient);
+        assert!((m_value - t_value).abs() < 0.15, "{}", m.coefficient);
     }
 }
 
@@ -339,14 +347,25 @@ fn every_single_missing_channel_is_named_and_the_rest_is_estimated() {
         let errors: Vec<f64> = (0..5).map(error).collect();
         let gone = warnings.iter().find(|w| w.code == "force_unavailable");
         println!("{channel:26} {errors:6.0?} {}", gone.map_or("", |w| w.message.as_str()));
-        // loads stay within reach of those with every channel
+        // with twelve channels both loads are still estimated; the redundant ones cost next to
+        // nothing, a travel a seventh of the weight
+        use Channel as C;
+        let redundant = matches!(
+            channel,
+            C::ChassisAccelerationZ
+                | C::HeadAccelerationZ
+                | C::TailAccelerationZ
+                | C::ForkTopAcceleration
+                | C::ForkBottomAcceleration
+                | C::ShockTopAcceleration
+                | C::ShockBottomAcceleration
+                | C::WheelSpeedFront
+                | C::WheelSpeedRear
+        );
         for k in 0..2 {
-            if errors[k].is_finite() {
-                assert!(errors[k] < 2.5 * base[k] + 60.0, "{channel} force {k}: {}", errors[k]);
-            }
+            let most = if redundant { 1.4 * base[k] } else { 0.2 * whole.machine.weight() };
+            assert!(errors[k] < most, "{channel} force {k}: {} N", errors[k]);
         }
-        let loads = errors[0].is_finite() && errors[1].is_finite();
-        assert!(loads, "{channel}: no loads");
     }
     // two travels: brake forces cannot be told apart any more, and that is said
     let mut session = ridden.session.clone();

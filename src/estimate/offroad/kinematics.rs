@@ -22,7 +22,7 @@
 
 use crate::GRAVITY;
 use crate::channel::Channel;
-use crate::filter::{derivative, integral, remove_slow};
+use crate::filter::{derivative, high_cut, integral, remove_slow};
 use crate::session::Session;
 use crate::warning::Warning;
 
@@ -34,6 +34,8 @@ const WINDOW: f64 = 0.02;
 const MEAN_FREE: f64 = 10.0;
 /// Least distance along the chassis of two accelerometers that give the pitch acceleration, m.
 const LEAST_BASE: f64 = 0.3;
+/// What a wheel's speed says of the bike's own, Hz: faster is slip, bumps and spin in the air.
+const SLOW_WHEEL: f64 = 2.0;
 /// Slowest vertical velocity that an integral can tell from drift, Hz.
 const SLOWEST: f64 = 0.1;
 
@@ -169,9 +171,13 @@ impl Kinematics {
         let speed = column(Channel::VelocityX).map(<[f64]>::to_vec).or_else(|| {
             let wheel = column(Channel::WheelSpeedFront)?;
             let r_f = machine.equations.p.r_f;
-            let then = "the front wheel's, wrong while it slips or flies";
+            let then = "the front wheel's below 2 Hz, wrong while it slips or flies for long";
             notes.instead(Channel::VelocityX, "the forward speed", then);
-            Some(wheel.iter().map(|w| w * r_f).collect())
+            let mut speed: Vec<f64> = wheel.iter().map(|w| w * r_f).collect();
+            for run in runs(&speed) {
+                high_cut(&mut speed[run], rate, SLOW_WHEEL);
+            }
+            Some(speed)
         });
         let Some(speed) = speed else {
             (self.lost[0], self.lost[2]) = (true, true);

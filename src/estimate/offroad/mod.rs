@@ -126,6 +126,9 @@ pub struct Estimate {
     pub contact: Contact,
     /// The riders, in the order of the settings, with their forces and the tyres'.
     pub riders: Vec<Ridden>,
+    /// The first rider's tyre forces were he to take half of his arms' force with his feet: what
+    /// the rider model leaves open, for the intervals.
+    pub on_his_feet: TyreForces,
 }
 
 /// What one rider model gives.
@@ -192,11 +195,14 @@ pub fn run(
         let (stage, code) = ("estimate", "force_unavailable");
         warnings.push(Warning { stage, code, channel: None, count, time: None, message });
     }
-    let tyres = solver.run(&kinematics, &contact, &forces);
+    let mut forces = forces;
+    forces.push(forces[0].on_his_feet());
+    let mut tyres = solver.run(&kinematics, &contact, &forces);
+    let on_his_feet = tyres.pop().unwrap_or_default();
     let riders = config.riders.iter().zip(forces).zip(tyres);
     let riders =
         riders.map(|((&rider, forces), tyres)| Ridden { rider, forces, tyres }).collect();
-    Ok((Estimate { machine, kinematics, contact, riders }, warnings))
+    Ok((Estimate { machine, kinematics, contact, riders, on_his_feet }, warnings))
 }
 
 fn lever(chain: Chain, wanted: ChainLever) -> Chain {

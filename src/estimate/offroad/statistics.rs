@@ -4,7 +4,8 @@
 use crate::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
 use crate::segment::{Kind, Segment};
 
-use super::{Estimate, Ridden};
+use super::Estimate;
+use super::solve::TyreForces;
 use crate::fit::interval::t95;
 
 /// A longitudinal force smaller than this engages no friction worth the name, N.
@@ -133,7 +134,7 @@ impl Estimate {
                     out.push(row(name, "N").of(x[start..end].iter().map(|v| up * v)));
                 }
                 for friction in &FRICTIONS {
-                    if let Some(engaged) = engaged(ridden, segment, friction, self.kinematics.rate) {
+                    if let Some(engaged) = engaged(&ridden.tyres, segment, friction, self.kinematics.rate) {
                         out.push(row(friction.name, "1").friction(&engaged));
                     }
                 }
@@ -143,23 +144,25 @@ impl Estimate {
     }
 
     /// Engaged friction of each tyre over the session: the median of the used segments, their
-    /// robust spread, and the interval of that median.
+    /// robust spread, and the interval of that median, with what the rider model leaves open: the
+    /// change of the median when half of his arms' force goes to his feet counts as one standard
+    /// deviation.
     pub fn coefficients(
         &self,
         segments: &[Segment],
         ident: &Ident,
         provenance: &Provenance,
     ) -> Vec<Coefficient> {
-        let ridden = &self.riders[0];
+        let all = |tyres: &TyreForces, friction: &Friction| -> Vec<Engaged> {
+            let used = segments.iter().filter(|s| s.used);
+            used.filter_map(|s| engaged(tyres, s, friction, self.kinematics.rate)).collect()
+        };
         FRICTIONS
             .iter()
             .map(|friction| {
-                let found: Vec<Engaged> = segments
-                    .iter()
-                    .filter(|s| s.used)
-                    .filter_map(|s| engaged(ridden, s, friction, self.kinematics.rate))
-                    .collect();
-                coefficient(friction, &found, ident, provenance)
+                let found = all(&self.riders[0].tyres, friction);
+                let other = all(&self.on_his_feet, friction);
+                coefficient(friction, &found, &other, ident, provenance)
             })
             .collect()
     }
@@ -177,8 +180,13 @@ struct Engaged {
     samples: usize,
 }
 
-fn engaged(ridden: &Ridden, segment: &Segment, friction: &Friction, rate: f64) -> Option<Engaged> {
-    let columns = ridden.tyres.columns();
+fn engaged(
+    tyres: &TyreForces,
+    segment: &Segment,
+    friction: &Friction,
+    rate: f64,
+) -> Option<Engaged> {
+    let columns = tyres.columns();
     let (force, load) = (columns[friction.force], columns[friction.load]);
     let (mut sum, mut weight, mut ratios) = (0.0, 0.0, Vec::new());
     for i in segment.start..segment.end {
@@ -212,12 +220,15 @@ fn middle(x: &mut [f64]) -> (f64, f64) {
 
 /// Standard error of a median per standard deviation over the root of the count: sqrt(pi / 2).
 const MEDIAN: f64 = 1.2533;
+/// Widest half interval over the value that is called determined.
+const WIDEST: f64 = 0.5;
 /// Fewest segments of an interval that can be believed.
 const FEWEST: usize = 4;
 
 fn coefficient(
     friction: &Friction,
     found: &[Engaged],
+    other: &[Engaged],
     ident: &Ident,
     provenance: &Provenance,
 ) -> Coefficient {
@@ -231,8 +242,14 @@ fn coefficient(
             (Some(value), Some(spread))
         }
     };
-    let std_error = spread.map(|s| MEDIAN * s / (n as f64).sqrt());
-    let half = std_error.map(|s| t95((n - 1) as f64) * s);
+    let mut others: Vec<f64> = other.iter().map(|e| e.mean).collect();
+    let model = match (value, others.is_empty()) {
+        (Some(value), false) => middle(&mut others).0 - value,
+        _ => 0.0,
+    };
+    let sampled = spread.map(|s| MEDIAN * s / (n as f64).sqrt());
+    let std_error = sampled.map(|s| s.hypot(model));
+    let half = sampled.map(|s| (t95((n - 1) as f64) * s).hypot(1.96 * model));
     let (status, reason) = match n {
         0 => (
             Status::NotAvailable,
@@ -242,6 +259,15 @@ fn coefficient(
         ),
         n if n < FEWEST => {
             (Status::PoorlyDetermined, Some(format!("{n} segments only, of {FEWEST} or more")))
+        }
+        _ if value.zip(half).is_some_and(|(v, h)| h > WIDEST * v.abs()) => {
+            let rider = model.abs() > sampled.unwrap_or(0.0);
+            let why = if rider {
+                "how the rider shares his pull between bar and pegs leaves it open"
+            } else {
+                "the segments differ too much"
+            };
+            (Status::PoorlyDetermined, Some(format!("interval wider than half the value: {why}")))
         }
         _ => (Status::Ok, None),
     };

@@ -18,7 +18,8 @@ pub fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
     for (i, (xdd, hold)) in base.xdd.iter().zip(hold).enumerate() {
         let [_, lz, ax, _] = force(mass, *xdd, false);
         out.lz[i] = hold * lz;
-        out.ax[i] = hold * ax;
+        out.ax[i] = hold * config.arms * ax;
+        out.lx[i] = hold * (1.0 - config.arms) * ax;
     }
     out
 }

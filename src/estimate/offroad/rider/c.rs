@@ -71,7 +71,9 @@ pub fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
     for i in 0..base.mu.len() {
         let push = mass * (GRAVITY - vertical[i]);
         out.lz[i] = hold[i] * if push < 0.0 { 0.0 } else { push };
-        out.ax[i] = -hold[i] * mass * base.xdd[i];
+        let inertia = -hold[i] * mass * base.xdd[i];
+        out.ax[i] = config.arms * inertia;
+        out.lx[i] = (1.0 - config.arms) * inertia;
     }
     out
 }

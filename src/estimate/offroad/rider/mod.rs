@@ -98,6 +98,17 @@ impl Forces {
         Forces { lx: zeros(), lz: zeros(), ax: zeros(), az: zeros(), falls: Vec::new() }
     }
 
+    /// The same rider with half of what his arms do fore and aft done by his feet: nobody measures
+    /// how he shares it out.
+    pub fn on_his_feet(&self) -> Self {
+        let mut other = self.clone();
+        for (feet, arms) in other.lx.iter_mut().zip(&mut other.ax) {
+            *arms *= 0.5;
+            *feet += *arms;
+        }
+        other
+    }
+
     /// `[L_x, L_z, A_x, A_z]` of a sample.
     #[inline]
     pub fn at(&self, i: usize) -> [f64; 4] {
@@ -113,13 +124,16 @@ pub struct Config {
     pub cut_off: f64,
     /// Rider C filtered forward and backward: no lag, but the cut-off falls to 0.8 of itself.
     pub zero_phase: bool,
+    /// Share of the horizontal force that B and C take with their arms, the rest with their feet;
+    /// the paper has it all at the bar.
+    pub arms: f64,
     /// Over how long B and C let go and take hold at take-off and landing, s.
     pub crossfade: f64,
 }
 
 impl Default for Config {
     fn default() -> Self {
-        Config { cut_off: 1.5, zero_phase: true, crossfade: 0.05 }
+        Config { cut_off: 1.5, zero_phase: true, arms: 1.0, crossfade: 0.05 }
     }
 }
 
@@ -129,12 +143,14 @@ impl Config {
     /// # Errors
     /// A sentence that names the key.
     pub fn check(&self) -> Result<(), String> {
-        for (key, value, low, high) in
-            [("cut_off", self.cut_off, 0.05, 50.0), ("crossfade", self.crossfade, 0.0, 1.0)]
-        {
+        for (key, value, low, high) in [
+            ("cut_off", self.cut_off, 0.05, 50.0),
+            ("arms", self.arms, 0.0, 1.0),
+            ("crossfade", self.crossfade, 0.0, 1.0),
+        ] {
             if !(low..=high).contains(&value) {
                 return Err(format!(
-                    "[offroad.rider_settings] `{key}` = {value} is not between {low} and {high}"
+                    "[offroad.rider] `{key}` = {value} is not between {low} and {high}"
                 ));
             }
         }
