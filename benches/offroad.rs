@@ -79,16 +79,22 @@ fn main() {
     let forces = vec![ride(Rider::B).expect("rider b")];
     let solver = Solver::new(&machine, k.lost, &config.solve);
     let own = say("equations and NNLS", n, best(|| drop(solver.run(&k, &contact, &forces))));
-    say("whole estimate, rider b", n, best(|| drop(offroad::run(&session, &scenario.bike, &config))));
+    say(
+        "whole estimate, rider b",
+        n,
+        best(|| drop(offroad::run(&session, &scenario.bike, &config))),
+    );
     let all = Config::default();
-    say("whole estimate, riders none, a, b, c", n, best(|| drop(offroad::run(&session, &scenario.bike, &all))));
+    say(
+        "whole estimate, riders none, a, b, c",
+        n,
+        best(|| drop(offroad::run(&session, &scenario.bike, &all))),
+    );
 
     // the same problems for scipy: ten rows, five unknowns
     let weights = Weights::lengths(&machine.equations, [false; 5]);
-    let lengths = SolveConfig {
-        weights: offroad::solve::RowWeights::Lengths,
-        ..config.solve.clone()
-    };
+    let lengths =
+        SolveConfig { weights: offroad::solve::RowWeights::Lengths, ..config.solve.clone() };
     let plain = Solver::new(&machine, k.lost, &lengths);
     let mut bytes = Vec::new();
     let mut problems = Vec::new();
@@ -138,7 +144,11 @@ fn main() {
                 rate * 1e-6,
                 rate / RATE
             );
-            println!("ours / scipy: {:.0} (NNLS alone), {:.0} with the equations", alone / rate, own / rate);
+            println!(
+                "ours / scipy: {:.0} (NNLS alone), {:.0} with the equations",
+                alone / rate,
+                own / rate
+            );
             let apart = (0..5).map(|k| (sum[k] - theirs[k]).abs() / theirs[k].abs().max(1.0));
             println!("sums of the forces differ by at most {:.1e}", apart.fold(0.0, f64::max));
         }

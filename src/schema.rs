@@ -304,7 +304,8 @@ fn number(path: &str, value: &toml::Value) -> Result<f64, String> {
 
 /// Reads a list of pairs whose first column increases.
 fn curve(path: &str, value: &toml::Value) -> Result<Vec<[f64; 2]>, String> {
-    let shape = || format!("`{path}` must be a list of pairs, such as [[0.0, 250.0], [0.3, 1700.0]]");
+    let shape =
+        || format!("`{path}` must be a list of pairs, such as [[0.0, 250.0], [0.3, 1700.0]]");
     let rows = value.as_array().filter(|rows| rows.len() >= 2).ok_or_else(shape)?;
     let mut out = Vec::with_capacity(rows.len());
     for (k, row) in rows.iter().enumerate() {

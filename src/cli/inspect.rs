@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::cli::Failure;
-use crate::estimate::needs::NEEDS;
+use crate::estimate::needs::{NEEDS, OFFROAD};
 use crate::ingest::map::ChannelMap;
 use crate::ingest::{self, Raw, Track};
 use crate::pipeline::Pipeline;
@@ -279,8 +279,11 @@ fn channel_facts(
 }
 
 fn estimates(session: &Session) -> Vec<Estimate> {
+    let suspended = session.has(Channel::ForkTravel) || session.has(Channel::ShockTravel);
+    let offroad = if suspended { OFFROAD } else { &[] };
     NEEDS
         .iter()
+        .chain(offroad)
         .map(|need| {
             let missing: Vec<&str> = need.missing(session).iter().map(|c| c.name()).collect();
             let status = match (need.channels.is_empty(), missing.is_empty()) {

@@ -98,7 +98,10 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     aggregate(out)?;
     report::write(out)?;
     match &run.only {
-        Some(only) => print(&terminal::summary(&only.session, &only.coefficients)),
+        Some(only) => {
+            print(&terminal::summary(&only.session, &only.coefficients));
+            print(&report::forces::terminal(&only.forces, &only.manoeuvres));
+        }
         None => print(&overview(&run, out, start.elapsed().as_secs_f64())?),
     }
     tracing::info!("report: {}", out.join("report/index.html").display());

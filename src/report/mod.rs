@@ -19,6 +19,7 @@ use crate::{rows, table};
 
 pub mod drawing;
 pub mod figures;
+pub mod forces;
 pub mod index;
 pub mod names;
 pub mod number;
@@ -88,6 +89,7 @@ pub fn write(out: &Path) -> Result<(), Error> {
     let coefficients = tables::coefficients(out)?;
     let manoeuvres = tables::manoeuvres(out)?;
     let warnings = tables::warnings(out)?;
+    let force_rows = tables::forces(out)?;
     let fleet = tables::fleet(out)?;
     let plot_files = tables::plot_files(out)?;
     let pages = names::pages(
@@ -103,6 +105,7 @@ pub fn write(out: &Path) -> Result<(), Error> {
         let coefficients = run_of(&coefficients, |c| own(&c.ident));
         let manoeuvres = run_of(&manoeuvres, |m| own(&m.ident));
         let warnings = run_of(&warnings, |w| own(&w.ident));
+        let force_rows = run_of(&force_rows, |f| own(&f.ident));
         let files = plot_files.get(&(key.0.to_owned(), key.1.to_owned()));
         let points = tables::plots(files.map_or(&[], Vec::as_slice), key.0, key.1)?;
         let figures = figures::build(&points, manoeuvres);
@@ -112,6 +115,7 @@ pub fn write(out: &Path) -> Result<(), Error> {
             panels => Serde(figures::heads(&figures.panels)),
             absent => page::absent_charts(&figures),
             offroad => page::is_offroad(&figures),
+            forces => Serde(forces::table(force_rows)),
             data => Value::from_safe_string(figures::inline_json(&figures)?),
             ..shared()
         })?;

@@ -171,7 +171,8 @@ pub fn build(
 
 /// Whether the charts are those of an off-road session.
 pub fn is_offroad(figures: &Figures) -> bool {
-    let has = |plots: &[Plot]| plots.iter().any(|p| figures.charts.iter().any(|c| c.name == p.name));
+    let has =
+        |plots: &[Plot]| plots.iter().any(|p| figures.charts.iter().any(|c| c.name == p.name));
     has(OFFROAD_PLOTS) && !has(PLOTS)
 }
 
@@ -334,7 +335,15 @@ fn ridden(m: &Manoeuvre) -> Ridden {
         _ => number(m.speed_mean, 1).unwrap_or_default(),
     };
     let peak = match m.kind.as_str() {
-        "cornering" => number(m.roll_peak.map(f64::to_degrees), 1).map(|r| format!("roll {r}°")),
+        "cornering" if m.roll_peak.is_some() => {
+            number(m.roll_peak.map(f64::to_degrees), 1).map(|r| format!("roll {r}°"))
+        }
+        "airborne" => {
+            let kilo = |v: Option<f64>| number(v.map(|v| v / 1000.0), 1).unwrap_or("–".into());
+            let flight = number(m.flight_time, 2).unwrap_or_default();
+            let (front, rear) = (kilo(m.landing_load_front), kilo(m.landing_load_rear));
+            Some(format!("{flight} s, lands with {front} + {rear} kN"))
+        }
         _ => number(m.acceleration_x_peak, 2).map(|a| format!("{a} m/s²")),
     };
     Ridden {

@@ -16,7 +16,8 @@ use walkdir::WalkDir;
 use crate::report::Error;
 use crate::report::words;
 use crate::rows::{
-    Coefficient, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status, WarningRow,
+    Coefficient, ForceRow, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status,
+    WarningRow,
 };
 use crate::schema::Table;
 
@@ -125,6 +126,29 @@ pub fn manoeuvres(out: &Path) -> Result<Vec<Manoeuvre>, Error> {
         load_transfer: c.maybe("load_transfer", i),
     })?;
     rows.sort_by(|a, b| (key(&a.ident), a.manoeuvre_id).cmp(&(key(&b.ident), b.manoeuvre_id)));
+    Ok(rows)
+}
+
+/// Every `forces` row, by bike, session and manoeuvre, then as the estimate wrote them; none where
+/// nothing was ridden off-road.
+///
+/// # Errors
+/// A file cannot be read or lacks a column.
+pub fn forces(out: &Path) -> Result<Vec<ForceRow>, Error> {
+    let mut rows = collect(out, "forces", |c, i| ForceRow {
+        ident: c.ident(i),
+        manoeuvre_id: c.integer("manoeuvre_id", i),
+        kind: c.text("kind", i),
+        rider: c.text("rider", i),
+        force: c.text("force", i),
+        unit: c.text("unit", i),
+        peak: c.maybe("peak", i),
+        rms: c.maybe("rms", i),
+        mean: c.maybe("mean", i),
+        dispersion: c.maybe("dispersion", i),
+        n_samples: c.integer("n_samples", i),
+    })?;
+    rows.sort_by(|a, b| key(&a.ident).cmp(&key(&b.ident)));
     Ok(rows)
 }
 

@@ -119,6 +119,14 @@ pub fn spaced(name: &str) -> String {
 
 /// A plotted series in words.
 pub fn series(name: &str) -> String {
+    const BY_RIDER: [&str; 7] =
+        ["rider", "legs", "arms", "load_front", "load_rear", "along_front", "along_rear"];
+    if let Some((what, rider)) = name.rsplit_once('_')
+        && BY_RIDER.contains(&what)
+        && matches!(rider, "none" | "a" | "b" | "c")
+    {
+        return super::forces::rider(rider);
+    }
     match name {
         "k_alpha" => "cornering kα".to_owned(),
         "k_gamma" => "camber kγ".to_owned(),

@@ -102,9 +102,8 @@ pub fn run(ride: &Ride<'_>, config: &Config) -> Vec<Segment> {
     }
     paint(&mut kinds, &driving, |_| Kind::Driving);
     let [front, rear] = ride.braking.map(&coarse);
-    let sum = |x: &[f64], at: &Range<usize>| {
-        x[at.clone()].iter().filter(|v| v.is_finite()).sum::<f64>()
-    };
+    let sum =
+        |x: &[f64], at: &Range<usize>| x[at.clone()].iter().filter(|v| v.is_finite()).sum::<f64>();
     paint(&mut kinds, &braking, |at| {
         let (f, r) = (sum(&front, at), sum(&rear, at));
         match f / (f + r) {
@@ -145,8 +144,10 @@ fn pieces(kinds: &[Kind], shortest: usize) -> Vec<Range<usize>> {
     let mut out: Vec<Range<usize>> = Vec::new();
     let mut start = 0;
     while start < kinds.len() {
-        let end =
-            kinds[start..].iter().position(|k| *k != kinds[start]).map_or(kinds.len(), |d| start + d);
+        let end = kinds[start..]
+            .iter()
+            .position(|k| *k != kinds[start])
+            .map_or(kinds.len(), |d| start + d);
         let scrap = end - start < shortest && kinds[start] != Kind::Airborne;
         match out.last_mut() {
             Some(last) if scrap || kinds[last.start] == kinds[start] => last.end = end,
@@ -198,8 +199,7 @@ fn smooth(x: &[f64], half: usize) -> Vec<f64> {
 
 /// Where the pitch swings to and fro: runs of half waves, each high and short enough.
 fn waves(pitch: &[f64], rate: f64, config: &Config) -> Vec<bool> {
-    let mut swing: Vec<f64> =
-        pitch.iter().map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
+    let mut swing: Vec<f64> = pitch.iter().map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
     remove_slow(&mut swing, rate, 0.7);
     let mut mask = vec![false; swing.len()];
     // half waves between changes of sign: start, end, height

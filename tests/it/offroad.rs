@@ -3,16 +3,19 @@
 
 use std::sync::OnceLock;
 
+use arrow::array::AsArray;
+use arrow::datatypes::Float64Type;
+
 use roadbench::GRAVITY;
 use roadbench::bike::Bike;
 use roadbench::channel::Channel;
+use roadbench::estimate::offroad::equations::Motion;
 use roadbench::estimate::offroad::machine::Machine;
 use roadbench::estimate::offroad::rider::Rider;
 use roadbench::estimate::offroad::solve::{BRAKING, DRIVING, Solver};
 use roadbench::estimate::offroad::{self, Config, Estimate};
-use roadbench::estimate::offroad::equations::Motion;
 use roadbench::filter;
-use roadbench::pipeline::Pipeline;
+use roadbench::pipeline::{self, Input, Outcome, Pipeline};
 use roadbench::segment::Kind;
 use roadbench::session::Session;
 use roadbench::simulate::motocross::machine::{Levers, Plant, Touching};
@@ -209,22 +212,24 @@ fn flights_and_the_sign_of_the_drive_are_found() {
                 None => missed += 1,
             }
         }
-        wrong += events(found, least)
-            .iter()
-            .filter(|q| !all_true.iter().any(|p| alike(p, q)))
-            .count();
+        wrong +=
+            events(found, least).iter().filter(|q| !all_true.iter().any(|p| alike(p, q))).count();
     }
     let f1 = 2.0 * f64::from(hits) / (2 * hits + missed + wrong as i32) as f64;
     edges.sort_by(f64::total_cmp);
     let median = edges[edges.len() / 2];
-    println!("flights: F1 {f1:.3} ({hits} hit, {missed} missed, {wrong} wrong), edges {:.1} ms", 1e3 * median);
+    println!(
+        "flights: F1 {f1:.3} ({hits} hit, {missed} missed, {wrong} wrong), edges {:.1} ms",
+        1e3 * median
+    );
     assert!(hits > 20 && f1 >= 0.97 && median <= 0.015);
 
     let along = |f: &[&[f64]; 5], i: usize| f[4][i] - f[3][i] - f[2][i];
     let truth: Vec<Vec<f64>> = ridden.truth.forces.iter().map(|f| band(f, rate)).collect();
     let truth: [&[f64]; 5] = std::array::from_fn(|k| truth[k].as_slice());
     let mine = e.riders[0].tyres.columns();
-    let strong: Vec<usize> = (0..mine[0].len()).filter(|&i| along(&truth, i).abs() > 100.0).collect();
+    let strong: Vec<usize> =
+        (0..mine[0].len()).filter(|&i| along(&truth, i).abs() > 100.0).collect();
     let right = strong.iter().filter(|&&i| along(&truth, i) * along(&mine, i) > 0.0).count();
     let share = right as f64 / strong.len() as f64;
     println!("drive or brake: right in {:.1} % of {} samples", 100.0 * share, strong.len());
@@ -403,8 +408,7 @@ fn loggers_that_are_apart_are_noticed() {
         ] {
             let x = session.get(channel).expect("there");
             let last = x.len() as isize - 1;
-            let moved =
-                (0..=last).map(|i| x[(i - shift).clamp(0, last) as usize]).collect();
+            let moved = (0..=last).map(|i| x[(i - shift).clamp(0, last) as usize]).collect();
             session.set(channel, moved);
         }
         let (_, warnings) = estimate(&session, &scenario.bike, &only(&[Rider::B]));
@@ -478,4 +482,96 @@ fn bike_files_are_checked_by_key() {
     };
     assert!(Machine::new(&with_i2("-0.2855")).is_ok());
     assert!(Machine::new(&with_i2("-15.0")).expect_err("no body").contains("positive definite"));
+}
+
+/// A session through the whole pipeline, as `roadbench run --pipeline offroad` does it.
+fn run_pipeline(session: &Session, bike: &Bike) -> Outcome {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("ride.parquet");
+    roadbench::ingest::write_session(&path, session, true).expect("written");
+    let input = Input {
+        path: &path,
+        maps: &[],
+        input_hash: String::new(),
+        pipeline_hash: String::new(),
+        signals: true,
+    };
+    pipeline::run(&input, bike, &Pipeline::builtin("offroad")).expect("through")
+}
+
+#[test]
+fn tables_of_a_session_say_the_same_as_the_estimate() {
+    let (scenario, ridden) = ridden();
+    let outcome = run_pipeline(&ridden.session, &scenario.bike);
+    let ids: Vec<i64> = outcome.manoeuvres.iter().map(|m| m.manoeuvre_id).collect();
+    assert_eq!(ids, (0..ids.len() as i64).collect::<Vec<_>>());
+    let flights: Vec<_> = outcome.manoeuvres.iter().filter(|m| m.kind == "airborne").collect();
+    assert!(flights.len() >= 4);
+    for f in &flights {
+        assert!((f.flight_time.expect("time") - (f.end - f.start)).abs() < 0.02);
+    }
+    for rider in ["none", "a", "b", "c"] {
+        assert!(outcome.forces.iter().any(|f| f.rider == rider && f.kind == "whoops"));
+    }
+    assert_eq!(outcome.coefficients.len(), 3);
+    // braking puts load to the front, driving takes it
+    let transfer = |kind: &str| {
+        let of: Vec<f64> = outcome
+            .manoeuvres
+            .iter()
+            .filter(|m| m.kind == kind)
+            .filter_map(|m| m.load_transfer)
+            .collect();
+        of.iter().sum::<f64>() / of.len() as f64
+    };
+    assert!(transfer("combined_braking") > 0.04 && transfer("driving") < -0.02);
+    // signals: every rider, 200 Hz, ISO axes: the rider's weight points down
+    let signals = outcome.signals.expect("signals");
+    assert_eq!(signals.num_rows(), 4 * 200 * 60);
+    let number = |name: &str| {
+        let column = signals.column_by_name(name).expect(name);
+        column.as_primitive::<Float64Type>().clone()
+    };
+    let down = number("rider_peg_z");
+    let mean = arrow::compute::sum(&down).expect("values") / down.len() as f64;
+    assert!(mean < -300.0, "{mean}");
+    let load = number("load_rear");
+    assert!(arrow::compute::min(&load).expect("values") >= 0.0);
+    let contact = number("contact_rear");
+    assert_eq!(arrow::compute::min(&contact), Some(0.0));
+}
+
+#[test]
+fn a_saturated_accelerometer_hides_its_landings_and_nothing_else() {
+    let (scenario, ridden) = ridden();
+    let mut session = ridden.session.clone();
+    // a 4 g sensor on the chassis
+    let clipped =
+        session.get(Channel::ChassisAccelerationZ).expect("there").iter().map(|v| v.min(39.2));
+    let clipped = clipped.collect();
+    session.set(Channel::ChassisAccelerationZ, clipped);
+    let whole = run_pipeline(&ridden.session, &scenario.bike);
+    let outcome = run_pipeline(&session, &scenario.bike);
+    let warning = outcome.warnings.iter().find(|w| w.code == "clipped").expect("noticed");
+    assert_eq!(warning.channel.as_deref(), Some("chassis_acceleration_z"));
+    let landings = |o: &Outcome| -> Vec<Option<f64>> {
+        let flights = o.manoeuvres.iter().filter(|m| m.kind == "airborne");
+        flights.map(|m| m.landing_load_rear).collect()
+    };
+    println!("landings {:.0?}, clipped {:.0?}", landings(&whole), landings(&outcome));
+    assert!(landings(&whole).iter().all(Option::is_some));
+    assert!(landings(&outcome).iter().any(Option::is_none));
+    // what is left agrees with the whole
+    let (a, b) = (outcome.signals.expect("signals"), whole.signals.expect("signals"));
+    let column = |batch: &arrow::array::RecordBatch| -> Vec<Option<f64>> {
+        let loads = batch.column_by_name("load_rear").expect("load");
+        loads.as_primitive::<Float64Type>().iter().take(200 * 60).collect()
+    };
+    let (a, b) = (column(&a), column(&b));
+    let both: Vec<(f64, f64)> = a.iter().zip(&b).filter_map(|(a, b)| a.zip(*b)).collect();
+    let share = both.len() as f64 / b.len() as f64;
+    let apart =
+        (both.iter().map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / both.len() as f64).sqrt();
+    println!("{:.1} % left, {apart:.0} N apart", 100.0 * share);
+    assert!(share > 0.9 && apart < 60.0);
 }

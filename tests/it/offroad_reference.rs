@@ -130,10 +130,7 @@ fn all_states_agree_with_the_derivation() {
         let kappa = Chain::Geometry { r_p, r_s, centre }.kappa(&equations, a_r);
         close(&[kappa], &[chain["kappa"].as_f64().expect("kappa")], &format!("{name} kappa"));
         let qdd: [f64; 5] = array(&chain["qdd"]);
-        let mut b_1 = m.less_rider(
-            &m.known(&qdd, array(&state["f_s"]), G),
-            &array(&state["f_r"]),
-        );
+        let mut b_1 = m.less_rider(&m.known(&qdd, array(&state["f_s"]), G), &array(&state["f_r"]));
         b_1[4] += kappa * equations.p.i[0] * (qdd[2] - qdd[4] + motion(state).mu1dd);
         close(&b_1, &list(&chain["b_1"]), &format!("{name} chain b_1"));
         let mut at = m.at;

@@ -242,8 +242,7 @@ impl Kinematics {
                 for &s in &used {
                     let Some(f) = &force[s] else { continue };
                     let [x, z] = places[s];
-                    at_centre +=
-                        share * (f[i] + self.mudd[i] * x + self.mud[i] * self.mud[i] * z);
+                    at_centre += share * (f[i] + self.mudd[i] * x + self.mud[i] * self.mud[i] * z);
                 }
                 (at_centre - sin * self.xdd[i]) / cos + GRAVITY
             })

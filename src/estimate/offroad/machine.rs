@@ -201,7 +201,9 @@ impl Machine {
             chain: chain(&value),
             fork: strut("fork"),
             shock: strut("shock"),
-            linkage: Linkage::new(curve("linkage").map_or(&[[0.0, 0.0], [1.0, 1.0]], Vec::as_slice)),
+            linkage: Linkage::new(
+                curve("linkage").map_or(&[[0.0, 0.0], [1.0, 1.0]], Vec::as_slice),
+            ),
             sensors: Sensors {
                 imu: at("imu"),
                 head: at("head"),

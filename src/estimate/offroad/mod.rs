@@ -200,8 +200,7 @@ pub fn run(
     let mut tyres = solver.run(&kinematics, &contact, &forces);
     let on_his_feet = tyres.pop().unwrap_or_default();
     let riders = config.riders.iter().zip(forces).zip(tyres);
-    let riders =
-        riders.map(|((&rider, forces), tyres)| Ridden { rider, forces, tyres }).collect();
+    let riders = riders.map(|((&rider, forces), tyres)| Ridden { rider, forces, tyres }).collect();
     Ok((Estimate { machine, kinematics, contact, riders, on_his_feet }, warnings))
 }
 

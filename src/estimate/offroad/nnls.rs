@@ -176,7 +176,8 @@ mod tests {
             row[4] = if k == 3 { -1.0 } else { 0.0 }; // the opposite of column 3, and nothing else
         }
         a[4] = [0.0; N];
-        for (right, expected) in [(5.0, [1.0, 2.0, 3.0, 5.0, 0.0]), (-5.0, [1.0, 2.0, 3.0, 0.0, 5.0])]
+        for (right, expected) in
+            [(5.0, [1.0, 2.0, 3.0, 5.0, 0.0]), (-5.0, [1.0, 2.0, 3.0, 0.0, 5.0])]
         {
             let (g, c) = normal(&a, &[1.0, 2.0, 3.0, right, 0.0]);
             assert_eq!(solve(&g, &c, [true; N]), expected);

@@ -157,7 +157,8 @@ impl<'a> Solver<'a> {
         let mut columns = [[0.0; 5]; 5];
         for j in 0..5 {
             if free[j] {
-                columns[j] = self.weights.apply(&[at[0][j], at[1][j], at[2][j], at[3][j], at[4][j]]);
+                columns[j] =
+                    self.weights.apply(&[at[0][j], at[1][j], at[2][j], at[3][j], at[4][j]]);
             }
         }
         let mut g = [[0.0; 5]; 5];
@@ -167,7 +168,10 @@ impl<'a> Solver<'a> {
                 continue;
             }
             let a = &columns[i];
-            c[i] = a[0] * right[0] + a[1] * right[1] + a[2] * right[2] + a[3] * right[3]
+            c[i] = a[0] * right[0]
+                + a[1] * right[1]
+                + a[2] * right[2]
+                + a[3] * right[3]
                 + a[4] * right[4];
             for j in 0..=i {
                 let e = &columns[j];
@@ -191,7 +195,8 @@ impl<'a> Solver<'a> {
         let machine = self.machine;
         let equations = &machine.equations;
         let p = &equations.p;
-        let mut out: Vec<TyreForces> = riders.iter().map(|_| TyreForces::with_capacity(n)).collect();
+        let mut out: Vec<TyreForces> =
+            riders.iter().map(|_| TyreForces::with_capacity(n)).collect();
         let mut driving = vec![true; riders.len()];
         for i in 0..n {
             let at = equations.at(&k.motion(i));
@@ -224,7 +229,8 @@ impl<'a> Solver<'a> {
                 } else {
                     (BRAKING, &self.known[0])
                 };
-                let mut f = self.sample(&a_t, &b, free, [contact.front.fade[i], contact.rear.fade[i]]);
+                let mut f =
+                    self.sample(&a_t, &b, free, [contact.front.fade[i], contact.rear.fade[i]]);
                 for j in 0..5 {
                     if free[j] && !known[j] {
                         f[j] = f64::NAN;

@@ -129,12 +129,16 @@ impl Estimate {
                     out.push(row(name, "N").of(x[start..end].iter().copied()));
                 }
                 let f = &ridden.forces;
-                for (k, (name, x)) in RIDER.into_iter().zip([&f.lx, &f.lz, &f.ax, &f.az]).enumerate() {
+                for (k, (name, x)) in
+                    RIDER.into_iter().zip([&f.lx, &f.lz, &f.ax, &f.az]).enumerate()
+                {
                     let up = if k % 2 == 1 { -1.0 } else { 1.0 };
                     out.push(row(name, "N").of(x[start..end].iter().map(|v| up * v)));
                 }
                 for friction in &FRICTIONS {
-                    if let Some(engaged) = engaged(&ridden.tyres, segment, friction, self.kinematics.rate) {
+                    if let Some(engaged) =
+                        engaged(&ridden.tyres, segment, friction, self.kinematics.rate)
+                    {
                         out.push(row(friction.name, "1").friction(&engaged));
                     }
                 }

@@ -34,9 +34,8 @@ pub fn batch(
     }
     let each = |f: &dyn Fn(usize, usize) -> f64| -> ArrayRef {
         let samples = &samples;
-        let values = (0..estimate.riders.len()).flat_map(|r| {
-            samples.iter().map(move |&i| Some(f(r, i)).filter(|x| x.is_finite()))
-        });
+        let values = (0..estimate.riders.len())
+            .flat_map(|r| samples.iter().map(move |&i| Some(f(r, i)).filter(|x| x.is_finite())));
         Arc::new(Float64Array::from_iter(values))
     };
     let same = |x: &[f64], sign: f64| each(&|_, i| sign * x[i]);
@@ -67,7 +66,9 @@ pub fn batch(
             "force_x_rear" => tyre(&|f| f[4] - f[3]),
             "rider" => {
                 let name = |r: &super::Ridden| vec![r.rider.name(); samples.len()];
-                Arc::new(StringArray::from(estimate.riders.iter().flat_map(name).collect::<Vec<_>>()))
+                Arc::new(StringArray::from(
+                    estimate.riders.iter().flat_map(name).collect::<Vec<_>>(),
+                ))
             }
             "pitch" => same(&k.mu, -1.0),
             "velocity_z" => same(&k.zd, -1.0),

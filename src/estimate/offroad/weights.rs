@@ -52,8 +52,7 @@ impl Weights {
             }
         }
         let kept: Vec<usize> = (0..5).filter(|&k| !lost[k]).collect();
-        let small =
-            DMatrix::from_fn(kept.len(), kept.len(), |i, j| covariance[(kept[i], kept[j])]);
+        let small = DMatrix::from_fn(kept.len(), kept.len(), |i, j| covariance[(kept[i], kept[j])]);
         let inverse = small.cholesky().and_then(|c| c.l().try_inverse());
         let Some(inverse) = inverse else { return Self::lengths(equations, lost) };
         let scale = inverse.amax().max(f64::MIN_POSITIVE);

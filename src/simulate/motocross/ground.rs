@@ -92,7 +92,8 @@ impl Part {
                         let u = s / ramp;
                         return (height * u * u, 2.0 * height * u / ramp);
                     }
-                    let (z, slope) = (height * (lip / ramp).powi(2), 2.0 * height * lip / ramp / ramp);
+                    let (z, slope) =
+                        (height * (lip / ramp).powi(2), 2.0 * height * lip / ramp / ramp);
                     let u = (s - lip) / 0.4;
                     let rest = height - z;
                     // a cubic from (z, slope) to (height, 0)

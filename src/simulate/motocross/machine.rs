@@ -312,14 +312,12 @@ impl Plant {
             (c.point[1] - axle[1]) * c.force[0] - (c.point[0] - axle[0]) * c.force[1]
         };
         let brake = |torque: f64, relative: f64| torque * (-relative / 0.5).tanh();
-        let torque_front =
-            lever_of(&tyres[0], front_axle.0) + brake(levers.front, s.0[11]);
+        let torque_front = lever_of(&tyres[0], front_axle.0) + brake(levers.front, s.0[11]);
         let (t_up, t_low, d_up, d_low, r_s) = self.chain_pull(levers.drive, a_r, s.0[10]);
-        let torque_rear = lever_of(&tyres[1], rear_axle.0) + brake(levers.rear, s.0[10])
-            - (t_up - t_low) * r_s;
+        let torque_rear =
+            lever_of(&tyres[1], rear_axle.0) + brake(levers.rear, s.0[10]) - (t_up - t_low) * r_s;
 
-        let motion =
-            Motion { mu, z_f, a_r, mud, zd_f: qd[3], ad_r: qd[4], mu1dd: 0.0, mu4dd: 0.0 };
+        let motion = Motion { mu, z_f, a_r, mud, zd_f: qd[3], ad_r: qd[4], mu1dd: 0.0, mu4dd: 0.0 };
         let m = eq.at(&motion);
         let known = m.less_rider(&m.known(&[0.0; 5], [f_sf, t_sr], GRAVITY), &reaction.on_bike);
         let mut right = known.map(|b| -b);
@@ -344,10 +342,7 @@ impl Plant {
             Some(c) => c.solve(&Vector5::from(right)),
             None => Vector5::repeat(f64::NAN), // bodies that cannot be; the file's check refuses them
         };
-        let spin = [
-            torque_rear / p.i[0] - qdd[2] + qdd[4],
-            torque_front / p.i[3] - qdd[2],
-        ];
+        let spin = [torque_rear / p.i[0] - qdd[2] + qdd[4], torque_front / p.i[3] - qdd[2]];
 
         let mut rate = [0.0; SIZE];
         rate[..5].copy_from_slice(&qd);
@@ -404,8 +399,6 @@ impl Plant {
         let k2 = rate(&add(k1, 0.5 * dt));
         let k3 = rate(&add(&k2, 0.5 * dt));
         let k4 = rate(&add(&k3, dt));
-        State(std::array::from_fn(|i| {
-            s.0[i] + dt / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
-        }))
+        State(std::array::from_fn(|i| s.0[i] + dt / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])))
     }
 }

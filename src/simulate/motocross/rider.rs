@@ -126,8 +126,8 @@ impl Active {
         let above = torso[1] - bar[1];
         let arm_z = HOLD_STIFFNESS * (hold - above) - HOLD_DAMPING * (torso[3] - bar_v[1]);
         // trunk, carrying the torso's weight at rest
-        let trunk_x = TRUNK_STIFFNESS * (hip[0] + TRUNK[0] - torso[0])
-            + TRUNK_DAMPING * (hip[2] - torso[2]);
+        let trunk_x =
+            TRUNK_STIFFNESS * (hip[0] + TRUNK[0] - torso[0]) + TRUNK_DAMPING * (hip[2] - torso[2]);
         let trunk_z = TRUNK_STIFFNESS * (hip[1] + TRUNK[1] - torso[1])
             + TRUNK_DAMPING * (hip[3] - torso[3])
             - self.torso_mass * GRAVITY;
@@ -136,10 +136,8 @@ impl Active {
             (leg_on_rider[0] - trunk_x) / self.hip_mass,
             GRAVITY + (leg_on_rider[1] - trunk_z) / self.hip_mass,
         ];
-        let torso_a = [
-            (arm_x + trunk_x) / self.torso_mass,
-            GRAVITY + (arm_z + trunk_z) / self.torso_mass,
-        ];
+        let torso_a =
+            [(arm_x + trunk_x) / self.torso_mass, GRAVITY + (arm_z + trunk_z) / self.torso_mass];
         Reaction {
             rate: Pose {
                 hip: [hip[2], hip[3], hip_a[0], hip_a[1]],

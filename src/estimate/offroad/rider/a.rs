@@ -176,8 +176,7 @@ impl Standing {
         };
         let (leg, lx, lz) = limb(self.peg, b.hip, self.leg.natural, b.k_l, b.c_l);
         let (arm, ax, az) = limb(self.bar, b.shoulder, self.arm.natural, b.k_a, b.c_a);
-        let hip_torque =
-            -(b.hip[1] * lx - b.hip[0] * lz + b.shoulder[1] * ax - b.shoulder[0] * az);
+        let hip_torque = -(b.hip[1] * lx - b.hip[0] * lz + b.shoulder[1] * ax - b.shoulder[0] * az);
         Pull { leg, arm, hip_torque, on_bike: [-lx, -lz, -ax, -az] }
     }
 
@@ -186,12 +185,7 @@ impl Standing {
     pub fn rate(&self, y: &[f64; 4], base: &Instant, pitch: (f64, f64)) -> [f64; 4] {
         let [lx, lz, ax, az] = self.pull(y, base.mud, pitch).on_bike;
         let per_mass = -1.0 / self.body.mass;
-        [
-            per_mass * (lx + ax) - base.xdd,
-            GRAVITY + per_mass * (lz + az) - base.zdd,
-            y[0],
-            y[1],
-        ]
+        [per_mass * (lx + ax) - base.xdd, GRAVITY + per_mass * (lz + az) - base.zdd, y[0], y[1]]
     }
 
     /// Whether no rider could stand so: legs leaning by more than [`TOPPLED`] or folded to half. A
