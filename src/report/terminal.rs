@@ -21,6 +21,10 @@ const MAIN: [(&str, &str); 5] = [
     ("overturning_stiffness", "k_x, m"),
 ];
 
+/// Those of off-road sessions.
+const OFFROAD: [(&str, &str); 2] =
+    [("engaged_friction_braking", "B/N"), ("engaged_friction_driving", "D/N")];
+
 /// One session: who, the verdict, and every coefficient with its interval, by tyre; under those
 /// that are not determined, why.
 pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
@@ -131,11 +135,14 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
         let key = (c.ident.bike_id.as_str(), c.tyre.as_str(), c.coefficient.as_str());
         good.entry(key).or_default().extend(c.value);
     }
+    let offroad = !coefficients.is_empty()
+        && coefficients.iter().all(|c| OFFROAD.iter().any(|o| o.0 == c.coefficient));
+    let main = if offroad { OFFROAD.as_slice() } else { MAIN.as_slice() };
     let width = bikes.iter().map(|b| b.chars().count()).max().unwrap_or(4).clamp(4, 20);
     line(out, "");
     line(out, "medians over the sessions where each is determined (how many)");
     let mut head = format!("{:<width$} {:>8} {:<5}", "bike", "sessions", "tyre");
-    for (_, title) in MAIN {
+    for (_, title) in main {
         let _ = write!(head, " {title:>11}"); // writing to a String cannot fail
     }
     line(out, &head);
@@ -145,8 +152,8 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
             let name: String = clean(bike).chars().take(width).collect();
             let (name, n) = if i == 0 { (name, n.to_string()) } else { Default::default() };
             let mut text = format!("{name:<width$} {n:>8} {tyre:<5}");
-            for (coefficient, _) in MAIN {
-                let values = good.get(&(bike, tyre, coefficient)).map_or(&[][..], Vec::as_slice);
+            for (coefficient, _) in main {
+                let values = good.get(&(bike, tyre, *coefficient)).map_or(&[][..], Vec::as_slice);
                 let cell = match number::median(values) {
                     None => "-".to_owned(),
                     Some(m) => {

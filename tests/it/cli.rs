@@ -144,3 +144,59 @@ fn a_signal_ends_the_run_and_the_same_command_carries_on() {
     assert_eq!((said.code, rows()), (1, LOGS));
     assert!(said.err.contains(&format!("{LOGS} rejected")), "{}", said.err);
 }
+
+/// Simulate, run, look: what the README says of motocross, on a shorter ride.
+#[test]
+fn motocross_goes_from_scenario_to_report() {
+    let place = tempfile::tempdir().expect("folder");
+    let scenario = roadbench::simulate::motocross::scenario::BUILTIN[0]
+        .1
+        .replace("duration = 60.0", "duration = 28.0");
+    std::fs::write(place.path().join("short.toml"), scenario).expect("file");
+    let said = roadbench(place.path(), &["simulate", "short.toml", "--out", "mx"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("1 sessions of motocross"), "{}", said.out);
+    let said = roadbench(
+        place.path(),
+        &["run", "mx", "--pipeline", "offroad", "--signals", "--out", "out"],
+    );
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("Largest forces, rider C"), "{}", said.out);
+    assert!(said.out.contains("flights of"), "{}", said.out);
+    for table in ["forces", "signals", "manoeuvres", "coefficients"] {
+        assert!(place.path().join("out").join(table).is_dir(), "{table}");
+    }
+    let page = std::fs::read_to_string(place.path().join("out/report/motocross_s0001.html"));
+    let page = page.expect("page");
+    assert!(page.contains("Riders side by side") && page.contains("Forces by segment and rider"));
+    // a second run leaves it as it is, and the rows of a bike that lost its keys are refused by name
+    let bike = place.path().join("mx/bikes/motocross.toml");
+    let text = std::fs::read_to_string(&bike).expect("bike");
+    std::fs::write(&bike, text.replace("linkage", "linkages")).expect("bike");
+    let said = roadbench(place.path(), &["run", "mx", "--pipeline", "offroad", "--out", "out"]);
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("did you mean `offroad.linkage`"), "{}", said.err);
+}
+
+#[test]
+fn broken_motocross_scenarios_name_the_key() {
+    let place = tempfile::tempdir().expect("folder");
+    let text = roadbench::simulate::motocross::scenario::BUILTIN[0].1;
+    for (from, to, named) in [
+        ("rate = 1600.0", "rate = 20.0", "`rate`"),
+        ("kind = \"whoops\"", "kind = \"woops\"", "woops"),
+        ("peg_x = -0.19", "peg_q = -0.19", "peg_q"),
+        ("offroad.inertia_chassis = 10.8", "offroad.inertia_chasis = 10.8", "inertia_chasis"),
+        ("fork_travel = {", "fork_travle = {", "fork_travle"),
+        ("unevenness = 0.008 ", "unevenness = 3.0 ", "`unevenness`"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(place.path().join("bad.toml"), text.replace(from, to)).expect("file");
+        let said = roadbench(place.path(), &["simulate", "bad.toml", "--out", "out"]);
+        assert_eq!(said.code, 2, "{to}: {}", said.err);
+        assert!(said.err.contains(named), "{to}: {}", said.err);
+        assert!(!place.path().join("out").exists(), "{to}");
+    }
+    let said = roadbench(place.path(), &["simulate", "motocross", "--compare", "--out", "out"]);
+    assert_eq!(said.code, 2);
+}
