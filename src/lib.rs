@@ -10,6 +10,9 @@
 //! simulate --+  (a motorcycle whose tyres are known, through the same door)
 //! ```
 //!
+//! Off-road ([`estimate::offroad`]) the forces come before the segments, by inverse dynamics instead
+//! of fits.
+//!
 //! Data flows one way; a folder is a stage and only [`pipeline`] knows their order.
 //! [`model`] holds the tyre and is used by `simulate`, `estimate` and `fit`.
 //!

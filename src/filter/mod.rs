@@ -143,6 +143,11 @@ fn next_run(x: &[f64], from: usize) -> Option<Range<usize>> {
     Some(start..start + len)
 }
 
+/// The contiguous runs of finite samples.
+pub fn runs(x: &[f64]) -> Vec<Range<usize>> {
+    std::iter::successors(next_run(x, 0), |last| next_run(x, last.end)).collect()
+}
+
 /// Takes out the jumps of a whole turn in an angle, rad; missing samples stay.
 fn unwrap(x: &mut [f64]) {
     use std::f64::consts::{PI, TAU};

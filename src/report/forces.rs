@@ -124,9 +124,14 @@ pub struct KindRows {
     pub words: String,
     /// How many segments.
     pub segments: usize,
-    /// Force, unit, and per rider: root mean square (of a friction the mean), peak.
-    pub rows: Vec<(String, String, Vec<(String, String)>)>,
+    /// One per force.
+    pub rows: Vec<Row>,
 }
+
+/// Force, unit, and a cell per rider.
+pub type Row = (String, String, Vec<Cell>);
+/// Root mean square (of a friction the mean) and peak.
+pub type Cell = (String, String);
 
 /// Puts the sums in words and digits.
 pub fn table(rows: &[ForceRow]) -> Table {

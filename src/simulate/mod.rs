@@ -30,6 +30,8 @@ pub mod tour;
 pub mod truth;
 pub mod tyre_truth;
 
+use std::path::PathBuf;
+
 use crate::channel::Channel;
 use crate::rows;
 use crate::segment::{Direction, Kind};
@@ -54,6 +56,21 @@ pub struct Simulated {
     pub trace: Vec<Response>,
     /// The true states, sample by sample.
     pub states: Vec<State>,
+}
+
+/// The text of a built-in scenario, or of a scenario file that has a key by which its kind is known.
+fn text_with_key(
+    builtin: &[(&str, &str)],
+    name_or_path: &str,
+    key: &str,
+) -> Option<(String, PathBuf)> {
+    let path = PathBuf::from(name_or_path);
+    if let Some((_, text)) = builtin.iter().find(|(name, _)| *name == name_or_path) {
+        return Some(((*text).to_owned(), path));
+    }
+    let text = std::fs::read_to_string(&path).ok()?;
+    let table: toml::Table = text.parse().ok()?;
+    table.contains_key(key).then_some((text, path))
 }
 
 /// Longest ride that is simulated, s: a plan that does not end is a defect.

@@ -17,6 +17,7 @@ use serde::Deserialize;
 use super::imu::Imu;
 use super::manoeuvre::Manoeuvre;
 use super::sensors::Sensors;
+use super::text_with_key;
 use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::model::tir;
@@ -98,16 +99,8 @@ impl Tour {
     /// # Errors
     /// A sentence that names file and key.
     pub fn load(name_or_path: &str) -> Result<Option<Self>, String> {
-        if let Some((name, text)) = BUILTIN.iter().find(|(n, _)| *n == name_or_path) {
-            return Self::parse(text, Path::new(name)).map(Some);
-        }
-        let path = Path::new(name_or_path);
-        let Ok(text) = std::fs::read_to_string(path) else { return Ok(None) };
-        let table: Result<toml::Table, _> = text.parse();
-        match table {
-            Ok(table) if table.contains_key("motorcycle") => Self::parse(&text, path).map(Some),
-            _ => Ok(None),
-        }
+        let found = text_with_key(BUILTIN, name_or_path, "motorcycle");
+        found.map(|(text, path)| Self::parse(&text, &path)).transpose()
     }
 
     /// Checks a scenario's text; motorcycle and tyre files are looked for beside `path`.

@@ -63,7 +63,8 @@ fn session(ident: &Ident, note: &str) -> SessionRow {
 fn coefficients(ident: &Ident, note: &str, turn: usize) -> Vec<Coefficient> {
     let mut rows = Vec::new();
     for tyre in ["front", "rear", "vehicle"] {
-        for (i, word) in words::WORDS.iter().enumerate() {
+        let road = words::WORDS.iter().filter(|w| !w.name.starts_with("engaged_friction"));
+        for (i, word) in road.enumerate() {
             let vehicle = matches!(word.name, "drag" | "rolling_resistance");
             if vehicle != (tyre == "vehicle") {
                 continue;

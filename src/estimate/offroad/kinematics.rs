@@ -14,7 +14,7 @@
 //! nose up) and nowhere else.
 //!
 //! What the paper removes by a low cut at zero frequency is removed here from the accelerations
-//! themselves: the mean of `z_s''`, `mu''`, `z_f''` and `alpha_r''` over a run of [`MEAN_FREE`] or
+//! themselves: the mean of `z_s''`, `mu''`, `z_f''` and `alpha_r''` over a run of `MEAN_FREE` or
 //! longer is sensor bias, because the velocities come back.
 //!
 //! A channel that is missing is replaced where physics allows it, with a warning; where it does
@@ -22,7 +22,7 @@
 
 use crate::GRAVITY;
 use crate::channel::Channel;
-use crate::filter::{derivative, high_cut, integral, remove_slow};
+use crate::filter::{derivative, high_cut, integral, remove_slow, runs};
 use crate::session::Session;
 use crate::warning::Warning;
 
@@ -446,24 +446,6 @@ impl super::machine::Sensors {
     pub fn places(&self) -> [[f64; 2]; 3] {
         [self.imu, self.head, self.tail]
     }
-}
-
-/// Contiguous runs of finite samples.
-pub fn runs(x: &[f64]) -> Vec<std::ops::Range<usize>> {
-    let mut out = Vec::new();
-    let mut start = None;
-    for i in 0..=x.len() {
-        let known = i < x.len() && x[i].is_finite();
-        match (known, start) {
-            (true, None) => start = Some(i),
-            (false, Some(s)) => {
-                out.push(s..i);
-                start = None;
-            }
-            _ => {}
-        }
-    }
-    out
 }
 
 /// Takes the mean out of every run that is long enough for it to be a bias.

@@ -86,7 +86,7 @@ fn restricted(g: &[[f64; N]; N], c: &[f64; N], chosen: [bool; N]) -> [f64; N] {
         for k in 0..j {
             pivot -= l[j][k] * l[j][k];
         }
-        if !(pivot > RANK * g[j][j]) {
+        if pivot.is_nan() || pivot <= RANK * g[j][j] {
             for k in 0..j {
                 l[j][k] = 0.0;
             }

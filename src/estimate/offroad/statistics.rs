@@ -22,7 +22,7 @@ const LANDING: f64 = 0.35;
 pub struct Figures {
     /// Time with both wheels off, s.
     pub flight_time: Option<f64>,
-    /// Largest loads of front and rear within [`LANDING`] of the end of a flight, N; none where
+    /// Largest loads of front and rear within `LANDING` of the end of a flight, N; none where
     /// samples are missing there, because the peak is what a saturated accelerometer hides.
     pub landing: [Option<f64>; 2],
     /// Front's share of the load less that at rest.

@@ -6,11 +6,11 @@
 //! lag between the loggers.
 
 use crate::channel::Channel;
-use crate::filter::{derivative, remove_slow};
+use crate::filter::{derivative, remove_slow, runs};
 use crate::session::Session;
 use crate::warning::Warning;
 
-use super::kinematics::{Kinematics, runs};
+use super::kinematics::Kinematics;
 use super::machine::Machine;
 
 /// Largest lag that is looked for, s.

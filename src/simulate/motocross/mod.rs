@@ -249,7 +249,8 @@ fn shake(session: &mut Session, vibration: &Vibration, seed: u64) {
             name if name.contains("acceleration") => 1.0,
             _ => continue,
         };
-        let (shift, share) = (random.between(0.0, 6.28), part * random.between(0.5, 1.0));
+        let (shift, share) =
+            (random.between(0.0, std::f64::consts::TAU), part * random.between(0.5, 1.0));
         if let Some(x) = session.get_mut(channel) {
             for (x, phase) in x.iter_mut().zip(&phase) {
                 *x += vibration.amplitude * share * (phase + shift).sin();

@@ -19,6 +19,7 @@ use crate::channel::Channel;
 use crate::estimate::offroad::machine::Machine;
 use crate::simulate::random::Random;
 use crate::simulate::sensors::Sensors;
+use crate::simulate::text_with_key;
 
 /// Built-in motocross scenarios by name.
 pub const BUILTIN: &[(&str, &str)] =
@@ -111,16 +112,8 @@ impl Motocross {
     /// # Errors
     /// A sentence that names file and key.
     pub fn load(name_or_path: &str) -> Result<Option<Self>, String> {
-        if let Some((name, text)) = BUILTIN.iter().find(|(n, _)| *n == name_or_path) {
-            return Self::parse(text, Path::new(name)).map(Some);
-        }
-        let path = Path::new(name_or_path);
-        let Ok(text) = std::fs::read_to_string(path) else { return Ok(None) };
-        let table: Result<toml::Table, _> = text.parse();
-        match table {
-            Ok(table) if table.contains_key("lap") => Self::parse(&text, path).map(Some),
-            _ => Ok(None),
-        }
+        let found = text_with_key(BUILTIN, name_or_path, "lap");
+        found.map(|(text, path)| Self::parse(&text, &path)).transpose()
     }
 
     /// Checks a scenario's text; `path` is for messages.
@@ -141,7 +134,7 @@ impl Motocross {
             }
         }
         let lap: f64 = file.lap.iter().map(Part::length).sum();
-        if !(lap > 20.0) {
+        if lap.is_nan() || lap <= 20.0 {
             return Err(fail(format!("`lap` is {lap:.0} m long, less than 20 m")));
         }
         let bike = Bike::parse(&file.bike.to_string(), &file.name, Path::new("[bike]"))

@@ -188,7 +188,7 @@ impl Standing {
         [per_mass * (lx + ax) - base.xdd, GRAVITY + per_mass * (lz + az) - base.zdd, y[0], y[1]]
     }
 
-    /// Whether no rider could stand so: legs leaning by more than [`TOPPLED`] or folded to half. A
+    /// Whether no rider could stand so: legs leaning by more than `TOPPLED` or folded to half. A
     /// passive limb goes on through that to postures on the other side of the bar.
     #[inline]
     pub fn toppled(&self, y: &[f64; 4], pitch: (f64, f64)) -> bool {
