@@ -34,14 +34,13 @@ const STRAIGHT: &str = "straight coasting, declutched or in neutral";
 const BENDS: &str = "steady bends at different lean, best to both sides";
 const BIKE_FILE: &str = "assumed: taken from the bike file";
 
-/// What only off-road riding and `pipelines/offroad.toml` give. The other eight of the thirteen
-/// channels can be replaced, these cannot.
+/// What only off-road riding and `pipelines/offroad.toml` give. The other ten of the thirteen channels
+/// can be replaced one at a time, these cannot.
 pub const OFFROAD: &[Need] = &[
     need("front", &["engaged_friction_braking"], ESSENTIAL, JUMPS),
     need("rear", &["engaged_friction_braking", "engaged_friction_driving"], ESSENTIAL, JUMPS),
 ];
-const ESSENTIAL: &[Channel] =
-    &[C::VelocityX, C::Pitch, C::ChassisAccelerationZ, C::ForkTravel, C::ShockTravel];
+const ESSENTIAL: &[Channel] = &[C::Pitch, C::ForkTravel, C::ShockTravel];
 const JUMPS: &str =
     "off-road riding, standing, with --pipeline offroad: also every tyre force over time";
 

@@ -139,7 +139,7 @@ fn paint(kinds: &mut [Kind], mask: &[bool], kind: impl Fn(&Range<usize>) -> Kind
     }
 }
 
-/// Runs of one kind; a scrap goes to the run before it.
+/// Runs of one kind; a scrap goes to the run before it, unless that is a flight.
 fn pieces(kinds: &[Kind], shortest: usize) -> Vec<Range<usize>> {
     let mut out: Vec<Range<usize>> = Vec::new();
     let mut start = 0;
@@ -150,7 +150,12 @@ fn pieces(kinds: &[Kind], shortest: usize) -> Vec<Range<usize>> {
             .map_or(kinds.len(), |d| start + d);
         let scrap = end - start < shortest && kinds[start] != Kind::Airborne;
         match out.last_mut() {
-            Some(last) if scrap || kinds[last.start] == kinds[start] => last.end = end,
+            Some(last)
+                if kinds[last.start] == kinds[start]
+                    || (scrap && kinds[last.start] != Kind::Airborne) =>
+            {
+                last.end = end;
+            }
             _ => out.push(start..end),
         }
         start = end;
@@ -171,7 +176,7 @@ fn segment(ride: &Ride<'_>, at: Range<usize>, kind: Kind, config: &Config) -> Se
     let direction = match (kind, ride.yaw_rate) {
         (Kind::Cornering, Some(yaw)) => {
             let turn: f64 = yaw[at.clone()].iter().filter(|v| v.is_finite()).sum();
-            Some(if turn > 0.0 { Direction::Left } else { Direction::Right })
+            (turn != 0.0).then(|| if turn > 0.0 { Direction::Left } else { Direction::Right })
         }
         _ => None,
     };

@@ -189,6 +189,9 @@ fn broken_motocross_scenarios_name_the_key() {
         ("offroad.inertia_chassis = 10.8", "offroad.inertia_chasis = 10.8", "inertia_chasis"),
         ("fork_travel = {", "fork_travle = {", "fork_travle"),
         ("unevenness = 0.008 ", "unevenness = 3.0 ", "`unevenness`"),
+        ("frequency = [70.0, 140.0]", "frequency = [140.0, 70.0]", "[vibration]"),
+        ("ramp = 9.0", "ramp = 0.1", "`ramp`"),
+        ("friction = 0.85", "friction = 0.0", "[tyre_rear] `friction`"),
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(place.path().join("bad.toml"), text.replace(from, to)).expect("file");

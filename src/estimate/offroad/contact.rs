@@ -81,6 +81,10 @@ pub struct Wheel {
     pub fade: Vec<f64>,
 }
 
+/// Shares of the bike's weight below which it flies and above which it is down again, where a row is
+/// lost and the sum of both loads has to tell.
+const WEIGHTLESS: [f64; 2] = [0.2, 0.35];
+
 /// Both wheels over a session.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Contact {
@@ -93,14 +97,17 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// Finds the flights of both wheels. A wheel whose row of the equations is lost counts as on
-    /// the ground.
+    /// Finds the flights of both wheels. A wheel whose row of the equations is lost is off when both
+    /// are: while `-(sin mu b_1[1] + cos mu b_1[2])`, the bike's own part of both loads, is next to
+    /// nothing.
     pub fn detect(k: &Kinematics, machine: &Machine, config: &Config) -> Self {
         let n = k.len();
         let equations = &machine.equations;
         let p = &equations.p;
         let (_, cos_eps) = equations.caster();
         let mut force = [vec![0.0; n], vec![0.0; n]];
+        let lost = [k.lost[3], k.lost[4]];
+        let mut both = vec![0.0; if lost.contains(&true) { n } else { 0 }];
         for i in 0..n {
             let at = equations.at(&k.motion(i));
             let b = at.known(
@@ -110,18 +117,42 @@ impl Contact {
             );
             force[0][i] = b[3] / cos_eps;
             force[1][i] = b[4] / at.at[4][1].max(0.2 * p.l_r);
-        }
-        let wheel = |row: usize, force: &[f64], travel: &[f64], extension: f64| {
-            if k.lost[row] {
-                return Wheel { off: vec![false; n], fade: vec![0.0; n] };
+            if let Some(sum) = both.get_mut(i) {
+                *sum = -(at.pitch.0 * b[0] + at.pitch.1 * b[1]);
             }
-            let off = flights(force, travel, extension, k.rate, config);
+        }
+        let weightless = if both.is_empty() {
+            vec![false; n]
+        } else {
+            let weight = equations.mass() * GRAVITY;
+            let least = Config {
+                off_force: WEIGHTLESS[0] * weight,
+                on_force: WEIGHTLESS[1] * weight,
+                ..config.clone()
+            };
+            flights(&both, &k.z_f, f64::NEG_INFINITY, k.rate, &least)
+        };
+        let ends = [(&k.z_f, config.fork_extension), (&k.a_r, config.swing_arm_extension)];
+        let off = [0, 1].map(|wheel| match lost[wheel] {
+            true => None,
+            false => {
+                let (travel, extension) = ends[wheel];
+                Some(flights(&force[wheel], travel, extension, k.rate, config))
+            }
+        });
+        let and = |a: &[bool], b: &[bool]| -> Vec<bool> {
+            a.iter().zip(b).map(|(a, b)| *a && *b).collect()
+        };
+        let airborne = match &off {
+            [Some(front), Some(rear)] => and(front, rear),
+            [Some(known), None] | [None, Some(known)] => and(known, &weightless),
+            [None, None] => weightless,
+        };
+        let [front, rear] = off.map(|off| {
+            let off = off.unwrap_or_else(|| airborne.clone());
             let fade = faded(&off, config.fade * k.rate);
             Wheel { off, fade }
-        };
-        let front = wheel(3, &force[0], &k.z_f, config.fork_extension);
-        let rear = wheel(4, &force[1], &k.a_r, config.swing_arm_extension);
-        let airborne = front.off.iter().zip(&rear.off).map(|(f, r)| *f && *r).collect();
+        });
         Contact { front, rear, airborne }
     }
 }
@@ -153,7 +184,7 @@ fn close(x: &mut [bool], value: bool, least: usize) {
     }
 }
 
-/// One in flight, falling to zero over `ramp` samples before take-off and after landing.
+/// One in flight, rising over `ramp` samples after take-off and falling over as many before landing.
 fn faded(off: &[bool], ramp: f64) -> Vec<f64> {
     let step = 1.0 / ramp.max(1.0);
     let mut fade: Vec<f64> = off.iter().map(|o| if *o { 1.0 } else { 0.0 }).collect();

@@ -14,8 +14,11 @@
 //! nose up) and nowhere else.
 //!
 //! What the paper removes by a low cut at zero frequency is removed here from the accelerations
-//! themselves: the mean of `z_s''`, `mu''`, `z_f''` and `alpha_r''` over a run of `MEAN_FREE` or
-//! longer is sensor bias, because the velocities come back.
+//! themselves: the mean of `z_s''`, `mu''`, `z_f''` and `alpha_r''` over a log of `MEAN_FREE` or
+//! longer is sensor bias, because the velocities come back. Where samples are missing they may hide
+//! what the mean lacks (a saturated landing): then it stays.
+//!
+//! The motion is planar: what a lean adds to the accelerometers along z is taken for vertical motion.
 //!
 //! A channel that is missing is replaced where physics allows it, with a warning; where it does
 //! not, the rows of the equations that hang on it are [`Kinematics::lost`].
@@ -28,10 +31,12 @@ use crate::warning::Warning;
 
 use super::machine::Machine;
 
-/// Window of the FIR derivatives, s: a 20 Hz motion loses 2 % in it.
+/// Window of the FIR derivatives, s: a 20 Hz motion loses 0.6 % in it.
 const WINDOW: f64 = 0.02;
-/// Shortest run whose mean acceleration is taken for a bias, s.
+/// Shortest log whose mean acceleration is taken for a bias, s.
 const MEAN_FREE: f64 = 10.0;
+/// Share of missing samples up to which it is.
+const HIDDEN: f64 = 0.002;
 /// Least distance along the chassis of two accelerometers that give the pitch acceleration, m.
 const LEAST_BASE: f64 = 0.3;
 /// What a wheel's speed says of the bike's own, Hz: faster is slip, bumps and spin in the air.
@@ -68,6 +73,9 @@ pub struct Kinematics {
     pub t_sr: Vec<f64>,
     /// Rows of the equations that the channels do not allow.
     pub lost: [bool; 5],
+    /// What throttle and brake pressures say: 1 drives, -1 brakes, 0 neither or both. Empty where
+    /// they are not logged.
+    pub levers: Vec<i8>,
 }
 
 /// Collects what was noticed.
@@ -108,6 +116,7 @@ impl Kinematics {
         k.fork(&column, machine, &mut notes);
         k.swing_arm(&column, machine, &mut notes);
         k.wheels(&column, machine, &mut notes);
+        k.levers(&column);
         (k, notes.0)
     }
 
@@ -147,13 +156,25 @@ impl Kinematics {
         });
         let Some((a, b)) = pair else {
             self.mudd = derivative(&self.mud, self.rate, WINDOW);
+            self.lost[2] |= self.mu.iter().all(|m| *m == 0.0); // nothing tells the pitch either
             let then = "the second derivative of the pitch, which is noisier";
-            notes.instead(missing_of(force), "the pitch acceleration", then);
+            match missing_of(force) {
+                Some(channel) => notes.instead(channel, "the pitch acceleration", then),
+                None => notes.put(
+                    "substituted",
+                    Channel::HeadAccelerationZ,
+                    format!(
+                        "no two accelerometers are {LEAST_BASE} m apart along the chassis \
+                         (offroad.head_x, tail_x, imu_x): the pitch acceleration is {then}"
+                    ),
+                ),
+            }
             return;
         };
         if (a, b) != (1, 2) {
             let then = "from the inertial unit and the other accelerometer, which are nearer";
-            notes.instead(missing_of(force), "the pitch acceleration", then);
+            let channel = missing_of(force).unwrap_or(Channel::HeadAccelerationZ);
+            notes.instead(channel, "the pitch acceleration", then);
         }
         let (Some(f_a), Some(f_b)) = (&force[a], &force[b]) else { return };
         let (dx, dz) = (places[a][0] - places[b][0], places[a][1] - places[b][1]);
@@ -168,43 +189,45 @@ impl Kinematics {
 
     fn forward(&mut self, column: &Columns<'_>, machine: &Machine, notes: &mut Notes) {
         let (n, rate) = (self.mu.len(), self.rate);
-        let speed = column(Channel::VelocityX).map(<[f64]>::to_vec).or_else(|| {
-            let wheel = column(Channel::WheelSpeedFront)?;
-            let r_f = machine.equations.p.r_f;
-            let then = "the front wheel's below 2 Hz, wrong while it slips or flies for long";
-            notes.instead(Channel::VelocityX, "the forward speed", then);
-            let mut speed: Vec<f64> = wheel.iter().map(|w| w * r_f).collect();
-            for run in runs(&speed) {
-                high_cut(&mut speed[run], rate, SLOW_WHEEL);
-            }
-            Some(speed)
-        });
-        let Some(speed) = speed else {
-            (self.lost[0], self.lost[2]) = (true, true);
-            (self.xd, self.xdd) = (vec![f64::NAN; n], vec![0.0; n]);
-            let message = "velocity_x and wheel_speed_front are missing: nothing tells the forward \
-                           acceleration";
-            notes.put("row_lost", Channel::VelocityX, message.into());
-            return;
-        };
-        // of the sensor's place, in ground axes
-        let [x, z] = machine.sensors.imu;
-        let place = |i: usize| {
-            let (sin, cos) = self.mu[i].sin_cos();
+        // a chassis point from the mass centre, in ground axes
+        let turned = |mu: f64, [x, z]: [f64; 2]| {
+            let (sin, cos) = mu.sin_cos();
             [cos * x + sin * z, cos * z - sin * x]
         };
-        self.xd = (0..n).map(|i| speed[i] - self.mud[i] * place(i)[1]).collect();
+        let speed = match (column(Channel::VelocityX), column(Channel::WheelSpeedFront)) {
+            (Some(speed), _) => {
+                let place = machine.sensors.velocity;
+                let own = |i: usize| speed[i] - self.mud[i] * turned(self.mu[i], place)[1];
+                (0..n).map(own).collect()
+            }
+            (None, Some(wheel)) => {
+                let then = "the front wheel's below 2 Hz, wrong while it slips or flies for long";
+                notes.instead(Channel::VelocityX, "the forward speed", then);
+                let mut speed: Vec<f64> =
+                    wheel.iter().map(|w| w * machine.equations.p.r_f).collect();
+                for run in runs(&speed) {
+                    high_cut(&mut speed[run], rate, SLOW_WHEEL);
+                }
+                speed
+            }
+            (None, None) => {
+                self.lost = [true; 5];
+                (self.xd, self.xdd) = (vec![f64::NAN; n], vec![0.0; n]);
+                let message = "velocity_x and wheel_speed_front are missing: nothing tells the \
+                               forward acceleration, and no force can be estimated without";
+                notes.put("row_lost", Channel::VelocityX, message.into());
+                return;
+            }
+        };
+        self.xd = speed;
         self.xdd = derivative(&self.xd, rate, WINDOW);
         if let Some(measured) = column(Channel::AccelerationX) {
             // the accelerometer's fast part, the velocity's slow part
-            let level: Vec<f64> = (0..n)
-                .map(|i| {
-                    let [x, z] = place(i);
-                    measured[i] - self.mudd[i] * z + self.mud[i] * self.mud[i] * x
-                })
-                .collect();
-            let mut fast: Vec<f64> =
-                level.iter().zip(&self.xdd).map(|(a, slow)| a - slow).collect();
+            let level = (0..n).map(|i| {
+                let [x, z] = turned(self.mu[i], machine.sensors.imu);
+                measured[i] - self.mudd[i] * z + self.mud[i] * self.mud[i] * x
+            });
+            let mut fast: Vec<f64> = level.zip(&self.xdd).map(|(a, slow)| a - slow).collect();
             for run in runs(&fast) {
                 remove_slow(&mut fast[run], rate, 0.5);
             }
@@ -350,6 +373,28 @@ impl Kinematics {
         (self.mu1dd, self.mu4dd) = (mu1dd, mu4dd);
     }
 
+    /// Throttle and brakes, where they are logged.
+    fn levers(&mut self, column: &Columns<'_>) {
+        let on = |channel: Channel, least: f64| -> Option<Vec<bool>> {
+            column(channel).map(|x| x.iter().map(|v| *v > least).collect())
+        };
+        let throttle = on(Channel::Throttle, OPEN);
+        let brakes = [Channel::BrakePressureFront, Channel::BrakePressureRear]
+            .map(|channel| on(channel, PRESSED));
+        // one alone says when it is on, not that the other is off
+        let at = |x: &Option<Vec<bool>>, i: usize| x.as_ref().is_some_and(|x| x[i]);
+        if throttle.is_none() || brakes.iter().any(Option::is_none) {
+            return;
+        }
+        self.levers = (0..self.mu.len())
+            .map(|i| match (at(&throttle, i), brakes.iter().any(|b| at(b, i))) {
+                (true, false) => 1,
+                (false, true) => -1,
+                _ => 0,
+            })
+            .collect();
+    }
+
     /// A travel that can be one.
     fn travel<'a>(
         &self,
@@ -391,6 +436,9 @@ impl Kinematics {
     }
 }
 
+/// Throttle beyond which the engine surely drives, and pressure beyond which a brake is on, Pa.
+const OPEN: f64 = 0.1;
+const PRESSED: f64 = 1e5;
 /// Where nothing else is known, m and rad: a third of a motocross bike's travel.
 const SAG_FORK: f64 = 0.1;
 const SAG_SWING_ARM: f64 = 0.17;
@@ -403,9 +451,8 @@ type Specific = [Option<Vec<f64>>; 3];
 const ALONG_Z: [Channel; 3] =
     [Channel::ChassisAccelerationZ, Channel::HeadAccelerationZ, Channel::TailAccelerationZ];
 
-fn missing_of(force: &Specific) -> Channel {
-    let gone = (1..3).chain([0]).find(|&s| force[s].is_none()).unwrap_or(0);
-    ALONG_Z[gone]
+fn missing_of(force: &Specific) -> Option<Channel> {
+    (1..3).chain([0]).find(|&s| force[s].is_none()).map(|s| ALONG_Z[s])
 }
 
 fn first_missing(column: &Columns<'_>, of: [Channel; 2]) -> Channel {
@@ -429,6 +476,14 @@ fn accelerometers(column: &Columns<'_>, mu: &[f64], notes: &mut Notes) -> Specif
             notes.put("sign_acceleration", channel, message);
             return None;
         }
+        if (0.7..1.3).contains(&median) {
+            let message = format!(
+                "{channel}: its median is {median:.2} m/s2, which is what a log in units of g shows; \
+                 the channel is left out: give it its unit in the channel map"
+            );
+            notes.put("unit_acceleration", channel, message);
+            return None;
+        }
         if median < 0.5 * GRAVITY {
             let message = format!(
                 "{channel}: its median is {median:.1} m/s2: gravity was taken out of it before, and \
@@ -448,13 +503,14 @@ impl super::machine::Sensors {
     }
 }
 
-/// Takes the mean out of every run that is long enough for it to be a bias.
+/// Takes the mean out where it can only be a bias.
 fn mean_free(x: &mut [f64], rate: f64) {
-    for run in runs(x) {
-        if run.len() as f64 >= MEAN_FREE * rate {
-            let mean = x[run.clone()].iter().sum::<f64>() / run.len() as f64;
-            x[run].iter_mut().for_each(|v| *v -= mean);
-        }
+    let (sum, count) =
+        x.iter().filter(|v| v.is_finite()).fold((0.0, 0_usize), |(s, n), v| (s + v, n + 1));
+    let hidden = 1.0 - count as f64 / x.len().max(1) as f64;
+    if count as f64 >= MEAN_FREE * rate && hidden <= HIDDEN {
+        let mean = sum / count as f64;
+        x.iter_mut().for_each(|v| *v -= mean);
     }
 }
 

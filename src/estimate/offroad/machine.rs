@@ -41,6 +41,8 @@ impl Strut {
 pub struct Sensors {
     /// Inertial unit.
     pub imu: [f64; 2],
+    /// What the velocity is that of.
+    pub velocity: [f64; 2],
     /// Steering head.
     pub head: [f64; 2],
     /// Tail.
@@ -84,6 +86,8 @@ pub struct Machine {
     pub drag: f64,
     /// Noise, where the bike file gives all of it.
     pub noise: Option<Noise>,
+    /// Keys that are given but not enough to be used.
+    pub notes: Vec<String>,
 }
 
 /// What an off-road estimate cannot do without.
@@ -112,6 +116,8 @@ const NEEDED: &[&str] = &[
 ];
 const NEEDED_CURVES: &[&str] =
     &["fork_spring", "fork_damper", "shock_spring", "shock_damper", "linkage"];
+const SPROCKETS: [&str; 4] =
+    ["front_sprocket_radius", "rear_sprocket_radius", "front_sprocket_x", "front_sprocket_z"];
 const NOISE: [&str; 8] = [
     "acceleration_x",
     "acceleration_z",
@@ -159,7 +165,7 @@ impl Machine {
             eps: bike.caster_angle,
             b: get("chassis_cg_to_rear"),
             h: get("chassis_cg_height"),
-            w: bike.wheelbase,
+            w: value("wheelbase").unwrap_or(bike.wheelbase),
             r_f: bike.front.radius,
             r_r: bike.rear.radius,
             peg: at("peg"),
@@ -197,7 +203,24 @@ impl Machine {
         };
         let rider_x = value("rider_cg_x").unwrap_or(parameters.peg[0] - get("hip_x"));
         let noise = NOISE.map(|key| value(&format!("noise.{key}")));
+        let mut notes = Vec::new();
+        let some_noise = noise.iter().any(Option::is_some);
+        if some_noise && !noise.iter().all(|n| n.is_some_and(|n| n > 0.0)) {
+            notes.push(format!(
+                "[offroad.noise] is used when all of {} are given and positive: the rows are weighted \
+                 by lengths",
+                NOISE.join(", ")
+            ));
+        }
+        let sprockets = SPROCKETS.iter().filter(|k| value(k).is_some()).count();
+        if (1..SPROCKETS.len()).contains(&sprockets) {
+            notes.push(format!(
+                "the chain's geometry is used when all of offroad.{} are given",
+                SPROCKETS.join(", offroad.")
+            ));
+        }
         Ok(Machine {
+            notes,
             chain: chain(&value),
             fork: strut("fork"),
             shock: strut("shock"),
@@ -206,6 +229,11 @@ impl Machine {
             ),
             sensors: Sensors {
                 imu: at("imu"),
+                // of the mass centre of bike and rider, and from there by the lever arm
+                velocity: [
+                    bike.cg_to_rear() - parameters.b + bike.velocity_sensor_x,
+                    parameters.h - bike.cg_height - bike.velocity_sensor_z,
+                ],
                 head: at("head"),
                 tail: at("tail"),
                 fork_top: get("fork_top_distance"),
@@ -238,10 +266,7 @@ impl Machine {
 
 /// The chain as well as the file knows it.
 fn chain(value: &dyn Fn(&str) -> Option<f64>) -> Chain {
-    let geometry =
-        ["front_sprocket_radius", "rear_sprocket_radius", "front_sprocket_x", "front_sprocket_z"]
-            .map(value);
-    if let [Some(r_p), Some(r_s), Some(x), Some(z)] = geometry {
+    if let [Some(r_p), Some(r_s), Some(x), Some(z)] = SPROCKETS.map(value) {
         return Chain::Geometry { r_p, r_s, centre: [x, -z] };
     }
     match (value("front_sprocket_teeth"), value("rear_sprocket_teeth")) {

@@ -154,8 +154,24 @@ pub fn run(
     let mut machine = Machine::new(bike)?;
     machine.chain = lever(machine.chain, config.chain);
     let (kinematics, mut warnings) = Kinematics::new(session, &machine);
+    let mut note = |message: String| {
+        let (stage, code) = ("estimate", "bike_file_incomplete");
+        warnings.push(Warning { stage, code, channel: None, count: 1, time: None, message });
+    };
+    machine.notes.iter().for_each(|n| note(format!("bike file: {n}")));
+    if machine.chain == Chain::Ignored && config.chain != ChainLever::Ignored {
+        note("bike file: neither sprockets nor teeth: the chain's pull is left out".to_owned());
+    }
     warnings.extend(synchrony::check(session, &kinematics, &machine, config.max_lag));
     let contact = Contact::detect(&kinematics, &machine, &config.contact);
+    if kinematics.lost[3] || kinematics.lost[4] {
+        let (stage, code) = ("estimate", "flights_by_load");
+        let message =
+            "the flights of a wheel without its row of the equations cannot be told: both \
+                       wheels count as off while the bike weighs next to nothing"
+                .to_owned();
+        warnings.push(Warning { stage, code, channel: None, count: 1, time: None, message });
+    }
     let p = machine.equations.p;
     let base = Base {
         rate: kinematics.rate,
@@ -165,12 +181,24 @@ pub fn run(
         zdd: &kinematics.zdd,
         airborne: &contact.airborne,
     };
-    let forces: Vec<Forces> = config
-        .riders
-        .iter()
-        .map(|&rider| rider::forces(rider, &machine.rider, p.peg, p.bar, &base, &config.rider))
-        .collect::<Result<_, _>>()?;
-    for (rider, forces) in config.riders.iter().zip(&forces) {
+    let mut ridden: Vec<(Rider, Forces)> = Vec::with_capacity(config.riders.len());
+    for &rider in &config.riders {
+        let body = &machine.rider;
+        match rider::forces(rider, body, p.peg, p.bar, &base, &config.rider) {
+            Ok(forces) => ridden.push((rider, forces)),
+            // without the first one there is nothing to make coefficients from
+            Err(message) if ridden.is_empty() => return Err(message),
+            Err(message) => warnings.push(Warning {
+                stage: "estimate",
+                code: "rider_left_out",
+                channel: None,
+                count: 1,
+                time: None,
+                message,
+            }),
+        }
+    }
+    for (rider, forces) in &ridden {
         if let Some(&first) = forces.falls.first() {
             let count = forces.falls.len();
             let time = first as f64 / kinematics.rate;
@@ -195,12 +223,12 @@ pub fn run(
         let (stage, code) = ("estimate", "force_unavailable");
         warnings.push(Warning { stage, code, channel: None, count, time: None, message });
     }
-    let mut forces = forces;
+    let (riders, mut forces): (Vec<Rider>, Vec<Forces>) = ridden.into_iter().unzip();
     forces.push(forces[0].on_his_feet());
     let mut tyres = solver.run(&kinematics, &contact, &forces);
     let on_his_feet = tyres.pop().unwrap_or_default();
-    let riders = config.riders.iter().zip(forces).zip(tyres);
-    let riders = riders.map(|((&rider, forces), tyres)| Ridden { rider, forces, tyres }).collect();
+    let riders = riders.into_iter().zip(forces).zip(tyres);
+    let riders = riders.map(|((rider, forces), tyres)| Ridden { rider, forces, tyres }).collect();
     Ok((Estimate { machine, kinematics, contact, riders, on_his_feet }, warnings))
 }
 

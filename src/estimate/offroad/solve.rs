@@ -3,7 +3,8 @@
 //! ```text
 //! minimise | B_d (A_t f - b_1) |^2 + | B_c W f |^2,   f = [N_f, N_r, B_f, B_r, D_r] >= 0
 //! ```
-//! Drive and brake exclude each other, as the paper says they do: the columns of the other branch
+//! Drive and brake exclude each other, as the paper says they do: throttle and brake pressures tell
+//! which, where they are logged, the sign of the sum along the chassis otherwise. The columns of the other branch
 //! are left out, which is `B_c -> infinity` and better conditioned (`offroad.md`, section 7). A
 //! wheel that is off the ground is held to zero by `B_c`, faded over the switching.
 //!
@@ -218,8 +219,11 @@ impl<'a> Solver<'a> {
                     continue;
                 }
                 let along = at.along(&b);
-                if along.abs() > self.dead_band {
-                    driving[r] = along > 0.0;
+                match k.levers.get(i) {
+                    Some(1) => driving[r] = true,
+                    Some(-1) => driving[r] = false,
+                    _ if along.abs() > self.dead_band => driving[r] = along > 0.0,
+                    _ => {}
                 }
                 let mut a_t = at.at;
                 let (free, known) = if driving[r] {

@@ -22,7 +22,7 @@ const LANDING: f64 = 0.35;
 pub struct Figures {
     /// Time with both wheels off, s.
     pub flight_time: Option<f64>,
-    /// Largest loads of front and rear within `LANDING` of the end of a flight, N; none where
+    /// Largest loads of front and rear until `LANDING` after the second wheel's touch-down, N; none where
     /// samples are missing there, because the peak is what a saturated accelerometer hides.
     pub landing: [Option<f64>; 2],
     /// Front's share of the load less that at rest.
@@ -84,13 +84,14 @@ impl Estimate {
         let (start, end) = (segment.start, segment.end);
         let tyres = &self.riders[0].tyres;
         let flying = self.contact.airborne[start..end].iter().filter(|a| **a).count();
+        // until both wheels have been down for a while, and whole
+        let down = [&self.contact.front.off, &self.contact.rear.off]
+            .map(|off| off[end..].iter().position(|off| !off).map(|d| end + d));
         let landing = [&tyres.n_f, &tyres.n_r].map(|load| {
-            if segment.kind != Kind::Airborne {
+            let (Kind::Airborne, [Some(front), Some(rear)]) = (segment.kind, down) else {
                 return None;
-            }
-            // from a little before, for the wheel that lands first
-            let from = end.saturating_sub((0.1 * rate) as usize);
-            let window = &load[from..(end + (LANDING * rate) as usize).min(load.len())];
+            };
+            let window = load.get(end..front.max(rear) + (LANDING * rate) as usize)?;
             let known = window.iter().all(|v| v.is_finite());
             known.then(|| window.iter().copied().fold(0.0, f64::max))
         });
@@ -166,7 +167,9 @@ impl Estimate {
             .map(|friction| {
                 let found = all(&self.riders[0].tyres, friction);
                 let other = all(&self.on_his_feet, friction);
-                coefficient(friction, &found, &other, ident, provenance)
+                let force = self.riders[0].tyres.columns()[friction.force];
+                let possible = force.iter().any(|v| v.is_finite());
+                coefficient(friction, possible, &found, &other, ident, provenance)
             })
             .collect()
     }
@@ -231,6 +234,7 @@ const FEWEST: usize = 4;
 
 fn coefficient(
     friction: &Friction,
+    possible: bool,
     found: &[Engaged],
     other: &[Engaged],
     ident: &Ident,
@@ -255,10 +259,15 @@ fn coefficient(
     let std_error = sampled.map(|s| s.hypot(model));
     let half = sampled.map(|s| (t95((n - 1) as f64) * s).hypot(1.96 * model));
     let (status, reason) = match n {
+        0 if !possible => (
+            Status::NotAvailable,
+            Some("the channels do not determine the force, see the warnings".to_owned()),
+        ),
         0 => (
             Status::NotAvailable,
             Some(format!(
-                "no segment has {LEAST_TIME} s with more than {ENGAGED:.0} N along the ground"
+                "no segment has {LEAST_TIME} s with more than {ENGAGED:.0} N along the chassis and \
+                 {LEAST_LOAD:.0} N of load"
             )),
         ),
         n if n < FEWEST => {

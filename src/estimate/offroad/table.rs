@@ -46,7 +46,12 @@ pub fn batch(
         each(&|r, i| f(estimate.riders[r].tyres.columns().map(|c| c[i])))
     };
     let rider = |f: &dyn Fn([f64; 4]) -> f64| each(&|r, i| f(estimate.riders[r].forces.at(i)));
-    let off = |off: &[bool]| each(&|_, i| if off[i] { 0.0 } else { 1.0 });
+    let off = |off: &[bool], row: usize| {
+        each(&|_, i| match (k.lost[row], off[i]) {
+            (true, _) => f64::NAN, // its own row could not tell
+            (false, off) => f64::from(u8::from(!off)),
+        })
+    };
 
     let schema = Table::embedded("signals").arrow();
     let mut columns = Vec::with_capacity(schema.fields().len());
@@ -77,8 +82,8 @@ pub fn batch(
             "swing_arm_travel" => same(&k.a_r, 1.0),
             "fork_force" => same(&k.f_sf, 1.0),
             "shock_moment" => same(&k.t_sr, 1.0),
-            "contact_front" => off(&estimate.contact.front.off),
-            "contact_rear" => off(&estimate.contact.rear.off),
+            "contact_front" => off(&estimate.contact.front.off, 3),
+            "contact_rear" => off(&estimate.contact.rear.off, 4),
             "rider_peg_x" => rider(&|f| f[0]),
             "rider_peg_z" => rider(&|f| -f[1]),
             "rider_bar_x" => rider(&|f| f[2]),

@@ -62,6 +62,36 @@ impl Part {
         }
     }
 
+    /// Checks the numbers of a scenario file.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self) -> Result<(), String> {
+        let mut rows = vec![("speed", self.speed(), 1.0, 60.0)];
+        match *self {
+            Part::Straight { length, .. } | Part::Corner { length, .. } => {
+                rows.push(("length", length, 0.5, 5000.0));
+            }
+            Part::Jump { height, ramp, top, landing, .. } => rows.extend([
+                ("height", height, 0.0, 10.0),
+                ("ramp", ramp, 1.0, 100.0),
+                ("top", top, 0.0, 100.0),
+                ("landing", landing, 1.0, 100.0),
+            ]),
+            Part::Whoops { count, wavelength, height, .. } => rows.extend([
+                ("count", count as f64, 1.0, 1000.0),
+                ("wavelength", wavelength, 0.5, 50.0),
+                ("height", height, 0.0, 3.0),
+            ]),
+        }
+        for (key, value, low, high) in rows {
+            if !(low..=high).contains(&value) {
+                return Err(format!("`{key}` = {value} is not between {low} and {high}"));
+            }
+        }
+        Ok(())
+    }
+
     fn speed(&self) -> f64 {
         match *self {
             Part::Straight { speed, .. }

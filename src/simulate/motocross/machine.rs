@@ -50,6 +50,24 @@ impl Default for Tyre {
 const SHAPE: f64 = 1.4;
 
 impl Tyre {
+    /// Checks the numbers of a scenario file.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self) -> Result<(), String> {
+        for (key, value, low, high) in [
+            ("stiffness", self.stiffness, 1e4, 1e6),
+            ("damping", self.damping, 0.0, 1e4),
+            ("friction", self.friction, 0.05, 3.0),
+            ("slip_stiffness", self.slip_stiffness, 0.5, 60.0),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(format!("`{key}` = {value} is not between {low} and {high}"));
+            }
+        }
+        Ok(())
+    }
+
     /// Force along the ground per load from the slip ratio.
     fn grip(&self, slip: f64) -> f64 {
         let b = self.slip_stiffness / (SHAPE * self.friction);

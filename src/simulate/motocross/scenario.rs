@@ -137,6 +137,18 @@ impl Motocross {
         if lap.is_nan() || lap <= 20.0 {
             return Err(fail(format!("`lap` is {lap:.0} m long, less than 20 m")));
         }
+        for (k, part) in file.lap.iter().enumerate() {
+            part.check().map_err(|e| fail(format!("`lap`, part {}: {e}", k + 1)))?;
+        }
+        for (name, tyre) in [("tyre_front", &file.tyre_front), ("tyre_rear", &file.tyre_rear)] {
+            tyre.check().map_err(|e| fail(format!("[{name}] {e}")))?;
+        }
+        let [low, high] = file.vibration.frequency;
+        if file.vibration.amplitude > 0.0 && !(low > 0.0 && low <= high && high < 1e4) {
+            return Err(fail(format!(
+                "[vibration] `frequency` = [{low}, {high}] must rise, in Hz above 0"
+            )));
+        }
         let bike = Bike::parse(&file.bike.to_string(), &file.name, Path::new("[bike]"))
             .map_err(|e| fail(e.to_string()))?;
         let mut true_bike = bike.clone();

@@ -77,9 +77,16 @@ impl Standing {
     /// The limbs cannot carry the weight, or the preloaded leg topples over; the sentence names
     /// the keys.
     pub fn new(body: &Body, peg: [f64; 2], bar: [f64; 2]) -> Result<Self, String> {
+        for (key, value) in
+            [("rider_mass", body.mass), ("leg_stiffness", body.k_l), ("arm_stiffness", body.k_a)]
+        {
+            if value.is_nan() || value <= 0.0 {
+                return Err(format!("rider A needs `offroad.{key}` above zero, it is {value}"));
+            }
+        }
         let standing = Self::at_rest(body, peg, bar)?;
         let least = standing.least_stiffness();
-        if least < LEAST_STIFFNESS {
+        if !least.is_finite() || least < LEAST_STIFFNESS {
             return Err(format!(
                 "rider A cannot stand so: the least stiffness of the posture is {least:.1} 1/s2, \
                  the arms are too near to vertical to hold the legs; move `offroad.shoulder_x`, \
