@@ -176,7 +176,7 @@ fn segment(ride: &Ride<'_>, at: Range<usize>, kind: Kind, config: &Config) -> Se
     let direction = match (kind, ride.yaw_rate) {
         (Kind::Cornering, Some(yaw)) => {
             let turn: f64 = yaw[at.clone()].iter().filter(|v| v.is_finite()).sum();
-            (turn != 0.0).then(|| if turn > 0.0 { Direction::Left } else { Direction::Right })
+            (turn != 0.0).then_some(if turn > 0.0 { Direction::Left } else { Direction::Right })
         }
         _ => None,
     };
