@@ -55,6 +55,7 @@ pub mod batch;
 pub mod bike;
 pub mod channel;
 pub mod cli;
+pub mod diagnose;
 pub mod estimate;
 pub mod filter;
 pub mod fit;

@@ -230,6 +230,50 @@ pub struct FleetRow {
     pub flagged_sessions: Option<String>,
 }
 
+/// A row of `causes`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct CauseRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub rank: i64,
+    pub effect: String,
+    pub verdict: String,
+    pub level: String,
+    pub parameter: String,
+    pub value: Option<f64>,
+    pub unit: String,
+    pub ci95_low: Option<f64>,
+    pub ci95_high: Option<f64>,
+    pub score: f64,
+    pub false_alarm_rate: f64,
+    pub gain_heldout: Option<f64>,
+    pub gain_upper_bound: Option<f64>,
+    pub equivalent_to: Option<String>,
+    pub separate_by: Option<String>,
+    pub reason: String,
+}
+
+/// A row of `discrepancies`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct DiscrepancyRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub channel: String,
+    pub kind: String,
+    pub unit: String,
+    pub rmse_base: f64,
+    pub rmse_extended: Option<f64>,
+    pub bias: f64,
+    pub noise_floor: f64,
+    pub null_largest: f64,
+    pub structured: bool,
+    pub covariate: Option<String>,
+    pub correlation: Option<f64>,
+    pub n: i64,
+}
+
 /// A row of `truth`.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field

@@ -34,6 +34,8 @@ embed!(
     "plots",
     "signals",
     "fleet",
+    "discrepancies",
+    "causes",
     "truth",
     "truth_segments",
     "truth_signals",

@@ -249,6 +249,8 @@ mod tests {
             },
         );
         fits("forces", &rows::ForceRow::default());
+        fits("causes", &rows::CauseRow::default());
+        fits("discrepancies", &rows::DiscrepancyRow::default());
         fits("truth_offroad", &rows::TruthOffroad::default());
         fits(
             "sessions",

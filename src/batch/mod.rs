@@ -80,6 +80,11 @@ pub struct Maps {
 }
 
 impl Maps {
+    /// The maps.
+    pub fn list(&self) -> &[ChannelMap] {
+        &self.list
+    }
+
     /// Reads map files.
     ///
     /// # Errors
@@ -137,7 +142,7 @@ impl Work for Stages {
 }
 
 /// Does something that may panic; a panic becomes a rejection, and the batch goes on.
-fn guarded<T>(
+pub(crate) fn guarded<T>(
     stage: &'static str,
     work: impl FnOnce() -> Result<T, Rejection>,
 ) -> Result<T, Rejection> {

@@ -38,6 +38,8 @@ pub const TABLES: &[&str] = &[
     "sessions",
     "rejected",
     "fleet",
+    "discrepancies",
+    "causes",
     "report",
 ];
 

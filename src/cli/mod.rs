@@ -8,6 +8,7 @@ use indicatif::ProgressBar;
 use logging::LogFormat;
 
 pub mod convert;
+pub mod diagnose;
 pub mod export;
 pub mod inspect;
 pub mod logging;
@@ -37,6 +38,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::Arguments),
+    Diagnose(diagnose::Arguments),
     Simulate(simulate::Arguments),
     Modes(modes::Arguments),
     Replay(replay::Arguments),
@@ -66,6 +68,7 @@ pub fn main() -> ExitCode {
     logging::init(arguments.log_format, arguments.verbose, &bar);
     let result = match arguments.command {
         Command::Run(a) => run::run(a, bar),
+        Command::Diagnose(a) => diagnose::run(a),
         Command::Simulate(a) => simulate::run(a),
         Command::Modes(a) => modes::run(&a),
         Command::Replay(a) => replay::run(&a),

@@ -146,7 +146,7 @@ impl<'a> Rider<'a> {
         }
         let jitter = self.noise[3].next(&mut self.random);
         lean.angle += jitter;
-        action.steer = self.steer(state, response, &lean);
+        action.steer = steer(self.plant, state, response, &lean);
         let running = (state.vx / 2.0).clamp(0.0, 1.0);
         action.force_x = running
             * (self.noise[0].next(&mut self.random) - self.plant.mass * GRAVITY * self.grade);
@@ -155,39 +155,37 @@ impl<'a> Rider<'a> {
         controls.pressure = self.pressure;
         (action, controls)
     }
+}
 
-    /// Handlebar angle that gives the wanted roll motion.
-    fn steer(&self, state: &State, response: &Response, lean: &Lean) -> f64 {
-        const BANDWIDTH: f64 = 4.0; // rad/s
-        const DAMPING: f64 = 0.9;
-        if state.vx < 2.5 {
-            return 0.0;
-        }
-        let p = self.plant;
-        let (sin_phi, cos_phi) = state.roll.sin_cos();
-        let wanted = lean.acceleration
-            + 2.0 * DAMPING * BANDWIDTH * (lean.rate - state.roll_rate)
-            + BANDWIDTH * BANDWIDTH * (lean.angle - state.roll);
-        let load = response.load[0] + response.load[1];
-        let moment_x = response.tyre[0].moment_x + response.tyre[1].moment_x;
-        let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * state.omega[i]).sum();
-        let gyroscopic = spin * state.yaw_rate * cos_phi;
-        let force =
-            (p.roll_inertia * wanted - load * p.cg_height * sin_phi - moment_x - gyroscopic)
-                / (p.cg_height * cos_phi);
-        let front = force - response.tyre[1].force_y;
-        let tyre = &p.tyres[0];
-        let ratio = tyre.side_force_ratio;
-        let k = tyre.stiffness.k_alpha(response.camber[0], ratio);
-        let alpha = -(front / response.load[0].max(100.0) / k) - ratio * response.camber[0];
-        // ahead of the tyre's relaxation
-        let alpha = (state.alpha[0] + 2.0 * (alpha - state.alpha[0])).clamp(-0.12, 0.12);
-        let u = state.vx - state.yaw_rate * p.cg_height * sin_phi;
-        let w = state.vy + p.cg_height * cos_phi * state.roll_rate + p.cg_to_front * state.yaw_rate;
-        let delta = w.atan2(u) - alpha;
-        // eq. 30 solved for the handlebar angle
-        let tan_delta = delta.tan();
-        let (sin_eps, cos_eps) = p.caster_angle.sin_cos();
-        (tan_delta * cos_phi / (cos_eps - tan_delta * sin_phi * sin_eps)).atan().clamp(-0.7, 0.7)
+/// Handlebar angle that gives the wanted roll motion.
+pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
+    const BANDWIDTH: f64 = 4.0; // rad/s
+    const DAMPING: f64 = 0.9;
+    if state.vx < 2.5 {
+        return 0.0;
     }
+    let (sin_phi, cos_phi) = state.roll.sin_cos();
+    let wanted = lean.acceleration
+        + 2.0 * DAMPING * BANDWIDTH * (lean.rate - state.roll_rate)
+        + BANDWIDTH * BANDWIDTH * (lean.angle - state.roll);
+    let load = response.load[0] + response.load[1];
+    let moment_x = response.tyre[0].moment_x + response.tyre[1].moment_x;
+    let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * state.omega[i]).sum();
+    let gyroscopic = spin * state.yaw_rate * cos_phi;
+    let force = (p.roll_inertia * wanted - load * p.cg_height * sin_phi - moment_x - gyroscopic)
+        / (p.cg_height * cos_phi);
+    let front = force - response.tyre[1].force_y;
+    let tyre = &p.tyres[0];
+    let ratio = tyre.side_force_ratio;
+    let k = tyre.stiffness.k_alpha(response.camber[0], ratio);
+    let alpha = -(front / response.load[0].max(100.0) / k) - ratio * response.camber[0];
+    // ahead of the tyre's relaxation
+    let alpha = (state.alpha[0] + 2.0 * (alpha - state.alpha[0])).clamp(-0.12, 0.12);
+    let u = state.vx - state.yaw_rate * p.cg_height * sin_phi;
+    let w = state.vy + p.cg_height * cos_phi * state.roll_rate + p.cg_to_front * state.yaw_rate;
+    let delta = w.atan2(u) - alpha;
+    // eq. 30 solved for the handlebar angle
+    let tan_delta = delta.tan();
+    let (sin_eps, cos_eps) = p.caster_angle.sin_cos();
+    (tan_delta * cos_phi / (cos_eps - tan_delta * sin_phi * sin_eps)).atan().clamp(-0.7, 0.7)
 }

@@ -2,6 +2,7 @@
 
 mod batch;
 mod cli;
+mod diagnose;
 mod dirt;
 mod fit;
 mod ingest;

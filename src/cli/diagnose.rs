@@ -1,0 +1,187 @@
+//! `roadbench diagnose`.
+
+use std::path::PathBuf;
+
+use crate::batch::discover::{bikes_beside, discover};
+use crate::batch::names::file_name;
+use crate::batch::plan::{self, Plan};
+use crate::batch::store::Store;
+use crate::batch::{Maps, Stages, guarded};
+use crate::cli::Failure;
+use crate::cli::say::say;
+use crate::diagnose::name::{Cause, Verdict};
+use crate::diagnose::ride::{self, Diagnosis};
+use crate::pipeline::Pipeline;
+use crate::report::terminal;
+use crate::schema::Table;
+use crate::table;
+
+/// Rejections that are listed on stderr.
+const LISTED: usize = 20;
+/// Most parts of the misfit that are told.
+const TOLD: usize = 5;
+
+/// Find what the model of a ride gets wrong, and why
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Logs, folders of logs or archives, glob patterns.
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// Folder of bike files; by default the `bikes` beside an archive's sessions.
+    #[arg(long, value_name = "DIR")]
+    bikes: Option<PathBuf>,
+    /// Folder for the tables `causes` and `discrepancies`.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Settings of the stages; a file or onroad (the default).
+    #[arg(long, value_name = "FILE")]
+    pipeline: Option<PathBuf>,
+    /// Channel map of logs that are not session.v1; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
+    /// Simulated nulls of each ride, from which the thresholds come.
+    #[arg(long, default_value_t = 40)]
+    nulls: usize,
+    /// Print the rows of `causes` as JSON, one object a line, instead of words.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    if !(8..=1000).contains(&arguments.nulls) {
+        return Err(Failure::Usage(format!(
+            "--nulls {}: fewer than 8 say nothing, more than 1000 nothing new",
+            arguments.nulls
+        )));
+    }
+    let pipeline = match &arguments.pipeline {
+        Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
+        None => Pipeline::onroad(),
+    };
+    if pipeline.offroad.is_some() {
+        let message = "diagnose knows road sessions only; take a pipeline without [offroad]";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
+    let found = discover(&arguments.inputs, &arguments.out)?;
+    let beside = bikes_beside(&arguments.inputs)?;
+    let bikes = arguments.bikes.as_deref().or(beside.as_deref()).ok_or_else(|| {
+        Failure::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
+    })?;
+    let Plan { jobs, refused } = plan::plan(found, bikes, &pipeline, &maps, &Stages)?;
+    let store = Store::open(&arguments.out)?;
+    let output = |e: table::Error| Failure::Output(e.to_string());
+    let mut rejected: Vec<_> = refused.into_iter().map(|r| r.row).collect();
+    let count = jobs.len() + rejected.len();
+    for job in jobs {
+        // nulls run in parallel within a session; sessions one after the other
+        let result = guarded("diagnose", || {
+            ride::log(&job.found.path, maps.list(), &job.bike.bike, &pipeline, arguments.nulls)
+        });
+        match result {
+            Ok(diagnosis) => {
+                let path = |name: &str| {
+                    let part = format!("bike={}", diagnosis.ident.bike_id);
+                    let file = format!("{}.parquet", file_name(&diagnosis.ident.session_id));
+                    arguments.out.join(name).join(part).join(file)
+                };
+                table::write(&path("causes"), &Table::embedded("causes"), &diagnosis.causes)
+                    .map_err(output)?;
+                let rows = &diagnosis.discrepancies;
+                table::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
+                    .map_err(output)?;
+                store.forgive(&job.log).map_err(output)?;
+                if arguments.json {
+                    for row in &diagnosis.causes {
+                        let text = serde_json::to_string(row)
+                            .map_err(|e| Failure::Output(e.to_string()))?;
+                        say!("{text}");
+                    }
+                } else {
+                    tell(&diagnosis);
+                }
+            }
+            Err(why) => rejected.push(plan::row(job.log.clone(), Some(job.meta), why, None)),
+        }
+    }
+    for row in &rejected {
+        store.reject(row).map_err(output)?;
+    }
+    tracing::info!(sessions = count - rejected.len(), "tables: {}", arguments.out.display());
+    if rejected.is_empty() {
+        return Ok(());
+    }
+    let list = terminal::rejections(&rejected, LISTED);
+    Err(Failure::Rejected(format!("{} rejected:\n{}", rejected.len(), list.trim_end())))
+}
+
+/// The verdict in words.
+fn tell(d: &Diagnosis) {
+    let naming = &d.naming;
+    say!("{}  {}", d.ident.session_id, d.ident.bike_id);
+    let named: Vec<&Cause> = naming
+        .causes
+        .iter()
+        .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
+        .collect();
+    match (named.is_empty(), naming.unexplained) {
+        (true, true) => say!(
+            "  Nothing is named, but a candidate scores {:.1} (19 of 20 nulls stay below 1): perhaps \
+             something is wrong that none of them explains.",
+            naming.alarm
+        ),
+        (true, false) => say!(
+            "  Nothing is wrong that this ride could show: the largest score is {:.1} (19 of 20 nulls stay \
+             below 1).",
+            naming.alarm
+        ),
+        _ => {}
+    }
+    for cause in &named {
+        let half = 1.96 * cause.std_error;
+        say!(
+            "  {}: {}\n      {:.4} {}, 95 % interval {:.4} to {:.4}; score {:.1}, gain {:.0}",
+            cause.effect.name,
+            cause.effect.sentence,
+            cause.value,
+            cause.effect.unit,
+            cause.value - half,
+            cause.value + half,
+            cause.score,
+            cause.gain
+        );
+        if cause.verdict == Verdict::Ambiguous {
+            say!(
+                "      or {}: this ride cannot tell; what would: {}",
+                cause.equivalent.join(" or "),
+                cause.effect.separate_by
+            );
+        }
+    }
+    if let Some(row) = d.causes.first()
+        && let (Some(gain), Some(bound)) = (row.gain_heldout, row.gain_upper_bound)
+    {
+        say!("  On manoeuvres left out it gains {gain:.0}; with every candidate free {bound:.0}.");
+    }
+    let mut wrong: Vec<_> = d.discrepancies.iter().filter(|r| r.structured).collect();
+    wrong.sort_by(|a, b| (b.rmse_base / b.null_largest).total_cmp(&(a.rmse_base / a.null_largest)));
+    for row in wrong.into_iter().take(TOLD) {
+        let after =
+            row.rmse_extended.map_or(String::new(), |r| format!(", {r:.4} with the causes"));
+        let with = row.covariate.as_deref().map_or(String::new(), |c| {
+            format!(", goes with {c} ({:+.2})", row.correlation.unwrap_or(0.0))
+        });
+        say!(
+            "  misfit of {} while {}: {:.4} {} against {:.4} in nulls{after}{with}",
+            row.channel,
+            row.kind.replace('_', " "),
+            row.rmse_base,
+            row.unit,
+            row.noise_floor
+        );
+    }
+}

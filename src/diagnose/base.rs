@@ -1,0 +1,333 @@
+//! The base fit: robust Gauss-Newton on block means whose noise is that of correlated samples
+//! (`diagnosis.md`, section 2.2).
+//!
+//! The loss is Huber's at 2.5 standard deviations of a channel's block residual, plus weak Gaussian
+//! priors about the start. The standard deviation is the *long-run* one (Newey and West 1987): block
+//! means within a manoeuvre are correlated over seconds, and what counts is what they average to.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::residuals::{Blocks, CHANNELS, blocks};
+use super::samples::{BLOCK, Samples};
+use super::world::{BASE, Parameter, World};
+
+/// Standard deviations at which the loss turns from square to straight.
+const HUBER: f64 = 2.5;
+/// What is farther off is no noise at all.
+const FARTHEST: f64 = 60.0;
+/// Lags of the long-run variance, blocks: 3 s.
+const LAGS: usize = 10;
+/// Share of a scale for differences.
+const STEP: f64 = 0.01;
+
+/// A fitted base model.
+#[derive(Debug, Clone)]
+pub struct Base {
+    /// The world.
+    pub world: World,
+    /// Where it started, the centre of the priors.
+    pub start: World,
+    /// Long-run standard deviation of each channel's block residual.
+    pub sigma: [f64; 8],
+    /// Loss at the end.
+    pub loss: f64,
+    /// What was free: [`BASE`], and the effects that were taken in.
+    pub parameters: Vec<Parameter>,
+}
+
+/// Fits the base from a start.
+pub fn fit(samples: &Samples, start: &World) -> Base {
+    fit_with(samples, start, start, BASE, None)
+}
+
+/// Fits `parameters` from `from`, with priors about `start`; `extra` is added to the residuals.
+pub fn fit_with(
+    samples: &Samples,
+    start: &World,
+    from: &World,
+    parameters: &[Parameter],
+    extra: Option<&Blocks>,
+) -> Base {
+    let mut world = from.clone();
+    let mut problem = Problem { samples, start, sigma: [1.0; 8], parameters, extra, only: None };
+    for round in 0..8 {
+        // the scale follows the first rounds, then it is the same for everybody
+        if round < 4 {
+            problem.sigma = noise(samples, &problem.residuals(&world));
+        }
+        let Some((moved, size)) = problem.advance(&world) else { break };
+        world = moved;
+        if round >= 4 && size < 1e-3 {
+            break;
+        }
+    }
+    let loss = problem.loss(&world);
+    let parameters = parameters.to_vec();
+    Base { start: start.clone(), sigma: problem.sigma, loss, parameters, world }
+}
+
+impl Base {
+    /// The base with more free parameters, its noise and priors kept: at most `steps` steps.
+    pub fn extended(&self, samples: &Samples, more: &[Parameter], steps: usize) -> Base {
+        let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
+        let problem = Problem {
+            samples,
+            start: &self.start,
+            sigma: self.sigma,
+            parameters: &parameters,
+            extra: None,
+            only: None,
+        };
+        let mut world = self.world.clone();
+        for _ in 0..steps {
+            let Some((moved, size)) = problem.advance(&world) else { break };
+            world = moved;
+            if size < 1e-3 {
+                break;
+            }
+        }
+        let loss = problem.loss(&world);
+        Base { world, loss, start: self.start.clone(), sigma: self.sigma, parameters }
+    }
+
+    /// Loss on each fold of manoeuvres of a model that was fitted without it.
+    pub fn held_out(&self, samples: &Samples, folds: usize) -> f64 {
+        let mut seen = std::collections::BTreeMap::new();
+        // manoeuvres of each kind in turn
+        let fold: Vec<usize> = samples
+            .manoeuvres
+            .iter()
+            .map(|(kind, _)| {
+                let count: &mut usize = seen.entry(*kind).or_default();
+                *count += 1;
+                (*count - 1) % folds
+            })
+            .collect();
+        (0..folds)
+            .map(|out| {
+                let kept: Vec<bool> = fold.iter().map(|f| *f != out).collect();
+                let left: Vec<bool> = kept.iter().map(|k| !k).collect();
+                let problem = |only| Problem {
+                    samples,
+                    start: &self.start,
+                    sigma: self.sigma,
+                    parameters: &self.parameters,
+                    extra: None,
+                    only: Some(only),
+                };
+                let mut world = self.world.clone();
+                for _ in 0..3 {
+                    let Some((moved, _)) = problem(kept.as_slice()).advance(&world) else { break };
+                    world = moved;
+                }
+                problem(left.as_slice()).misfit(&world)
+            })
+            .sum()
+    }
+}
+
+/// A loss over some parameters.
+#[derive(Debug, Clone, Copy)]
+pub struct Problem<'a> {
+    /// What was measured.
+    pub samples: &'a Samples,
+    /// Centre of the priors.
+    pub start: &'a World,
+    /// Standard deviations of the channels.
+    pub sigma: [f64; 8],
+    /// What is free.
+    pub parameters: &'a [Parameter],
+    /// Added to the residuals: noise of a simulated null.
+    pub extra: Option<&'a Blocks>,
+    /// Manoeuvres that count; all where there is no list.
+    pub only: Option<&'a [bool]>,
+}
+
+/// Residuals and their derivatives by the parameters, in scales.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// `[channel][block]`.
+    pub residuals: Blocks,
+    /// Per parameter `[channel][block]`.
+    pub columns: Vec<Blocks>,
+}
+
+impl Problem<'_> {
+    /// Block residuals in a world.
+    pub fn residuals(&self, world: &World) -> Blocks {
+        let mut out = blocks(self.samples, world);
+        if let Some(extra) = self.extra {
+            for (column, extra) in out.iter_mut().zip(extra) {
+                column.iter_mut().zip(extra).for_each(|(r, e)| *r += e);
+            }
+        }
+        out
+    }
+
+    /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere.
+    pub fn advance(&self, world: &World) -> Option<(World, f64)> {
+        let (matrix, gradient) = self.normal(world);
+        let step = matrix.cholesky()?.solve(&gradient);
+        let before = self.loss(world);
+        let mut share = 1.0;
+        while share > 1e-3 {
+            let tried = self.moved(world, &step, share);
+            if self.loss(&tried) <= before {
+                return Some((tried, share * step.amax()));
+            }
+            share *= 0.5;
+        }
+        None
+    }
+
+    fn moved(&self, world: &World, step: &DVector<f64>, share: f64) -> World {
+        let mut out = world.clone();
+        for (p, d) in self.parameters.iter().zip(step.iter()) {
+            (p.set)(&mut out, (p.get)(world) + share * d * p.scale);
+        }
+        out
+    }
+
+    /// Distance of a parameter from the start, in prior standard deviations, and its weight.
+    fn prior(&self, p: &Parameter, world: &World) -> (f64, f64) {
+        let weight = 1.0 / p.prior;
+        (weight * ((p.get)(world) - (p.get)(self.start)) / p.scale, weight)
+    }
+
+    /// The loss of a world, priors included.
+    pub fn loss(&self, world: &World) -> f64 {
+        let priors = self.parameters.iter().map(|p| self.prior(p, world).0);
+        self.misfit(world) + priors.map(|z| 0.5 * z * z).sum::<f64>()
+    }
+
+    /// The residuals' part of the loss.
+    pub fn misfit(&self, world: &World) -> f64 {
+        let found = self.residuals(world);
+        let mut loss = 0.0;
+        for range in self.ranges() {
+            for (column, sigma) in found.iter().zip(self.sigma) {
+                for r in column[range.clone()].iter().filter(|r| r.is_finite()) {
+                    let z = (r / sigma).abs();
+                    loss += if z <= HUBER { 0.5 * z * z } else { HUBER * (z - 0.5 * HUBER) };
+                }
+            }
+        }
+        loss
+    }
+
+    /// Blocks of the manoeuvres that count.
+    fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        self.samples
+            .manoeuvres
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| self.only.is_none_or(|only| only[*k]))
+            .map(|(_, (_, range))| range.start / BLOCK..range.end / BLOCK)
+    }
+
+    /// Residuals and derivatives, by central differences.
+    pub fn linear(&self, world: &World) -> Linear {
+        let columns = self
+            .parameters
+            .iter()
+            .map(|parameter| {
+                let value = (parameter.get)(world);
+                let at = |sign: f64| {
+                    let mut near = world.clone();
+                    (parameter.set)(&mut near, value + sign * STEP * parameter.scale);
+                    blocks(self.samples, &near)
+                };
+                let (mut up, down) = (at(1.0), at(-1.0));
+                for (u, d) in up.iter_mut().zip(&down) {
+                    u.iter_mut().zip(d).for_each(|(u, d)| *u = (*u - d) / (2.0 * STEP));
+                }
+                up
+            })
+            .collect();
+        Linear { residuals: self.residuals(world), columns }
+    }
+
+    /// Adds the weighted rows of some blocks to a curvature and a downhill direction.
+    pub fn accumulate(
+        &self,
+        linear: &Linear,
+        range: std::ops::Range<usize>,
+        matrix: &mut DMatrix<f64>,
+        gradient: &mut DVector<f64>,
+    ) {
+        let p = self.parameters.len();
+        let mut row = vec![0.0; p];
+        for c in 0..CHANNELS.len() {
+            let sigma = self.sigma[c];
+            for b in range.clone() {
+                let z = linear.residuals[c][b] / sigma;
+                if !z.is_finite() || z.abs() > FARTHEST {
+                    continue;
+                }
+                let weight = if z.abs() <= HUBER { 1.0 } else { HUBER / z.abs() };
+                for (value, column) in row.iter_mut().zip(&linear.columns) {
+                    *value = column[c][b] / sigma;
+                }
+                for i in 0..p {
+                    gradient[i] -= weight * row[i] * z;
+                    for j in 0..=i {
+                        matrix[(i, j)] += weight * row[i] * row[j];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Curvature and downhill direction with the priors, parameters in their scales.
+    fn normal(&self, world: &World) -> (DMatrix<f64>, DVector<f64>) {
+        let p = self.parameters.len();
+        let linear = self.linear(world);
+        let mut matrix = DMatrix::zeros(p, p);
+        let mut gradient = DVector::zeros(p);
+        for range in self.ranges() {
+            self.accumulate(&linear, range, &mut matrix, &mut gradient);
+        }
+        for (i, parameter) in self.parameters.iter().enumerate() {
+            let (z, weight) = self.prior(parameter, world);
+            gradient[i] -= weight * z;
+            matrix[(i, i)] += weight * weight;
+        }
+        matrix.fill_upper_triangle_with_lower_triangle();
+        (matrix, gradient)
+    }
+}
+
+/// Long-run standard deviation of each channel's block means within manoeuvres.
+pub fn noise(samples: &Samples, found: &Blocks) -> [f64; 8] {
+    std::array::from_fn(|c| {
+        let column = &found[c];
+        let mut sizes: Vec<f64> =
+            column.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
+        if sizes.is_empty() {
+            return 1.0;
+        }
+        sizes.sort_by(f64::total_cmp);
+        // a median absolute deviation limits what a few wild blocks can do
+        let limit = 4.0 * 1.4826 * sizes[sizes.len() / 2].max(1e-9);
+        let clipped = |b: usize| column[b].clamp(-limit, limit);
+        let (mut sums, mut n) = ([0.0; LAGS + 1], 0.0);
+        for (_, range) in &samples.manoeuvres {
+            let (first, last) = (range.start / BLOCK, range.end / BLOCK);
+            for b in first..last {
+                if !column[b].is_finite() {
+                    continue;
+                }
+                n += 1.0;
+                for (lag, sum) in sums.iter_mut().enumerate() {
+                    if b >= first + lag && column[b - lag].is_finite() {
+                        *sum += clipped(b) * clipped(b - lag);
+                    }
+                }
+            }
+        }
+        let bartlett = |lag: usize| 1.0 - lag as f64 / (LAGS + 1) as f64;
+        let long: f64 =
+            sums[0] + 2.0 * (1..=LAGS).map(|lag| bartlett(lag) * sums[lag]).sum::<f64>();
+        (long.max(0.2 * sums[0]) / n).sqrt().max(1e-9)
+    })
+}

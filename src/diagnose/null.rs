@@ -1,0 +1,242 @@
+//! Calibration against nulls: what every candidate scores on rides in which nothing is wrong
+//! (`diagnosis.md`, section 2.4).
+//!
+//! The measured ride is ridden again on the fitted base model ([`replay`](super::replay)), given the
+//! sensors' noise, and put through the whole of fit and scan. What a candidate shows there is bias
+//! of the method and noise, not an effect. White noise is that of the channels themselves, from
+//! their second differences; what the residuals of the real ride scatter beyond it over seconds is
+//! added to the nulls' residuals as coloured noise, so that a noisier ride has noisier nulls.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::base::{self, Base};
+use super::effects::Effect;
+use super::replay::replay;
+use super::residuals::{Blocks, blocks};
+use super::samples::{BLOCK, RATE, Samples};
+use super::scan::{Score, scan};
+use super::world::BASE;
+use crate::segment::{Kind, Segment};
+use crate::session::Session;
+use crate::simulate::motorcycle::Plant;
+use crate::simulate::random::Random;
+
+/// Time over which the coloured noise forgets, s.
+const MEMORY: f64 = 1.5;
+/// Share of the nulls whose largest score lies below the threshold.
+const QUANTILE: f64 = 0.95;
+
+/// What candidates score where nothing is wrong.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    /// Mean size that a null shows, per effect: the method's bias.
+    pub bias: Vec<f64>,
+    /// Spread between nulls, per effect.
+    pub spread: Vec<f64>,
+    /// What the manoeuvres' own scatter usually says in a null, per effect.
+    pub scatter: Vec<f64>,
+    /// Thresholds of the largest `|z|`, with and without the manoeuvres' own scatter.
+    pub threshold: [f64; 2],
+    /// How many nulls.
+    pub nulls: usize,
+    /// Largest score of each null, each judged like a real ride.
+    pub tops: Vec<f64>,
+    /// Mean and largest rms of the nulls' residuals, by kind and channel.
+    pub floor: BTreeMap<(Kind, usize), [f64; 2]>,
+}
+
+/// A candidate against its nulls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibrated {
+    /// Size less bias, in usual ones.
+    pub delta: f64,
+    /// Standard deviation of it: of the nulls or of the manoeuvres, whichever is larger.
+    pub std_error: f64,
+    /// Over one is beyond what nulls show.
+    pub score: f64,
+}
+
+impl Calibration {
+    /// Simulates nulls of a ride and scores them.
+    pub fn new(
+        session: &Session,
+        segments: &[Segment],
+        base: &Base,
+        plant: &Plant,
+        effects: &[Effect],
+        nulls: usize,
+        seed: u64,
+    ) -> Self {
+        let clean = replay(session, segments, plant);
+        let white: Vec<_> = clean
+            .channels()
+            .filter(|c| clean.get(*c) != session.get(*c))
+            .filter_map(|c| session.get(c).map(|x| (c, white_noise(x))))
+            .collect();
+        let noisy = |number: usize| {
+            let mut random = Random::new(seed, &format!("null {number}"));
+            let mut session = clean.clone();
+            for (channel, sigma) in &white {
+                if let Some(x) = session.get_mut(*channel) {
+                    x.iter_mut().for_each(|x| *x += sigma * random.normal());
+                }
+            }
+            (Samples::gather(&session, segments), random)
+        };
+        // how much the sensors' white noise explains of the residuals' scatter
+        let (samples, _) = noisy(0);
+        let alone = base::noise(&samples, &blocks(&samples, &base.world));
+        let colour: [f64; 8] =
+            std::array::from_fn(|c| (base.sigma[c].powi(2) - alone[c].powi(2)).max(0.0).sqrt());
+        let scored: Vec<(Vec<Score>, Rms)> = (1..=nulls)
+            .into_par_iter()
+            .map(|number| {
+                let (samples, mut random) = noisy(number);
+                let extra = coloured(&samples, &colour, &mut random);
+                let fitted = base::fit_with(&samples, &base.world, &base.world, BASE, Some(&extra));
+                let scores = scan(&samples, &fitted, effects, Some(&extra));
+                let mut found = blocks(&samples, &fitted.world);
+                for (column, extra) in found.iter_mut().zip(&extra) {
+                    column.iter_mut().zip(extra).for_each(|(r, e)| *r += e);
+                }
+                (scores, rms(&samples, &found))
+            })
+            .collect();
+        let (scored, sizes): (Vec<Vec<Score>>, Vec<Rms>) = scored.into_iter().unzip();
+        let mut calibration = Self::of(&scored, effects.len());
+        for sizes in sizes {
+            for (key, (size, _)) in sizes {
+                let floor = calibration.floor.entry(key).or_insert([0.0, 0.0]);
+                floor[0] += size / nulls as f64;
+                floor[1] = floor[1].max(size);
+            }
+        }
+        let tops = scored.iter().map(|s| {
+            (0..effects.len()).map(|j| calibration.judge(j, &s[j]).score).fold(0.0, f64::max)
+        });
+        calibration.tops = tops.collect();
+        calibration
+    }
+
+    fn of(scored: &[Vec<Score>], effects: usize) -> Self {
+        let nulls = scored.len();
+        let of = |j: usize| -> Vec<f64> { scored.iter().map(|s| s[j].delta).collect() };
+        let bias: Vec<f64> = (0..effects).map(|j| median(&of(j))).collect();
+        let spread: Vec<f64> = (0..effects)
+            .map(|j| {
+                let x = of(j);
+                let mean = x.iter().sum::<f64>() / nulls as f64;
+                let sd = (x.iter().map(|v| (v - mean).powi(2)).sum::<f64>()
+                    / (nulls as f64 - 1.0).max(1.0))
+                .sqrt();
+                let off: Vec<f64> = x.iter().map(|v| (v - bias[j]).abs()).collect();
+                (0.5 * (sd + 1.4826 * median(&off))).max(1e-9)
+            })
+            .collect();
+        let largest = |scatter: bool| {
+            let mut tops: Vec<f64> = scored
+                .iter()
+                .map(|s| {
+                    let z = |j: usize| {
+                        let own = if scatter { s[j].std_error } else { 0.0 };
+                        ((s[j].delta - bias[j]) / spread[j].max(own)).abs()
+                    };
+                    (0..effects).map(z).fold(0.0, f64::max)
+                })
+                .collect();
+            tops.sort_by(f64::total_cmp);
+            let place = QUANTILE * (nulls as f64 - 1.0);
+            let (low, share) = (place.floor() as usize, place.fract());
+            let high = tops[(low + 1).min(nulls - 1)];
+            // the nulls are few and set their own bias and spread: a little more
+            (1.0 + 1.0 / nulls as f64) * (tops[low] + share * (high - tops[low]))
+        };
+        Calibration {
+            threshold: [largest(true), largest(false)],
+            scatter: (0..effects)
+                .map(|j| median(&scored.iter().map(|s| s[j].std_error).collect::<Vec<_>>()))
+                .collect(),
+            bias,
+            spread,
+            nulls,
+            tops: Vec::new(),
+            floor: BTreeMap::new(),
+        }
+    }
+
+    /// A real ride's score of effect `j`.
+    pub fn judge(&self, j: usize, score: &Score) -> Calibrated {
+        let delta = score.delta - self.bias[j];
+        let std_error = self.spread[j].max(score.std_error);
+        let robust = (delta / std_error).abs() / self.threshold[0];
+        // manoeuvres that scatter more than in nulls (pads, gusts) make nulls too sure
+        let more = (score.std_error / self.scatter[j].max(f64::MIN_POSITIVE)).max(1.0);
+        let plain = (delta / (more * self.spread[j])).abs() / (1.4 * self.threshold[1]);
+        Calibrated { delta, std_error, score: robust.max(plain) }
+    }
+}
+
+/// Root mean square and number of the residuals, by kind and channel.
+pub type Rms = BTreeMap<(Kind, usize), (f64, usize)>;
+
+/// Root mean squares of block residuals.
+pub fn rms(samples: &Samples, found: &Blocks) -> Rms {
+    let mut sums: Rms = BTreeMap::new();
+    for (kind, range) in &samples.manoeuvres {
+        for (c, column) in found.iter().enumerate() {
+            for r in &column[range.start / BLOCK..range.end / BLOCK] {
+                if r.is_finite() {
+                    let sum = sums.entry((*kind, c)).or_default();
+                    sum.0 += r * r;
+                    sum.1 += 1;
+                }
+            }
+        }
+    }
+    sums.values_mut().for_each(|(sum, n)| *sum = (*sum / *n as f64).sqrt());
+    sums
+}
+
+/// Standard deviation of white noise from second differences: motion leaves next to none.
+fn white_noise(x: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = x
+        .windows(3)
+        .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())
+        .filter(|d| d.is_finite() && *d > 0.0)
+        .collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    sizes.sort_by(f64::total_cmp);
+    1.4826 * sizes[sizes.len() / 2] / 6.0_f64.sqrt()
+}
+
+/// Coloured noise per channel whose long-run standard deviation is given.
+fn coloured(samples: &Samples, long_run: &[f64; 8], random: &mut Random) -> Blocks {
+    let keep = (-(BLOCK as f64) / RATE / MEMORY).exp();
+    std::array::from_fn(|c| {
+        let sd = long_run[c] * ((1.0 - keep) / (1.0 + keep)).sqrt();
+        let mut out = Vec::with_capacity(samples.blocks());
+        for (_, range) in &samples.manoeuvres {
+            let mut value = sd * random.normal();
+            for _ in 0..range.len() / BLOCK {
+                out.push(value);
+                value = keep * value + sd * (1.0 - keep * keep).sqrt() * random.normal();
+            }
+        }
+        out
+    })
+}
+
+fn median(x: &[f64]) -> f64 {
+    let mut x = x.to_vec();
+    x.sort_by(f64::total_cmp);
+    let n = x.len();
+    match n {
+        0 => 0.0,
+        _ if n % 2 == 1 => x[n / 2],
+        _ => 0.5 * (x[n / 2 - 1] + x[n / 2]),
+    }
+}

@@ -1,0 +1,163 @@
+//! What was measured, ridden again: the reduced-order motorcycle on the characterised tyres, driven by
+//! the measured pressures, lean and - off the brakes - speed.
+//!
+//! It gives the session as a perfect logger would have recorded it on a motorcycle that is the base
+//! model and nothing else: beside the measured one it shows what the model gets wrong, and with
+//! noise on it, it is a null for calibration. Speed runs free while braking and coasting; elsewhere
+//! the throttle brings it back to the measured one, so that the ride stays the same ride.
+
+use super::smooth::{gradient, smooth};
+use super::world::World;
+use crate::channel::Channel;
+use crate::model::{Stiffness, Tyre};
+use crate::segment::{Kind, Segment};
+use crate::session::Session;
+use crate::simulate::motorcycle::{Action, Plant, State};
+use crate::simulate::programme::Lean;
+use crate::simulate::rider::steer;
+
+/// How fast the throttle brings the speed back, 1/s.
+const THROTTLE: f64 = 0.8;
+/// Line pressure from which a brake is on, Pa.
+const PRESSED: f64 = 2e4;
+/// Roll inertia of a motorcycle with rider, per mass, m².
+const ROLL_GYRATION: f64 = 0.085;
+
+/// The plant that a base world describes.
+pub fn plant(world: &World, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> Plant {
+    // one crown for the vehicle, shared by the tyres' widths
+    let share = [1.0, widths[1] / widths[0]];
+    let load =
+        [world.wheelbase - world.cg_to_front, world.cg_to_front].map(|x| x / world.wheelbase);
+    let crown = world.crown / (share[0] * load[0] + share[1] * load[1]);
+    let tyres = [0, 1].map(|k| {
+        let ratio = world.side_force_ratio[k];
+        let [k0, decay] = world.stiffness[k];
+        Tyre {
+            friction: world.friction[k],
+            stiffness: Stiffness { ct: -k0 * ratio, c1: 0.0, c3: decay * ratio },
+            side_force_ratio: ratio,
+            twisting_stiffness: world.twisting_stiffness[k],
+            overturning_stiffness: crown * share[k],
+            rolling_radius: world.radius[k],
+            rolling_resistance: world.rolling_resistance,
+            relaxation_length: world.relaxation_length[k],
+            vertical_stiffness: vertical_stiffness[k],
+            slip_transition: 1.1,
+            camber_force_decay: 0.0,
+            camber_moment_decay: 0.0,
+            reference_friction: 1.0,
+            peak_slip: world.friction[k].peak_slip().unwrap_or(0.2),
+        }
+    });
+    Plant {
+        mass: world.mass,
+        cg_to_front: world.cg_to_front,
+        wheelbase: world.wheelbase,
+        cg_height: world.cg_height,
+        caster_angle: world.caster_angle,
+        roll_inertia: ROLL_GYRATION * world.mass,
+        yaw_inertia: world.yaw_inertia,
+        wheel_inertia: world.wheel_inertia,
+        tyres,
+        drag: world.drag,
+        friction: 1.0,
+        brake_gain: world.brake_gain,
+    }
+}
+
+/// The session as a perfect logger would have recorded it. Pressures and heading stay the measured
+/// ones.
+pub fn replay(session: &Session, segments: &[Segment], plant: &Plant) -> Session {
+    let (n, rate) = (session.len, session.rate);
+    let dt = 1.0 / rate;
+    let missing = || vec![0.0; n];
+    let column = |c: Channel| session.get(c).map_or_else(missing, |x| smooth(x, rate));
+    let known = |x: &[f64], i: usize| if x[i].is_finite() { x[i] } else { 0.0 };
+    let v = column(Channel::VelocityX);
+    let roll = column(Channel::Roll);
+    let (rolld, ax) = (gradient(&roll, rate), gradient(&v, rate));
+    let rolldd = gradient(&smooth(&rolld, rate), rate);
+    let pressures = [Channel::BrakePressureFront, Channel::BrakePressureRear].map(column);
+    let mut free = vec![false; n];
+    for s in segments.iter().filter(|s| s.kind == Kind::Coasting) {
+        free[s.start..s.end.min(n)].fill(true);
+    }
+
+    let mut out: [Vec<f64>; 9] = std::array::from_fn(|_| Vec::with_capacity(n));
+    let start = known(&v, 0).max(0.0);
+    let mut state = State { vx: start, ..State::default() };
+    state.omega = [0, 1].map(|k| start / plant.tyres[k].rolling_radius);
+    let mut action = Action::default();
+    for i in 0..n {
+        let response = plant.response(&state, &action);
+        let pressure = [0, 1].map(|k| known(&pressures[k], i).max(0.0));
+        let braking = pressure.iter().any(|p| *p > PRESSED);
+        action.brake = [0, 1]
+            .map(|k| if pressure[k] > PRESSED { plant.brake_gain[k] * pressure[k] } else { 0.0 });
+        action.drive = if braking || free[i] {
+            0.0
+        } else {
+            let wanted = known(&ax, i) + THROTTLE * (known(&v, i) - state.vx);
+            let rolling = plant.tyres[1].rolling_resistance * plant.mass * crate::GRAVITY;
+            let spinning: f64 = (0..2)
+                .map(|k| plant.wheel_inertia[k] / plant.tyres[k].rolling_radius.powi(2))
+                .sum();
+            let force =
+                (plant.mass + spinning) * wanted + plant.drag * state.vx * state.vx + rolling;
+            force.clamp(-0.2 * plant.mass * 9.8, 0.9 * plant.mass * 9.8)
+                * plant.tyres[1].rolling_radius
+        };
+        let lean = Lean {
+            angle: known(&roll, i),
+            rate: known(&rolld, i),
+            acceleration: known(&rolldd, i),
+        };
+        action.steer = steer(plant, &state, &response, &lean);
+        let response = plant.response(&state, &action);
+        for (column, value) in out.iter_mut().zip([
+            state.vx,
+            state.vy,
+            response.acceleration[0],
+            response.acceleration[1],
+            state.roll,
+            state.yaw_rate,
+            state.steer,
+            state.omega[0],
+            state.omega[1],
+        ]) {
+            column.push(value);
+        }
+        plant.advance(&mut state, &action, dt);
+        state.vx = state.vx.max(0.0);
+    }
+    let mut ridden = session.clone();
+    for (channel, column) in [
+        Channel::VelocityX,
+        Channel::VelocityY,
+        Channel::AccelerationX,
+        Channel::AccelerationY,
+        Channel::Roll,
+        Channel::YawRate,
+        Channel::SteerAngle,
+        Channel::WheelSpeedFront,
+        Channel::WheelSpeedRear,
+    ]
+    .into_iter()
+    .zip(out)
+    {
+        if session.has(channel) {
+            ridden.set(channel, column);
+        }
+    }
+    // what the brakes were really given, without the noise of a lever at rest
+    for (channel, pressure) in
+        [Channel::BrakePressureFront, Channel::BrakePressureRear].into_iter().zip(pressures)
+    {
+        if session.has(channel) {
+            let on = pressure.iter().map(|p| if *p > PRESSED { *p } else { 0.0 }).collect();
+            ridden.set(channel, on);
+        }
+    }
+    ridden
+}

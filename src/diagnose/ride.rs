@@ -1,0 +1,299 @@
+//! One session from its log to its causes.
+
+use std::path::Path;
+
+use super::base::{self, Base};
+use super::effects;
+use super::name::{self, Naming, Verdict};
+use super::null::{Calibration, rms};
+use super::replay;
+use super::residuals::{CHANNELS, UNITS, blocks};
+use super::samples::{BLOCK, Samples};
+use super::world::World;
+use crate::bike::Bike;
+use crate::channel::Channel;
+use crate::estimate::Formulation;
+use crate::estimate::zeros;
+use crate::fit::chain::{self, Data};
+use crate::ingest::map::ChannelMap;
+use crate::pipeline::{Pipeline, Rejection};
+use crate::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::segment::Segment;
+use crate::session::Session;
+use crate::{filter, ingest, segment};
+
+/// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
+const FEWEST: usize = 100;
+/// Folds of held-out manoeuvres.
+const FOLDS: usize = 5;
+/// How much more than every null, and than its channel elsewhere, a structured residual is.
+const MORE: f64 = 1.25;
+/// Without these there is nothing to hold the model against.
+const NEEDED: [Channel; 4] =
+    [Channel::VelocityX, Channel::AccelerationX, Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+
+/// What a session says.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// Who and when.
+    pub ident: Ident,
+    /// Candidates, judged.
+    pub naming: Naming,
+    /// The base that they extend.
+    pub base: Base,
+    /// What nulls show.
+    pub calibration: Calibration,
+    /// Rows of `causes`.
+    pub causes: Vec<CauseRow>,
+    /// Rows of `discrepancies`.
+    pub discrepancies: Vec<DiscrepancyRow>,
+}
+
+/// Diagnoses a log.
+///
+/// # Errors
+/// The log cannot be used, or does not hold what a diagnosis needs.
+pub fn log(
+    path: &Path,
+    maps: &[ChannelMap],
+    bike: &Bike,
+    pipeline: &Pipeline,
+    nulls: usize,
+) -> Result<Diagnosis, Rejection> {
+    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
+    let raw = ingest::read(path, maps).map_err(refuse)?;
+    let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
+    ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?;
+    diagnose(&session, bike, pipeline, nulls)
+}
+
+/// Diagnoses a clean, unfiltered session.
+///
+/// # Errors
+/// It does not hold what a diagnosis needs.
+pub fn diagnose(
+    session: &Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    nulls: usize,
+) -> Result<Diagnosis, Rejection> {
+    let refuse = |code, message| Rejection { stage: "diagnose", code, message };
+    let gone: Vec<&str> =
+        NEEDED.into_iter().filter(|c| !session.has(*c)).map(Channel::name).collect();
+    if !gone.is_empty() {
+        let message = format!("a diagnosis needs {}", gone.join(", "));
+        return Err(refuse("missing_column", message));
+    }
+    let mut filtered = session.clone();
+    filter::run(&mut filtered, &pipeline.filter);
+    let segments = segment::run(&filtered, bike, &pipeline.segment);
+    let (zeros, _) = zeros::run(&filtered, bike);
+    let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
+    let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
+    let samples = Samples::gather(session, &segments);
+    if samples.blocks() < FEWEST {
+        let message = format!(
+            "only {:.0} s of used manoeuvres: {:.0} s are the least for a diagnosis",
+            samples.len() as f64 / super::samples::RATE,
+            (FEWEST * BLOCK) as f64 / super::samples::RATE
+        );
+        return Err(refuse("too_few_manoeuvres", message));
+    }
+    let base = base::fit(&samples, &World::new(bike, &solution));
+    let ident = Ident::from(&session.meta);
+    let calibration = calibrate(session, &segments, bike, &base, nulls, &ident);
+    let naming = name::name(&samples, &base, effects::ALL, &calibration);
+    let causes = cause_rows(&samples, &base, &naming, &calibration, &ident);
+    let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
+    Ok(Diagnosis { ident, naming, base, calibration, causes, discrepancies })
+}
+
+fn calibrate(
+    session: &Session,
+    segments: &[Segment],
+    bike: &Bike,
+    base: &Base,
+    nulls: usize,
+    ident: &Ident,
+) -> Calibration {
+    let plant = replay::plant(
+        &base.world,
+        [bike.front.width, bike.rear.width],
+        [bike.front.vertical_stiffness, bike.rear.vertical_stiffness],
+    );
+    // a session's nulls depend on the session alone
+    let hash = blake3::hash(ident.session_id.as_bytes());
+    let seed = u64::from(u32::from_le_bytes([
+        hash.as_bytes()[0],
+        hash.as_bytes()[1],
+        hash.as_bytes()[2],
+        hash.as_bytes()[3],
+    ]));
+    Calibration::new(session, segments, base, &plant, effects::ALL, nulls, seed)
+}
+
+fn cause_rows(
+    samples: &Samples,
+    base: &Base,
+    naming: &Naming,
+    calibration: &Calibration,
+    ident: &Ident,
+) -> Vec<CauseRow> {
+    let is_named = |v: Verdict| matches!(v, Verdict::Named | Verdict::Ambiguous);
+    let any = naming.causes.first().is_some_and(|c| is_named(c.verdict));
+    let (mut gain, mut bound) = (None, None);
+    if any {
+        let before = base.held_out(samples, FOLDS);
+        gain = Some(2.0 * (before - naming.extended.held_out(samples, FOLDS)));
+        let all: Vec<_> = effects::ALL.iter().map(|e| e.parameter).collect();
+        let everything = base.extended(samples, &all, 6);
+        bound = Some(2.0 * (before - everything.held_out(samples, FOLDS)));
+    }
+    naming
+        .causes
+        .iter()
+        .enumerate()
+        .map(|(k, c)| {
+            let over = calibration.tops.iter().filter(|t| **t >= c.score).count();
+            let half = 1.96 * c.std_error;
+            // what it is hard to tell from in general is no finding of this ride
+            let rivals = match c.verdict {
+                Verdict::Ambiguous => c.equivalent.join(", "),
+                _ => String::new(),
+            };
+            CauseRow {
+                ident: ident.clone(),
+                rank: k as i64 + 1,
+                effect: c.effect.name.to_owned(),
+                verdict: c.verdict.name().to_owned(),
+                level: "session".to_owned(),
+                parameter: c.effect.parameter.name.to_owned(),
+                value: Some(c.value),
+                unit: c.effect.unit.to_owned(),
+                ci95_low: Some(c.value - half),
+                ci95_high: Some(c.value + half),
+                score: c.score,
+                false_alarm_rate: over as f64 / calibration.nulls as f64,
+                gain_heldout: gain.filter(|_| k == 0),
+                gain_upper_bound: bound.filter(|_| k == 0),
+                equivalent_to: (!rivals.is_empty()).then_some(rivals),
+                separate_by: Some(c.effect.separate_by.to_owned()),
+                reason: reason(c),
+            }
+        })
+        .collect()
+}
+
+fn reason(c: &name::Cause) -> String {
+    match c.verdict {
+        Verdict::Named => format!("{}: gains {:.0}", c.effect.sentence, c.gain),
+        Verdict::Ambiguous => format!(
+            "{}, or one of {}: the ride cannot tell them apart; what would: {}",
+            c.effect.sentence,
+            c.equivalent.join(", "),
+            c.effect.separate_by
+        ),
+        Verdict::NotNeeded if c.score > 1.0 => {
+            "beyond the nulls, but explained by what is named, too large to be, or gains too little"
+                .to_owned()
+        }
+        Verdict::NotNeeded => "within what nulls of this ride show".to_owned(),
+        Verdict::NotIdentifiable => {
+            format!("the ride says nothing of it; what would: {}", c.effect.separate_by)
+        }
+    }
+}
+
+fn discrepancy_rows(
+    samples: &Samples,
+    base: &Base,
+    naming: &Naming,
+    calibration: &Calibration,
+    ident: &Ident,
+) -> Vec<DiscrepancyRow> {
+    let found = blocks(samples, &base.world);
+    let before = rms(samples, &found);
+    let named = naming
+        .causes
+        .first()
+        .is_some_and(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous));
+    let after = named.then(|| rms(samples, &blocks(samples, &naming.extended.world)));
+    let floor_of = |kind, c| calibration.floor.get(&(kind, c)).copied().unwrap_or([0.0; 2]);
+    // a channel that is noisier than its nulls in every kind of manoeuvre is noisy, not wrong
+    let usual: Vec<f64> = (0..CHANNELS.len())
+        .map(|c| {
+            let mut ratios: Vec<f64> = before
+                .iter()
+                .filter(|((_, own), _)| *own == c)
+                .map(|((kind, _), (size, _))| size / floor_of(*kind, c)[1].max(f64::MIN_POSITIVE))
+                .collect();
+            ratios.sort_by(f64::total_cmp);
+            ratios.get(ratios.len() / 2).map_or(1.0, |r| r.max(1.0))
+        })
+        .collect();
+    before
+        .iter()
+        .map(|(&(kind, c), &(size, n))| {
+            let own: Vec<(usize, f64)> = samples
+                .manoeuvres
+                .iter()
+                .filter(|(k, _)| *k == kind)
+                .flat_map(|(_, r)| r.start / BLOCK..r.end / BLOCK)
+                .map(|b| (b, found[c][b]))
+                .filter(|(_, r)| r.is_finite())
+                .collect();
+            let bias = own.iter().map(|(_, r)| r).sum::<f64>() / own.len() as f64;
+            let [floor, largest] = floor_of(kind, c);
+            let structured = size > MORE * usual[c] * largest;
+            let covariate = structured.then(|| covariate(samples, &own)).flatten();
+            DiscrepancyRow {
+                ident: ident.clone(),
+                channel: CHANNELS[c].to_owned(),
+                kind: kind.name().to_owned(),
+                unit: UNITS[c].to_owned(),
+                rmse_base: size,
+                rmse_extended: after.as_ref().and_then(|a| a.get(&(kind, c))).map(|(s, _)| *s),
+                bias,
+                noise_floor: floor,
+                null_largest: largest,
+                structured,
+                covariate: covariate.map(|(name, _)| name.to_owned()),
+                correlation: covariate.map(|(_, r)| r),
+                n: n as i64,
+            }
+        })
+        .collect()
+}
+
+/// What a residual goes with most.
+fn covariate(samples: &Samples, own: &[(usize, f64)]) -> Option<(&'static str, f64)> {
+    let at = |x: &[f64], b: usize| x[b * BLOCK..(b + 1) * BLOCK].iter().sum::<f64>() / BLOCK as f64;
+    let correlation = |x: &[f64]| -> f64 {
+        let pairs: Vec<(f64, f64)> =
+            own.iter().map(|(b, r)| (at(x, *b), *r)).filter(|(x, _)| x.is_finite()).collect();
+        let n = pairs.len() as f64;
+        let (mx, mr) = pairs.iter().fold((0.0, 0.0), |(a, b), (x, r)| (a + x / n, b + r / n));
+        let (mut xx, mut rr, mut xr) = (0.0, 0.0, 0.0);
+        for (x, r) in pairs {
+            xx += (x - mx) * (x - mx);
+            rr += (r - mr) * (r - mr);
+            xr += (x - mx) * (r - mr);
+        }
+        if xx * rr > 0.0 { xr / (xx * rr).sqrt() } else { 0.0 }
+    };
+    [
+        ("speed", &samples.v),
+        ("acceleration", &samples.vd),
+        ("roll", &samples.roll),
+        ("roll rate", &samples.rolld),
+        ("yaw rate", &samples.yaw_rate),
+        ("steering", &samples.steer),
+        ("front pressure", &samples.pressure[0]),
+        ("rear pressure", &samples.pressure[1]),
+        ("heading", &samples.along),
+        ("time", &samples.time),
+    ]
+    .into_iter()
+    .map(|(name, x)| (name, correlation(x)))
+    .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}

@@ -1,0 +1,88 @@
+//! Every candidate's score at the base optimum, the base re-fitted along with it to first order
+//! (`diagnosis.md`, section 2.3).
+//!
+//! ```text
+//! K = S_bb^-1 S_bj,   I_j = S_jj - S_jb K,   u_g = b_gj - K' b_gb
+//! delta_j = (I_j + 1/9)^-1 sum_g u_g,        se_j^2 = sum_g u_g^2 / (I_j + 1/9)^2
+//! ```
+//! `g` runs over manoeuvres; sizes are in the effect's usual one.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::base::{Base, Problem};
+use super::effects::Effect;
+use super::residuals::Blocks;
+use super::samples::{BLOCK, Samples};
+use super::world::Parameter;
+
+/// One candidate, to first order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// Estimated size, in usual ones.
+    pub delta: f64,
+    /// Its standard error from the manoeuvres' own scatter.
+    pub std_error: f64,
+    /// Fall of twice the loss.
+    pub gain: f64,
+    /// What the ride knows of it once the base is fitted too: `1/sqrt` is a standard deviation.
+    pub information: f64,
+}
+
+/// Scores every effect.
+pub fn scan(
+    samples: &Samples,
+    base: &Base,
+    effects: &[Effect],
+    extra: Option<&Blocks>,
+) -> Vec<Score> {
+    let parameters: Vec<Parameter> =
+        base.parameters.iter().copied().chain(effects.iter().map(|e| e.parameter)).collect();
+    let problem = Problem {
+        samples,
+        start: &base.start,
+        sigma: base.sigma,
+        parameters: &parameters,
+        extra,
+        only: None,
+    };
+    let linear = problem.linear(&base.world);
+    let (p, b) = (parameters.len(), base.parameters.len());
+    let mut whole = DMatrix::zeros(p, p);
+    let mut pulls: Vec<DVector<f64>> = Vec::with_capacity(samples.manoeuvres.len());
+    for (_, range) in &samples.manoeuvres {
+        let mut pull = DVector::zeros(p);
+        let blocks = range.start / BLOCK..range.end / BLOCK;
+        problem.accumulate(&linear, blocks, &mut whole, &mut pull);
+        pulls.push(pull);
+    }
+    whole.fill_upper_triangle_with_lower_triangle();
+    let mut base_matrix = whole.view((0, 0), (b, b)).into_owned();
+    for (k, parameter) in base.parameters.iter().enumerate() {
+        base_matrix[(k, k)] += 1.0 / (parameter.prior * parameter.prior);
+    }
+    let Some(inverse) = base_matrix.cholesky() else {
+        let none = Score { delta: 0.0, std_error: f64::INFINITY, gain: 0.0, information: 0.0 };
+        return vec![none; effects.len()];
+    };
+    (b..p)
+        .map(|j| {
+            let cross = whole.view((0, j), (b, 1)).into_owned();
+            let k = inverse.solve(&cross);
+            let information = (whole[(j, j)] - (cross.transpose() * &k)[(0, 0)]).max(0.0);
+            let prior = parameters[j].prior;
+            let curvature = information + 1.0 / (prior * prior);
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for pull in &pulls {
+                let u = pull[j] - (k.transpose() * pull.rows(0, b))[(0, 0)];
+                sum += u;
+                squares += u * u;
+            }
+            Score {
+                delta: sum / curvature,
+                std_error: squares.sqrt() / curvature,
+                gain: sum * sum / curvature,
+                information,
+            }
+        })
+        .collect()
+}
