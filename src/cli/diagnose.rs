@@ -10,7 +10,7 @@ use crate::batch::{Maps, Stages, guarded};
 use crate::cli::Failure;
 use crate::cli::say::say;
 use crate::diagnose::name::{Cause, Verdict};
-use crate::diagnose::ride::{self, Diagnosis};
+use crate::diagnose::ride::{self, Diagnosis, Settings};
 use crate::pipeline::Pipeline;
 use crate::report::terminal;
 use crate::schema::Table;
@@ -77,10 +77,11 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let output = |e: table::Error| Failure::Output(e.to_string());
     let mut rejected: Vec<_> = refused.into_iter().map(|r| r.row).collect();
     let count = jobs.len() + rejected.len();
+    let settings = Settings { nulls: arguments.nulls, ..Settings::default() };
     for job in jobs {
         // nulls run in parallel within a session; sessions one after the other
         let result = guarded("diagnose", || {
-            ride::log(&job.found.path, maps.list(), &job.bike.bike, &pipeline, arguments.nulls)
+            ride::log(&job.found.path, maps.list(), &job.bike.bike, &pipeline, &settings)
         });
         match result {
             Ok(diagnosis) => {

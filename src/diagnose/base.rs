@@ -6,6 +6,7 @@
 //! means within a manoeuvre are correlated over seconds, and what counts is what they average to.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::residuals::{Blocks, CHANNELS, blocks};
 use super::samples::{BLOCK, Samples};
@@ -18,7 +19,7 @@ const FARTHEST: f64 = 60.0;
 /// Lags of the long-run variance, blocks: 3 s.
 const LAGS: usize = 10;
 /// Share of a scale for differences.
-const STEP: f64 = 0.01;
+const STEP: f64 = 0.003;
 
 /// A fitted base model.
 #[derive(Debug, Clone)]
@@ -64,6 +65,59 @@ pub fn fit_with(
     let loss = problem.loss(&world);
     let parameters = parameters.to_vec();
     Base { start: start.clone(), sigma: problem.sigma, loss, parameters, world }
+}
+
+/// A fit from a world that is nearly right already, along one linearisation: what a null needs.
+#[derive(Debug, Clone)]
+pub struct Quick {
+    /// The fitted base.
+    pub base: Base,
+    /// The linearisation, of the base's parameters and then of `more`, residuals at the end.
+    pub linear: Linear,
+}
+
+/// Fits the base from `start`, which is the truth of a null; `more` is linearised along with it.
+pub fn fit_quick(samples: &Samples, start: &World, more: &[Parameter], extra: &Blocks) -> Quick {
+    let all: Vec<Parameter> = BASE.iter().chain(more).copied().collect();
+    let mut problem = Problem {
+        samples,
+        start,
+        sigma: [1.0; 8],
+        parameters: &all,
+        extra: Some(extra),
+        only: None,
+    };
+    let mut linear = problem.linear(start);
+    problem.parameters = BASE;
+    let mut world = start.clone();
+    let mut factor = None;
+    for round in 0..5 {
+        // the scale follows the first rounds, as in the fit of a real ride
+        if round < 3 {
+            problem.sigma = noise(samples, &linear.residuals);
+            factor = None;
+        }
+        let (matrix, gradient) = problem.normal_of(&linear, &world, factor.is_none());
+        let solver = match factor.take().or_else(|| matrix.cholesky()) {
+            Some(solver) => solver,
+            None => break,
+        };
+        let step = solver.solve(&gradient);
+        factor = Some(solver);
+        world = problem.moved(&world, &step, 1.0);
+        linear.residuals = problem.residuals(&world);
+        if step.amax() < 1e-3 && round >= 3 {
+            break;
+        }
+    }
+    let base = Base {
+        loss: problem.loss(&world),
+        start: start.clone(),
+        sigma: problem.sigma,
+        parameters: BASE.to_vec(),
+        world,
+    };
+    Quick { base, linear }
 }
 
 impl Base {
@@ -156,12 +210,14 @@ impl Problem<'_> {
     /// Block residuals in a world.
     pub fn residuals(&self, world: &World) -> Blocks {
         let mut out = blocks(self.samples, world);
-        if let Some(extra) = self.extra {
-            for (column, extra) in out.iter_mut().zip(extra) {
-                column.iter_mut().zip(extra).for_each(|(r, e)| *r += e);
-            }
-        }
+        self.add_extra(&mut out);
         out
+    }
+
+    fn add_extra(&self, out: &mut Blocks) {
+        for (column, extra) in out.iter_mut().zip(self.extra.into_iter().flatten()) {
+            column.iter_mut().zip(extra).for_each(|(r, e)| *r += e);
+        }
     }
 
     /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere.
@@ -183,7 +239,7 @@ impl Problem<'_> {
     fn moved(&self, world: &World, step: &DVector<f64>, share: f64) -> World {
         let mut out = world.clone();
         for (p, d) in self.parameters.iter().zip(step.iter()) {
-            (p.set)(&mut out, (p.get)(world) + share * d * p.scale);
+            p.set(&mut out, p.get(world) + share * d * p.scale);
         }
         out
     }
@@ -191,7 +247,7 @@ impl Problem<'_> {
     /// Distance of a parameter from the start, in prior standard deviations, and its weight.
     fn prior(&self, p: &Parameter, world: &World) -> (f64, f64) {
         let weight = 1.0 / p.prior;
-        (weight * ((p.get)(world) - (p.get)(self.start)) / p.scale, weight)
+        (weight * (p.get(world) - p.get(self.start)) / p.scale, weight)
     }
 
     /// The loss of a world, priors included.
@@ -225,29 +281,37 @@ impl Problem<'_> {
             .map(|(_, (_, range))| range.start / BLOCK..range.end / BLOCK)
     }
 
-    /// Residuals and derivatives, by central differences.
+    /// Residuals and derivatives, by differences.
     pub fn linear(&self, world: &World) -> Linear {
+        let here = blocks(self.samples, world);
         let columns = self
             .parameters
-            .iter()
+            .par_iter()
             .map(|parameter| {
-                let value = (parameter.get)(world);
-                let at = |sign: f64| {
-                    let mut near = world.clone();
-                    (parameter.set)(&mut near, value + sign * STEP * parameter.scale);
-                    blocks(self.samples, &near)
-                };
-                let (mut up, down) = (at(1.0), at(-1.0));
-                for (u, d) in up.iter_mut().zip(&down) {
-                    u.iter_mut().zip(d).for_each(|(u, d)| *u = (*u - d) / (2.0 * STEP));
+                let mut near = world.clone();
+                parameter.set(&mut near, parameter.get(world) + STEP * parameter.scale);
+                let mut column = blocks(self.samples, &near);
+                for (there, here) in column.iter_mut().zip(&here) {
+                    there.iter_mut().zip(here).for_each(|(t, h)| *t = (*t - h) / STEP);
                 }
-                up
+                column
             })
             .collect();
-        Linear { residuals: self.residuals(world), columns }
+        let mut residuals = here;
+        self.add_extra(&mut residuals);
+        Linear { residuals, columns }
     }
 
-    /// Adds the weighted rows of some blocks to a curvature and a downhill direction.
+    /// A block residual in standard deviations and its weight; `None` where it does not count.
+    fn weigh(&self, linear: &Linear, c: usize, b: usize) -> Option<(f64, f64)> {
+        let z = linear.residuals[c][b] / self.sigma[c];
+        if !z.is_finite() || z.abs() > FARTHEST {
+            return None;
+        }
+        Some((z, if z.abs() <= HUBER { 1.0 } else { HUBER / z.abs() }))
+    }
+
+    /// Adds the weighted rows of some blocks to a curvature's lower half and a downhill direction.
     pub fn accumulate(
         &self,
         linear: &Linear,
@@ -257,20 +321,22 @@ impl Problem<'_> {
     ) {
         let p = self.parameters.len();
         let mut row = vec![0.0; p];
+        // most parameters enter few channels
+        let mut inside: Vec<usize> = Vec::with_capacity(p);
         for c in 0..CHANNELS.len() {
             let sigma = self.sigma[c];
+            inside.clear();
+            inside.extend((0..p).filter(|&i| {
+                linear.columns[i][c][range.clone()].iter().any(|x| *x != 0.0 && x.is_finite())
+            }));
             for b in range.clone() {
-                let z = linear.residuals[c][b] / sigma;
-                if !z.is_finite() || z.abs() > FARTHEST {
-                    continue;
+                let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
+                for &i in &inside {
+                    row[i] = linear.columns[i][c][b] / sigma;
                 }
-                let weight = if z.abs() <= HUBER { 1.0 } else { HUBER / z.abs() };
-                for (value, column) in row.iter_mut().zip(&linear.columns) {
-                    *value = column[c][b] / sigma;
-                }
-                for i in 0..p {
+                for (k, &i) in inside.iter().enumerate() {
                     gradient[i] -= weight * row[i] * z;
-                    for j in 0..=i {
+                    for &j in &inside[..=k] {
                         matrix[(i, j)] += weight * row[i] * row[j];
                     }
                 }
@@ -278,14 +344,40 @@ impl Problem<'_> {
         }
     }
 
+    /// Adds the weighted rows of some blocks to a downhill direction.
+    fn pull(&self, linear: &Linear, range: std::ops::Range<usize>, gradient: &mut DVector<f64>) {
+        for c in 0..CHANNELS.len() {
+            let sigma = self.sigma[c];
+            for b in range.clone() {
+                let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
+                for (slope, column) in gradient.iter_mut().zip(&linear.columns) {
+                    *slope -= weight * column[c][b] / sigma * z;
+                }
+            }
+        }
+    }
+
     /// Curvature and downhill direction with the priors, parameters in their scales.
     fn normal(&self, world: &World) -> (DMatrix<f64>, DVector<f64>) {
+        self.normal_of(&self.linear(world), world, true)
+    }
+
+    /// The same from a linearisation; without the curvature where it is not asked for.
+    fn normal_of(
+        &self,
+        linear: &Linear,
+        world: &World,
+        curved: bool,
+    ) -> (DMatrix<f64>, DVector<f64>) {
         let p = self.parameters.len();
-        let linear = self.linear(world);
         let mut matrix = DMatrix::zeros(p, p);
         let mut gradient = DVector::zeros(p);
         for range in self.ranges() {
-            self.accumulate(&linear, range, &mut matrix, &mut gradient);
+            if curved {
+                self.accumulate(linear, range, &mut matrix, &mut gradient);
+            } else {
+                self.pull(linear, range, &mut gradient);
+            }
         }
         for (i, parameter) in self.parameters.iter().enumerate() {
             let (z, weight) = self.prior(parameter, world);

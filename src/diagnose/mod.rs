@@ -24,5 +24,7 @@ pub mod residuals;
 pub mod ride;
 pub mod samples;
 pub mod scan;
+pub mod slow;
 pub mod smooth;
+pub mod undo;
 pub mod world;

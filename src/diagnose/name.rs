@@ -102,7 +102,7 @@ pub fn name(
     let mut rest: Vec<Cause> = Vec::new();
     for round in 0..=MOST {
         let candidates: Vec<Effect> = open.iter().map(|&j| effects[j]).collect();
-        let scores = scan(samples, &current, &candidates, None);
+        let scores = scan(samples, &current, &candidates);
         let judged: Vec<_> =
             open.iter().zip(&scores).map(|(&j, s)| (j, calibration.judge(j, s), *s)).collect();
         let alarm = judged.iter().map(|(_, c, _)| c.score).fold(0.0, f64::max);
@@ -119,8 +119,8 @@ pub fn name(
                 } else {
                     Verdict::NotNeeded
                 },
-                value: c.delta * effects[*j].parameter.scale,
-                std_error: c.std_error * effects[*j].parameter.scale,
+                value: c.delta * effects[*j].typical.abs(),
+                std_error: c.std_error * effects[*j].typical.abs(),
                 score: c.score,
                 gain: 0.0,
                 equivalent: Vec::new(),
@@ -138,12 +138,12 @@ pub fn name(
         let mut refits: Vec<(usize, f64, Base)> = gated
             .iter()
             .map(|(j, _, _)| {
-                let refit = current.extended(samples, &[effects[*j].parameter], 4);
+                let refit = current.extended(samples, &[effects[*j].parameter()], 4);
                 (*j, 2.0 * (current.loss - refit.loss), refit)
             })
             .filter(|(j, gain, refit)| {
-                let p = &effects[*j].parameter;
-                let size = (p.get)(&refit.world) - (p.get)(&base.start);
+                let p = effects[*j].parameter();
+                let size = p.get(&refit.world) - p.get(&base.start);
                 let least = match named.first() {
                     None => GAIN,
                     Some(first) => FURTHER.0.max(FURTHER.1 * first.gain),
@@ -162,9 +162,9 @@ pub fn name(
             .map(|(j, _, _)| effects[*j].name)
             .collect();
         let effect = effects[best];
-        let p = &effect.parameter;
+        let p = effect.parameter();
         let Some((_, seen, _)) = judged.iter().find(|(j, _, _)| *j == best) else { break };
-        let value = (p.get)(&refit.world) - (p.get)(&base.start) - calibration.bias[best] * p.scale;
+        let value = p.get(&refit.world) - p.get(&base.start) - calibration.bias[best] * p.scale;
         let std_error = (seen.std_error * p.scale).hypot(MODEL * value);
         let verdict = if equivalent.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
         named.push(Cause {

@@ -15,9 +15,10 @@ use super::base::{self, Base};
 use super::effects::Effect;
 use super::replay::replay;
 use super::residuals::{Blocks, blocks};
-use super::samples::{BLOCK, RATE, Samples};
-use super::scan::{Score, scan};
-use super::world::BASE;
+use super::samples::{BLOCK, RATE, Samples, picks};
+use super::scan::{Score, scores};
+use super::slow;
+use super::world::{BASE, Parameter};
 use crate::segment::{Kind, Segment};
 use crate::session::Session;
 use crate::simulate::motorcycle::Plant;
@@ -75,33 +76,36 @@ impl Calibration {
             .filter(|c| clean.get(*c) != session.get(*c))
             .filter_map(|c| session.get(c).map(|x| (c, white_noise(x))))
             .collect();
+        let measured = Samples::gather(session, segments);
+        let found = blocks(&measured, &base.world);
+        let wander = slow::slow(session, segments, &measured, &found, &base.world);
+        let picks = picks(session, segments);
         let noisy = |number: usize| {
             let mut random = Random::new(seed, &format!("null {number}"));
             let mut session = clean.clone();
+            slow::add(&mut session, &wander, &mut random);
             for (channel, sigma) in &white {
                 if let Some(x) = session.get_mut(*channel) {
                     x.iter_mut().for_each(|x| *x += sigma * random.normal());
                 }
             }
-            (Samples::gather(&session, segments), random)
+            (Samples::take(&session, &picks), random)
         };
         // how much the sensors' white noise explains of the residuals' scatter
         let (samples, _) = noisy(0);
         let alone = base::noise(&samples, &blocks(&samples, &base.world));
         let colour: [f64; 8] =
             std::array::from_fn(|c| (base.sigma[c].powi(2) - alone[c].powi(2)).max(0.0).sqrt());
+        let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
+        let all: Vec<Parameter> = BASE.iter().chain(&more).copied().collect();
         let scored: Vec<(Vec<Score>, Rms)> = (1..=nulls)
             .into_par_iter()
             .map(|number| {
                 let (samples, mut random) = noisy(number);
                 let extra = coloured(&samples, &colour, &mut random);
-                let fitted = base::fit_with(&samples, &base.world, &base.world, BASE, Some(&extra));
-                let scores = scan(&samples, &fitted, effects, Some(&extra));
-                let mut found = blocks(&samples, &fitted.world);
-                for (column, extra) in found.iter_mut().zip(&extra) {
-                    column.iter_mut().zip(extra).for_each(|(r, e)| *r += e);
-                }
-                (scores, rms(&samples, &found))
+                let quick = base::fit_quick(&samples, &base.world, &more, &extra);
+                let scores = scores(&samples, &quick.base, &all, &quick.linear);
+                (scores, rms(&samples, &quick.linear.residuals))
             })
             .collect();
         let (scored, sizes): (Vec<Vec<Score>>, Vec<Rms>) = scored.into_iter().unzip();
@@ -166,6 +170,12 @@ impl Calibration {
         }
     }
 
+    /// Detection limit of effect `j`, in usual sizes: 3.3 standard deviations of nulls, at which half
+    /// are named.
+    pub fn limit(&self, j: usize) -> f64 {
+        3.3 * self.spread[j]
+    }
+
     /// A real ride's score of effect `j`.
     pub fn judge(&self, j: usize, score: &Score) -> Calibrated {
         let delta = score.delta - self.bias[j];
@@ -200,7 +210,7 @@ pub fn rms(samples: &Samples, found: &Blocks) -> Rms {
 }
 
 /// Standard deviation of white noise from second differences: motion leaves next to none.
-fn white_noise(x: &[f64]) -> f64 {
+pub fn white_noise(x: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = x
         .windows(3)
         .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())

@@ -6,9 +6,11 @@
 //! noise on it, it is a null for calibration. Speed runs free while braking and coasting; elsewhere
 //! the throttle brings it back to the measured one, so that the ride stays the same ride.
 
+use super::samples::along_strip;
 use super::smooth::{gradient, smooth};
 use super::world::World;
 use crate::channel::Channel;
+use crate::model::departure::{BrakeHistory, Departure};
 use crate::model::{Stiffness, Tyre};
 use crate::segment::{Kind, Segment};
 use crate::session::Session;
@@ -18,10 +20,6 @@ use crate::simulate::rider::steer;
 
 /// How fast the throttle brings the speed back, 1/s.
 const THROTTLE: f64 = 0.8;
-/// Line pressure from which a brake is on, Pa.
-const PRESSED: f64 = 2e4;
-/// Roll inertia of a motorcycle with rider, per mass, m².
-const ROLL_GYRATION: f64 = 0.085;
 
 /// The plant that a base world describes.
 pub fn plant(world: &World, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> Plant {
@@ -56,14 +54,16 @@ pub fn plant(world: &World, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> P
         wheelbase: world.wheelbase,
         cg_height: world.cg_height,
         caster_angle: world.caster_angle,
-        roll_inertia: ROLL_GYRATION * world.mass,
+        roll_inertia: world.roll_inertia,
         yaw_inertia: world.yaw_inertia,
         wheel_inertia: world.wheel_inertia,
         tyres,
         drag: world.drag,
         friction: 1.0,
         brake_gain: world.brake_gain,
+        departure: Departure::default(),
     }
+    .with(&world.departure)
 }
 
 /// The session as a perfect logger would have recorded it. Pressures and heading stay the measured
@@ -89,12 +89,25 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant) -> Session
     let mut state = State { vx: start, ..State::default() };
     state.omega = [0, 1].map(|k| start / plant.tyres[k].rolling_radius);
     let mut action = Action::default();
+    let mut brakes = BrakeHistory::default();
+    let along = along_strip(session);
     for i in 0..n {
         let response = plant.response(&state, &action);
         let pressure = [0, 1].map(|k| known(&pressures[k], i).max(0.0));
-        let braking = pressure.iter().any(|p| *p > PRESSED);
-        action.brake = [0, 1]
-            .map(|k| if pressure[k] > PRESSED { plant.brake_gain[k] * pressure[k] } else { 0.0 });
+        let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
+        brakes.see(state.vx, braking, dt);
+        let beyond = &plant.departure;
+        let fading = beyond.fading(plant.mass, &brakes);
+        let drag = beyond.brake_drag(plant.mass, &brakes);
+        action.brake = [0, 1].map(|k| {
+            let on = pressure[k] > BrakeHistory::PRESSED;
+            drag + if on { plant.brake_gain[k] * fading * pressure[k] } else { 0.0 }
+        });
+        action.time = i as f64 * dt;
+        // where the road climbs and the wind blows is where it was
+        if along[i].is_finite() {
+            state.yaw = along[i].acos();
+        }
         action.drive = if braking || free[i] {
             0.0
         } else {
@@ -150,12 +163,16 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant) -> Session
             ridden.set(channel, column);
         }
     }
+    plant.departure.measure(&mut ridden);
     // what the brakes were really given, without the noise of a lever at rest
     for (channel, pressure) in
         [Channel::BrakePressureFront, Channel::BrakePressureRear].into_iter().zip(pressures)
     {
         if session.has(channel) {
-            let on = pressure.iter().map(|p| if *p > PRESSED { *p } else { 0.0 }).collect();
+            let on = pressure
+                .iter()
+                .map(|p| if *p > BrakeHistory::PRESSED { *p } else { 0.0 })
+                .collect();
             ridden.set(channel, on);
         }
     }

@@ -52,13 +52,14 @@ struct Instant {
 pub fn blocks(samples: &Samples, world: &World) -> Blocks {
     let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
     for (kind, range) in &samples.manoeuvres {
+        let length = world.relaxation_length.map(|l| (l + world.departure.relaxation).max(0.02));
         let mut lagged = [Lag::default(), Lag::default()];
         let mut sums = [0.0; 8];
         for (k, i) in range.clone().enumerate() {
-            let now = instant(samples, world, i, *kind, range.start);
+            let now = instant(samples, world, i, *kind);
             let mut residual = now.residual;
             for wheel in 0..2 {
-                let travelled = samples.v[i] / RATE / world.relaxation_length[wheel];
+                let travelled = samples.v[i] / RATE / length[wheel];
                 // the residual holds everything but the lagged slip angle
                 residual[3 + wheel] += lagged[wheel].next(now.alpha[wheel], travelled);
             }
@@ -94,58 +95,61 @@ impl Lag {
     }
 }
 
-fn instant(s: &Samples, w: &World, i: usize, kind: Kind, first: usize) -> Instant {
+fn instant(s: &Samples, w: &World, i: usize, kind: Kind) -> Instant {
+    let d = &w.departure;
+    let cornering = kind == Kind::Cornering;
     let (m, h, l) = (w.mass, w.cg_height, w.wheelbase);
     let (lf, lr) = (w.cg_to_front, w.wheelbase - w.cg_to_front);
-    let weight = m * GRAVITY;
-    let v = s.v[i] + w.latency * s.vd[i];
+    let v = s.v[i] + d.latency * s.vd[i];
     let r = s.yaw_rate[i] - w.yaw_rate_zero;
-    let vy = s.vy[i] + w.latency * s.vyd[i] - w.vy_zero - w.lever_arm * r;
+    let vy = s.vy[i] + d.latency * s.vyd[i] - w.vy_zero - d.lever_arm * r;
     let ax = s.ax[i] - w.ax_zero;
     let ay = s.ay[i] - w.ay_zero;
-    let phi = s.roll[i] + w.roll_zero;
+    let phi = s.roll[i] + d.roll_zero;
     let (sin_phi, cos_phi) = phi.sin_cos();
+    let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
+    // the mass centre goes down while leaning in
+    let sinking = if cornering { h * (cos_phi * rolld * rolld + sin_phi * rolldd) } else { 0.0 };
+    let weight = m * (GRAVITY - sinking);
     // without a heading nothing is known of what depends on it
     let along_strip = if s.along[i].is_nan() { 0.0 } else { s.along[i] };
-    let inertia = w.wheel_inertia.map(|inertia| inertia * (1.0 + w.inertia_error));
-    let cornering = kind == Kind::Cornering;
+    let inertia = w.wheel_inertia.map(|inertia| inertia * (1.0 + d.inertia));
     let free = kind == Kind::Coasting;
     let braking = matches!(kind, Kind::FrontBraking | Kind::RearBraking | Kind::CombinedBraking);
 
     // forces along the bike
-    let air = v + w.wind * along_strip;
-    let drag = w.drag * air * air;
-    let uphill = weight * w.grade * along_strip;
-    let rolling = w.rolling_resistance + w.rolling_per_speed * v;
+    let drag = d.drag(w.drag, v, along_strip);
+    let uphill = m * GRAVITY * d.grade * along_strip;
+    let rolling = w.rolling_resistance + d.rolling_per_speed * v;
     let resistance = drag + rolling * weight + uphill;
-    // what the stop has turned into heat so far
-    let heat = 0.5 * m * (s.v[first] * s.v[first] - v * v).max(0.0);
-    let fading = 1.0 - w.fade * heat / 50e3;
+    let fading = d.fading(m, &s.brakes[i]);
+    let dragging = d.brake_drag(m, &s.brakes[i]);
     let wheel_force = |k: usize| {
         let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
-        -(w.brake_gain[k] * fading * pressure + inertia[k] * s.omegad[k][i]) / w.radius[k]
+        -(w.brake_gain[k] * fading * pressure + dragging + inertia[k] * s.omegad[k][i])
+            / w.radius[k]
     };
     let front = wheel_force(0);
     let whole = m * ax + drag + uphill; // tyre forces, rolling resistance included
     let slip_forces = m * ax + resistance;
     let rear = if free || braking { wheel_force(1) } else { slip_forces - front };
     let spin_rate: f64 = (0..2).map(|k| inertia[k] * s.omegad[k][i]).sum();
-    let transferred = h * cos_phi * whole + cos_phi * spin_rate + w.drag_height * drag;
+    let transferred = h * cos_phi * whole + cos_phi * spin_rate + d.drag_height * drag;
     let load_rear = (weight * lf + transferred) / l;
-    let lifted = 0.5 * w.lift * v * v;
+    let lifted = 0.5 * d.lift * v * v;
     let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
-    let still = [weight * lr / l, weight * lf / l];
+    let still = [m * GRAVITY * lr / l, m * GRAVITY * lf / l];
     let more = [0, 1].map(|k| load[k] / still[k] - 1.0);
 
     let force_x = if free || braking { ax - (front + rear - resistance) / m } else { f64::NAN };
 
     // where the tyres go
-    let steer = s.steer[i] + w.steer_zero;
+    let steer = s.steer[i] + d.steer_zero;
     let delta = kinematic_steer(steer, phi, w.caster_angle, Corrected)
-        - w.compliance * m * s.ay[i] * lr / l;
-    let camber = [front_camber(steer, phi, w.caster_angle, Corrected), phi].map(|g| g - w.bank);
+        - d.compliance * m * s.ay[i] * lr / l;
+    let camber = [front_camber(steer, phi, w.caster_angle, Corrected), phi].map(|g| g - d.bank);
     let along = v - r * h * sin_phi;
-    let across = vy + h * cos_phi * s.rolld[i];
+    let across = vy + h * cos_phi * rolld;
     let (across_f, across_r) = (across + lf * r, across - lr * r);
     let (sin_d, cos_d) = delta.sin_cos();
     let velocity = if cornering {
@@ -154,15 +158,12 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind, first: usize) -> Instan
         [v, v] // straight runs need neither roll nor steering
     };
     let mut slip = [f64::NAN; 2];
+    let grip = d.grip(s.time[i], along_strip);
     for (k, force) in [front, rear].into_iter().enumerate() {
         if cornering && k == 1 {
             continue; // the driven wheel slips both ways at once: not on this curve
         }
-        let speed = v / 20.0;
-        let radius = w.radius[k]
-            * (1.0 + w.radius_per_speed * speed * speed
-                - w.radius_per_load * (load[k] - still[k]) / 1000.0)
-            - w.radius_crown * (1.0 - camber[k].cos());
+        let radius = d.radius(w.radius[k], v, load[k] - still[k], camber[k]);
         let ratio = radius * s.omega[k][i] / velocity[k] - 1.0;
         if ratio < DEEPEST {
             // a constant mask would need the true slip: what is deep in one world is not in another
@@ -170,8 +171,8 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind, first: usize) -> Instan
             slip[k] = 0.0;
             continue;
         }
-        let (value, slope) = w.friction[k].value_and_slope(ratio);
-        let value = value * (1.0 - w.friction_per_load * more[k]);
+        let (value, slope) = w.friction[k].value_and_slope(ratio / grip);
+        let value = grip * value * (1.0 - d.friction_per_load * more[k]);
         let sigma_s = 0.02 / v + 0.001;
         slip[k] = (force / load[k] - value) / SIGMA_MU.hypot(slope * sigma_s);
     }
@@ -185,32 +186,34 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind, first: usize) -> Instan
         let [k0, decay] = w.stiffness[k];
         let g: f64 = camber[k];
         let tangent = if g.abs() < 1e-6 { 1.0 } else { g.tan() / g };
-        k0 * tangent / (1.0 + decay * g * g) * (1.0 + w.stiffness_per_load * more[k])
+        k0 * tangent / (1.0 + decay * g * g) * (1.0 + d.stiffness_per_load * more[k])
     });
-    let lateral = m * (ay + GRAVITY * w.bank);
+    let lateral = m * (ay + GRAVITY * d.bank);
     let first = [lateral * lr / l, lateral * lf / l];
+    let ratio = [0, 1].map(|k| w.side_force_ratio[k] + d.side_force_ratio[k]);
     let mut moment = 0.0;
     for k in 0..2 {
-        let by_slip = first[k] + w.side_force_ratio[k] * stiffness[k] * load[k] * camber[k];
+        let by_slip = first[k] + ratio[k] * stiffness[k] * load[k] * camber[k];
         let relative = 1.0 - w.stiffness[k][0] / 3.0 * alpha[k].tan().abs();
-        moment += -w.twisting_stiffness[k] * load[k] * camber[k]
-            - w.trail[k] * relative.max(0.0) * by_slip;
+        moment += -(w.twisting_stiffness[k] + d.twisting) * load[k] * camber[k]
+            - w.trail[k] * (1.0 + d.trail) * relative.max(0.0) * by_slip;
     }
-    let spin: f64 = (0..2).map(|k| inertia[k] * s.omega[k][i]).sum();
+    let spins = 1.0 + d.gyroscopic;
+    let spin = spins * (0..2).map(|k| inertia[k] * s.omega[k][i]).sum::<f64>();
     let turning = w.yaw_inertia * s.yaw_rated[i] - moment
         + h * sin_phi * whole
-        + spin_rate * sin_phi
-        + spin * cos_phi * s.rolld[i];
+        + spins * spin_rate * sin_phi
+        + spin * cos_phi * rolld;
     let side_front = (lr * lateral + turning) / l;
     let side_rear = lateral - side_front;
     let side = [(side_front - front * sin_d) / cos_d, side_rear];
-    let balance =
-        [0, 1].map(|k| w.side_force_ratio[k] * camber[k] + side[k] / (stiffness[k] * load[k]));
+    let balance = [0, 1].map(|k| ratio[k] * camber[k] + side[k] / (stiffness[k] * load[k]));
 
     let roll = if cornering {
-        let aside = h * sin_phi + w.rider_lean * phi;
-        let balanced = GRAVITY * (-aside + w.crown * (phi - w.bank).tan()) - spin * r * cos_phi / m;
-        ay - balanced / (h * cos_phi) - w.roll_rate_term * s.rolld[i]
+        let aside = h * sin_phi + d.rider_lean * phi;
+        let balanced = weight / m * (-aside + w.crown * (phi - d.bank).tan())
+            + (w.roll_inertia * rolldd - spin * r * cos_phi) / m;
+        ay - balanced / (h * cos_phi) - w.roll_rate_term * rolld
     } else {
         f64::NAN
     };

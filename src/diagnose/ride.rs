@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::base::{self, Base};
-use super::effects;
+use super::effects::{self, Effect};
 use super::name::{self, Naming, Verdict};
 use super::null::{Calibration, rms};
 use super::replay;
@@ -32,6 +32,21 @@ const MORE: f64 = 1.25;
 const NEEDED: [Channel; 4] =
     [Channel::VelocityX, Channel::AccelerationX, Channel::WheelSpeedFront, Channel::WheelSpeedRear];
 
+/// How a diagnosis is done.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Simulated nulls, from which the thresholds come.
+    pub nulls: usize,
+    /// Candidate causes.
+    pub effects: Vec<Effect>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { nulls: 40, effects: effects::ALL.to_vec() }
+    }
+}
+
 /// What a session says.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
@@ -58,13 +73,13 @@ pub fn log(
     maps: &[ChannelMap],
     bike: &Bike,
     pipeline: &Pipeline,
-    nulls: usize,
+    settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
     let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
     let raw = ingest::read(path, maps).map_err(refuse)?;
     let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
     ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?;
-    diagnose(&session, bike, pipeline, nulls)
+    diagnose(&session, bike, pipeline, settings)
 }
 
 /// Diagnoses a clean, unfiltered session.
@@ -75,7 +90,7 @@ pub fn diagnose(
     session: &Session,
     bike: &Bike,
     pipeline: &Pipeline,
-    nulls: usize,
+    settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
     let refuse = |code, message| Rejection { stage: "diagnose", code, message };
     let gone: Vec<&str> =
@@ -101,9 +116,9 @@ pub fn diagnose(
     }
     let base = base::fit(&samples, &World::new(bike, &solution));
     let ident = Ident::from(&session.meta);
-    let calibration = calibrate(session, &segments, bike, &base, nulls, &ident);
-    let naming = name::name(&samples, &base, effects::ALL, &calibration);
-    let causes = cause_rows(&samples, &base, &naming, &calibration, &ident);
+    let calibration = calibrate(session, &segments, bike, &base, settings, &ident);
+    let naming = name::name(&samples, &base, &settings.effects, &calibration);
+    let causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     Ok(Diagnosis { ident, naming, base, calibration, causes, discrepancies })
 }
@@ -113,7 +128,7 @@ fn calibrate(
     segments: &[Segment],
     bike: &Bike,
     base: &Base,
-    nulls: usize,
+    settings: &Settings,
     ident: &Ident,
 ) -> Calibration {
     let plant = replay::plant(
@@ -129,7 +144,7 @@ fn calibrate(
         hash.as_bytes()[2],
         hash.as_bytes()[3],
     ]));
-    Calibration::new(session, segments, base, &plant, effects::ALL, nulls, seed)
+    Calibration::new(session, segments, base, &plant, &settings.effects, settings.nulls, seed)
 }
 
 fn cause_rows(
@@ -137,6 +152,7 @@ fn cause_rows(
     base: &Base,
     naming: &Naming,
     calibration: &Calibration,
+    effects: &[Effect],
     ident: &Ident,
 ) -> Vec<CauseRow> {
     let is_named = |v: Verdict| matches!(v, Verdict::Named | Verdict::Ambiguous);
@@ -145,7 +161,7 @@ fn cause_rows(
     if any {
         let before = base.held_out(samples, FOLDS);
         gain = Some(2.0 * (before - naming.extended.held_out(samples, FOLDS)));
-        let all: Vec<_> = effects::ALL.iter().map(|e| e.parameter).collect();
+        let all: Vec<_> = effects.iter().map(Effect::parameter).collect();
         let everything = base.extended(samples, &all, 6);
         bound = Some(2.0 * (before - everything.held_out(samples, FOLDS)));
     }
@@ -167,7 +183,7 @@ fn cause_rows(
                 effect: c.effect.name.to_owned(),
                 verdict: c.verdict.name().to_owned(),
                 level: "session".to_owned(),
-                parameter: c.effect.parameter.name.to_owned(),
+                parameter: c.effect.name.to_owned(),
                 value: Some(c.value),
                 unit: c.effect.unit.to_owned(),
                 ci95_low: Some(c.value - half),

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::smooth::{gradient, smooth};
 use crate::channel::Channel;
+use crate::model::departure::BrakeHistory;
 use crate::segment::{Kind, Segment};
 use crate::session::Session;
 
@@ -13,6 +14,10 @@ pub const RATE: f64 = 10.0;
 pub const BLOCK: usize = 3;
 /// Left out at the start of every manoeuvre, s: what came before still acts.
 const TRIM: f64 = 0.2;
+/// Slip ratio from which a wheel is on its way to lock or spin.
+const DEEP: f64 = 0.15;
+/// What is left out around it, s.
+const AROUND: f64 = 0.2;
 /// Slower than this the slips say little, m/s.
 const SLOWEST: f64 = 4.0;
 
@@ -29,6 +34,7 @@ pub struct Samples {
     pub ay: Vec<f64>,
     pub roll: Vec<f64>,
     pub rolld: Vec<f64>,
+    pub rolldd: Vec<f64>,
     pub yaw_rate: Vec<f64>,
     pub yaw_rated: Vec<f64>,
     pub steer: Vec<f64>,
@@ -38,6 +44,8 @@ pub struct Samples {
     /// Where along the strip, for what depends on heading: cosine of the heading against the
     /// session's first straight, NaN without heading.
     pub along: Vec<f64>,
+    /// What the brakes have been through.
+    pub brakes: Vec<BrakeHistory>,
     /// One per manoeuvre: its kind and its samples, whole blocks.
     pub manoeuvres: Vec<(Kind, Range<usize>)>,
 }
@@ -70,6 +78,11 @@ impl Samples {
 
     /// The samples of the used manoeuvres of an unfiltered session.
     pub fn gather(session: &Session, segments: &[Segment]) -> Self {
+        Self::take(session, &picks(session, segments))
+    }
+
+    /// Picked samples of a session.
+    pub fn take(session: &Session, picks: &[(Kind, Vec<usize>)]) -> Self {
         let rate = session.rate;
         let n = session.len;
         let missing = || vec![f64::NAN; n];
@@ -82,33 +95,22 @@ impl Samples {
         let (v, vd) = column(Channel::VelocityX);
         let (vy, vyd) = column(Channel::VelocityY);
         let (roll, rolld) = column(Channel::Roll);
+        let rolldd = gradient(&smooth(&rolld, rate), rate);
         let (yaw_rate, yaw_rated) = column(Channel::YawRate);
         let (omega_f, omegad_f) = column(Channel::WheelSpeedFront);
         let (omega_r, omegad_r) = column(Channel::WheelSpeedRear);
         let [ax, ay] = [Channel::AccelerationX, Channel::AccelerationY].map(smoothed);
         let steer = smoothed(Channel::SteerAngle);
         let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear].map(smoothed);
-        let heading = session.get(Channel::Yaw);
+        let brakes = brake_history(session);
+        let along = along_strip(session);
         let mut out = Samples::default();
-        let step = (rate / RATE).round().max(1.0) as usize;
-        let mut axis: Option<f64> = None;
-        for segment in segments.iter().filter(|s| s.used && KINDS.contains(&s.kind)) {
-            let from = segment.start + (TRIM * rate) as usize;
-            let usable = |i: &usize| v[*i] > SLOWEST && (ax[*i] + vd[*i]).is_finite();
-            let chosen: Vec<usize> =
-                (from..segment.end.min(n)).step_by(step).filter(usable).collect();
-            let whole = chosen.len() / BLOCK * BLOCK;
-            if whole == 0 {
-                continue;
-            }
+        for (kind, chosen) in picks {
             let start = out.len();
-            for &i in &chosen[..whole] {
-                let along = heading.map_or(f64::NAN, |yaw| {
-                    let axis = *axis.get_or_insert(yaw[i]);
-                    (yaw[i] - axis).cos()
-                });
+            for &i in chosen {
                 out.time.push(i as f64 / rate);
-                out.along.push(along);
+                out.along.push(along[i]);
+                out.brakes.push(brakes[i]);
                 for (to, x) in [
                     (&mut out.v, &v),
                     (&mut out.vd, &vd),
@@ -118,6 +120,7 @@ impl Samples {
                     (&mut out.ay, &ay),
                     (&mut out.roll, &roll),
                     (&mut out.rolld, &rolld),
+                    (&mut out.rolldd, &rolldd),
                     (&mut out.yaw_rate, &yaw_rate),
                     (&mut out.yaw_rated, &yaw_rated),
                     (&mut out.steer, &steer),
@@ -129,12 +132,111 @@ impl Samples {
                 out.omegad[0].push(omegad_f[i]);
                 out.omegad[1].push(omegad_r[i]);
                 for k in 0..2 {
-                    // sensors' noise below nothing is no braking
-                    out.pressure[k].push(pressure[k][i].max(0.0));
+                    // a lever at rest does not brake, whatever its sensor's noise
+                    let on = pressure[k][i] > BrakeHistory::PRESSED || pressure[k][i].is_nan();
+                    out.pressure[k].push(if on { pressure[k][i] } else { 0.0 });
                 }
             }
-            out.manoeuvres.push((segment.kind, start..out.len()));
+            out.manoeuvres.push((*kind, start..out.len()));
         }
         out
     }
+}
+
+/// Which samples of a session are looked at: per manoeuvre, whole blocks of them.
+pub fn picks(session: &Session, segments: &[Segment]) -> Vec<(Kind, Vec<usize>)> {
+    let rate = session.rate;
+    let smoothed = |c: Channel| session.get(c).map(|x| smooth(x, rate));
+    let (Some(v), Some(ax)) = (smoothed(Channel::VelocityX), smoothed(Channel::AccelerationX))
+    else {
+        return Vec::new();
+    };
+    let vd = gradient(&v, rate);
+    let deep = deep(session, &v);
+    let step = (rate / RATE).round().max(1.0) as usize;
+    let usable = |i: &usize| v[*i] > SLOWEST && (ax[*i] + vd[*i]).is_finite() && !deep[*i];
+    segments
+        .iter()
+        .filter(|s| s.used && KINDS.contains(&s.kind))
+        .map(|segment| {
+            let from = segment.start + (TRIM * rate) as usize;
+            let mut chosen: Vec<usize> =
+                (from..segment.end.min(session.len)).step_by(step).filter(usable).collect();
+            chosen.truncate(chosen.len() / BLOCK * BLOCK);
+            (segment.kind, chosen)
+        })
+        .filter(|(_, chosen)| !chosen.is_empty())
+        .collect()
+}
+
+/// Where a wheel is about to lock or to spin, and shortly before and after: slip changes within the
+/// smoother's window, and no block mean is what it was.
+fn deep(session: &Session, v: &[f64]) -> Vec<bool> {
+    let mut deep = vec![false; session.len];
+    let reach = (AROUND * session.rate) as usize;
+    for channel in [Channel::WheelSpeedFront, Channel::WheelSpeedRear] {
+        let Some(omega) = session.get(channel) else { continue };
+        let ratio = |i: usize| omega[i] / v[i];
+        let mut rolling: Vec<f64> = (0..session.len)
+            .filter(|&i| v[i] > SLOWEST)
+            .map(ratio)
+            .filter(|r| r.is_finite())
+            .collect();
+        if rolling.is_empty() {
+            continue;
+        }
+        let middle = rolling.len() / 2;
+        let usual = *rolling.select_nth_unstable_by(middle, f64::total_cmp).1;
+        for i in 0..session.len {
+            if v[i] > SLOWEST && (ratio(i) / usual - 1.0).abs() > DEEP {
+                deep[i.saturating_sub(reach)..(i + reach + 1).min(session.len)].fill(true);
+            }
+        }
+    }
+    deep
+}
+
+/// Cosine of the heading against that of the first straight, sample by sample; NaN without heading.
+///
+/// The strip is where most distance is ridden: the first heading held for two seconds above the
+/// slowest speed.
+pub fn along_strip(session: &Session) -> Vec<f64> {
+    let (Some(yaw), Some(v)) = (session.get(Channel::Yaw), session.get(Channel::VelocityX)) else {
+        return vec![f64::NAN; session.len];
+    };
+    let held = (2.0 * session.rate) as usize;
+    let mut since = 0;
+    let mut axis = None;
+    for i in 0..session.len {
+        // NaN is not straight either
+        let straight = v[i] > SLOWEST && (yaw[i] - yaw[since]).abs() < 0.05;
+        if !straight {
+            since = i;
+        } else if i - since >= held {
+            axis = Some(yaw[since]);
+            break;
+        }
+    }
+    let axis = axis.unwrap_or(0.0);
+    yaw.iter().map(|yaw| (yaw - axis).cos()).collect()
+}
+
+/// What the brakes have been through, sample by sample.
+pub fn brake_history(session: &Session) -> Vec<BrakeHistory> {
+    let Some(v) = session.get(Channel::VelocityX) else {
+        return vec![BrakeHistory::default(); session.len];
+    };
+    let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
+        .map(|c| session.get(c).map(|x| smooth(x, session.rate)));
+    let dt = 1.0 / session.rate;
+    let mut brakes = BrakeHistory::default();
+    (0..session.len)
+        .map(|i| {
+            let on = pressure.iter().flatten().any(|x| x[i] > BrakeHistory::PRESSED);
+            if v[i].is_finite() {
+                brakes.see(v[i], on, dt);
+            }
+            brakes
+        })
+        .collect()
 }

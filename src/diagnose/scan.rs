@@ -9,9 +9,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::base::{Base, Problem};
+use super::base::{Base, Linear, Problem};
 use super::effects::Effect;
-use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
 use super::world::Parameter;
 
@@ -29,30 +28,42 @@ pub struct Score {
 }
 
 /// Scores every effect.
-pub fn scan(
-    samples: &Samples,
-    base: &Base,
-    effects: &[Effect],
-    extra: Option<&Blocks>,
-) -> Vec<Score> {
+pub fn scan(samples: &Samples, base: &Base, effects: &[Effect]) -> Vec<Score> {
     let parameters: Vec<Parameter> =
-        base.parameters.iter().copied().chain(effects.iter().map(|e| e.parameter)).collect();
+        base.parameters.iter().copied().chain(effects.iter().map(Effect::parameter)).collect();
     let problem = Problem {
         samples,
         start: &base.start,
         sigma: base.sigma,
         parameters: &parameters,
-        extra,
+        extra: None,
         only: None,
     };
-    let linear = problem.linear(&base.world);
+    scores(samples, base, &parameters, &problem.linear(&base.world))
+}
+
+/// Scores of the parameters beyond the base's, from a linearisation of them all.
+pub fn scores(
+    samples: &Samples,
+    base: &Base,
+    parameters: &[Parameter],
+    linear: &Linear,
+) -> Vec<Score> {
+    let problem = Problem {
+        samples,
+        start: &base.start,
+        sigma: base.sigma,
+        parameters,
+        extra: None,
+        only: None,
+    };
     let (p, b) = (parameters.len(), base.parameters.len());
     let mut whole = DMatrix::zeros(p, p);
     let mut pulls: Vec<DVector<f64>> = Vec::with_capacity(samples.manoeuvres.len());
     for (_, range) in &samples.manoeuvres {
         let mut pull = DVector::zeros(p);
         let blocks = range.start / BLOCK..range.end / BLOCK;
-        problem.accumulate(&linear, blocks, &mut whole, &mut pull);
+        problem.accumulate(linear, blocks, &mut whole, &mut pull);
         pulls.push(pull);
     }
     whole.fill_upper_triangle_with_lower_triangle();
@@ -62,7 +73,7 @@ pub fn scan(
     }
     let Some(inverse) = base_matrix.cholesky() else {
         let none = Score { delta: 0.0, std_error: f64::INFINITY, gain: 0.0, information: 0.0 };
-        return vec![none; effects.len()];
+        return vec![none; p - b];
     };
     (b..p)
         .map(|j| {

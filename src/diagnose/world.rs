@@ -4,7 +4,11 @@ use crate::GRAVITY;
 use crate::bike::{Axle, Bike};
 use crate::fit::chain::Solution;
 use crate::model::MagicFormula;
+use crate::model::departure::Departure;
 use crate::model::tyre::trail_0;
+
+/// Roll inertia of a motorcycle with rider about its mass centre, per mass, m².
+const ROLL_GYRATION: f64 = 0.085;
 
 /// A motorcycle, its tyres and its sensors, as the residuals know them. SI; pairs are front and rear.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +20,7 @@ pub struct World {
     pub cg_height: f64,
     pub caster_angle: f64,
     pub yaw_inertia: f64,
+    pub roll_inertia: f64,
     pub wheel_inertia: [f64; 2],
     pub side_force_ratio: [f64; 2],
     pub twisting_stiffness: [f64; 2],
@@ -40,26 +45,8 @@ pub struct World {
     pub ax_zero: f64,
     /// As above.
     pub vy_zero: f64,
-    // what the base leaves out, zero in it; see `effects`
-    pub grade: f64,
-    pub wind: f64,
-    pub inertia_error: f64,
-    pub rolling_per_speed: f64,
-    pub radius_per_speed: f64,
-    pub radius_crown: f64,
-    pub radius_per_load: f64,
-    pub fade: f64,
-    pub steer_zero: f64,
-    pub roll_zero: f64,
-    pub bank: f64,
-    pub rider_lean: f64,
-    pub lever_arm: f64,
-    pub latency: f64,
-    pub stiffness_per_load: f64,
-    pub compliance: f64,
-    pub friction_per_load: f64,
-    pub lift: f64,
-    pub drag_height: f64,
+    /// What the base leaves out, zero in it.
+    pub departure: Departure,
 }
 
 /// One number of a world that can be fitted.
@@ -71,10 +58,35 @@ pub struct Parameter {
     pub scale: f64,
     /// Prior standard deviation, in scales.
     pub prior: f64,
+    /// Where it is.
+    pub place: Place,
+}
+
+/// Where a number of a world is.
+#[derive(Debug, Clone, Copy)]
+pub enum Place {
+    /// In the base model: how it is read and put.
+    Base(fn(&World) -> f64, fn(&mut World, f64)),
+    /// In what the base leaves out.
+    Departure(fn(&Departure) -> f64, fn(&mut Departure, f64)),
+}
+
+impl Parameter {
     /// Reads it.
-    pub get: fn(&World) -> f64,
+    pub fn get(&self, world: &World) -> f64 {
+        match self.place {
+            Place::Base(get, _) => get(world),
+            Place::Departure(get, _) => get(&world.departure),
+        }
+    }
+
     /// Puts it.
-    pub set: fn(&mut World, f64),
+    pub fn set(&self, world: &mut World, value: f64) {
+        match self.place {
+            Place::Base(_, set) => set(world, value),
+            Place::Departure(_, set) => set(&mut world.departure, value),
+        }
+    }
 }
 
 macro_rules! parameter {
@@ -83,8 +95,7 @@ macro_rules! parameter {
             name: $name,
             scale: $scale,
             prior: $prior,
-            get: |$w| $place,
-            set: |$w, value| $place = value,
+            place: Place::Base(|$w| $place, |$w, value| $place = value),
         }
     };
 }
@@ -109,6 +120,7 @@ pub const BASE: &[Parameter] = &[
     parameter!("cornering_stiffness_rear", 1.3, 3.0, |w| w.stiffness[1][0]),
     parameter!("stiffness_decay_rear", 0.3, 3.0, |w| w.stiffness[1][1]),
     parameter!("overturning_stiffness", 0.005, 5.0, |w| w.crown),
+    parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
     parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term),
     parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.yaw_rate_zero),
     parameter!("acceleration_y_zero", 0.03, 5.0, |w| w.ay_zero),
@@ -143,6 +155,7 @@ impl World {
             cg_height: bike.cg_height,
             caster_angle: bike.caster_angle,
             yaw_inertia: bike.yaw_inertia(),
+            roll_inertia: ROLL_GYRATION * bike.mass,
             wheel_inertia: each(&|axle, k| wheel(axle).wheel_inertia.unwrap_or([0.45, 0.6][k])),
             side_force_ratio: ratio,
             twisting_stiffness: each(&|axle, _| wheel(axle).twisting_stiffness),
@@ -163,25 +176,7 @@ impl World {
             ay_zero: 0.0,
             ax_zero: 0.0,
             vy_zero: 0.0,
-            grade: 0.0,
-            wind: 0.0,
-            inertia_error: 0.0,
-            rolling_per_speed: 0.0,
-            radius_per_speed: 0.0,
-            radius_crown: 0.0,
-            radius_per_load: 0.0,
-            fade: 0.0,
-            steer_zero: 0.0,
-            roll_zero: 0.0,
-            bank: 0.0,
-            rider_lean: 0.0,
-            lever_arm: 0.0,
-            latency: 0.0,
-            stiffness_per_load: 0.0,
-            compliance: 0.0,
-            friction_per_load: 0.0,
-            lift: 0.0,
-            drag_height: 0.0,
+            departure: Departure::default(),
         }
     }
 }

@@ -11,6 +11,7 @@
 //! Seeded and deterministic: a session depends on the scenario and its own number only.
 
 pub mod compare;
+pub mod hidden;
 pub mod imu;
 pub mod manoeuvre;
 pub mod motocross;
@@ -125,6 +126,7 @@ pub fn session(scenario: &Scenario, machine: &Machine, number: usize) -> Simulat
     for &channel in &scenario.drop {
         session.remove(channel);
     }
+    plant.departure.measure(&mut session);
     sensors::measure(&mut session, &scenario.sensors, scenario.seed);
     clamp_physical(&mut session);
     let labels = runs_of(&record.kinds, scenario.rate);

@@ -20,6 +20,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::GRAVITY;
 use crate::estimate::Formulation::Corrected;
+use crate::model::departure::Departure;
 use crate::model::kinematics::{front_camber, kinematic_steer};
 use crate::model::tyre::{Input, Output, Tyre};
 
@@ -50,6 +51,8 @@ pub struct Plant {
     pub friction: f64,
     /// Brake torque per pressure, front and rear.
     pub brake_gain: [f64; 2],
+    /// What it has beyond all that; put in by [`Plant::with`].
+    pub departure: Departure,
 }
 
 /// The integrated state.
@@ -125,6 +128,8 @@ pub struct Action {
     pub force_y: f64,
     /// Extra yaw moment.
     pub moment_z: f64,
+    /// Time since the ride began, s.
+    pub time: f64,
 }
 
 /// What follows from a state and an action.
@@ -154,6 +159,20 @@ const FEET_DOWN: f64 = 2.5;
 const STEER_LAG: f64 = 0.01;
 
 impl Plant {
+    /// The plant with a departure in it.
+    #[must_use]
+    pub fn with(mut self, departure: &Departure) -> Self {
+        for (i, tyre) in self.tyres.iter_mut().enumerate() {
+            tyre.side_force_ratio += departure.side_force_ratio[i];
+            tyre.stiffness.c1 -= departure.side_force_ratio[i]; // k_alpha stays what it is
+            tyre.twisting_stiffness += departure.twisting;
+            tyre.relaxation_length = (tyre.relaxation_length + departure.relaxation).max(0.02);
+        }
+        self.wheel_inertia = self.wheel_inertia.map(|i| i * (1.0 + departure.inertia));
+        self.departure = *departure;
+        self
+    }
+
     /// Longitudinal and lateral velocity of the contact points in their wheels' frames.
     fn contact_velocity(&self, s: &State, delta: f64) -> [(f64, f64); 2] {
         let (sin_phi, cos_phi) = s.roll.sin_cos();
@@ -170,15 +189,45 @@ impl Plant {
 
     /// Derivative of the state, and everything on the way.
     fn derivative(&self, s: &State, action: &Action) -> ([f64; N], Response) {
+        let still = self.static_load();
+        let (mut rates, mut response) = self.with_load(s, action, still);
+        if self.departure.by_load() {
+            // loads hang on the forces and the forces on the loads: weakly, so twice is enough
+            for _ in 0..2 {
+                (rates, response) = self.with_load(s, action, response.load);
+            }
+        }
+        (rates, response)
+    }
+
+    /// Wheel loads at rest.
+    fn static_load(&self) -> [f64; 2] {
+        let weight = self.mass * GRAVITY / self.wheelbase;
+        [weight * (self.wheelbase - self.cg_to_front), weight * self.cg_to_front]
+    }
+
+    /// The same, tyres as they are under an assumed load.
+    fn with_load(&self, s: &State, action: &Action, assumed: [f64; 2]) -> ([f64; N], Response) {
         let (m, h) = (self.mass, self.cg_height);
         let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
         let (sin_phi, cos_phi) = s.roll.sin_cos();
-        let delta = kinematic_steer(s.steer, s.roll, self.caster_angle, Corrected);
-        let camber = [front_camber(s.steer, s.roll, self.caster_angle, Corrected), s.roll];
+        let beyond = &self.departure;
+        let along = s.yaw.cos();
+        let camber = [front_camber(s.steer, s.roll, self.caster_angle, Corrected), s.roll]
+            .map(|g| g - beyond.bank);
+        let static_load = self.static_load();
+        let mut delta = kinematic_steer(s.steer, s.roll, self.caster_angle, Corrected);
+        if beyond.compliance != 0.0 {
+            let tyre = &self.tyres[0];
+            let ratio = tyre.side_force_ratio;
+            let k_alpha = tyre.stiffness.k_alpha(camber[0], ratio);
+            let side = -k_alpha * static_load[0] * (s.alpha[0] + ratio * camber[0]);
+            delta -= beyond.compliance * side;
+        }
         let velocity = self.contact_velocity(s, delta);
+        let grip = beyond.grip(action.time, along);
 
         // tyre outputs per unit of load: all but the trail are proportional to it
-        let static_load = [m * GRAVITY * lr / self.wheelbase, m * GRAVITY * lf / self.wheelbase];
         let mut slip_ratio = [0.0; 2];
         let mut alpha_rate = [0.0; 2];
         let mut unit = [Output::default(); 2];
@@ -186,7 +235,10 @@ impl Plant {
             let tyre = &self.tyres[i];
             let (vx, vy) = velocity[i];
             let reference = vx.abs().max(SLIP_SPEED);
-            slip_ratio[i] = (tyre.rolling_radius * s.omega[i] - vx) / reference;
+            let extra = assumed[i] - static_load[i];
+            let more = extra / static_load[i];
+            let radius = beyond.radius(tyre.rolling_radius, s.vx, extra, camber[i]);
+            slip_ratio[i] = (radius * s.omega[i] - vx) / reference;
             let alpha_kin = vy.atan2(reference);
             alpha_rate[i] = tyre.slip_angle_rate(s.omega[i], alpha_kin, s.alpha[i]);
             let out = tyre.forces(&Input {
@@ -194,36 +246,49 @@ impl Plant {
                 slip_angle: s.alpha[i],
                 camber: camber[i],
                 load: static_load[i],
-                friction: self.friction,
+                friction: self.friction * grip,
             });
             let per = 1.0 / static_load[i];
+            let sideways = 1.0 + beyond.stiffness_per_load * more;
             unit[i] = Output {
-                force_x: out.force_x * per,
-                force_y: out.force_y * per,
+                force_x: out.force_x * per * (1.0 - beyond.friction_per_load * more),
+                force_y: out.force_y * per * sideways,
                 moment_x: out.moment_x * per,
                 moment_z: out.moment_z * per,
             };
+            if beyond.trail != 0.0 {
+                let k_alpha = tyre.stiffness.k_alpha(camber[i], tyre.side_force_ratio);
+                let by_slip = -k_alpha * s.alpha[i];
+                let shrinks = 1.0 - k_alpha / 3.0 * s.alpha[i].tan().abs();
+                unit[i].moment_z -=
+                    beyond.trail * tyre.trail_0(static_load[i]) * shrinks.max(0.0) * by_slip;
+            }
         }
 
         // forces per load in the level frame
         let rolling = |i: usize| {
             let fade = (velocity[i].0 / 0.3).tanh(); // nothing resists a standing wheel
-            -self.tyres[i].rolling_resistance * fade
+            -(self.tyres[i].rolling_resistance + beyond.rolling_per_speed * s.vx) * fade
         };
         let (sin_d, cos_d) = delta.sin_cos();
         let ax = [unit[0].force_x + rolling(0), unit[1].force_x + rolling(1)];
         let x = [ax[0] * cos_d - unit[0].force_y * sin_d, ax[1]];
-        let y = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y];
+        // a banked road's loads push sideways
+        let y = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y].map(|y| y - beyond.bank);
 
         let torque: [f64; 2] = std::array::from_fn(|i| {
             let drive = if i == 1 { action.drive } else { 0.0 };
             drive - action.brake[i] * (s.omega[i] / 0.5).tanh()
         });
-        let spin: f64 = (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum();
+        let spin = (1.0 + beyond.gyroscopic)
+            * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
         let drive_per_load: [f64; 2] =
             std::array::from_fn(|i| self.tyres[i].rolling_radius * unit[i].force_x);
 
-        let arm = |i: usize| h * sin_phi + h * cos_phi * y[i] + unit[i].moment_x;
+        let drag = beyond.drag(self.drag, s.vx, along);
+        let lift = 0.5 * beyond.lift * s.vx * s.vx;
+        let aside = h * sin_phi + beyond.rider_lean * s.roll;
+        let arm = |i: usize| aside + h * cos_phi * y[i] + unit[i].moment_x;
         let a = Matrix3::new(
             1.0,
             1.0,
@@ -236,8 +301,8 @@ impl Plant {
             self.roll_inertia,
         );
         let b = Vector3::new(
-            m * (GRAVITY - h * cos_phi * s.roll_rate * s.roll_rate),
-            cos_phi * (torque[0] + torque[1]),
+            m * (GRAVITY - h * cos_phi * s.roll_rate * s.roll_rate) - 2.0 * lift,
+            cos_phi * (torque[0] + torque[1]) + beyond.drag_height * drag + (lf - lr) * lift,
             // the extra lateral force acts at the mass centre: no moment
             spin * s.yaw_rate * cos_phi,
         );
@@ -261,14 +326,16 @@ impl Plant {
         });
         let total_x: f64 = x[0] * load[0] + x[1] * load[1];
         let total_y: f64 = y[0] * load[0] + y[1] * load[1];
-        let drag = self.drag * s.vx * s.vx.abs();
-        let acceleration = [(total_x - drag + action.force_x) / m, (total_y + action.force_y) / m];
+        let uphill = m * GRAVITY * beyond.grade * along;
+        let acceleration =
+            [(total_x - drag - uphill + action.force_x) / m, (total_y + action.force_y) / m];
         let spin_moment: f64 = (0..2)
             .map(|i| {
                 self.wheel_inertia[i]
                     * (omega_rate[i] * sin_phi + s.omega[i] * cos_phi * s.roll_rate)
             })
-            .sum();
+            .sum::<f64>()
+            * (1.0 + beyond.gyroscopic);
         let yaw_acceleration =
             (lf * y[0] * load[0] - lr * y[1] * load[1] + tyre[0].moment_z + tyre[1].moment_z
                 - h * sin_phi * total_x

@@ -9,6 +9,7 @@ use super::plan::Phase;
 use super::programme::{Controls, Lean, Programme, Seen};
 use super::random::{Coloured, Random};
 use crate::GRAVITY;
+use crate::model::departure::BrakeHistory;
 use crate::segment::{Direction, Kind};
 
 /// How unsteady rider, road and air are.
@@ -53,6 +54,8 @@ pub struct Rider<'a> {
     disturbance: Disturbance,
     noise: [Coloured; 4],
     random: Random,
+    brakes: BrakeHistory,
+    time: f64,
     dt: f64,
 }
 
@@ -82,6 +85,8 @@ impl<'a> Rider<'a> {
             disturbance,
             noise,
             random,
+            brakes: BrakeHistory::default(),
+            time: 0.0,
             dt,
         }
     }
@@ -131,8 +136,17 @@ impl<'a> Rider<'a> {
             if target[i] == 0.0 && self.pressure[i] < 2e3 {
                 self.pressure[i] = 0.0;
             }
-            action.brake[i] = self.gain[i] * self.pressure[i];
         }
+        let braking = self.pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
+        self.brakes.see(state.vx, braking, self.dt);
+        let (mass, beyond) = (self.plant.mass, &self.plant.departure);
+        let (fading, drag) =
+            (beyond.fading(mass, &self.brakes), beyond.brake_drag(mass, &self.brakes));
+        for i in 0..2 {
+            action.brake[i] = self.gain[i] * fading * self.pressure[i] + drag;
+        }
+        self.time += self.dt;
+        action.time = self.time;
         if let Some(wanted) = acceleration {
             let p = self.plant;
             let resist =

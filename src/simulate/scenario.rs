@@ -16,6 +16,8 @@ use super::rider::Disturbance;
 use super::sensors::Sensors;
 use crate::bike::{Axle, Bike};
 use crate::channel::Channel;
+use crate::diagnose::effects::Effect;
+use crate::model::departure::Departure;
 use crate::model::{MagicFormula, Stiffness, Tyre};
 use crate::schema::closest;
 
@@ -75,6 +77,8 @@ struct File {
     #[serde(default)]
     spread: BTreeMap<String, f64>,
     #[serde(default)]
+    effects: BTreeMap<String, f64>,
+    #[serde(default)]
     disturbance: Disturbance,
     #[serde(default)]
     sensors: Sensors,
@@ -116,6 +120,7 @@ pub struct Scenario {
     bike: Bike,
     truth: BTreeMap<String, f64>,
     spread: BTreeMap<String, f64>,
+    departure: Departure,
 }
 
 /// One bike of the fleet: what its file says and what is true.
@@ -184,7 +189,13 @@ impl Scenario {
                 return Err(fail(format!("[spread]: `{key}` is neither a bike key nor `truth.*`")));
             }
         }
+        let mut departure = Departure::default();
+        for (name, value) in &file.effects {
+            let effect = Effect::named(name).map_err(|e| fail(format!("[effects]: {e}")))?;
+            (effect.set)(&mut departure, *value);
+        }
         Ok(Scenario {
+            departure,
             name: file.name,
             description: file.description,
             seed: file.seed,
@@ -201,9 +212,16 @@ impl Scenario {
         })
     }
 
+    /// The same with bike files that are true.
+    #[must_use]
+    pub fn certain(mut self) -> Self {
+        self.bike.uncertainty.clear();
+        self
+    }
+
     /// The plant without any draw: bike file and truth as they stand.
     pub fn nominal_plant(&self) -> Plant {
-        plant(&self.bike, &self.truth)
+        plant(&self.bike, &self.truth).with(&self.departure)
     }
 
     /// The `index`-th bike of the fleet: its file and its truth.
@@ -228,7 +246,7 @@ impl Scenario {
                 real = real.with(key, value + sd * random.normal());
             }
         }
-        Machine { plant: plant(&real, &truth), bike }
+        Machine { plant: plant(&real, &truth).with(&self.departure), bike }
     }
 }
 
@@ -334,6 +352,7 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
         drag: get("drag"),
         friction: get("friction"),
         brake_gain: [get("brake_gain_front"), get("brake_gain_rear")],
+        departure: Departure::default(),
     }
 }
 

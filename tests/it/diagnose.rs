@@ -4,7 +4,7 @@ use roadbench::channel::Channel;
 use roadbench::diagnose::base;
 use roadbench::diagnose::effects;
 use roadbench::diagnose::name::Verdict;
-use roadbench::diagnose::ride::{Diagnosis, diagnose};
+use roadbench::diagnose::ride::{Diagnosis, Settings, diagnose};
 use roadbench::diagnose::samples::Samples;
 use roadbench::diagnose::world::World;
 use roadbench::estimate::{Formulation, zeros};
@@ -35,7 +35,11 @@ fn ride(number: usize, change: impl Fn(&mut Machine), damage: impl Fn(&mut Sessi
     change(&mut machine);
     let mut session = roadbench::simulate::session(&scenario, &machine, number).session;
     damage(&mut session);
-    diagnose(&session, &machine.bike, &Pipeline::onroad(), 12).expect("diagnosed")
+    diagnose(&session, &machine.bike, &Pipeline::onroad(), &settings(12)).expect("diagnosed")
+}
+
+fn settings(nulls: usize) -> Settings {
+    Settings { nulls, ..Settings::default() }
 }
 
 fn told(d: &Diagnosis) -> Vec<(&str, f64, f64)> {
@@ -145,6 +149,7 @@ fn what_a_diagnosis_needs_is_said() {
     let machine = scenario.machine(0);
     let mut session = roadbench::simulate::session(&scenario, &machine, 0).session;
     session.remove(Channel::WheelSpeedRear);
-    let why = diagnose(&session, &machine.bike, &Pipeline::onroad(), 8).expect_err("lacks");
+    let why =
+        diagnose(&session, &machine.bike, &Pipeline::onroad(), &settings(8)).expect_err("lacks");
     assert!(why.message.contains("wheel_speed_rear"), "{}", why.message);
 }

@@ -1,20 +1,32 @@
-//! Relative loss of brake gain per 50 kJ of a stop.
+//! Brakes that lose gain within a stop.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::diagnose::undo::scale;
+use crate::model::departure::HEAT;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "brake_fade",
     sentence: "the brakes fade as they warm up within a stop",
     unit: "1",
+    typical: 0.06,
+    bounds: [-0.3, 0.5],
+    source: "organic pads lose 5 to 20 % in one hard stop",
+    enters: "brake gain over the heat of the stop",
+    channels: &[Channel::BrakePressureFront, Channel::BrakePressureRear],
+    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking],
     alike: &[],
     separate_by: "hard stops from different speeds",
-    parameter: Parameter {
-        name: "brake_fade",
-        scale: 0.06,
-        prior: 3.0,
-        get: |w| w.fade,
-        set: |w, value| w.fade = value,
-    },
+    level: Level::Bike,
+    get: |d| d.fade,
+    set: |d, value| d.fade = value,
+    undo: Some(|session, bike, value| {
+        let mass = bike.mass;
+        for channel in [Channel::BrakePressureFront, Channel::BrakePressureRear] {
+            scale(session, channel, |ride, i| 1.0 - value * mass * ride.brakes[i].stop / HEAT);
+        }
+    }),
 };

@@ -1,20 +1,25 @@
-//! Height of the drag above the mass centre.
+//! Height of the drag.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "drag_height",
     sentence: "the air pushes higher than the mass centre",
     unit: "m",
+    typical: 0.3,
+    bounds: [-0.6, 1.0],
+    source: "the centre of pressure is 0 to 0.3 m above the mass centre",
+    enters: "load transfer over speed",
+    channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
+    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::Driving],
     alike: &["lift"],
     separate_by: "coasting and braking above 30 m/s",
-    parameter: Parameter {
-        name: "drag_height",
-        scale: 0.3,
-        prior: 3.0,
-        get: |w| w.drag_height,
-        set: |w, value| w.drag_height = value,
-    },
+    level: Level::Bike,
+    get: |d| d.drag_height,
+    set: |d, value| d.drag_height = value,
+    undo: None,
 };

@@ -1,20 +1,29 @@
-//! Delay of velocity_x and velocity_y.
+//! Delay of the velocities.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::model::departure::Departure;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "latency",
     sentence: "the velocity comes late",
     unit: "s",
+    typical: 0.015,
+    bounds: [-0.1, 0.3],
+    source: "satellite receivers are 10 to 100 ms late",
+    enters: "velocities over time",
+    channels: &[Channel::VelocityX, Channel::AccelerationX],
+    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking, Kind::Driving],
     alike: &[],
     separate_by: "hard braking",
-    parameter: Parameter {
-        name: "latency",
-        scale: 0.015,
-        prior: 3.0,
-        get: |w| w.latency,
-        set: |w, value| w.latency = value,
-    },
+    level: Level::Bike,
+    get: |d| d.latency,
+    set: |d, value| d.latency = value,
+    undo: Some(|session, _, value| {
+        let early = Departure { latency: -value, ..Departure::default() };
+        early.measure(session);
+    }),
 };

@@ -1,20 +1,25 @@
-//! Lift over speed squared, shared by both wheels.
+//! Aerodynamic lift.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "lift",
     sentence: "the air lifts the bike",
     unit: "kg/m",
+    typical: 0.05,
+    bounds: [-0.3, 0.5],
+    source: "lift areas of 0.05 to 0.15 m2, Cossalter 2006, section 3.2",
+    enters: "wheel loads over speed",
+    channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
+    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::Cornering],
     alike: &["drag_height"],
     separate_by: "bends above 30 m/s",
-    parameter: Parameter {
-        name: "lift",
-        scale: 0.05,
-        prior: 3.0,
-        get: |w| w.lift,
-        set: |w, value| w.lift = value,
-    },
+    level: Level::Bike,
+    get: |d| d.lift,
+    set: |d, value| d.lift = value,
+    undo: None,
 };

@@ -1,20 +1,30 @@
-//! Relative growth of the rolling radii at 20 m/s, quadratic.
+//! Growth of the tyres with speed.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::diagnose::undo::scale;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "radius_speed",
     sentence: "the tyres grow with speed",
     unit: "1",
+    typical: 0.003,
+    bounds: [-0.004, 0.03],
+    source: "a few per mille at 20 m/s for cross-ply carcasses, less for radial ones",
+    enters: "rolling radius of both wheels",
+    channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
+    kinds: &[Kind::Coasting, Kind::FrontBraking, Kind::RearBraking],
     alike: &[],
     separate_by: "rolling freely over a wide range of speed",
-    parameter: Parameter {
-        name: "radius_speed",
-        scale: 0.003,
-        prior: 3.0,
-        get: |w| w.radius_per_speed,
-        set: |w, value| w.radius_per_speed = value,
-    },
+    level: Level::Bike,
+    get: |d| d.radius_per_speed,
+    set: |d, value| d.radius_per_speed = value,
+    undo: Some(|session, _, value| {
+        for channel in [Channel::WheelSpeedFront, Channel::WheelSpeedRear] {
+            scale(session, channel, |ride, i| 1.0 + value * (ride.v[i] / 20.0).powi(2));
+        }
+    }),
 };

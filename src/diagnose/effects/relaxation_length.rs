@@ -1,20 +1,30 @@
-//! Relaxation length of the front tyre.
+//! Relaxation length of the tyres.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "relaxation_length",
-    sentence: "the front tyre answers later than assumed",
+    sentence: "the tyres answer later than assumed",
     unit: "m",
+    typical: 0.15,
+    bounds: [-0.3, 0.8],
+    source: "0.1 to 0.4 m, growing with speed, de Vries and Pacejka 1998",
+    enters: "lag of the slip angles",
+    channels: &[Channel::SteerAngle, Channel::VelocityY, Channel::YawRate],
+    kinds: &[Kind::Cornering],
     alike: &[],
     separate_by: "quick changes of lean",
-    parameter: Parameter {
-        name: "relaxation_length",
-        scale: 0.15,
-        prior: 3.0,
-        get: |w| w.relaxation_length[0],
-        set: |w, value| w.relaxation_length[0] = value,
-    },
+    level: Level::Bike,
+    get: |d| d.relaxation,
+    set: |d, value| d.relaxation = value,
+    undo: Some(|_, bike, value| {
+        for wheel in [&mut bike.front, &mut bike.rear] {
+            let usual = wheel.relaxation_length.unwrap_or(wheel.radius);
+            wheel.relaxation_length = Some((usual + value).max(0.02));
+        }
+    }),
 };

@@ -1,20 +1,25 @@
-//! Bank, positive when it falls to the left.
+//! Cross fall of the road.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "road_bank",
     sentence: "the road is banked",
     unit: "rad",
+    typical: 0.006,
+    bounds: [-0.06, 0.06],
+    source: "cross falls of 1 to 3 % drain a road",
+    enters: "camber against the road, and weight across it",
+    channels: &[Channel::AccelerationY, Channel::Roll],
+    kinds: &[Kind::Cornering],
     alike: &["roll_zero"],
     separate_by: "bends to both sides",
-    parameter: Parameter {
-        name: "road_bank",
-        scale: 0.006,
-        prior: 3.0,
-        get: |w| w.bank,
-        set: |w, value| w.bank = value,
-    },
+    level: Level::Site,
+    get: |d| d.bank,
+    set: |d, value| d.bank = value,
+    undo: None,
 };

@@ -1,20 +1,29 @@
-//! Slope along the first straight's heading, rise over run.
+//! Slope of the strip.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::diagnose::undo::add;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "road_grade",
     sentence: "the road climbs along the strip",
     unit: "1",
+    typical: 0.003,
+    bounds: [-0.02, 0.02],
+    source: "roads that pass for level fall by a few per mille for drainage",
+    enters: "gravity along the road, with the sign of the heading",
+    channels: &[Channel::AccelerationX, Channel::Yaw],
+    kinds: &[Kind::Coasting, Kind::FrontBraking, Kind::RearBraking],
     alike: &["wind"],
-    separate_by: "coasting from more than 20 m/s, or the altitude",
-    parameter: Parameter {
-        name: "road_grade",
-        scale: 0.003,
-        prior: 3.0,
-        get: |w| w.grade,
-        set: |w, value| w.grade = value,
-    },
+    separate_by: "coasting from more than 20 m/s in both directions, or the altitude",
+    level: Level::Site,
+    get: |d| d.grade,
+    set: |d, value| d.grade = value,
+    undo: Some(|session, _, value| {
+        let pull = crate::GRAVITY * value;
+        add(session, Channel::AccelerationX, |ride, i| pull * ride.along[i]);
+    }),
 };

@@ -1,20 +1,26 @@
-//! Roll that is missing in the reading.
+//! Zero of the roll reading.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::diagnose::undo::add;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "roll_zero",
     sentence: "the roll sensor does not read zero upright",
     unit: "rad",
+    typical: 0.006,
+    bounds: [-0.06, 0.06],
+    source: "mounting angles and attitude filters are off by half a degree",
+    enters: "roll",
+    channels: &[Channel::Roll, Channel::AccelerationY],
+    kinds: &[Kind::Cornering],
     alike: &["road_bank"],
     separate_by: "bends to both sides",
-    parameter: Parameter {
-        name: "roll_zero",
-        scale: 0.006,
-        prior: 3.0,
-        get: |w| w.roll_zero,
-        set: |w, value| w.roll_zero = value,
-    },
+    level: Level::Bike,
+    get: |d| d.roll_zero,
+    set: |d, value| d.roll_zero = value,
+    undo: Some(|session, _, value| add(session, Channel::Roll, |_, _| value)),
 };

@@ -1,20 +1,28 @@
-//! Change of the rolling resistance coefficient per speed.
+//! Rolling resistance over speed.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::diagnose::undo::add;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "rolling_speed",
     sentence: "rolling resistance rises with speed",
     unit: "s/m",
+    typical: 0.0005,
+    bounds: [-0.001, 0.004],
+    source: "about 0.0002 s/m at 20 m/s by the formula in Cossalter 2006, section 2.2",
+    enters: "rolling resistance coefficient",
+    channels: &[Channel::AccelerationX],
+    kinds: &[Kind::Coasting],
     alike: &["drag"],
     separate_by: "coasting over a wide range of speed",
-    parameter: Parameter {
-        name: "rolling_speed",
-        scale: 0.0005,
-        prior: 3.0,
-        get: |w| w.rolling_per_speed,
-        set: |w, value| w.rolling_per_speed = value,
-    },
+    level: Level::Bike,
+    get: |d| d.rolling_per_speed,
+    set: |d, value| d.rolling_per_speed = value,
+    undo: Some(|session, _, value| {
+        add(session, Channel::AccelerationX, |ride, i| crate::GRAVITY * value * ride.v[i]);
+    }),
 };

@@ -1,20 +1,39 @@
 //! Side-force ratio of the front tyre.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "side_force_ratio_front",
     sentence: "the front side-force ratio is not the assumed one",
     unit: "1",
-    alike: &["side_force_ratio_rear", "stiffness_load", "twisting_stiffness", "front_compliance"],
+    typical: 0.03,
+    bounds: [-0.15, 0.15],
+    source: "0.05 to 0.12 in published motorcycle tyres",
+    enters: "camber's share of the front side force",
+    channels: &[
+        Channel::SteerAngle,
+        Channel::VelocityY,
+        Channel::YawRate,
+        Channel::Roll,
+        Channel::AccelerationY,
+    ],
+    kinds: &[Kind::Cornering],
+    alike: &[
+        "side_force_ratio_rear",
+        "stiffness_load",
+        "twisting_stiffness",
+        "front_compliance",
+        "pneumatic_trail",
+        "steer_zero",
+        "velocity_lever_arm",
+    ],
     separate_by: "bends with the brake or the throttle on",
-    parameter: Parameter {
-        name: "side_force_ratio_front",
-        scale: 0.03,
-        prior: 3.0,
-        get: |w| w.side_force_ratio[0],
-        set: |w, value| w.side_force_ratio[0] = value,
-    },
+    level: Level::Bike,
+    get: |d| d.side_force_ratio[0],
+    set: |d, value| d.side_force_ratio[0] = value,
+    undo: Some(|_, bike, value| bike.front.side_force_ratio += value),
 };

@@ -1,20 +1,31 @@
 //! Side-force ratio of the rear tyre.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "side_force_ratio_rear",
     sentence: "the rear side-force ratio is not the assumed one",
     unit: "1",
-    alike: &["side_force_ratio_front", "stiffness_load", "twisting_stiffness"],
+    typical: 0.03,
+    bounds: [-0.15, 0.15],
+    source: "0.05 to 0.12 in published motorcycle tyres",
+    enters: "camber's share of the rear side force",
+    channels: &[Channel::VelocityY, Channel::YawRate, Channel::Roll, Channel::AccelerationY],
+    kinds: &[Kind::Cornering],
+    alike: &[
+        "side_force_ratio_front",
+        "stiffness_load",
+        "twisting_stiffness",
+        "pneumatic_trail",
+        "velocity_lever_arm",
+    ],
     separate_by: "bends with the brake or the throttle on",
-    parameter: Parameter {
-        name: "side_force_ratio_rear",
-        scale: 0.03,
-        prior: 3.0,
-        get: |w| w.side_force_ratio[1],
-        set: |w, value| w.side_force_ratio[1] = value,
-    },
+    level: Level::Bike,
+    get: |d| d.side_force_ratio[1],
+    set: |d, value| d.side_force_ratio[1] = value,
+    undo: Some(|_, bike, value| bike.rear.side_force_ratio += value),
 };

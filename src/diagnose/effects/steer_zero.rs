@@ -1,20 +1,26 @@
-//! Steering angle that is missing in the reading.
+//! Zero of the steering sensor.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::diagnose::undo::add;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "steer_zero",
     sentence: "the steering sensor does not read zero straight on",
     unit: "rad",
+    typical: 0.005,
+    bounds: [-0.05, 0.05],
+    source: "potentiometers are set to a degree",
+    enters: "handlebar angle",
+    channels: &[Channel::SteerAngle, Channel::VelocityY, Channel::YawRate],
+    kinds: &[Kind::Cornering, Kind::Coasting],
     alike: &["front_compliance"],
     separate_by: "straight running",
-    parameter: Parameter {
-        name: "steer_zero",
-        scale: 0.005,
-        prior: 3.0,
-        get: |w| w.steer_zero,
-        set: |w, value| w.steer_zero = value,
-    },
+    level: Level::Bike,
+    get: |d| d.steer_zero,
+    set: |d, value| d.steer_zero = value,
+    undo: Some(|session, _, value| add(session, Channel::SteerAngle, |_, _| value)),
 };

@@ -1,20 +1,36 @@
-//! Change of cornering stiffness per load, per relative change of load.
+//! Load sensitivity of the cornering stiffness.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "stiffness_load",
     sentence: "cornering stiffness per load falls with load",
     unit: "1",
-    alike: &["side_force_ratio_front", "side_force_ratio_rear", "twisting_stiffness"],
+    typical: -0.2,
+    bounds: [-0.9, 0.5],
+    source: "motorcycle tyres lose 10 to 40 % per doubled load, Pacejka 2012, section 11.6",
+    enters: "cornering stiffness per load of both tyres",
+    channels: &[
+        Channel::SteerAngle,
+        Channel::VelocityY,
+        Channel::YawRate,
+        Channel::AccelerationY,
+        Channel::BrakePressureFront,
+    ],
+    kinds: &[Kind::Cornering],
+    alike: &[
+        "side_force_ratio_front",
+        "side_force_ratio_rear",
+        "twisting_stiffness",
+        "pneumatic_trail",
+    ],
     separate_by: "bends with the brake on",
-    parameter: Parameter {
-        name: "stiffness_load",
-        scale: 0.2,
-        prior: 3.0,
-        get: |w| w.stiffness_per_load,
-        set: |w, value| w.stiffness_per_load = value,
-    },
+    level: Level::Bike,
+    get: |d| d.stiffness_per_load,
+    set: |d, value| d.stiffness_per_load = value,
+    undo: None,
 };

@@ -1,20 +1,33 @@
-//! Twisting stiffness of the front tyre.
+//! Twisting stiffness of the tyres.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "twisting_stiffness",
-    sentence: "the front twisting stiffness is not the assumed one",
+    sentence: "the twisting stiffness is not the assumed one",
     unit: "m/rad",
-    alike: &["side_force_ratio_front", "side_force_ratio_rear", "stiffness_load"],
+    typical: 0.02,
+    bounds: [-0.08, 0.08],
+    source: "0.02 to 0.06 m/rad in published tyres, seldom measured",
+    enters: "yaw moment over camber",
+    channels: &[Channel::YawRate, Channel::AccelerationY, Channel::Roll],
+    kinds: &[Kind::Cornering],
+    alike: &[
+        "side_force_ratio_front",
+        "side_force_ratio_rear",
+        "stiffness_load",
+        "pneumatic_trail",
+    ],
     separate_by: "a tyre bench",
-    parameter: Parameter {
-        name: "twisting_stiffness",
-        scale: 0.02,
-        prior: 3.0,
-        get: |w| w.twisting_stiffness[0],
-        set: |w, value| w.twisting_stiffness[0] = value,
-    },
+    level: Level::Bike,
+    get: |d| d.twisting,
+    set: |d, value| d.twisting = value,
+    undo: Some(|_, bike, value| {
+        bike.front.twisting_stiffness += value;
+        bike.rear.twisting_stiffness += value;
+    }),
 };

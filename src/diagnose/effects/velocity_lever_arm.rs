@@ -1,20 +1,30 @@
-//! Distance ahead of the stated place.
+//! Place of the velocity sensor.
 
 use super::Effect;
-use crate::diagnose::world::Parameter;
+use crate::channel::Channel;
+use crate::diagnose::effects::Level;
+use crate::segment::Kind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
     name: "velocity_lever_arm",
-    sentence: "the velocity sensor is not where the bike file says",
+    sentence: "the velocity is not that of the place the bike file says",
     unit: "m",
+    typical: 0.15,
+    bounds: [-1.2, 1.2],
+    source: "an antenna on the tail is half a metre off",
+    enters: "lateral velocity over yaw rate",
+    channels: &[Channel::VelocityY, Channel::YawRate],
+    kinds: &[Kind::Cornering],
     alike: &[],
     separate_by: "tight bends",
-    parameter: Parameter {
-        name: "velocity_lever_arm",
-        scale: 0.15,
-        prior: 3.0,
-        get: |w| w.lever_arm,
-        set: |w, value| w.lever_arm = value,
-    },
+    level: Level::Bike,
+    get: |d| d.lever_arm,
+    set: |d, value| d.lever_arm = value,
+    undo: Some(|session, _, value| {
+        let rate = session.get(Channel::YawRate).map(<[f64]>::to_vec);
+        if let (Some(rate), Some(x)) = (rate, session.get_mut(Channel::VelocityY)) {
+            x.iter_mut().zip(rate).for_each(|(x, r)| *x -= value * r);
+        }
+    }),
 };

@@ -1,0 +1,386 @@
+//! Hides physical effects in simulated archives and asks `diagnose` for them.
+//!
+//! ```text
+//! cargo run --release --example blind -- --archives 500
+//! ```
+//!
+//! Archives are written to files, answers are kept here; diagnosis gets the files. Prints what was
+//! named for what was hidden, by size in detection limits, and the false alarms.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::Parser;
+use rayon::prelude::*;
+use roadbench::bike::Bike;
+use roadbench::diagnose::effects::{ALL, Effect};
+use roadbench::diagnose::name::Verdict;
+use roadbench::diagnose::ride::{self, Settings};
+use roadbench::pipeline::Pipeline;
+use roadbench::simulate::hidden::{Case, FAINT, Kind, PLANS};
+
+#[derive(Parser)]
+struct Arguments {
+    /// Archives in all.
+    #[arg(long, default_value_t = 500)]
+    archives: usize,
+    /// Seed of the draw.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Simulated nulls of each ride.
+    #[arg(long, default_value_t = 40)]
+    nulls: usize,
+    /// Smallest and largest hidden size, in usual ones.
+    #[arg(long, num_args = 2, default_values_t = [0.4, 3.0])]
+    sizes: Vec<f64>,
+    /// Only this kind of case.
+    #[arg(long)]
+    only: Option<String>,
+    /// A line per archive.
+    #[arg(long)]
+    verbose: bool,
+}
+
+/// One archive: what was hidden and what was said.
+struct Outcome {
+    case: Case,
+    told: Vec<Told>,
+    alarm: f64,
+    unexplained: bool,
+    covariate: Option<String>,
+    /// Detection limit of the first hidden effect in this ride, in its unit.
+    limits: Vec<f64>,
+    gain: Option<f64>,
+    bound: Option<f64>,
+    seconds: f64,
+}
+
+struct Told {
+    name: &'static str,
+    class: Vec<&'static str>,
+    value: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Outcome {
+    fn size(&self, k: usize) -> f64 {
+        self.case.hidden[k].1.abs() / self.limits[k]
+    }
+
+    fn named(&self, effect: &str) -> bool {
+        self.told.iter().any(|t| t.name == effect)
+    }
+
+    fn in_class(&self, effect: &str) -> bool {
+        self.told.iter().any(|t| t.name == effect || t.class.contains(&effect))
+    }
+}
+
+fn kind_of(number: usize) -> Kind {
+    // of twenty: ten single, three null, one noisy, three double, two removed, one foreign
+    match number / 2 % 20 {
+        0..10 => Kind::Single,
+        10..13 => Kind::Null,
+        13 => Kind::Noisy,
+        14..17 => Kind::Double,
+        17..19 => Kind::Removed,
+        _ => Kind::Foreign,
+    }
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    let sizes = [arguments.sizes[0], arguments.sizes[1]];
+    let work = tempfile::tempdir().expect("a folder for the archives");
+    let cases: Vec<Case> = (0..)
+        .map(|n| (n, kind_of(n)))
+        .filter(|(_, k)| {
+            arguments.only.as_ref().is_none_or(|o| format!("{k:?}").eq_ignore_ascii_case(o))
+        })
+        .take(arguments.archives)
+        .map(|(n, k)| Case::draw(arguments.seed, n, k, sizes))
+        .collect();
+    let outcomes: Vec<Outcome> = cases
+        .into_par_iter()
+        .filter_map(|case| {
+            let folder = work.path().join(case.number.to_string());
+            let (log, bike) = case.write(&folder).expect("archive");
+            let outcome = ask(case, log, bike, &arguments);
+            std::fs::remove_dir_all(&folder).expect("cleared");
+            if arguments.verbose
+                && let Some(o) = &outcome
+            {
+                print_case(o);
+            }
+            outcome
+        })
+        .collect();
+    summary(&outcomes);
+}
+
+fn ask(case: Case, log: PathBuf, bike: PathBuf, arguments: &Arguments) -> Option<Outcome> {
+    let begin = std::time::Instant::now();
+    let removed = |e: &Effect| {
+        case.kind == Kind::Removed
+            && case.hidden.iter().any(|(h, _)| h.name == e.name || e.looks_like(h.name))
+    };
+    let effects: Vec<Effect> = ALL.iter().filter(|e| !removed(e)).copied().collect();
+    let settings = Settings { nulls: arguments.nulls, effects };
+    let bike = Bike::read(&bike).expect("bike");
+    let found = match ride::log(&log, &[], &bike, &Pipeline::onroad(), &settings) {
+        Ok(found) => found,
+        Err(why) => {
+            println!("{} refused: {}", case.number, why.message);
+            return None;
+        }
+    };
+    let told = found
+        .naming
+        .causes
+        .iter()
+        .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
+        .map(|c| Told {
+            name: c.effect.name,
+            class: c.equivalent.clone(),
+            value: c.value,
+            low: c.value - 1.96 * c.std_error,
+            high: c.value + 1.96 * c.std_error,
+        })
+        .collect();
+    let limits = case
+        .hidden
+        .iter()
+        .map(|(e, _)| {
+            let j = settings.effects.iter().position(|f| f.name == e.name);
+            j.map_or(f64::NAN, |j| found.calibration.limit(j) * e.typical.abs())
+        })
+        .collect();
+    let first = found.causes.first();
+    Some(Outcome {
+        told,
+        alarm: found.naming.alarm,
+        unexplained: found.naming.unexplained,
+        covariate: Some(
+            found
+                .naming
+                .causes
+                .iter()
+                .filter(|c| c.score > 0.7)
+                .map(|c| format!("[{} {:.1} g{:.0}]", c.effect.name, c.score, c.gain))
+                .collect(),
+        ),
+        limits,
+        gain: first.and_then(|c| c.gain_heldout),
+        bound: first.and_then(|c| c.gain_upper_bound),
+        seconds: begin.elapsed().as_secs_f64(),
+        case,
+    })
+}
+
+fn print_case(o: &Outcome) {
+    let hidden: Vec<String> = o
+        .case
+        .hidden
+        .iter()
+        .zip(&o.limits)
+        .map(|((e, v), l)| format!("{} {v:.4} ({:.1})", e.name, v.abs() / l))
+        .collect();
+    let told: Vec<String> = o
+        .told
+        .iter()
+        .map(|t| {
+            format!("{} {:.4}±{:.4} {:?}", t.name, t.value, (t.high - t.value) / 1.96, t.class)
+        })
+        .collect();
+    println!(
+        "{:4} {:?} {:.2} {}{} -> {:.1} {}{} | {} ({:.0} s)",
+        o.case.number,
+        o.case.kind,
+        o.case.plan.len(),
+        hidden.join(" + "),
+        o.case.foreign.map_or(String::new(), |(n, s)| format!("{n} {s:.3}")),
+        o.alarm,
+        if o.unexplained { "UNEXPLAINED " } else { "" },
+        o.covariate.as_deref().unwrap_or(""),
+        told.join("; "),
+        o.seconds
+    );
+}
+
+fn share(part: usize, whole: usize) -> String {
+    match whole {
+        0 => "   -".into(),
+        _ => format!("{:3.0} % ({part} of {whole})", 100.0 * part as f64 / whole as f64),
+    }
+}
+
+fn summary(all: &[Outcome]) {
+    let of = |kind: Kind| all.iter().filter(move |o| o.case.kind == kind);
+    println!(
+        "\n{} archives, {:.1} s each",
+        all.len(),
+        all.iter().map(|o| o.seconds).sum::<f64>() / all.len() as f64
+    );
+    for kind in [Kind::Null, Kind::Noisy] {
+        for plan in PLANS {
+            let these: Vec<_> = of(kind).filter(|o| o.case.plan == plan).collect();
+            let alarmed = these.iter().filter(|o| o.alarm > 1.0).count();
+            let named = these.iter().filter(|o| !o.told.is_empty()).count();
+            let lost = these.iter().filter(|o| o.unexplained).count();
+            println!(
+                "{kind:?} {plan}: alarm {}, named {}, unexplained {}",
+                share(alarmed, these.len()),
+                share(named, these.len()),
+                share(lost, these.len())
+            );
+        }
+    }
+    println!("\nsingle effects by size in detection limits (faint ones apart)");
+    println!(
+        "{:12} {:>18} {:>18} {:>18} {:>18}",
+        "size", "named first", "in class", "wrong", "unexplained"
+    );
+    for (low, high) in [(0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, f64::INFINITY)] {
+        let these: Vec<_> = of(Kind::Single)
+            .filter(|o| !FAINT.contains(&o.case.hidden[0].0.name))
+            .filter(|o| (low..high).contains(&o.size(0)))
+            .collect();
+        let truth = |o: &&&Outcome| o.case.hidden[0].0.name;
+        let first =
+            these.iter().filter(|o| o.told.first().is_some_and(|t| t.name == truth(o))).count();
+        let class = these.iter().filter(|o| o.in_class(truth(o))).count();
+        let wrong = these.iter().filter(|o| !o.told.is_empty() && !o.in_class(truth(o))).count();
+        let lost = these.iter().filter(|o| o.unexplained).count();
+        let n = these.len();
+        println!(
+            "{low:3} to {high:<5} {:>18} {:>18} {:>18} {:>18}",
+            share(first, n),
+            share(class, n),
+            share(wrong, n),
+            share(lost, n)
+        );
+    }
+    let faint: Vec<_> =
+        of(Kind::Single).filter(|o| FAINT.contains(&o.case.hidden[0].0.name)).collect();
+    let right = faint.iter().filter(|o| o.in_class(o.case.hidden[0].0.name)).count();
+    let wrong =
+        faint.iter().filter(|o| !o.told.is_empty() && !o.in_class(o.case.hidden[0].0.name)).count();
+    println!(
+        "faint effects: in class {}, wrong {}",
+        share(right, faint.len()),
+        share(wrong, faint.len())
+    );
+    let extra: usize = of(Kind::Single)
+        .map(|o| o.told.iter().filter(|t| t.name != o.case.hidden[0].0.name).count())
+        .sum();
+    println!(
+        "names beside the true one, per single archive: {:.2}",
+        extra as f64 / of(Kind::Single).count().max(1) as f64
+    );
+
+    println!("\nconfusion (single, above two limits): hidden, then what was named first");
+    let mut table: BTreeMap<&str, BTreeMap<&str, usize>> = BTreeMap::new();
+    for o in of(Kind::Single).filter(|o| o.size(0) > 2.0) {
+        let said = match o.told.first() {
+            Some(t) => t.name,
+            None if o.unexplained => "unexplained",
+            None => "nothing",
+        };
+        *table.entry(o.case.hidden[0].0.name).or_default().entry(said).or_default() += 1;
+    }
+    for (hidden, said) in &table {
+        let said: Vec<String> = said.iter().map(|(n, k)| format!("{n} {k}")).collect();
+        println!("  {hidden:24} {}", said.join(", "));
+    }
+
+    println!("\ndetection limits, median: paper, naturalistic, in the effect's unit");
+    for effect in ALL {
+        let limit = |plan: &str| {
+            let mut x: Vec<f64> = all
+                .iter()
+                .filter(|o| o.case.plan == plan)
+                .flat_map(|o| o.case.hidden.iter().zip(&o.limits))
+                .filter(|((e, _), l)| e.name == effect.name && l.is_finite())
+                .map(|(_, l)| *l)
+                .collect();
+            x.sort_by(f64::total_cmp);
+            x.get(x.len() / 2).map_or("-".to_owned(), |l| format!("{l:.3e}"))
+        };
+        println!(
+            "  {:24} {:>10} {:>10} {}",
+            effect.name,
+            limit(PLANS[0]),
+            limit(PLANS[1]),
+            effect.unit
+        );
+    }
+
+    // intervals and errors of the right names
+    let mut errors: Vec<f64> = Vec::new();
+    let (mut inside, mut n) = (0, 0);
+    for o in all {
+        for (e, value) in &o.case.hidden {
+            if let Some(t) = o.told.iter().find(|t| t.name == e.name) {
+                n += 1;
+                inside += usize::from((t.low..=t.high).contains(value));
+                errors.push((t.value / value - 1.0).abs());
+            }
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    if let (Some(median), Some(most)) =
+        (errors.get(errors.len() / 2), errors.get(errors.len() * 9 / 10))
+    {
+        println!(
+            "\nright names: error median {:.0} %, nine in ten below {:.0} %; 95 % interval covers {}",
+            100.0 * median,
+            100.0 * most,
+            share(inside, n)
+        );
+    }
+    let pairs: Vec<_> = of(Kind::Double).filter(|o| (0..2).all(|k| o.size(k) > 2.0)).collect();
+    let both = pairs.iter().filter(|o| o.case.hidden.iter().all(|(e, _)| o.named(e.name))).count();
+    let classes =
+        pairs.iter().filter(|o| o.case.hidden.iter().all(|(e, _)| o.in_class(e.name))).count();
+    let extra: usize = of(Kind::Double)
+        .map(|o| {
+            o.told
+                .iter()
+                .filter(|t| {
+                    !o.case
+                        .hidden
+                        .iter()
+                        .any(|(e, _)| e.name == t.name || t.class.contains(&e.name))
+                })
+                .count()
+        })
+        .sum();
+    println!(
+        "two effects above two limits: both named {}, both in the classes {}; wrong names per archive {:.2}",
+        share(both, pairs.len()),
+        share(classes, pairs.len()),
+        extra as f64 / of(Kind::Double).count().max(1) as f64
+    );
+    let removed: Vec<_> = of(Kind::Removed).filter(|o| o.alarm > 1.0).collect();
+    let blamed = removed.iter().filter(|o| !o.told.is_empty()).count();
+    let lost = removed.iter().filter(|o| o.unexplained).count();
+    println!(
+        "cause not in the library, {} alarmed: unexplained {}, blamed on another {}",
+        removed.len(),
+        share(lost, removed.len()),
+        share(blamed, removed.len())
+    );
+    let foreign: Vec<_> = of(Kind::Foreign).filter(|o| o.alarm > 1.0).collect();
+    let blamed = foreign.iter().filter(|o| !o.told.is_empty()).count();
+    println!(
+        "outside any library, {} of {} alarmed: blamed on an effect {}",
+        foreign.len(),
+        of(Kind::Foreign).count(),
+        share(blamed, foreign.len())
+    );
+    let (gain, bound): (f64, f64) = of(Kind::Single)
+        .filter_map(|o| Some((o.gain?, o.bound?)))
+        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
+    println!("held-out gain over that of every candidate free: {:.2}", gain / bound);
+}
