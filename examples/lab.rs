@@ -45,7 +45,9 @@ fn main() {
     // same sigma
     let mut b2s = b2.clone();
     b2s.sigma = b.sigma;
+    let t = std::time::Instant::now();
     let cal = roadbench::diagnose::null::Calibration::new(&s, &seg, &b, &plant, ALL, 24, 7);
+    println!("cal {:?}", t.elapsed());
     println!(
         "{:?}",
         roadbench::diagnose::slow::slow(

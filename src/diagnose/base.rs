@@ -8,7 +8,8 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::residuals::{Blocks, CHANNELS, blocks};
+use super::attitude;
+use super::residuals::{Blocks, CHANNELS, attitudes, blocks, blocks_at};
 use super::samples::{BLOCK, Samples};
 use super::world::{BASE, Parameter, World};
 
@@ -283,14 +284,17 @@ impl Problem<'_> {
 
     /// Residuals and derivatives, by differences.
     pub fn linear(&self, world: &World) -> Linear {
-        let here = blocks(self.samples, world);
+        let known = attitudes(self.samples, world);
+        let here = blocks_at(self.samples, world, Some(&known));
+        let lies = attitude::key(world);
         let columns = self
             .parameters
             .par_iter()
             .map(|parameter| {
                 let mut near = world.clone();
                 parameter.set(&mut near, parameter.get(world) + STEP * parameter.scale);
-                let mut column = blocks(self.samples, &near);
+                let same = attitude::key(&near) == lies;
+                let mut column = blocks_at(self.samples, &near, same.then_some(known.as_slice()));
                 for (there, here) in column.iter_mut().zip(&here) {
                     there.iter_mut().zip(here).for_each(|(t, h)| *t = (*t - h) / STEP);
                 }

@@ -15,6 +15,7 @@
 //! The method is that of `diagnosis.md`, section 2. Not here yet: generic terms for what no candidate
 //! explains (2.6), the manoeuvre that would separate rivals (2.7), off-road sessions, fleets.
 
+pub mod attitude;
 pub mod base;
 pub mod effects;
 pub mod name;

@@ -12,11 +12,10 @@
 //! [`estimate`](crate::estimate). Where a channel says nothing its residual is NaN, whatever the
 //! world, so that two worlds are compared on the same blocks.
 
-use super::samples::{BLOCK, RATE, Samples};
+use super::attitude::Attitude;
+use super::samples::{BLOCK, Samples};
 use super::world::World;
 use crate::GRAVITY;
-use crate::estimate::Formulation::Corrected;
-use crate::model::kinematics::{front_camber, kinematic_steer};
 use crate::segment::Kind;
 
 /// The channels, in their order.
@@ -42,26 +41,40 @@ const SIGMA_MU: f64 = 0.02;
 /// Block means, channel after channel: `[channel][block]`.
 pub type Blocks = [Vec<f64>; 8];
 
-/// Everything at one sample.
-struct Instant {
-    residual: [f64; 8],
-    alpha: [f64; 2],
-}
-
 /// The residuals' block means in a world.
 pub fn blocks(samples: &Samples, world: &World) -> Blocks {
+    blocks_at(samples, world, None)
+}
+
+/// How the bike lies throughout, in a world.
+pub fn attitudes(samples: &Samples, world: &World) -> Vec<Attitude> {
+    samples
+        .manoeuvres
+        .iter()
+        .flat_map(|(kind, range)| {
+            let cornering = *kind == Kind::Cornering;
+            range.clone().map(move |i| Attitude::of(samples, world, i, cornering))
+        })
+        .collect()
+}
+
+/// The same with attitudes that are known already.
+pub fn blocks_at(samples: &Samples, world: &World, known: Option<&[Attitude]>) -> Blocks {
     let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
     for (kind, range) in &samples.manoeuvres {
-        let length = world.relaxation_length.map(|l| (l + world.departure.relaxation).max(0.02));
         let mut lagged = [Lag::default(), Lag::default()];
         let mut sums = [0.0; 8];
+        let cornering = *kind == Kind::Cornering;
         for (k, i) in range.clone().enumerate() {
-            let now = instant(samples, world, i, *kind);
-            let mut residual = now.residual;
+            let attitude = match known {
+                Some(known) => known[i],
+                None => Attitude::of(samples, world, i, cornering),
+            };
+            let mut residual = instant(samples, world, i, *kind, &attitude);
             for wheel in 0..2 {
-                let travelled = samples.v[i] / RATE / length[wheel];
                 // the residual holds everything but the lagged slip angle
-                residual[3 + wheel] += lagged[wheel].next(now.alpha[wheel], travelled);
+                let [decay, share] = attitude.lag[wheel];
+                residual[3 + wheel] += lagged[wheel].next(attitude.alpha[wheel], decay, share);
             }
             for (sum, r) in sums.iter_mut().zip(residual) {
                 *sum += r;
@@ -84,29 +97,23 @@ struct Lag {
 }
 
 impl Lag {
-    /// The lagged value after `x` relaxation lengths.
-    fn next(&mut self, input: f64, x: f64) -> f64 {
+    /// The lagged value after `x` relaxation lengths, `decay = e^-x`, `share = (1 - e^-x)/x`.
+    fn next(&mut self, input: f64, decay: f64, share: f64) -> f64 {
         let (last, value) = self.state.unwrap_or((input, input));
-        let decay = (-x).exp();
-        let share = if x > 1e-9 { (1.0 - decay) / x } else { 1.0 };
         let value = decay * value + (1.0 - share) * input + (share - decay) * last;
         self.state = Some((input, value));
         value
     }
 }
 
-fn instant(s: &Samples, w: &World, i: usize, kind: Kind) -> Instant {
+fn instant(s: &Samples, w: &World, i: usize, kind: Kind, a: &Attitude) -> [f64; 8] {
     let d = &w.departure;
     let cornering = kind == Kind::Cornering;
     let (m, h, l) = (w.mass, w.cg_height, w.wheelbase);
     let (lf, lr) = (w.cg_to_front, w.wheelbase - w.cg_to_front);
-    let v = s.v[i] + d.latency * s.vd[i];
-    let r = s.yaw_rate[i] - w.yaw_rate_zero;
-    let vy = s.vy[i] + d.latency * s.vyd[i] - w.vy_zero - d.lever_arm * r;
+    let &Attitude { v, r, vy, phi, sin_phi, cos_phi, sin_d, cos_d, camber, .. } = a;
     let ax = s.ax[i] - w.ax_zero;
     let ay = s.ay[i] - w.ay_zero;
-    let phi = s.roll[i] + d.roll_zero;
-    let (sin_phi, cos_phi) = phi.sin_cos();
     let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
     // the mass centre goes down while leaning in
     let sinking = if cornering { h * (cos_phi * rolld * rolld + sin_phi * rolldd) } else { 0.0 };
@@ -143,28 +150,14 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind) -> Instant {
 
     let force_x = if free || braking { ax - (front + rear - resistance) / m } else { f64::NAN };
 
-    // where the tyres go
-    let steer = s.steer[i] + d.steer_zero;
-    let delta = kinematic_steer(steer, phi, w.caster_angle, Corrected)
-        - d.compliance * m * s.ay[i] * lr / l;
-    let camber = [front_camber(steer, phi, w.caster_angle, Corrected), phi].map(|g| g - d.bank);
-    let along = v - r * h * sin_phi;
-    let across = vy + h * cos_phi * rolld;
-    let (across_f, across_r) = (across + lf * r, across - lr * r);
-    let (sin_d, cos_d) = delta.sin_cos();
-    let velocity = if cornering {
-        [along * cos_d + across_f * sin_d, along]
-    } else {
-        [v, v] // straight runs need neither roll nor steering
-    };
     let mut slip = [f64::NAN; 2];
     let grip = d.grip(s.time[i], along_strip);
     for (k, force) in [front, rear].into_iter().enumerate() {
         if cornering && k == 1 {
             continue; // the driven wheel slips both ways at once: not on this curve
         }
-        let radius = d.radius(w.radius[k], v, load[k] - still[k], camber[k]);
-        let ratio = radius * s.omega[k][i] / velocity[k] - 1.0;
+        let radius = d.radius(w.radius[k], v, load[k] - still[k], a.versine[k]);
+        let ratio = radius * s.omega[k][i] / a.rolling[k] - 1.0;
         if ratio < DEEPEST {
             // a constant mask would need the true slip: what is deep in one world is not in another
             // by a thousandth, and weighs nothing in either
@@ -174,19 +167,15 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind) -> Instant {
         let (value, slope) = w.friction[k].value_and_slope(ratio / grip);
         let value = grip * value * (1.0 - d.friction_per_load * more[k]);
         let sigma_s = 0.02 / v + 0.001;
-        slip[k] = (force / load[k] - value) / SIGMA_MU.hypot(slope * sigma_s);
+        slip[k] =
+            (force / load[k] - value) / (SIGMA_MU * SIGMA_MU + (slope * sigma_s).powi(2)).sqrt();
     }
 
     // sideways
-    let alpha = [
-        (across_f * cos_d - along * sin_d).atan2(along * cos_d + across_f * sin_d),
-        across_r.atan2(along),
-    ];
     let stiffness = [0, 1].map(|k| {
         let [k0, decay] = w.stiffness[k];
         let g: f64 = camber[k];
-        let tangent = if g.abs() < 1e-6 { 1.0 } else { g.tan() / g };
-        k0 * tangent / (1.0 + decay * g * g) * (1.0 + d.stiffness_per_load * more[k])
+        k0 * a.tangent[k] / (1.0 + decay * g * g) * (1.0 + d.stiffness_per_load * more[k])
     });
     let lateral = m * (ay + GRAVITY * d.bank);
     let first = [lateral * lr / l, lateral * lf / l];
@@ -194,7 +183,7 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind) -> Instant {
     let mut moment = 0.0;
     for k in 0..2 {
         let by_slip = first[k] + ratio[k] * stiffness[k] * load[k] * camber[k];
-        let relative = 1.0 - w.stiffness[k][0] / 3.0 * alpha[k].tan().abs();
+        let relative = 1.0 - w.stiffness[k][0] / 3.0 * a.drift[k];
         moment += -(w.twisting_stiffness[k] + d.twisting) * load[k] * camber[k]
             - w.trail[k] * (1.0 + d.trail) * relative.max(0.0) * by_slip;
     }
@@ -211,25 +200,22 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind) -> Instant {
 
     let roll = if cornering {
         let aside = h * sin_phi + d.rider_lean * phi;
-        let balanced = weight / m * (-aside + w.crown * (phi - d.bank).tan())
+        let balanced = weight / m * (-aside + w.crown * a.tan_road)
             + (w.roll_inertia * rolldd - spin * r * cos_phi) / m;
         ay - balanced / (h * cos_phi) - w.roll_rate_term * rolld
     } else {
         f64::NAN
     };
-    Instant {
-        residual: [
-            force_x,
-            slip[0],
-            slip[1],
-            balance[0],
-            balance[1],
-            roll,
-            s.vd[i] - ax - r * vy,
-            ay - s.vyd[i] - v * r,
-        ],
-        alpha,
-    }
+    [
+        force_x,
+        slip[0],
+        slip[1],
+        balance[0],
+        balance[1],
+        roll,
+        s.vd[i] - ax - r * vy,
+        ay - s.vyd[i] - v * r,
+    ]
 }
 
 #[cfg(test)]
@@ -244,7 +230,8 @@ mod tests {
             for i in 0..20 {
                 let x = f64::from(i) * step;
                 let exact = x - 1.0 + (-x).exp();
-                let got = lag.next(x, step);
+                let decay = (-step).exp();
+                let got = lag.next(x, decay, (1.0 - decay) / step);
                 assert!((got - exact).abs() < 1e-12 * (1.0 + x), "{step} {i}");
             }
         }

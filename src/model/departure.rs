@@ -78,11 +78,11 @@ pub struct Departure {
 
 impl Departure {
     /// Rolling radius over its base value, at a speed (m/s), a load beyond the static one (N) and a
-    /// camber.
-    pub fn radius(&self, base: f64, speed: f64, more: f64, camber: f64) -> f64 {
+    /// camber's `1 - cos`.
+    pub fn radius(&self, base: f64, speed: f64, more: f64, versine: f64) -> f64 {
         let grown = speed / GROWN_AT;
         base * (1.0 + self.radius_per_speed * grown * grown - self.radius_per_load * more / 1000.0)
-            - self.radius_crown * (1.0 - camber.cos())
+            - self.radius_crown * versine
     }
 
     /// Force of drag, `coefficient v²` on still air, riding `along` the strip (1) or back (-1).

@@ -237,7 +237,8 @@ impl Plant {
             let reference = vx.abs().max(SLIP_SPEED);
             let extra = assumed[i] - static_load[i];
             let more = extra / static_load[i];
-            let radius = beyond.radius(tyre.rolling_radius, s.vx, extra, camber[i]);
+            let versine = if beyond.radius_crown == 0.0 { 0.0 } else { 1.0 - camber[i].cos() };
+            let radius = beyond.radius(tyre.rolling_radius, s.vx, extra, versine);
             slip_ratio[i] = (radius * s.omega[i] - vx) / reference;
             let alpha_kin = vy.atan2(reference);
             alpha_rate[i] = tyre.slip_angle_rate(s.omega[i], alpha_kin, s.alpha[i]);
