@@ -161,15 +161,7 @@ fn ask(case: Case, log: PathBuf, bike: PathBuf, arguments: &Arguments) -> Option
         told,
         alarm: found.naming.alarm,
         unexplained: found.naming.unexplained,
-        covariate: Some(
-            found
-                .naming
-                .causes
-                .iter()
-                .filter(|c| c.score > 0.7)
-                .map(|c| format!("[{} {:.1} g{:.0}]", c.effect.name, c.score, c.gain))
-                .collect(),
-        ),
+        covariate: found.naming.left.map(|(term, times)| format!("{} {times:.1}", term.describe())),
         limits,
         gain: first.and_then(|c| c.gain_heldout),
         bound: first.and_then(|c| c.gain_upper_bound),

@@ -16,7 +16,14 @@ use roadbench::{filter, segment};
 fn main() {
     let number: usize = std::env::args().nth(1).unwrap().parse().unwrap();
     let level: usize = std::env::args().nth(2).unwrap().parse().unwrap();
-    let c = Case::draw(1, number, Kind::Null, [1.0, 2.0]);
+    let c = Case::draw(
+        1,
+        number,
+        [Kind::Null, Kind::Single, Kind::Double]
+            [std::env::args().nth(3).unwrap().parse::<usize>().unwrap()],
+        [0.6, 3.0],
+    );
+    println!("{:?}", c.hidden.iter().map(|(e, v)| (e.name, *v)).collect::<Vec<_>>());
     let (mut sc, m) = c.machine().unwrap();
     if level < 2 {
         sc.disturbance = Disturbance::default();
@@ -61,6 +68,18 @@ fn main() {
     let x = scan(&sam, &b, ALL);
     let y = scan(&sam2, &b2s, ALL);
     println!(
+        "stiffness {:?} start {:?} crown {} ratio {:?}; truth {:?}",
+        b.world.stiffness,
+        b.start.stiffness,
+        b.world.crown,
+        b.world.side_force_ratio,
+        m.plant.tyres.map(|t| (
+            t.stiffness.k_alpha(0.0, t.side_force_ratio),
+            t.stiffness.c3 / t.side_force_ratio,
+            t.side_force_ratio
+        ))
+    );
+    println!(
         "sigma {:?}\n      {:?}",
         b.sigma.map(|x| (x * 1e4).round() / 1e4),
         b2.sigma.map(|x| (x * 1e4).round() / 1e4)
@@ -68,16 +87,19 @@ fn main() {
     for (e, (a, c)) in ALL.iter().zip(x.iter().zip(&y)) {
         let j = ALL.iter().position(|f| f.name == e.name).unwrap();
         println!(
-            "{:24} real {:7.3} ± {:5.3} (info sd {:5.3})  replay {:7.3} | null {:7.3} ± {:.3} z {:5.1} score {:.1}",
+            "{:24} {:8.3} se {:6.3} info {:6.3} | bias {:7.3} spread {:6.3} scatter {:6.3} gain {:6.0} z {:5.1} score {:.1} thr {:?} {}",
             e.name,
             a.delta,
             a.std_error,
             1.0 / a.information.sqrt(),
-            c.delta,
             cal.bias[j],
             cal.spread[j],
+            cal.scatter[j],
+            a.gain,
             (a.delta - cal.bias[j]) / cal.spread[j],
-            cal.judge(j, a).score
+            cal.judge(j, a).score,
+            cal.threshold.map(|x| (x * 10.0).round() / 10.0),
+            c.delta
         );
     }
 }

@@ -39,7 +39,7 @@ pub struct Base {
 
 /// Fits the base from a start.
 pub fn fit(samples: &Samples, start: &World) -> Base {
-    fit_with(samples, start, start, BASE, None)
+    fit_with(samples, &start.believed(), start, BASE, None)
 }
 
 /// Fits `parameters` from `from`, with priors about `start`; `extra` is added to the residuals.
@@ -77,18 +77,29 @@ pub struct Quick {
     pub linear: Linear,
 }
 
-/// Fits the base from `start`, which is the truth of a null; `more` is linearised along with it.
-pub fn fit_quick(samples: &Samples, start: &World, more: &[Parameter], extra: &Blocks) -> Quick {
+/// Fits the base from `start`, which is the truth of a null; `more` is linearised along with it,
+/// `disturb` may add to what is added to the residuals.
+pub fn fit_quick(
+    samples: &Samples,
+    prior: &World,
+    start: &World,
+    more: &[Parameter],
+    mut extra: Blocks,
+    disturb: impl FnOnce(&Linear, &mut Blocks),
+) -> Quick {
     let all: Vec<Parameter> = BASE.iter().chain(more).copied().collect();
     let mut problem = Problem {
         samples,
-        start,
+        start: prior,
         sigma: [1.0; 8],
         parameters: &all,
-        extra: Some(extra),
+        extra: None,
         only: None,
     };
     let mut linear = problem.linear(start);
+    disturb(&linear, &mut extra);
+    problem.extra = Some(&extra);
+    problem.add_extra(&mut linear.residuals);
     problem.parameters = BASE;
     let mut world = start.clone();
     let mut factor = None;
@@ -113,7 +124,7 @@ pub fn fit_quick(samples: &Samples, start: &World, more: &[Parameter], extra: &B
     }
     let base = Base {
         loss: problem.loss(&world),
-        start: start.clone(),
+        start: prior.clone(),
         sigma: problem.sigma,
         parameters: BASE.to_vec(),
         world,
@@ -122,6 +133,18 @@ pub fn fit_quick(samples: &Samples, start: &World, more: &[Parameter], extra: &B
 }
 
 impl Base {
+    /// The loss whose optimum it is.
+    pub fn problem<'a>(&'a self, samples: &'a Samples) -> Problem<'a> {
+        Problem {
+            samples,
+            start: &self.start,
+            sigma: self.sigma,
+            parameters: &self.parameters,
+            extra: None,
+            only: None,
+        }
+    }
+
     /// The base with more free parameters, its noise and priors kept: at most `steps` steps.
     pub fn extended(&self, samples: &Samples, more: &[Parameter], steps: usize) -> Base {
         let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
@@ -307,7 +330,7 @@ impl Problem<'_> {
     }
 
     /// A block residual in standard deviations and its weight; `None` where it does not count.
-    fn weigh(&self, linear: &Linear, c: usize, b: usize) -> Option<(f64, f64)> {
+    pub fn weigh(&self, linear: &Linear, c: usize, b: usize) -> Option<(f64, f64)> {
         let z = linear.residuals[c][b] / self.sigma[c];
         if !z.is_finite() || z.abs() > FARTHEST {
             return None;
@@ -346,6 +369,32 @@ impl Problem<'_> {
                 }
             }
         }
+    }
+
+    /// Downhill pull and curvature of some blocks along a combination of columns.
+    pub fn along(
+        &self,
+        linear: &Linear,
+        range: std::ops::Range<usize>,
+        columns: &[usize],
+        weights: &[f64],
+    ) -> (f64, f64) {
+        let (mut pull, mut curvature) = (0.0, 0.0);
+        let mut row = vec![0.0; range.len()];
+        for c in 0..CHANNELS.len() {
+            row.fill(0.0);
+            for (&k, weight) in columns.iter().zip(weights) {
+                let column = &linear.columns[k][c][range.clone()];
+                row.iter_mut().zip(column).for_each(|(r, x)| *r += weight * x);
+            }
+            for (r, b) in row.iter().zip(range.clone()) {
+                let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
+                let r = r / self.sigma[c];
+                pull -= weight * r * z;
+                curvature += weight * r * r;
+            }
+        }
+        (pull, curvature)
     }
 
     /// Adds the weighted rows of some blocks to a downhill direction.

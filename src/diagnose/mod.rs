@@ -18,6 +18,7 @@
 pub mod attitude;
 pub mod base;
 pub mod effects;
+pub mod generic;
 pub mod name;
 pub mod null;
 pub mod replay;
@@ -25,6 +26,7 @@ pub mod residuals;
 pub mod ride;
 pub mod samples;
 pub mod scan;
+pub mod scatter;
 pub mod slow;
 pub mod smooth;
 pub mod undo;

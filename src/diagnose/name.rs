@@ -7,6 +7,7 @@
 
 use super::base::Base;
 use super::effects::Effect;
+use super::generic::{self, Term};
 use super::null::Calibration;
 use super::samples::Samples;
 use super::scan::scan;
@@ -14,17 +15,19 @@ use super::scan::scan;
 /// Share of the largest score that a candidate must have itself.
 const SHARE: f64 = 0.3;
 /// Least score that a candidate must have itself.
-const LEAST: f64 = 0.8;
-/// Largest size that is believed, in usual ones.
-const LARGEST: f64 = 4.0;
+const LEAST: f64 = 1.0;
+/// Score of any candidate from which there is an alarm.
+const ALARM: f64 = 1.1;
 /// Least gain of a refit, in twice the loss.
 const GAIN: f64 = 12.0;
 /// The same for every further name, and its share of the first one's gain.
 const FURTHER: (f64, f64) = (50.0, 0.05);
 /// Candidates that are refitted.
-const REFITTED: usize = 5;
+const REFITTED: usize = 6;
 /// Share of the best gain from which a candidate is an equivalent.
 const EQUIVALENT: f64 = 0.8;
+/// Structure, in thresholds, that contradicts what was named.
+const CONTRADICTS: f64 = 2.0;
 /// Most causes of one ride.
 const MOST: usize = 4;
 /// What the model itself is uncertain by, as a share of an estimate.
@@ -83,7 +86,9 @@ pub struct Naming {
     pub extended: Base,
     /// Largest score of all before anything was named.
     pub alarm: f64,
-    /// Whether there was an alarm that no candidate explains.
+    /// What is left over which variable, and how many times what nulls show at most.
+    pub left: Option<(Term, f64)>,
+    /// Whether structure is left that no candidate explains.
     pub unexplained: bool,
 }
 
@@ -98,7 +103,6 @@ pub fn name(
     let mut open: Vec<usize> = (0..effects.len()).collect();
     let mut named: Vec<Cause> = Vec::new();
     let mut first_alarm = 0.0;
-    let mut unexplained = false;
     let mut rest: Vec<Cause> = Vec::new();
     for round in 0..=MOST {
         let candidates: Vec<Effect> = open.iter().map(|&j| effects[j]).collect();
@@ -111,10 +115,9 @@ pub fn name(
         }
         rest = judged
             .iter()
-            .map(|(j, c, s)| Cause {
+            .map(|(j, c, _)| Cause {
                 effect: effects[*j],
-                // less than a tenth of the prior is learnt
-                verdict: if s.information < 0.1 / 9.0 {
+                verdict: if !calibration.sees(*j) {
                     Verdict::NotIdentifiable
                 } else {
                     Verdict::NotNeeded
@@ -126,13 +129,11 @@ pub fn name(
                 equivalent: Vec::new(),
             })
             .collect();
-        if alarm <= 1.0 || round == MOST {
+        if alarm <= ALARM || round == MOST {
             break;
         }
-        let mut gated: Vec<_> = judged
-            .iter()
-            .filter(|(_, c, _)| c.score > LEAST.max(SHARE * alarm) && c.delta.abs() < LARGEST)
-            .collect();
+        let mut gated: Vec<_> =
+            judged.iter().filter(|(_, c, _)| c.score > LEAST.max(SHARE * alarm)).collect();
         gated.sort_by(|a, b| b.2.gain.total_cmp(&a.2.gain));
         gated.truncate(REFITTED);
         let mut refits: Vec<(usize, f64, Base)> = gated
@@ -148,12 +149,11 @@ pub fn name(
                     None => GAIN,
                     Some(first) => FURTHER.0.max(FURTHER.1 * first.gain),
                 };
-                *gain > least && size.abs() < LARGEST * p.scale
+                *gain > least && effects[*j].possible(size)
             })
             .collect();
         refits.sort_by(|a, b| b.1.total_cmp(&a.1));
         let Some((best, gain, refit)) = refits.first().cloned() else {
-            unexplained = named.is_empty();
             break;
         };
         let equivalent: Vec<&'static str> = refits[1..]
@@ -179,8 +179,20 @@ pub fn name(
         current = refit;
         open.retain(|j| *j != best);
     }
+    // what is left, over which variable
+    let problem = current.problem(samples);
+    let terms = generic::terms(samples, &problem, &problem.linear(&current.world));
+    let (most, times) = calibration.largest(&terms);
+    let left = most.map(|_| times / calibration.structure).and_then(|times| {
+        // the most unusual term tells that there is something, the largest what it goes with
+        let beyond = |t: &&Term| t.gain > 0.0;
+        let term = terms.iter().filter(beyond).max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+        Some((*term, times))
+    });
+    let bar = if named.is_empty() { 1.0 } else { CONTRADICTS };
+    let unexplained = left.is_some_and(|(_, times)| times > bar);
     rest.retain(|c| named.iter().all(|n| n.effect.name != c.effect.name));
     rest.sort_by(|a, b| b.score.total_cmp(&a.score));
     named.extend(rest);
-    Naming { causes: named, extended: current, alarm: first_alarm, unexplained }
+    Naming { causes: named, extended: current, alarm: first_alarm, left, unexplained }
 }

@@ -13,11 +13,13 @@ use rayon::prelude::*;
 
 use super::base::{self, Base};
 use super::effects::Effect;
+use super::generic::{self, Term};
 use super::replay::replay;
 use super::residuals::{Blocks, blocks};
 use super::samples::{BLOCK, RATE, Samples, picks};
 use super::scan::{Score, scores};
-use super::slow;
+use super::scatter::Scatter;
+use super::slow::{self, Slow};
 use super::world::{BASE, Parameter};
 use crate::segment::{Kind, Segment};
 use crate::session::Session;
@@ -26,6 +28,10 @@ use crate::simulate::random::Random;
 
 /// Time over which the coloured noise forgets, s.
 const MEMORY: f64 = 1.5;
+/// Rides with sensor noise only, by which what else there is is known.
+const QUIET: usize = 3;
+/// Largest detection limit that is one, in usual sizes.
+const SEEN: f64 = 4.0;
 /// Share of the nulls whose largest score lies below the threshold.
 const QUANTILE: f64 = 0.95;
 
@@ -40,6 +46,10 @@ pub struct Calibration {
     pub scatter: Vec<f64>,
     /// Thresholds of the largest `|z|`, with and without the manoeuvres' own scatter.
     pub threshold: [f64; 2],
+    /// Mean gain of every generic term in nulls, in the order of [`generic::terms`].
+    pub usual: Vec<f64>,
+    /// Threshold of the largest term, in usual gains.
+    pub structure: f64,
     /// How many nulls.
     pub nulls: usize,
     /// Largest score of each null, each judged like a real ride.
@@ -78,38 +88,91 @@ impl Calibration {
             .collect();
         let measured = Samples::gather(session, segments);
         let found = blocks(&measured, &base.world);
-        let wander = slow::slow(session, segments, &measured, &found, &base.world);
+        let mut wander = slow::slow(session, segments, &measured, &found, &base.world);
+        let problem = base.problem(&measured);
+        let scatter = Scatter::of(&measured, &problem, &problem.linear(&base.world));
         let picks = picks(session, segments);
-        let noisy = |number: usize| {
+        let ride = |number: usize, wander: &[Slow]| {
             let mut random = Random::new(seed, &format!("null {number}"));
             let mut session = clean.clone();
-            slow::add(&mut session, &wander, &mut random);
+            slow::add(&mut session, wander, &mut random);
             for (channel, sigma) in &white {
                 if let Some(x) = session.get_mut(*channel) {
                     x.iter_mut().for_each(|x| *x += sigma * random.normal());
                 }
             }
+            (session, random)
+        };
+        // what wander that size looks like in rides of this plan corrects it
+        let seen: Vec<Vec<Slow>> = (0..QUIET)
+            .into_par_iter()
+            .map(|number| {
+                let (session, _) = ride(number, &wander);
+                let samples = Samples::take(&session, &picks);
+                let found = blocks(&samples, &base.world);
+                slow::slow(&session, segments, &samples, &found, &base.world)
+            })
+            .collect();
+        for error in &mut wander {
+            let own = |s: &Vec<Slow>| s.iter().find(|s| s.channel == error.channel).map(|s| s.sd);
+            let sizes: Vec<f64> = seen.iter().filter_map(own).collect();
+            let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
+            if mean > 0.0 {
+                error.sd *= (error.sd / mean).clamp(0.4, 1.5);
+            }
+        }
+        let noisy = |number: usize| {
+            let (session, random) = ride(number, &wander);
             (Samples::take(&session, &picks), random)
         };
-        // how much the sensors' white noise explains of the residuals' scatter
-        let (samples, _) = noisy(0);
-        let alone = base::noise(&samples, &blocks(&samples, &base.world));
+        // how much the sensors' noise explains of the residuals' scatter, once a base is fitted to it
+        let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
+        let quiet = |(samples, _): (Samples, Random)| {
+            let none: Blocks = std::array::from_fn(|_| vec![0.0; samples.blocks()]);
+            base::fit_quick(&samples, &base.start, &base.world, &[], none, |_, _| {}).base.sigma
+        };
+        let alone: Vec<[f64; 8]> = (0..QUIET).into_par_iter().map(|k| quiet(noisy(k))).collect();
+        let alone: [f64; 8] = std::array::from_fn(|c| {
+            (alone.iter().map(|s| s[c] * s[c]).sum::<f64>() / QUIET as f64).sqrt()
+        });
         let colour: [f64; 8] =
             std::array::from_fn(|c| (base.sigma[c].powi(2) - alone[c].powi(2)).max(0.0).sqrt());
-        let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
         let all: Vec<Parameter> = BASE.iter().chain(&more).copied().collect();
-        let scored: Vec<(Vec<Score>, Rms)> = (1..=nulls)
+        if std::env::var("DBG").is_ok() {
+            eprintln!(
+                "wander {wander:?}\nalone {alone:?}\nsigma {:?}\ncolour {colour:?}",
+                base.sigma
+            );
+        }
+        let scored: Vec<(Vec<Score>, Rms, Vec<Term>)> = (QUIET..QUIET + nulls)
             .into_par_iter()
             .map(|number| {
                 let (samples, mut random) = noisy(number);
                 let extra = coloured(&samples, &colour, &mut random);
-                let quick = base::fit_quick(&samples, &base.world, &more, &extra);
+                let quick = base::fit_quick(
+                    &samples,
+                    &base.start,
+                    &base.world,
+                    &more,
+                    extra,
+                    |linear, to| scatter.add(&samples, linear, &mut random, to),
+                );
                 let scores = scores(&samples, &quick.base, &all, &quick.linear);
-                (scores, rms(&samples, &quick.linear.residuals))
+                let terms = generic::terms(&samples, &quick.base.problem(&samples), &quick.linear);
+                (scores, rms(&samples, &quick.linear.residuals), terms)
             })
             .collect();
-        let (scored, sizes): (Vec<Vec<Score>>, Vec<Rms>) = scored.into_iter().unzip();
+        let mut sizes = Vec::with_capacity(nulls);
+        let mut terms = Vec::with_capacity(nulls);
+        let mut scores = Vec::with_capacity(nulls);
+        for (score, size, term) in scored {
+            scores.push(score);
+            sizes.push(size);
+            terms.push(term);
+        }
+        let scored = scores;
         let mut calibration = Self::of(&scored, effects.len());
+        calibration.left(&terms);
         for sizes in sizes {
             for (key, (size, _)) in sizes {
                 let floor = calibration.floor.entry(key).or_insert([0.0, 0.0]);
@@ -122,6 +185,27 @@ impl Calibration {
         });
         calibration.tops = tops.collect();
         calibration
+    }
+
+    /// Learns what generic terms gain in nulls.
+    fn left(&mut self, terms: &[Vec<Term>]) {
+        let n = terms.len() as f64;
+        let count = terms.iter().map(Vec::len).min().unwrap_or(0);
+        self.usual = (0..count)
+            // two degrees of freedom gain two by chance
+            .map(|k| (terms.iter().map(|t| t[k].gain).sum::<f64>() / n).max(2.0))
+            .collect();
+        let tops: Vec<f64> = terms.iter().map(|t| self.largest(t).1).collect();
+        self.structure = quantile(tops);
+    }
+
+    /// The most unusual term and how many usual gains it has.
+    pub fn largest(&self, terms: &[Term]) -> (Option<Term>, f64) {
+        terms
+            .iter()
+            .zip(&self.usual)
+            .map(|(t, usual)| (Some(*t), t.gain / usual))
+            .fold((None, 0.0), |best, own| if own.1 > best.1 { own } else { best })
     }
 
     fn of(scored: &[Vec<Score>], effects: usize) -> Self {
@@ -140,22 +224,17 @@ impl Calibration {
             })
             .collect();
         let largest = |scatter: bool| {
-            let mut tops: Vec<f64> = scored
+            let tops: Vec<f64> = scored
                 .iter()
                 .map(|s| {
                     let z = |j: usize| {
                         let own = if scatter { s[j].std_error } else { 0.0 };
                         ((s[j].delta - bias[j]) / spread[j].max(own)).abs()
                     };
-                    (0..effects).map(z).fold(0.0, f64::max)
+                    (0..effects).filter(|&j| 3.3 * spread[j] < SEEN).map(z).fold(0.0, f64::max)
                 })
                 .collect();
-            tops.sort_by(f64::total_cmp);
-            let place = QUANTILE * (nulls as f64 - 1.0);
-            let (low, share) = (place.floor() as usize, place.fract());
-            let high = tops[(low + 1).min(nulls - 1)];
-            // the nulls are few and set their own bias and spread: a little more
-            (1.0 + 1.0 / nulls as f64) * (tops[low] + share * (high - tops[low]))
+            quantile(tops)
         };
         Calibration {
             threshold: [largest(true), largest(false)],
@@ -165,6 +244,8 @@ impl Calibration {
             bias,
             spread,
             nulls,
+            usual: Vec::new(),
+            structure: f64::INFINITY,
             tops: Vec::new(),
             floor: BTreeMap::new(),
         }
@@ -176,6 +257,11 @@ impl Calibration {
         3.3 * self.spread[j]
     }
 
+    /// Whether an effect that can be would be seen in such a ride.
+    pub fn sees(&self, j: usize) -> bool {
+        self.limit(j) < SEEN
+    }
+
     /// A real ride's score of effect `j`.
     pub fn judge(&self, j: usize, score: &Score) -> Calibrated {
         let delta = score.delta - self.bias[j];
@@ -184,8 +270,22 @@ impl Calibration {
         // manoeuvres that scatter more than in nulls (pads, gusts) make nulls too sure
         let more = (score.std_error / self.scatter[j].max(f64::MIN_POSITIVE)).max(1.0);
         let plain = (delta / (more * self.spread[j])).abs() / (1.4 * self.threshold[1]);
-        Calibrated { delta, std_error, score: robust.max(plain) }
+        let score = if self.sees(j) { robust.max(plain) } else { 0.0 };
+        Calibrated { delta, std_error, score }
     }
+}
+
+/// The threshold that a share of [`QUANTILE`] of nulls stays below.
+fn quantile(mut tops: Vec<f64>) -> f64 {
+    if tops.is_empty() {
+        return f64::INFINITY;
+    }
+    tops.sort_by(f64::total_cmp);
+    let place = QUANTILE * (tops.len() as f64 - 1.0);
+    let (low, share) = (place.floor() as usize, place.fract());
+    let high = tops[(low + 1).min(tops.len() - 1)];
+    // the nulls are few and set their own bias and spread: a little more
+    (1.0 + 1.0 / tops.len() as f64) * (tops[low] + share * (high - tops[low]))
 }
 
 /// Root mean square and number of the residuals, by kind and channel.

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! K = S_bb^-1 S_bj,   I_j = S_jj - S_jb K,   u_g = b_gj - K' b_gb
-//! delta_j = (I_j + 1/9)^-1 sum_g u_g,        se_j^2 = sum_g u_g^2 / (I_j + 1/9)^2
+//! delta_j = (I_j + 1/9)^-1 sum_g u_g,        se_j^2 = sum_g (u_g - I_gj delta_j)^2 / (I_j + 1/9)^2
 //! ```
 //! `g` runs over manoeuvres; sizes are in the effect's usual one.
 
@@ -59,12 +59,10 @@ pub fn scores(
     };
     let (p, b) = (parameters.len(), base.parameters.len());
     let mut whole = DMatrix::zeros(p, p);
-    let mut pulls: Vec<DVector<f64>> = Vec::with_capacity(samples.manoeuvres.len());
+    let mut unused = DVector::zeros(p);
     for (_, range) in &samples.manoeuvres {
-        let mut pull = DVector::zeros(p);
         let blocks = range.start / BLOCK..range.end / BLOCK;
-        problem.accumulate(linear, blocks, &mut whole, &mut pull);
-        pulls.push(pull);
+        problem.accumulate(linear, blocks, &mut whole, &mut unused);
     }
     whole.fill_upper_triangle_with_lower_triangle();
     let mut base_matrix = whole.view((0, 0), (b, b)).into_owned();
@@ -77,20 +75,27 @@ pub fn scores(
     };
     (b..p)
         .map(|j| {
-            let cross = whole.view((0, j), (b, 1)).into_owned();
-            let k = inverse.solve(&cross);
-            let information = (whole[(j, j)] - (cross.transpose() * &k)[(0, 0)]).max(0.0);
+            let k = inverse.solve(&whole.view((0, j), (b, 1)).into_owned());
+            let weights: Vec<f64> = k.iter().map(|x| -x).chain([1.0]).collect();
+            let columns: Vec<usize> = (0..b).chain([j]).collect();
+            let pulls: Vec<(f64, f64)> = samples
+                .manoeuvres
+                .iter()
+                .map(|(_, range)| {
+                    let blocks = range.start / BLOCK..range.end / BLOCK;
+                    problem.along(linear, blocks, &columns, &weights)
+                })
+                .collect();
             let prior = parameters[j].prior;
+            let (sum, information) =
+                pulls.iter().fold((0.0, 0.0), |(u, i), (pull, own)| (u + pull, i + own));
             let curvature = information + 1.0 / (prior * prior);
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for pull in &pulls {
-                let u = pull[j] - (k.transpose() * pull.rows(0, b))[(0, 0)];
-                sum += u;
-                squares += u * u;
-            }
+            let delta = sum / curvature;
+            // the manoeuvres' scatter about the effect, not about nothing: it would inflate itself
+            let scatter: f64 = pulls.iter().map(|(pull, own)| (pull - own * delta).powi(2)).sum();
             Score {
-                delta: sum / curvature,
-                std_error: squares.sqrt() / curvature,
+                delta,
+                std_error: scatter.sqrt() / curvature,
                 gain: sum * sum / curvature,
                 information,
             }

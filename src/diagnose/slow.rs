@@ -16,7 +16,7 @@ use super::samples::{BLOCK, RATE, Samples};
 use super::world::World;
 use crate::GRAVITY;
 use crate::channel::Channel;
-use crate::segment::Segment;
+use crate::segment::{Kind, Segment};
 use crate::session::Session;
 use crate::simulate::random::{Coloured, Random};
 
@@ -93,7 +93,8 @@ fn wander(
 ) -> Option<Slow> {
     let mut changes: [Vec<f64>; 3] = Default::default();
     let spans = SPANS.map(|s| (s * sampling) as usize);
-    for segment in segments.iter().filter(|s| s.used) {
+    // in a bend each velocity's wander turns into the other's
+    for segment in segments.iter().filter(|s| s.used && s.kind != Kind::Cornering) {
         let end = segment.end.min(x.len());
         let mut sum = 0.0;
         let off: Vec<f64> = (segment.start..end)

@@ -100,7 +100,8 @@ macro_rules! parameter {
     };
 }
 
-/// The base model's parameters; scales are about a tenth of the usual value.
+/// The base model's parameters; scales are about a tenth of the usual value. Of the cornering stiffness
+/// its inverse: a slip angle is linear in it.
 pub const BASE: &[Parameter] = &[
     parameter!("drag", 0.035, 3.0, |w| w.drag),
     parameter!("rolling_resistance", 0.0015, 3.0, |w| w.rolling_resistance),
@@ -115,9 +116,25 @@ pub const BASE: &[Parameter] = &[
     parameter!("mf_d_rear", 0.1, 3.0, |w| w.friction[1].d),
     parameter!("mf_e1_rear", 0.3, 1.0, |w| w.friction[1].e1),
     parameter!("mf_e2_rear", 0.3, 1.0, |w| w.friction[1].e2),
-    parameter!("cornering_stiffness_front", 1.2, 3.0, |w| w.stiffness[0][0]),
+    Parameter {
+        name: "cornering_compliance_front",
+        scale: 0.008,
+        prior: 3.0,
+        place: Place::Base(
+            |w| 1.0 / w.stiffness[0][0],
+            |w, value| w.stiffness[0][0] = 1.0 / value.max(0.01),
+        ),
+    },
     parameter!("stiffness_decay_front", 0.3, 3.0, |w| w.stiffness[0][1]),
-    parameter!("cornering_stiffness_rear", 1.3, 3.0, |w| w.stiffness[1][0]),
+    Parameter {
+        name: "cornering_compliance_rear",
+        scale: 0.008,
+        prior: 3.0,
+        place: Place::Base(
+            |w| 1.0 / w.stiffness[1][0],
+            |w, value| w.stiffness[1][0] = 1.0 / value.max(0.01),
+        ),
+    },
     parameter!("stiffness_decay_rear", 0.3, 3.0, |w| w.stiffness[1][1]),
     parameter!("overturning_stiffness", 0.005, 5.0, |w| w.crown),
     parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
@@ -128,7 +145,18 @@ pub const BASE: &[Parameter] = &[
     parameter!("velocity_y_zero", 0.02, 5.0, |w| w.vy_zero),
 ];
 
+/// Cornering stiffness of a usual motorcycle tyre, 1/rad, and how it falls with camber, 1/rad².
+const USUAL_STIFFNESS: [f64; 2] = [12.5, 0.6];
+
 impl World {
+    /// What is believed before the ride: that of the characterisation, but for the cornering
+    /// stiffness. In a quasi-static bend a wrong side-force ratio gives a stiffness that is as wrong,
+    /// and only what tyres usually have speaks against it.
+    #[must_use]
+    pub fn believed(&self) -> Self {
+        World { stiffness: [USUAL_STIFFNESS; 2], ..self.clone() }
+    }
+
     /// What the characterisation of a session found, the bike file where it found nothing.
     pub fn new(bike: &Bike, solution: &Solution) -> Self {
         let given = &solution.given;
@@ -146,7 +174,7 @@ impl World {
         // (39) multiplied through: k = tan(g)/g / (t1 + t2 g^2)
         let stiffness = [0, 1].map(|k| match &solution.fits.lateral[k].compliance {
             Some(fit) if fit.theta[0] > 0.0 => [1.0 / fit.theta[0], fit.theta[1] / fit.theta[0]],
-            _ => [12.5, 0.6],
+            _ => USUAL_STIFFNESS,
         });
         World {
             mass: bike.mass,
