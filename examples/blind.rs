@@ -36,6 +36,9 @@ struct Arguments {
     /// Only this kind of case.
     #[arg(long)]
     only: Option<String>,
+    /// Only these cases, by number.
+    #[arg(long, value_delimiter = ',')]
+    numbers: Vec<usize>,
     /// A line per archive.
     #[arg(long)]
     verbose: bool,
@@ -98,7 +101,12 @@ fn main() {
         .filter(|(_, k)| {
             arguments.only.as_ref().is_none_or(|o| format!("{k:?}").eq_ignore_ascii_case(o))
         })
-        .take(arguments.archives)
+        .filter(|(n, _)| arguments.numbers.is_empty() || arguments.numbers.contains(n))
+        .take(if arguments.numbers.is_empty() {
+            arguments.archives
+        } else {
+            arguments.numbers.len()
+        })
         .map(|(n, k)| Case::draw(arguments.seed, n, k, sizes))
         .collect();
     let outcomes: Vec<Outcome> = cases

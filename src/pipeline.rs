@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bike::Bike;
 use crate::channel::Channel;
+use crate::diagnose::model::Model;
 use crate::estimate::zeros::{self, Zeros};
 use crate::estimate::{Formulation, needs};
 use crate::fit::chain::{self, Data, Solution};
@@ -40,6 +41,8 @@ pub struct Pipeline {
     pub fit: fit::Config,
     /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
     pub offroad: Option<estimate::offroad::Config>,
+    /// What a diagnosis found, taken out of its motorcycle's sessions.
+    pub model: Option<Model>,
 }
 
 /// Built-in pipelines by name.
@@ -163,6 +166,13 @@ pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcom
         return offroad::run(input, session, warnings, bike, pipeline, offroad);
     }
     warnings.extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?);
+    let mut known = None;
+    if let Some(model) = &pipeline.model {
+        let mut extended = bike.clone();
+        warnings.extend(model.apply(&mut session, &mut extended));
+        known = Some(extended);
+    }
+    let bike = known.as_ref().unwrap_or(bike);
     warnings.extend(filter::run(&mut session, &pipeline.filter));
     let segments = segment::run(&session, bike, &pipeline.segment);
 

@@ -11,6 +11,7 @@ use indicatif::ProgressBar;
 use crate::batch::progress::Progress;
 use crate::batch::{self, Maps, Run, Settings, Stages};
 use crate::cli::Failure;
+use crate::diagnose::model::Model;
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
 use crate::rows;
@@ -33,6 +34,9 @@ pub struct Arguments {
     /// Settings of the stages; by default the built-in pipelines/onroad.toml.
     #[arg(long, value_name = "FILE")]
     pipeline: Option<PathBuf>,
+    /// Extended model that `diagnose` wrote: what it found is taken out of that motorcycle's sessions.
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
     /// Channel map of logs that are not session.v1; may be repeated. Without it the shipped maps
     /// are tried.
     #[arg(long, value_name = "FILE")]
@@ -66,10 +70,17 @@ enum Show {
 /// See [`Failure`].
 pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let start = Instant::now();
-    let pipeline = match &arguments.pipeline {
+    let mut pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
+    if let Some(path) = &arguments.model {
+        if pipeline.offroad.is_some() {
+            let message = "--model is for road sessions; take a pipeline without [offroad]";
+            return Err(Failure::Usage(message.to_owned()));
+        }
+        pipeline.model = Some(Model::read(path).map_err(Failure::Usage)?);
+    }
     let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
     let stop = stop_on_signal()?;
     let settings = Settings {

@@ -77,17 +77,18 @@ pub struct Quick {
     pub linear: Linear,
 }
 
-/// Fits the base from `start`, which is the truth of a null; `more` is linearised along with it,
+/// Fits `fitted` from a model whose own ride it is; `more` is linearised along with it,
 /// `disturb` may add to what is added to the residuals.
 pub fn fit_quick(
     samples: &Samples,
-    prior: &World,
-    start: &World,
+    model: &Base,
+    fitted: &[Parameter],
     more: &[Parameter],
     mut extra: Blocks,
     disturb: impl FnOnce(&Linear, &mut Blocks),
 ) -> Quick {
-    let all: Vec<Parameter> = BASE.iter().chain(more).copied().collect();
+    let (prior, start) = (&model.start, &model.world);
+    let all: Vec<Parameter> = fitted.iter().chain(more).copied().collect();
     let mut problem = Problem {
         samples,
         start: prior,
@@ -100,7 +101,7 @@ pub fn fit_quick(
     disturb(&linear, &mut extra);
     problem.extra = Some(&extra);
     problem.add_extra(&mut linear.residuals);
-    problem.parameters = BASE;
+    problem.parameters = fitted;
     let mut world = start.clone();
     let mut factor = None;
     for round in 0..5 {
@@ -126,7 +127,7 @@ pub fn fit_quick(
         loss: problem.loss(&world),
         start: prior.clone(),
         sigma: problem.sigma,
-        parameters: BASE.to_vec(),
+        parameters: fitted.to_vec(),
         world,
     };
     Quick { base, linear }

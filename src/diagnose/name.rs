@@ -5,12 +5,16 @@
 //! much are its equivalents: the ride cannot tell them apart. The named one joins the base, and what
 //! is left is looked at again.
 
+use rayon::prelude::*;
+
 use super::base::Base;
 use super::effects::Effect;
 use super::generic::{self, Term};
-use super::null::Calibration;
+use super::null::{Calibration, median};
+use super::rides::Rides;
 use super::samples::Samples;
 use super::scan::scan;
+use super::world::World;
 
 /// Share of the largest score that a candidate must have itself.
 const SHARE: f64 = 0.3;
@@ -20,16 +24,20 @@ const LEAST: f64 = 1.0;
 const ALARM: f64 = 1.1;
 /// Least gain of a refit, in twice the loss.
 const GAIN: f64 = 12.0;
+/// Score that makes up for half of it.
+const CLEAR: f64 = 1.5;
 /// The same for every further name, and its share of the first one's gain.
-const FURTHER: (f64, f64) = (50.0, 0.05);
+const FURTHER: (f64, f64) = (20.0, 0.03);
 /// Candidates that are refitted.
 const REFITTED: usize = 6;
 /// Share of the best gain from which a candidate is an equivalent.
 const EQUIVALENT: f64 = 0.8;
 /// Structure, in thresholds, that contradicts what was named.
-const CONTRADICTS: f64 = 2.0;
+const CONTRADICTS: f64 = 3.0;
 /// Most causes of one ride.
 const MOST: usize = 4;
+/// Rides on the extended model.
+const AGAIN: usize = 16;
 /// What the model itself is uncertain by, as a share of an estimate.
 const MODEL: f64 = 0.03;
 
@@ -40,6 +48,8 @@ pub enum Verdict {
     Named,
     /// It is one of a class that the ride cannot tell apart.
     Ambiguous,
+    /// It would have been named, but leaves more structure than a cause may.
+    Contradicted,
     /// Nothing speaks for it.
     NotNeeded,
     /// The ride says nothing about it.
@@ -52,7 +62,7 @@ impl Verdict {
         match self {
             Verdict::Named => "named",
             Verdict::Ambiguous => "ambiguous",
-            Verdict::NotNeeded => "not_needed",
+            Verdict::Contradicted | Verdict::NotNeeded => "not_needed",
             Verdict::NotIdentifiable => "not_identifiable",
         }
     }
@@ -98,6 +108,7 @@ pub fn name(
     base: &Base,
     effects: &[Effect],
     calibration: &Calibration,
+    rides: &Rides<'_>,
 ) -> Naming {
     let mut current = base.clone();
     let mut open: Vec<usize> = (0..effects.len()).collect();
@@ -145,7 +156,9 @@ pub fn name(
             .filter(|(j, gain, refit)| {
                 let p = effects[*j].parameter();
                 let size = p.get(&refit.world) - p.get(&base.start);
+                let clear = judged.iter().any(|(k, c, _)| k == j && c.score > CLEAR);
                 let least = match named.first() {
+                    None if clear => 0.5 * GAIN,
                     None => GAIN,
                     Some(first) => FURTHER.0.max(FURTHER.1 * first.gain),
                 };
@@ -165,7 +178,7 @@ pub fn name(
         let p = effect.parameter();
         let Some((_, seen, _)) = judged.iter().find(|(j, _, _)| *j == best) else { break };
         let value = p.get(&refit.world) - p.get(&base.start) - calibration.bias[best] * p.scale;
-        let std_error = (seen.std_error * p.scale).hypot(MODEL * value);
+        let std_error = seen.std_error * p.scale;
         let verdict = if equivalent.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
         named.push(Cause {
             effect,
@@ -179,20 +192,63 @@ pub fn name(
         current = refit;
         open.retain(|j| *j != best);
     }
+    settle(&mut named, &current, &base.start, rides);
     // what is left, over which variable
     let problem = current.problem(samples);
     let terms = generic::terms(samples, &problem, &problem.linear(&current.world));
     let (most, times) = calibration.largest(&terms);
     let left = most.map(|_| times / calibration.structure).and_then(|times| {
-        // the most unusual term tells that there is something, the largest what it goes with
-        let beyond = |t: &&Term| t.gain > 0.0;
-        let term = terms.iter().filter(beyond).max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+        // the most unusual term tells that there is something, the one that gains most beyond its
+        // usual what it goes with
+        let (term, _) = terms
+            .iter()
+            .zip(&calibration.usual)
+            .map(|(t, usual)| (t, t.gain - usual))
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
         Some((*term, times))
     });
     let bar = if named.is_empty() { 1.0 } else { CONTRADICTS };
     let unexplained = left.is_some_and(|(_, times)| times > bar);
+    if unexplained && !named.is_empty() {
+        // it takes up part of something else
+        for cause in &mut named {
+            cause.verdict = Verdict::Contradicted;
+        }
+    }
     rest.retain(|c| named.iter().all(|n| n.effect.name != c.effect.name));
     rest.sort_by(|a, b| b.score.total_cmp(&a.score));
     named.extend(rest);
     Naming { causes: named, extended: current, alarm: first_alarm, left, unexplained }
+}
+
+/// Sizes and their errors from rides on the extended model itself: what a fit makes of a size that is
+/// known there is what it makes of the unknown one here.
+fn settle(named: &mut [Cause], extended: &Base, start: &World, rides: &Rides<'_>) {
+    if named.is_empty() {
+        return;
+    }
+    let rides = rides.on(&extended.world);
+    let sizes: Vec<Vec<f64>> = (0..AGAIN)
+        .into_par_iter()
+        .map(|number| {
+            let (_, quick) = rides.fit(number, extended, &extended.parameters, &[]);
+            let size = |c: &Cause| c.effect.parameter().get(&quick.base.world);
+            named.iter().map(size).collect()
+        })
+        .collect();
+    for (k, cause) in named.iter_mut().enumerate() {
+        let p = cause.effect.parameter();
+        let truth = p.get(&extended.world);
+        let own: Vec<f64> = sizes.iter().map(|s| s[k] - truth).collect();
+        let bias = median(&own);
+        let spread = 1.4826 * median(&own.iter().map(|x| (x - bias).abs()).collect::<Vec<_>>());
+        let mean = own.iter().sum::<f64>() / AGAIN as f64;
+        let square = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+        let sd = (square / (AGAIN as f64 - 1.0)).sqrt();
+        cause.value = truth - p.get(start) - bias;
+        // the bias is known as well as so few rides tell
+        let known = (1.0 + 1.5 / AGAIN as f64).sqrt();
+        let scatter = cause.std_error;
+        cause.std_error = (known * 0.5 * (sd + spread)).max(scatter).hypot(MODEL * cause.value);
+    }
 }

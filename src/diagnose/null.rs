@@ -1,35 +1,24 @@
 //! Calibration against nulls: what every candidate scores on rides in which nothing is wrong
 //! (`diagnosis.md`, section 2.4).
 //!
-//! The measured ride is ridden again on the fitted base model ([`replay`](super::replay)), given the
-//! sensors' noise, and put through the whole of fit and scan. What a candidate shows there is bias
-//! of the method and noise, not an effect. White noise is that of the channels themselves, from
-//! their second differences; what the residuals of the real ride scatter beyond it over seconds is
-//! added to the nulls' residuals as coloured noise, so that a noisier ride has noisier nulls.
+//! The measured ride is ridden again on the fitted base model ([`rides`](super::rides)), given all the
+//! noise it has, and put through the whole of fit and scan. What a candidate shows there is bias of
+//! the method and noise, not an effect.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::base::{self, Base};
+use super::base::Base;
 use super::effects::Effect;
 use super::generic::{self, Term};
-use super::replay::replay;
-use super::residuals::{Blocks, blocks};
-use super::samples::{BLOCK, RATE, Samples, picks};
+use super::residuals::Blocks;
+use super::rides::Rides;
+use super::samples::{BLOCK, Samples};
 use super::scan::{Score, scores};
-use super::scatter::Scatter;
-use super::slow::{self, Slow};
 use super::world::{BASE, Parameter};
-use crate::segment::{Kind, Segment};
-use crate::session::Session;
-use crate::simulate::motorcycle::Plant;
-use crate::simulate::random::Random;
+use crate::segment::Kind;
 
-/// Time over which the coloured noise forgets, s.
-const MEMORY: f64 = 1.5;
-/// Rides with sensor noise only, by which what else there is is known.
-const QUIET: usize = 3;
 /// Largest detection limit that is one, in usual sizes.
 const SEEN: f64 = 4.0;
 /// Share of the nulls whose largest score lies below the threshold.
@@ -71,92 +60,13 @@ pub struct Calibrated {
 
 impl Calibration {
     /// Simulates nulls of a ride and scores them.
-    pub fn new(
-        session: &Session,
-        segments: &[Segment],
-        base: &Base,
-        plant: &Plant,
-        effects: &[Effect],
-        nulls: usize,
-        seed: u64,
-    ) -> Self {
-        let clean = replay(session, segments, plant);
-        let white: Vec<_> = clean
-            .channels()
-            .filter(|c| clean.get(*c) != session.get(*c))
-            .filter_map(|c| session.get(c).map(|x| (c, white_noise(x))))
-            .collect();
-        let measured = Samples::gather(session, segments);
-        let found = blocks(&measured, &base.world);
-        let mut wander = slow::slow(session, segments, &measured, &found, &base.world);
-        let problem = base.problem(&measured);
-        let scatter = Scatter::of(&measured, &problem, &problem.linear(&base.world));
-        let picks = picks(session, segments);
-        let ride = |number: usize, wander: &[Slow]| {
-            let mut random = Random::new(seed, &format!("null {number}"));
-            let mut session = clean.clone();
-            slow::add(&mut session, wander, &mut random);
-            for (channel, sigma) in &white {
-                if let Some(x) = session.get_mut(*channel) {
-                    x.iter_mut().for_each(|x| *x += sigma * random.normal());
-                }
-            }
-            (session, random)
-        };
-        // what wander that size looks like in rides of this plan corrects it
-        let seen: Vec<Vec<Slow>> = (0..QUIET)
-            .into_par_iter()
-            .map(|number| {
-                let (session, _) = ride(number, &wander);
-                let samples = Samples::take(&session, &picks);
-                let found = blocks(&samples, &base.world);
-                slow::slow(&session, segments, &samples, &found, &base.world)
-            })
-            .collect();
-        for error in &mut wander {
-            let own = |s: &Vec<Slow>| s.iter().find(|s| s.channel == error.channel).map(|s| s.sd);
-            let sizes: Vec<f64> = seen.iter().filter_map(own).collect();
-            let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
-            if mean > 0.0 {
-                error.sd *= (error.sd / mean).clamp(0.4, 1.5);
-            }
-        }
-        let noisy = |number: usize| {
-            let (session, random) = ride(number, &wander);
-            (Samples::take(&session, &picks), random)
-        };
-        // how much the sensors' noise explains of the residuals' scatter, once a base is fitted to it
+    pub fn new(rides: &Rides<'_>, base: &Base, effects: &[Effect], nulls: usize) -> Self {
         let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
-        let quiet = |(samples, _): (Samples, Random)| {
-            let none: Blocks = std::array::from_fn(|_| vec![0.0; samples.blocks()]);
-            base::fit_quick(&samples, &base.start, &base.world, &[], none, |_, _| {}).base.sigma
-        };
-        let alone: Vec<[f64; 8]> = (0..QUIET).into_par_iter().map(|k| quiet(noisy(k))).collect();
-        let alone: [f64; 8] = std::array::from_fn(|c| {
-            (alone.iter().map(|s| s[c] * s[c]).sum::<f64>() / QUIET as f64).sqrt()
-        });
-        let colour: [f64; 8] =
-            std::array::from_fn(|c| (base.sigma[c].powi(2) - alone[c].powi(2)).max(0.0).sqrt());
         let all: Vec<Parameter> = BASE.iter().chain(&more).copied().collect();
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "wander {wander:?}\nalone {alone:?}\nsigma {:?}\ncolour {colour:?}",
-                base.sigma
-            );
-        }
-        let scored: Vec<(Vec<Score>, Rms, Vec<Term>)> = (QUIET..QUIET + nulls)
+        let scored: Vec<(Vec<Score>, Rms, Vec<Term>)> = (0..nulls)
             .into_par_iter()
             .map(|number| {
-                let (samples, mut random) = noisy(number);
-                let extra = coloured(&samples, &colour, &mut random);
-                let quick = base::fit_quick(
-                    &samples,
-                    &base.start,
-                    &base.world,
-                    &more,
-                    extra,
-                    |linear, to| scatter.add(&samples, linear, &mut random, to),
-                );
+                let (samples, quick) = rides.fit(number, base, BASE, &more);
                 let scores = scores(&samples, &quick.base, &all, &quick.linear);
                 let terms = generic::terms(&samples, &quick.base.problem(&samples), &quick.linear);
                 (scores, rms(&samples, &quick.linear.residuals), terms)
@@ -309,38 +219,8 @@ pub fn rms(samples: &Samples, found: &Blocks) -> Rms {
     sums
 }
 
-/// Standard deviation of white noise from second differences: motion leaves next to none.
-pub fn white_noise(x: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = x
-        .windows(3)
-        .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())
-        .filter(|d| d.is_finite() && *d > 0.0)
-        .collect();
-    if sizes.is_empty() {
-        return 0.0;
-    }
-    sizes.sort_by(f64::total_cmp);
-    1.4826 * sizes[sizes.len() / 2] / 6.0_f64.sqrt()
-}
-
-/// Coloured noise per channel whose long-run standard deviation is given.
-fn coloured(samples: &Samples, long_run: &[f64; 8], random: &mut Random) -> Blocks {
-    let keep = (-(BLOCK as f64) / RATE / MEMORY).exp();
-    std::array::from_fn(|c| {
-        let sd = long_run[c] * ((1.0 - keep) / (1.0 + keep)).sqrt();
-        let mut out = Vec::with_capacity(samples.blocks());
-        for (_, range) in &samples.manoeuvres {
-            let mut value = sd * random.normal();
-            for _ in 0..range.len() / BLOCK {
-                out.push(value);
-                value = keep * value + sd * (1.0 - keep * keep).sqrt() * random.normal();
-            }
-        }
-        out
-    })
-}
-
-fn median(x: &[f64]) -> f64 {
+/// Median; 0 of nothing.
+pub fn median(x: &[f64]) -> f64 {
     let mut x = x.to_vec();
     x.sort_by(f64::total_cmp);
     let n = x.len();

@@ -66,9 +66,18 @@ pub fn plant(world: &World, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> P
     .with(&world.departure)
 }
 
+/// Where a replay takes up the measured motion again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum From {
+    /// At the start of the session only: one whole ride.
+    Session,
+    /// At the start of every used manoeuvre: what the model makes of each.
+    Manoeuvres,
+}
+
 /// The session as a perfect logger would have recorded it. Pressures and heading stay the measured
 /// ones.
-pub fn replay(session: &Session, segments: &[Segment], plant: &Plant) -> Session {
+pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From) -> Session {
     let (n, rate) = (session.len, session.rate);
     let dt = 1.0 / rate;
     let missing = || vec![0.0; n];
@@ -91,7 +100,24 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant) -> Session
     let mut action = Action::default();
     let mut brakes = BrakeHistory::default();
     let along = along_strip(session);
+    let mut starts = vec![false; n];
+    if from == From::Manoeuvres {
+        for s in segments.iter().filter(|s| s.used && s.start < n) {
+            starts[s.start] = true;
+        }
+    }
+    let vy = column(Channel::VelocityY);
+    let yaw_rate = column(Channel::YawRate);
+    let omega = [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(column);
     for i in 0..n {
+        if starts[i] {
+            state.vx = known(&v, i).max(0.0);
+            state.vy = known(&vy, i);
+            state.yaw_rate = known(&yaw_rate, i);
+            state.roll = known(&roll, i) + plant.departure.roll_zero;
+            state.roll_rate = known(&rolld, i);
+            state.omega = [0, 1].map(|k| known(&omega[k], i));
+        }
         let response = plant.response(&state, &action);
         let pressure = [0, 1].map(|k| known(&pressures[k], i).max(0.0));
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);

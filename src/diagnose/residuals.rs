@@ -213,8 +213,8 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind, a: &Attitude) -> [f64; 
         balance[0],
         balance[1],
         roll,
-        s.vd[i] - ax - r * vy,
-        ay - s.vyd[i] - v * r,
+        s.vd[i] + d.latency * s.vdd[i] - ax - r * vy,
+        ay - (s.vyd[i] + d.latency * s.vydd[i] - d.lever_arm * s.yaw_rated[i]) - v * r,
     ]
 }
 

@@ -6,8 +6,8 @@ use super::base::{self, Base};
 use super::effects::{self, Effect};
 use super::name::{self, Naming, Verdict};
 use super::null::{Calibration, rms};
-use super::replay;
 use super::residuals::{CHANNELS, UNITS, blocks};
+use super::rides::Rides;
 use super::samples::{BLOCK, Samples};
 use super::world::World;
 use crate::bike::Bike;
@@ -18,7 +18,6 @@ use crate::fit::chain::{self, Data};
 use crate::ingest::map::ChannelMap;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::rows::{CauseRow, DiscrepancyRow, Ident};
-use crate::segment::Segment;
 use crate::session::Session;
 use crate::{filter, ingest, segment};
 
@@ -116,35 +115,15 @@ pub fn diagnose(
     }
     let base = base::fit(&samples, &World::new(bike, &solution));
     let ident = Ident::from(&session.meta);
-    let calibration = calibrate(session, &segments, bike, &base, settings, &ident);
-    let naming = name::name(&samples, &base, &settings.effects, &calibration);
+    // a session's nulls depend on the session alone
+    let hash = blake3::hash(ident.session_id.as_bytes());
+    let seed = hash.as_bytes().iter().take(4).fold(0, |seed, b| seed << 8 | u64::from(*b));
+    let rides = Rides::new(session, &segments, bike, &base, seed);
+    let calibration = Calibration::new(&rides, &base, &settings.effects, settings.nulls);
+    let naming = name::name(&samples, &base, &settings.effects, &calibration, &rides);
     let causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     Ok(Diagnosis { ident, naming, base, calibration, causes, discrepancies })
-}
-
-fn calibrate(
-    session: &Session,
-    segments: &[Segment],
-    bike: &Bike,
-    base: &Base,
-    settings: &Settings,
-    ident: &Ident,
-) -> Calibration {
-    let plant = replay::plant(
-        &base.world,
-        [bike.front.width, bike.rear.width],
-        [bike.front.vertical_stiffness, bike.rear.vertical_stiffness],
-    );
-    // a session's nulls depend on the session alone
-    let hash = blake3::hash(ident.session_id.as_bytes());
-    let seed = u64::from(u32::from_le_bytes([
-        hash.as_bytes()[0],
-        hash.as_bytes()[1],
-        hash.as_bytes()[2],
-        hash.as_bytes()[3],
-    ]));
-    Calibration::new(session, segments, base, &plant, &settings.effects, settings.nulls, seed)
 }
 
 fn cause_rows(
@@ -208,6 +187,10 @@ fn reason(c: &name::Cause) -> String {
             c.effect.sentence,
             c.equivalent.join(", "),
             c.effect.separate_by
+        ),
+        Verdict::Contradicted => format!(
+            "takes up part of the misfit (gains {:.0}) but leaves more structure than a cause may",
+            c.gain
         ),
         Verdict::NotNeeded if c.score > 1.0 => {
             "beyond the nulls, but explained by what is named, too large to be, or gains too little"

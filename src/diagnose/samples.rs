@@ -28,8 +28,10 @@ pub struct Samples {
     pub time: Vec<f64>,
     pub v: Vec<f64>,
     pub vd: Vec<f64>,
+    pub vdd: Vec<f64>,
     pub vy: Vec<f64>,
     pub vyd: Vec<f64>,
+    pub vydd: Vec<f64>,
     pub ax: Vec<f64>,
     pub ay: Vec<f64>,
     pub roll: Vec<f64>,
@@ -95,7 +97,8 @@ impl Samples {
         let (v, vd) = column(Channel::VelocityX);
         let (vy, vyd) = column(Channel::VelocityY);
         let (roll, rolld) = column(Channel::Roll);
-        let rolldd = gradient(&smooth(&rolld, rate), rate);
+        let second = |d: &[f64]| gradient(&smooth(d, rate), rate);
+        let (vdd, vydd, rolldd) = (second(&vd), second(&vyd), second(&rolld));
         let (yaw_rate, yaw_rated) = column(Channel::YawRate);
         let (omega_f, omegad_f) = column(Channel::WheelSpeedFront);
         let (omega_r, omegad_r) = column(Channel::WheelSpeedRear);
@@ -114,8 +117,10 @@ impl Samples {
                 for (to, x) in [
                     (&mut out.v, &v),
                     (&mut out.vd, &vd),
+                    (&mut out.vdd, &vdd),
                     (&mut out.vy, &vy),
                     (&mut out.vyd, &vyd),
+                    (&mut out.vydd, &vydd),
                     (&mut out.ax, &ax),
                     (&mut out.ay, &ay),
                     (&mut out.roll, &roll),

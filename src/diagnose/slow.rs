@@ -10,8 +10,8 @@
 //! roll        = ay - balance       g / cos²(phi) times that of roll
 //! ```
 
-use super::null::white_noise;
 use super::residuals::Blocks;
+use super::rides::white_noise;
 use super::samples::{BLOCK, RATE, Samples};
 use super::world::World;
 use crate::GRAVITY;
