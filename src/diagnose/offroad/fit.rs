@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::effects::Curve;
-use super::residuals::{Block, CHANNELS};
+use super::residuals::Block;
 
 /// Residuals beyond this many standard deviations count linearly.
 const HUBER: f64 = 2.5;
@@ -462,9 +462,10 @@ pub fn long_run(blocks: &[Block], r: &[f64]) -> [f64; 7] {
     })
 }
 
-/// Weights of every block from the channels' standard deviations.
-pub fn weights(blocks: &[Block], sigma: &[f64; CHANNELS.len()]) -> Vec<f64> {
-    blocks.iter().map(|b| 1.0 / sigma[b.channel]).collect()
+/// Weights of every block from the channels' standard deviations: what they scatter by, at least what the
+/// sensors do.
+pub fn weights(blocks: &[Block], scatter: &[f64; 7], sensors: &[f64; 7]) -> Vec<f64> {
+    blocks.iter().map(|b| 1.0 / scatter[b.channel].max(sensors[b.channel])).collect()
 }
 
 /// The middle value; zero of none.

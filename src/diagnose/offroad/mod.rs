@@ -135,17 +135,18 @@ pub fn diagnose(
     let curves = effects::ALL.iter().map(|effect| effect.curve(&ride)).collect();
     let bare = with_rider_b(&residuals, &e, &config.rider);
     let blocks = residuals.blocks.clone();
-    let weight = weights(&blocks, &long_run(&blocks, &bare));
+    let sensors = residuals.floor(&covariance(&e.machine), pipeline.filter.high_cut);
+    let weight = weights(&blocks, &long_run(&blocks, &bare), &sensors);
     let uncertain = uncertain::columns(&residuals, &e, bike);
     let mut problem = Problem { blocks, curves, uncertain, weight };
     // the scatter that is left when everything is free, and the weights that it gives
     let everything: Vec<usize> = (0..effects::ALL.len()).collect();
     let mut left = problem.fit(&bare, &everything, None);
     for _ in 0..2 {
-        problem.weight = weights(&problem.blocks, &long_run(&problem.blocks, &left.residual));
+        let scatter = long_run(&problem.blocks, &left.residual);
+        problem.weight = weights(&problem.blocks, &scatter, &sensors);
         left = problem.fit(&bare, &everything, Some(&left));
     }
-    let sensors = residuals.floor(&covariance(&e.machine), pipeline.filter.high_cut);
     let ident = Ident::from(&session.meta);
     let seed = seed(&ident.session_id);
     let calibration = Calibration::new(&residuals, &problem, &left.residual, &sensors, nulls, seed);

@@ -11,10 +11,9 @@ use super::null::Calibration;
 pub use crate::diagnose::name::Verdict;
 
 /// Least gain of a name, in twice the loss; of every further one, and its share of the first one's: what
-/// the first is not exact by must not pass for another cause (active legs make 40 N of preload out of a
-/// tenth of their gain).
+/// the first is not exact by must not pass for another cause.
 const GAIN: f64 = 30.0;
-const FURTHER: (f64, f64) = (50.0, 0.15);
+const FURTHER: (f64, f64) = (50.0, 0.05);
 /// Folds of held-out jumps, whoops and corners, and the share of its gain that a name must keep there.
 pub const FOLDS: usize = 5;
 const HELD: f64 = 0.5;
@@ -22,6 +21,8 @@ const HELD: f64 = 0.5;
 const EQUIVALENT: f64 = 0.8;
 /// Share of its gain that a rival keeps beside the named one if it is a cause of its own.
 const BESIDE: f64 = 0.3;
+/// Standard deviation of a frequency's logarithm from which it is not known.
+const VAGUE: f64 = 0.5;
 /// Share of a usual size below which a force of the suspension is not worth a name.
 const SMALL: f64 = 0.15;
 
@@ -98,7 +99,7 @@ pub fn name(problem: &Problem, bare: &[f64], calibration: &Calibration) -> Namin
             .iter()
             .map(|(j, gain, score, fit)| Cause {
                 effect: *j,
-                verdict: match visible(problem, calibration, *j) {
+                verdict: match visible(problem, calibration, &current, *j) {
                     true => Verdict::NotNeeded,
                     false => Verdict::NotIdentifiable,
                 },
@@ -133,7 +134,13 @@ pub fn name(problem: &Problem, bare: &[f64], calibration: &Calibration) -> Namin
         // a cause is one on jumps and whoops that it was not fitted to as well
         let before = problem.held_out(bare, &named, &current, FOLDS);
         let holds = |t: &(usize, f64, f64, Fit)| {
-            before - problem.held_out(bare, &with(&named, t.0), &t.3, FOLDS) > HELD * t.1
+            let joined = with(&named, t.0);
+            let sigma = problem.std_errors(&t.3, &joined)[named.len()];
+            let known = match problem.curves[t.0] {
+                Curve::Line(_) => t.3.values[t.0].is_some_and(|v| v.abs() > 1.96 * sigma),
+                Curve::Nodes { .. } => sigma < VAGUE,
+            };
+            known && before - problem.held_out(bare, &joined, &t.3, FOLDS) > HELD * t.1
         };
         let Some((j, gain, score, fit)) = gated.into_iter().find(holds) else {
             unexplained = named.is_empty() && too_much;
@@ -185,13 +192,22 @@ fn with(named: &[usize], j: usize) -> Vec<usize> {
     out
 }
 
-/// Whether one of usual size would be beyond the nulls.
-fn visible(problem: &Problem, calibration: &Calibration, j: usize) -> bool {
+/// Whether one of usual size would be beyond the nulls, and its number known to half of itself.
+fn visible(problem: &Problem, calibration: &Calibration, current: &Fit, j: usize) -> bool {
+    let usual = ALL[j].usual;
     let mut r = vec![0.0; problem.weight.len()];
-    problem.curves[j].add(ALL[j].usual, &mut r);
+    problem.curves[j].add(usual, &mut r);
     // what a bike off its file would not explain of it
     let without = problem.fit(&r, &[], None);
-    calibration.score(j, 2.0 * without.loss) > 1.0
+    let mut there = current.clone();
+    there.values[j] = Some(usual);
+    let sigma = problem.std_errors(&there, &[j])[0];
+    let most = match problem.curves[j] {
+        Curve::Line(_) => 0.5 * usual,
+        Curve::Nodes { .. } => VAGUE,
+    };
+    let gain = 2.0 * without.loss;
+    calibration.score(j, gain) > 1.0 && gain > GAIN && sigma < most
 }
 
 fn interval(
