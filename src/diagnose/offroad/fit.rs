@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::effects::Curve;
-use super::residuals::Block;
+use super::residuals::{Block, CHANNELS};
 
 /// Residuals beyond this many standard deviations count linearly.
 const HUBER: f64 = 2.5;
@@ -84,6 +84,20 @@ fn trust(z: f64) -> f64 {
 type Used<'a> = &'a (dyn Fn(usize) -> bool + Sync);
 
 impl Problem {
+    /// Takes candidates that are lines, forces of the suspension, to show where a wheel is off the ground
+    /// only.
+    pub fn off_the_ground(&mut self) {
+        for curve in &mut self.curves {
+            if let Curve::Line(column) = curve {
+                for (c, block) in column.iter_mut().zip(&self.blocks) {
+                    if !CHANNELS[block.channel].off_the_ground() {
+                        *c = 0.0;
+                    }
+                }
+            }
+        }
+    }
+
     /// The linear columns for some candidates; those that are no lines are left out.
     pub fn linear(&self, included: &[usize]) -> Linear {
         let lines: Vec<usize> = included

@@ -40,7 +40,7 @@ use crate::session::Session;
 use crate::warning::Warning;
 use crate::{filter, ingest, segment};
 
-use fit::{Problem, long_run, weights};
+use fit::{Fit, Problem, long_run, weights};
 use name::Naming;
 use null::Calibration;
 use residuals::Residuals;
@@ -138,19 +138,18 @@ pub fn diagnose(
     let sensors = residuals.floor(&covariance(&e.machine), pipeline.filter.high_cut);
     let weight = weights(&blocks, &long_run(&blocks, &bare), &sensors);
     let uncertain = uncertain::columns(&residuals, &e, bike);
-    let mut problem = Problem { blocks, curves, uncertain, weight };
-    // the scatter that is left when everything is free, and the weights that it gives
-    let everything: Vec<usize> = (0..effects::ALL.len()).collect();
-    let mut left = problem.fit(&bare, &everything, None);
-    for _ in 0..2 {
-        let scatter = long_run(&problem.blocks, &left.residual);
-        problem.weight = weights(&problem.blocks, &scatter, &sensors);
-        left = problem.fit(&bare, &everything, Some(&left));
-    }
+    let problem = Problem { blocks, curves, uncertain, weight };
     let ident = Ident::from(&session.meta);
     let seed = seed(&ident.session_id);
-    let calibration = Calibration::new(&residuals, &problem, &left.residual, &sensors, nulls, seed);
-    let naming = name::name(&problem, &bare, &calibration);
+    let mut found = Found::new(problem, &bare, &residuals, &sensors, nulls, seed);
+    if table::wrong_on_the_ground(&residuals, &found.naming, &found.calibration) {
+        // what nobody explains of the rider would pass for forces of the suspension: those are looked for
+        // where a wheel is off the ground, and no rider enters
+        let mut problem = found.problem;
+        problem.off_the_ground();
+        found = Found::new(problem, &bare, &residuals, &sensors, nulls, seed);
+    }
+    let Found { problem, left, calibration, naming } = found;
     let mut rider = config.rider.clone();
     for cause in naming.causes.iter().take(naming.named.len()) {
         match (effects::ALL[cause.effect].name, cause.value) {
@@ -175,6 +174,38 @@ pub fn diagnose(
     let discrepancies = tables.discrepancies();
     let causes = tables.causes(&discrepancies);
     Ok(Diagnosis { ident, naming, calibration, rider, causes, discrepancies, warnings })
+}
+
+/// What one pass finds.
+struct Found {
+    problem: Problem,
+    left: Fit,
+    calibration: Calibration,
+    naming: Naming,
+}
+
+impl Found {
+    fn new(
+        mut problem: Problem,
+        bare: &[f64],
+        residuals: &Residuals,
+        sensors: &[f64; 7],
+        nulls: usize,
+        seed: u64,
+    ) -> Self {
+        // the scatter that is left when everything is free, and the weights that it gives
+        let everything: Vec<usize> = (0..effects::ALL.len()).collect();
+        let mut left = problem.fit(bare, &everything, None);
+        for _ in 0..2 {
+            let scatter = long_run(&problem.blocks, &left.residual);
+            problem.weight = weights(&problem.blocks, &scatter, sensors);
+            left = problem.fit(bare, &everything, Some(&left));
+        }
+        let calibration =
+            Calibration::new(residuals, &problem, &left.residual, sensors, nulls, seed);
+        let naming = name::name(&problem, bare, &calibration);
+        Found { problem, left, calibration, naming }
+    }
 }
 
 fn too_little(blocks: usize, warnings: &[Warning]) -> Rejection {

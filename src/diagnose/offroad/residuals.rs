@@ -43,6 +43,13 @@ pub struct Channel {
     rows: &'static [usize],
 }
 
+impl Channel {
+    /// Whether a wheel is off the ground, so that no rider enters.
+    pub fn off_the_ground(&self) -> bool {
+        self.rows.len() == 1
+    }
+}
+
 /// Every channel.
 pub const CHANNELS: [Channel; 7] = [
     Channel { name: "vertical", unit: "N", rows: &[0, 1, 3, 4] },

@@ -16,6 +16,18 @@ const LEFT: f64 = 1.5;
 /// Fewest blocks in which structure is looked for.
 const FEW: usize = 20;
 
+/// Whether on the ground more is left than sensors and bike file explain once everything named is in.
+pub fn wrong_on_the_ground(
+    residuals: &Residuals,
+    naming: &Naming,
+    calibration: &Calibration,
+) -> bool {
+    rms(residuals, &naming.extended.residual).iter().any(|((kind, channel), (size, n))| {
+        let largest = calibration.floor.get(&(*kind, *channel)).map_or(f64::INFINITY, |f| f[1]);
+        !CHANNELS[*channel].off_the_ground() && *n >= FEW && *size > LEFT * largest
+    })
+}
+
 /// What the rows are made from.
 #[derive(Debug, Clone, Copy)]
 #[allow(missing_docs)] // the names of their types
