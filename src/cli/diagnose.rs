@@ -10,9 +10,11 @@ use crate::batch::{Maps, Stages, guarded};
 use crate::cli::Failure;
 use crate::cli::say::say;
 use crate::diagnose::name::{Cause, Verdict};
+use crate::diagnose::offroad;
 use crate::diagnose::ride::{self, Diagnosis, Settings};
 use crate::pipeline::Pipeline;
 use crate::report::terminal;
+use crate::rows::{CauseRow, DiscrepancyRow, Ident};
 use crate::schema::Table;
 use crate::table;
 
@@ -33,7 +35,7 @@ pub struct Arguments {
     /// Folder for the tables `causes` and `discrepancies`.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Settings of the stages; a file or onroad (the default).
+    /// Settings of the stages; a file, onroad (the default) or offroad.
     #[arg(long, value_name = "FILE")]
     pipeline: Option<PathBuf>,
     /// Channel map of logs that are not session.v1; may be repeated.
@@ -62,10 +64,6 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
-    if pipeline.offroad.is_some() {
-        let message = "diagnose knows road sessions only; take a pipeline without [offroad]";
-        return Err(Failure::Usage(message.to_owned()));
-    }
     let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
     let found = discover(&arguments.inputs, &arguments.out)?;
     let beside = bikes_beside(&arguments.inputs)?;
@@ -81,29 +79,38 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     for job in jobs {
         // nulls run in parallel within a session; sessions one after the other
         let result = guarded("diagnose", || {
-            ride::log(&job.found.path, maps.list(), &job.bike.bike, &pipeline, &settings)
+            let (log, maps, bike) = (&job.found.path, maps.list(), &job.bike.bike);
+            match pipeline.offroad {
+                None => ride::log(log, maps, bike, &pipeline, &settings)
+                    .map(|d| Found::Road(Box::new(d))),
+                Some(_) => offroad::log(log, maps, bike, &pipeline, arguments.nulls)
+                    .map(|d| Found::Offroad(Box::new(d))),
+            }
         });
         match result {
-            Ok(diagnosis) => {
+            Ok(found) => {
+                let (ident, causes, rows) = found.tables();
                 let path = |name: &str| {
-                    let part = format!("bike={}", diagnosis.ident.bike_id);
-                    let file = format!("{}.parquet", file_name(&diagnosis.ident.session_id));
+                    let part = format!("bike={}", ident.bike_id);
+                    let file = format!("{}.parquet", file_name(&ident.session_id));
                     arguments.out.join(name).join(part).join(file)
                 };
-                table::write(&path("causes"), &Table::embedded("causes"), &diagnosis.causes)
+                table::write(&path("causes"), &Table::embedded("causes"), causes)
                     .map_err(output)?;
-                let rows = &diagnosis.discrepancies;
                 table::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
                     .map_err(output)?;
                 store.forgive(&job.log).map_err(output)?;
                 if arguments.json {
-                    for row in &diagnosis.causes {
+                    for row in causes {
                         let text = serde_json::to_string(row)
                             .map_err(|e| Failure::Output(e.to_string()))?;
                         say!("{text}");
                     }
                 } else {
-                    tell(&diagnosis);
+                    match &found {
+                        Found::Road(d) => tell(d),
+                        Found::Offroad(d) => say!("{}", d.words().trim_end()),
+                    }
                 }
             }
             Err(why) => rejected.push(plan::row(job.log.clone(), Some(job.meta), why, None)),
@@ -118,6 +125,21 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let list = terminal::rejections(&rejected, LISTED);
     Err(Failure::Rejected(format!("{} rejected:\n{}", rejected.len(), list.trim_end())))
+}
+
+/// What a session says, on the road or off it.
+enum Found {
+    Road(Box<Diagnosis>),
+    Offroad(Box<offroad::Diagnosis>),
+}
+
+impl Found {
+    fn tables(&self) -> (&Ident, &[CauseRow], &[DiscrepancyRow]) {
+        match self {
+            Found::Road(d) => (&d.ident, &d.causes, &d.discrepancies),
+            Found::Offroad(d) => (&d.ident, &d.causes, &d.discrepancies),
+        }
+    }
 }
 
 /// The verdict in words.

@@ -13,7 +13,7 @@
 //! the same ride, ridden again by the simulator on the base model alone ([`null`]).
 //!
 //! The method is that of `diagnosis.md`, section 2. Not here yet: generic terms for what no candidate
-//! explains (2.6), the manoeuvre that would separate rivals (2.7), off-road sessions, fleets.
+//! explains (2.6), the manoeuvre that would separate rivals (2.7), fleets. Off-road sessions: [`offroad`].
 
 pub mod attitude;
 pub mod base;
@@ -22,6 +22,7 @@ pub mod generic;
 pub mod model;
 pub mod name;
 pub mod null;
+pub mod offroad;
 pub mod replay;
 pub mod residuals;
 pub mod ride;

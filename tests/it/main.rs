@@ -3,6 +3,7 @@
 mod batch;
 mod cli;
 mod diagnose;
+mod diagnose_offroad;
 mod dirt;
 mod fit;
 mod ingest;

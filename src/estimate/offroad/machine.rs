@@ -20,12 +20,22 @@ pub struct Strut {
 const FRICTION_RATE: f64 = 0.02;
 
 impl Strut {
+    /// The damper's part of the force at a rate of compression (m/s), N.
+    pub fn damping(&self, rate: f64) -> f64 {
+        self.damper.at(rate)
+    }
+
+    /// Coulomb friction of one newton at a rate of compression (m/s), N.
+    pub fn unit_friction(rate: f64) -> f64 {
+        (rate / FRICTION_RATE).clamp(-1.0, 1.0)
+    }
+
     /// Force, N, positive when it pushes apart.
     #[inline]
     pub fn force(&self, travel: f64, rate: f64) -> f64 {
         let stop = |s: &Option<Lines>| s.as_ref().map_or(0.0, |s| s.at(travel));
         let friction = match self.friction > 0.0 {
-            true => self.friction * (rate / FRICTION_RATE).clamp(-1.0, 1.0),
+            true => self.friction * Self::unit_friction(rate),
             false => 0.0,
         };
         self.spring.at(travel)

@@ -10,6 +10,7 @@ use nalgebra::{Matrix5, Vector5};
 use serde::Deserialize;
 
 use super::ground::Ground;
+use super::passive::{Passive, follow};
 use super::rider::{Active, Pose, Touch};
 use crate::GRAVITY;
 use crate::estimate::offroad::chain::{Chain, Run, lever};
@@ -87,9 +88,10 @@ pub struct Levers {
 }
 
 /// Numbers of the state.
-pub const SIZE: usize = 24;
+pub const SIZE: usize = 28;
 
-/// `q`, `q'`, relative wheel rates about +y (rear, front), the rider's pose, torques as they are.
+/// `q`, `q'`, relative wheel rates about +y (rear, front), the rider's pose, torques as they are, a
+/// passive rider's own accelerations (down, forward), each with its rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State(pub [f64; SIZE]);
 
@@ -174,6 +176,8 @@ pub struct Plant {
     pub ground: Ground,
     /// Who rides.
     pub rider: Active,
+    /// Who rides in his place, if anyone does.
+    pub passive: Option<Passive>,
     /// How the tyres touch.
     pub touching: Touching,
     without_spin: Equations,
@@ -195,7 +199,16 @@ impl Plant {
         let p = machine.equations.p;
         let [_, i_2, i_3, _] = p.i;
         let without_spin = Equations::new(Parameters { i: [0.0, i_2, i_3, 0.0], ..p });
-        let mut plant = Plant { machine, tyres, ground, rider, touching, without_spin, arms: 0.0 };
+        let mut plant = Plant {
+            machine,
+            tyres,
+            ground,
+            rider,
+            passive: None,
+            touching,
+            without_spin,
+            arms: 0.0,
+        };
         let rest = State([0.0; SIZE]);
         plant.arms = plant.rider.arms_at_rest(&plant.touch(&rest, false, 0.0));
         plant
@@ -322,7 +335,21 @@ impl Plant {
         let t_sr = machine.shock.force(travel, qd[4] / angle_slope) / angle_slope;
 
         let touch = self.touch(s, airborne, commanded);
-        let reaction = self.rider.react(&s.pose(), &touch, self.arms);
+        let mut reaction = self.rider.react(&s.pose(), &touch, self.arms);
+        // what a passive rider's horizontal inertia adds to the bike's, kg
+        let mut carried = 0.0;
+        if let Some(passive) = &self.passive {
+            let hold = passive.hold(tyres[0].normal + tyres[1].normal);
+            let sway = match passive.horizontal {
+                None => {
+                    carried = hold * passive.mass;
+                    0.0
+                }
+                Some(_) => -hold * passive.mass * s.0[26],
+            };
+            reaction.on_bike = [0.0, hold * passive.push(s.0[24]), sway, 0.0];
+            reaction.rate = Pose::default();
+        }
 
         // torques about +y on the wheels: ground, brake, chain
         let levers = s.levers();
@@ -355,11 +382,19 @@ impl Plant {
         }
         right[2] -= torque_front + torque_rear;
         right[4] += torque_rear + d_up * t_up + d_low * t_low;
-        let matrix = Matrix5::from_fn(|i, j| m.m[i][j]);
-        let qdd = match matrix.cholesky() {
-            Some(c) => c.solve(&Vector5::from(right)),
-            None => Vector5::repeat(f64::NAN), // bodies that cannot be; the file's check refuses them
+        let mut matrix = Matrix5::from_fn(|i, j| m.m[i][j]);
+        let solved = match self.passive {
+            None => matrix.cholesky().map(|c| c.solve(&Vector5::from(right))),
+            Some(_) => {
+                // A_x = -m x_s'' at the bar; no longer symmetric
+                matrix[(0, 0)] += carried;
+                matrix[(2, 0)] += carried * m.ar[2];
+                matrix.lu().solve(&Vector5::from(right))
+            }
         };
+        // bodies that cannot be; the file's check refuses them
+        let qdd = solved.unwrap_or(Vector5::repeat(f64::NAN));
+        reaction.on_bike[2] -= carried * qdd[0];
         let spin = [torque_rear / p.i[0] - qdd[2] + qdd[4], torque_front / p.i[3] - qdd[2]];
 
         let mut rate = [0.0; SIZE];
@@ -375,6 +410,14 @@ impl Plant {
         rate[21] = (wanted.drive - levers.drive) / COMMAND_LAG;
         rate[22] = (wanted.front - levers.front) / COMMAND_LAG;
         rate[23] = (wanted.rear - levers.rear) / COMMAND_LAG;
+        if let Some(passive) = &self.passive {
+            rate[24] = s.0[25];
+            rate[25] = follow(passive.cut_off, s.0[24], s.0[25], qdd[1]);
+            if let Some(cut_off) = passive.horizontal {
+                rate[26] = s.0[27];
+                rate[27] = follow(cut_off, s.0[26], s.0[27], qdd[0]);
+            }
+        }
         Response {
             rate,
             qdd: qdd.into(),

@@ -7,6 +7,7 @@
 
 pub mod ground;
 pub mod machine;
+pub mod passive;
 pub mod pilot;
 pub mod rider;
 pub mod scenario;

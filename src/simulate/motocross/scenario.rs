@@ -5,6 +5,7 @@
 //! lap = [{ kind = "jump", height = 1.6, ... }, ...]
 //! [bike]          # the analyst's bike file, with [offroad]
 //! [truth]         # what the machine really is, where the file is wrong
+//! [effects]       # what the estimate's model leaves out, for `diagnose` to find
 //! ```
 
 use std::path::Path;
@@ -13,6 +14,7 @@ use serde::Deserialize;
 
 use super::ground::{Ground, Part};
 use super::machine::{Plant, Touching, Tyre};
+use super::passive::Passive;
 use super::rider::Active;
 use crate::bike::Bike;
 use crate::channel::Channel;
@@ -54,6 +56,8 @@ struct File {
     #[serde(default)]
     truth: toml::Table,
     #[serde(default)]
+    effects: Effects,
+    #[serde(default)]
     sensors: Sensors,
 }
 
@@ -69,6 +73,74 @@ pub struct Vibration {
     pub amplitude: f64,
     /// Lowest and highest frequency, Hz.
     pub frequency: [f64; 2],
+}
+
+/// What the simulated ride has and the estimate's base model (rider B, the bike file's fork) has not.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Effects {
+    /// How the rider moves up and down.
+    pub rider_vertical_motion: VerticalMotion,
+    /// Below this a rider without a body (one whose `rider_vertical_motion` is a number) follows the
+    /// bike fore and aft, Hz; absent: always, as rider B.
+    pub rider_horizontal_motion: Option<f64>,
+    /// Coulomb friction in the fork beyond that of `[truth]`, N.
+    pub fork_friction: f64,
+}
+
+impl Effects {
+    /// Checks the numbers of a scenario file.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self) -> Result<(), String> {
+        let friction = self.fork_friction;
+        if !(0.0..=2000.0).contains(&friction) {
+            return Err(format!("`fork_friction` = {friction} is not between 0 and 2000"));
+        }
+        if let VerticalMotion::CutOff(cut_off) = self.rider_vertical_motion
+            && !(0.0..=20.0).contains(&cut_off)
+        {
+            return Err(format!(
+                "`rider_vertical_motion` = {cut_off} is neither \"active\" nor between 0 and 20"
+            ));
+        }
+        match (self.rider_horizontal_motion, self.rider_vertical_motion) {
+            (Some(_), VerticalMotion::Legs(_)) => {
+                Err("`rider_horizontal_motion` needs a rider without a body: give \
+                 `rider_vertical_motion` a number"
+                    .to_owned())
+            }
+            (Some(cut_off), _) if !(0.05..=20.0).contains(&cut_off) => {
+                Err(format!("`rider_horizontal_motion` = {cut_off} is not between 0.05 and 20"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// How the simulated rider moves up and down: `"active"`, or a number.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum VerticalMotion {
+    /// Rider C with this cut-off, Hz; at zero rider B.
+    CutOff(f64),
+    /// A body.
+    Legs(Legs),
+}
+
+impl Default for VerticalMotion {
+    fn default() -> Self {
+        VerticalMotion::Legs(Legs::Active)
+    }
+}
+
+/// See [`VerticalMotion`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Legs {
+    /// They push actively.
+    Active,
 }
 
 /// A checked scenario.
@@ -100,6 +172,8 @@ pub struct Motocross {
     pub bike: Bike,
     /// What the machine is.
     pub machine: Machine,
+    /// What `diagnose` may find.
+    pub effects: Effects,
     lap: Vec<Part>,
     unevenness: f64,
     touching: Touching,
@@ -161,6 +235,10 @@ impl Motocross {
             }
             true_bike = true_bike.with(&key, number);
         }
+        let effects = file.effects;
+        effects.check().map_err(|e| fail(format!("[effects] {e}")))?;
+        let friction = true_bike.value("offroad.fork_friction").unwrap_or(0.0);
+        true_bike = true_bike.with("offroad.fork_friction", friction + effects.fork_friction);
         let machine = Machine::new(&true_bike).map_err(fail)?;
         Machine::new(&bike).map_err(fail)?;
         let drop = file
@@ -186,6 +264,7 @@ impl Motocross {
             sensors: file.sensors,
             bike,
             machine,
+            effects,
             lap: file.lap,
             unevenness: file.unevenness,
             touching: file.touching,
@@ -199,7 +278,12 @@ impl Motocross {
         let ground = Ground::new(&self.lap, self.unevenness, &mut random);
         let mass = self.machine.rider.mass;
         let rider = Active { hip_mass: 0.6 * mass, torso_mass: 0.4 * mass, leg: 0.78 };
-        Plant::new(self.machine.clone(), self.tyres, ground, rider, self.touching)
+        let mut plant = Plant::new(self.machine.clone(), self.tyres, ground, rider, self.touching);
+        if let VerticalMotion::CutOff(cut_off) = self.effects.rider_vertical_motion {
+            let horizontal = self.effects.rider_horizontal_motion;
+            plant.passive = Some(Passive { mass, cut_off, horizontal });
+        }
+        plant
     }
 }
 

@@ -4,6 +4,9 @@
 //! `L_z = m_r (g - z_C'')`, `z_C''` the chassis' vertical acceleration through a second-order
 //! Butterworth low-pass: the rider follows the jump, not the bump. The cut-off towards zero is
 //! B, towards infinity a rider who is part of the chassis.
+//!
+//! With a `horizontal_cut_off` he follows fore and aft likewise: `A_x = -m_r x_C''`. There the
+//! cut-off towards infinity is B.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -42,10 +45,11 @@ impl Biquad {
     }
 }
 
-/// `z_C''` of a session; missing samples start the filter afresh.
-pub fn follow(zdd: &[f64], rate: f64, config: &Config) -> Vec<f64> {
-    let coefficients = butterworth(config.cut_off.min(0.45 * rate), rate);
-    let mut out = zdd.to_vec();
+/// `z_C''` of a session from `z_s''` (or `x_C''` from `x_s''`), m/s²; missing samples start the filter
+/// afresh. `cut_off` in Hz, `rate` in samples per second.
+pub fn follow(chassis: &[f64], rate: f64, cut_off: f64, zero_phase: bool) -> Vec<f64> {
+    let coefficients = butterworth(cut_off.min(0.45 * rate), rate);
+    let mut out = chassis.to_vec();
     let pass = |x: &mut dyn Iterator<Item = &mut f64>| {
         let mut filter = Biquad::new(coefficients);
         for v in x {
@@ -57,7 +61,7 @@ pub fn follow(zdd: &[f64], rate: f64, config: &Config) -> Vec<f64> {
         }
     };
     pass(&mut out.iter_mut());
-    if config.zero_phase {
+    if zero_phase {
         pass(&mut out.iter_mut().rev());
     }
     out
@@ -67,11 +71,15 @@ pub fn follow(zdd: &[f64], rate: f64, config: &Config) -> Vec<f64> {
 pub fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
     let mut out = Forces::zeros(base.mu.len());
     let hold = hold(base, config.crossfade);
-    let vertical = follow(base.zdd, base.rate, config);
+    let vertical = follow(base.zdd, base.rate, config.cut_off, config.zero_phase);
+    let horizontal = config
+        .horizontal_cut_off
+        .map(|cut_off| follow(base.xdd, base.rate, cut_off, config.zero_phase));
+    let forward = horizontal.as_deref().unwrap_or(base.xdd);
     for i in 0..base.mu.len() {
         let push = mass * (GRAVITY - vertical[i]);
         out.lz[i] = hold[i] * if push < 0.0 { 0.0 } else { push };
-        let inertia = -hold[i] * mass * base.xdd[i];
+        let inertia = -hold[i] * mass * forward[i];
         out.ax[i] = config.arms * inertia;
         out.lx[i] = (1.0 - config.arms) * inertia;
     }

@@ -122,7 +122,10 @@ impl Forces {
 pub struct Config {
     /// Rider C's cut-off, Hz.
     pub cut_off: f64,
-    /// Rider C filtered forward and backward: no lag, but the cut-off falls to 0.8 of itself.
+    /// Below this rider C follows the chassis fore and aft too, Hz; absent: always, as rider B.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub horizontal_cut_off: Option<f64>,
+    /// Rider C filtered forward and backward: no lag, but the cut-offs fall to 0.8 of themselves.
     pub zero_phase: bool,
     /// Share of the horizontal force that B and C take with their arms, the rest with their feet;
     /// the paper has it all at the bar.
@@ -133,7 +136,13 @@ pub struct Config {
 
 impl Default for Config {
     fn default() -> Self {
-        Config { cut_off: 1.5, zero_phase: true, arms: 1.0, crossfade: 0.05 }
+        Config {
+            cut_off: 1.5,
+            horizontal_cut_off: None,
+            zero_phase: true,
+            arms: 1.0,
+            crossfade: 0.05,
+        }
     }
 }
 
@@ -145,6 +154,7 @@ impl Config {
     pub fn check(&self) -> Result<(), String> {
         for (key, value, low, high) in [
             ("cut_off", self.cut_off, 0.05, 50.0),
+            ("horizontal_cut_off", self.horizontal_cut_off.unwrap_or(1.0), 0.05, 50.0),
             ("arms", self.arms, 0.0, 1.0),
             ("crossfade", self.crossfade, 0.0, 1.0),
         ] {
@@ -179,7 +189,7 @@ pub fn forces(
 }
 
 /// One while the rider holds on, zero in the air, with ramps of `crossfade` seconds outside the flight.
-fn hold(base: &Base<'_>, crossfade: f64) -> Vec<f64> {
+pub fn hold(base: &Base<'_>, crossfade: f64) -> Vec<f64> {
     let ramp = 1.0 / (crossfade * base.rate).max(1.0);
     let mut hold: Vec<f64> = base.airborne.iter().map(|&a| if a { 0.0 } else { 1.0 }).collect();
     for i in 1..hold.len() {

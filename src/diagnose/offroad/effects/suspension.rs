@@ -1,0 +1,75 @@
+//! What the bike file does not know of fork and shock: Coulomb friction, preload.
+//!
+//! Friction is `F clamp(v / 0.02 m/s, -1, 1)` beyond that of the file, as
+//! [`Strut`](crate::estimate::offroad::machine::Strut) has it. What acts on the measured accelerations
+//! went through the filter with them; so does its column here.
+
+use super::{Curve, Effect, Ride};
+use crate::estimate::offroad::machine::Strut;
+use crate::filter::high_cut;
+
+/// Coulomb friction of the fork.
+pub const FORK_FRICTION: Effect = Effect {
+    name: "fork_friction",
+    parameter: "fork_friction",
+    unit: "N",
+    sentence: "the fork has more Coulomb friction than the bike file says (negative: less)",
+    separate_by: "flights, in which the fork comes out slowly; a fork on a test bench",
+    usual: 60.0,
+    possible: [-300.0, 600.0],
+    family: Some("fork force"),
+    make: |ride| {
+        let k = &ride.estimate.kinematics;
+        let unit: Vec<f64> = k.zd_f.iter().map(|v| Strut::unit_friction(*v)).collect();
+        along_fork(ride, unit)
+    },
+};
+
+/// Force of the fork's spring at any travel.
+pub const FORK_PRELOAD: Effect = Effect {
+    name: "fork_preload",
+    parameter: "fork_preload",
+    unit: "N",
+    sentence: "the fork's spring is preloaded more than the bike file says (negative: less)",
+    separate_by: "the fork's force at rest, extended and at sag",
+    usual: 60.0,
+    possible: [-600.0, 600.0],
+    family: Some("fork force"),
+    make: |ride| along_fork(ride, vec![1.0; ride.estimate.kinematics.len()]),
+};
+
+/// Coulomb friction of the shock.
+pub const SHOCK_FRICTION: Effect = Effect {
+    name: "shock_friction",
+    parameter: "shock_friction",
+    unit: "N",
+    sentence: "the shock has more Coulomb friction than the bike file says (negative: less)",
+    separate_by: "flights, in which the shock comes out slowly; a shock on a test bench",
+    usual: 150.0,
+    possible: [-600.0, 1500.0],
+    family: None,
+    make: |ride| {
+        let k = &ride.estimate.kinematics;
+        let linkage = &ride.estimate.machine.linkage;
+        let moment = |i: usize| {
+            let slope = linkage.at(k.shock[i])[1];
+            Strut::unit_friction(k.ad_r[i] / slope) / slope
+        };
+        let column = passed(ride, (0..k.len()).map(moment).collect());
+        let r = ride.residuals;
+        Curve::Line(r.response(|i, _| [0.0, 0.0, 0.0, 0.0, column[i * r.step]]))
+    },
+};
+
+fn along_fork(ride: &Ride<'_>, unit: Vec<f64>) -> Curve {
+    let column = passed(ride, unit);
+    let r = ride.residuals;
+    Curve::Line(r.response(|i, _| [0.0, 0.0, 0.0, column[i * r.step], 0.0]))
+}
+
+/// What the filter leaves of it.
+fn passed(ride: &Ride<'_>, mut x: Vec<f64>) -> Vec<f64> {
+    x.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
+    high_cut(&mut x, ride.estimate.kinematics.rate, ride.high_cut);
+    x
+}
