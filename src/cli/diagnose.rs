@@ -12,7 +12,7 @@ use crate::cli::say::say;
 use crate::diagnose::name::{Cause, Verdict};
 use crate::diagnose::ride::{self, Diagnosis, Settings};
 use crate::pipeline::Pipeline;
-use crate::report::terminal;
+use crate::report::{self, terminal};
 use crate::schema::Table;
 use crate::table;
 
@@ -113,6 +113,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         store.reject(row).map_err(output)?;
     }
     tracing::info!(sessions = count - rejected.len(), "tables: {}", arguments.out.display());
+    report::write(&arguments.out)?;
+    tracing::info!("report: {}", arguments.out.join("report/index.html").display());
     if rejected.is_empty() {
         return Ok(());
     }
