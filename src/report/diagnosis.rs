@@ -7,8 +7,8 @@ use crate::report::bars::{self, Axis, Levels};
 use crate::report::number::{self, fixed, typeset};
 use crate::report::page::when;
 use crate::report::plots_diagnosis::Reproduced;
+use crate::report::words;
 use crate::report::words_diagnosis::{self as wording, UNKNOWN, sentence};
-use crate::report::{index, words};
 use crate::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// Candidates that are shown before the reader asks for the rest.
@@ -289,20 +289,19 @@ fn findings(causes: &[CauseRow]) -> Vec<Finding> {
 }
 
 fn verdict(outcome: Outcome, findings: &[Finding], causes: &[CauseRow]) -> (&'static str, String) {
-    let first = findings.first();
     match outcome {
-        Outcome::Named if findings.len() == 1 => {
-            ("No, and it is known why.", format!("Named: {}.", first.map_or("", |f| &f.sentence)))
-        }
         Outcome::Named => (
             "No, and it is known why.",
-            format!("{} are named.", sentence(&index::count(findings.len(), "cause"))),
+            match findings.len() {
+                1 => "One cause is named:".to_owned(),
+                n => format!("{n} causes are named:"),
+            },
         ),
         Outcome::Ambiguous => (
             "No, and this ride cannot tell which of several causes it is.",
-            match first {
-                Some(f) => format!("It is one of: {}; {}.", f.sentence, f.or.join("; ")),
-                None => String::new(),
+            match findings.len() {
+                1 => "It is one of these:".to_owned(),
+                n => format!("There are {n}, and each is one of these:"),
             },
         ),
         Outcome::Unexplained => (

@@ -3,6 +3,7 @@
 mod batch;
 mod cli;
 mod diagnose;
+mod diagnose_report;
 mod dirt;
 mod fit;
 mod ingest;
