@@ -272,7 +272,7 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
             "acceleration (−0.90)",
             "falls by <strong>149</strong>; with every candidate free by 240",
             "62 % of that",
-            "bends above 30 m/s",
+            "bends above 30 m&#x2f;s",
             "Signals of the simulated ride",
             "No other candidate explains the ride nearly as well",
             "with the causes",
