@@ -1,4 +1,4 @@
-// Draws the charts of a session page from the JSON in #data, with uPlot.
+// Draws the charts of a session's page or its diagnosis from the JSON in #data, with uPlot.
 // Texts reach the page through textContent alone.
 (() => {
   "use strict";
@@ -94,7 +94,7 @@
   const columns = (chart, hidden, palette) => {
     const tables = [], series = [{}], bands = [];
     chart.lines.forEach((line, i) => {
-      const colour = palette[i % palette.length];
+      const colour = palette[(line.colour ?? i) % palette.length];
       const first = series.length;
       const show = !hidden.has(line.name);
       series.push({ label: line.name, show, stroke: colour, width: chart.clouds.length ? 2 : 1.5, pxAlign: 0, points: { show: false } });
@@ -242,18 +242,26 @@
   };
   const lineEntries = (chart, palette) => chart.lines.map((l, i) => ({
     key: l.name, label: l.label, mark: "line",
-    paint: e => { e.style.background = palette()[i % palette().length]; },
+    paint: e => { e.style.background = palette()[(l.colour ?? i) % palette().length]; },
   }));
 
   const kinds = new Map(data.segments.map(s => [s.id, s]));
   const drawn = []; // every chart's own redraw, for a change of theme or width
 
+  // Charts over one another: zoom and what is hidden is common to a group.
+  const groups = new Map();
+  const grouped = chart => {
+    const key = chart.group || chart;
+    if (!groups.has(key)) groups.set(key, { hidden: new Set(), builds: [], now: [], busy: false });
+    return groups.get(key);
+  };
   const fit = (holder, chart) => {
-    const view = extent(chart), hidden = new Set(), tip = tooltip(holder);
+    const group = grouped(chart), first = !group.now.length, palette = () => chart.group ? theme.traces : theme.lines;
+    const view = extent(chart), hidden = group.hidden, tip = tooltip(holder);
     const far = beyond(chart, view);
     if (far) make("span", "count", holder.closest("figure").querySelector("figcaption"), ` ${far} beyond the axes.`);
     let u;
-    const entries = lineEntries(chart, () => theme.lines);
+    const entries = first ? lineEntries(chart, palette) : [];
     for (const c of chart.clouds) {
       entries.push({ key: c.name, label: words(c.name), mark: "dot", paint: e => { e.style.background = theme.cloud; } });
       if (c.w.includes(0))
@@ -296,25 +304,38 @@
     };
     const build = () => {
       if (u) u.destroy();
-      const width = printing ? 330 : holder.clientWidth, c = columns(chart, hidden, theme.lines);
+      const width = printing ? 330 : holder.clientWidth, c = columns(chart, hidden, palette());
       u = new uPlot({
-        width, height: Math.round(Math.max(230, Math.min(320, width * 0.62))),
+        width, height: chart.height || Math.round(Math.max(230, Math.min(320, width * 0.62))),
         series: c.series, bands: c.bands,
         scales: { x: { time: false, auto: false, range: asked(view) }, y: { auto: false, range: view.y } },
         axes: axes(chart, false), legend: { show: false },
         cursor: {
-          y: false, points: { show: false }, drag: { x: true, y: true, uni: 24 },
+          y: false, points: { show: false }, drag: chart.group ? { x: true, y: false } : { x: true, y: true, uni: 24 },
+          ...(chart.group ? { sync: { key: chart.group, setSeries: false, scales: ["x", null], filters: { pub: type => type === "mousemove" || type === "mouseleave" } } } : {}),
           bind: { dblclick: () => () => { reset(u, view); return null; } },
         },
         hooks: {
           drawAxes: [v => { zeroLines(v); for (const c of chart.clouds) drawCloud(v, c, hidden); }],
           setCursor: [() => { if (u) hover(); }],
+          setScale: [(v, key) => {
+            if (key !== "x" || group.busy) return;
+            group.busy = true;
+            for (const other of group.now) {
+              const o = other();
+              if (o && o !== v && (o.scales.x.min !== v.scales.x.min || o.scales.x.max !== v.scales.x.max))
+                o.setScale("x", { min: v.scales.x.min, max: v.scales.x.max });
+            }
+            group.busy = false;
+          }],
         },
       }, c.data, holder);
       reset(u, view);
     };
     build();
-    legend(holder, entries, hidden, build);
+    group.now.push(() => u);
+    group.builds.push(build);
+    legend(holder, entries, hidden, () => group.builds.forEach(f => f()));
     holder.addEventListener("blur", tip.hide);
     keys(holder, () => u, () => reset(u, view));
     follow(holder, () => u);
@@ -456,6 +477,6 @@
 
   const redraw = () => { readTheme(); hatches.clear(); swatches(); drawn.forEach(f => f()); };
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-  addEventListener("beforeprint", () => { printing = true; root.dataset.print = ""; redraw(); });
+  addEventListener("beforeprint", () => { document.querySelectorAll("details.all").forEach(e => { e.open = true; }); printing = true; root.dataset.print = ""; redraw(); });
   addEventListener("afterprint", () => { printing = false; delete root.dataset.print; redraw(); });
 })();

@@ -274,6 +274,22 @@ pub struct DiscrepancyRow {
     pub n: i64,
 }
 
+/// A row of `replays` ([`ReplayRow`] is one of `replay`).
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ReplaySample {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub manoeuvre: i64,
+    pub kind: String,
+    pub channel: String,
+    pub unit: String,
+    pub time: f64,
+    pub measured: Option<f64>,
+    pub base: Option<f64>,
+    pub extended: Option<f64>,
+}
+
 /// A row of `truth`.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field

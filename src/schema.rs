@@ -36,6 +36,7 @@ embed!(
     "fleet",
     "discrepancies",
     "causes",
+    "replays",
     "truth",
     "truth_segments",
     "truth_signals",

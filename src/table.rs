@@ -251,6 +251,7 @@ mod tests {
         fits("forces", &rows::ForceRow::default());
         fits("causes", &rows::CauseRow::default());
         fits("discrepancies", &rows::DiscrepancyRow::default());
+        fits("replays", &rows::ReplaySample::default());
         fits("truth_offroad", &rows::TruthOffroad::default());
         fits(
             "sessions",

@@ -40,6 +40,7 @@ pub const TABLES: &[&str] = &[
     "fleet",
     "discrepancies",
     "causes",
+    "replays",
     "report",
 ];
 

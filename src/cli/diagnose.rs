@@ -13,8 +13,8 @@ use crate::diagnose::name::{Cause, Verdict};
 use crate::diagnose::offroad;
 use crate::diagnose::ride::{self, Diagnosis, Settings};
 use crate::pipeline::Pipeline;
-use crate::report::terminal;
-use crate::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::report::{self, terminal};
+use crate::rows::{CauseRow, DiscrepancyRow, Ident, ReplayRow};
 use crate::schema::Table;
 use crate::table;
 
@@ -120,6 +120,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         store.reject(row).map_err(output)?;
     }
     tracing::info!(sessions = count - rejected.len(), "tables: {}", arguments.out.display());
+    report::write(&arguments.out)?;
+    tracing::info!("report: {}", arguments.out.join("report/index.html").display());
     if rejected.is_empty() {
         return Ok(());
     }

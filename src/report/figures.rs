@@ -152,6 +152,12 @@ pub struct Chart {
     pub points: usize,
     /// How many of them the fit rejected.
     pub outliers: usize,
+    /// Charts of one group are zoomed together and hide the same lines; empty stands alone.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub group: String,
+    /// Height where it is not by the width, px.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height: Option<u32>,
 }
 
 /// A chart without its data: what the page around it says.
@@ -205,6 +211,9 @@ pub struct Line {
     pub lo: Vec<Option<f64>>,
     /// Upper edge of the band.
     pub hi: Vec<Option<f64>>,
+    /// Which of the time lines' colours, where it is not by its place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colour: Option<usize>,
 }
 
 /// A data cloud.
@@ -376,6 +385,7 @@ fn assemble(
                 y: own.iter().map(|p| p.y.map(put_y)).collect(),
                 lo: edge(|p| p.y_low),
                 hi: edge(|p| p.y_high),
+                colour: None,
             });
         }
     }
@@ -383,7 +393,7 @@ fn assemble(
 }
 
 /// Decimals that resolve a twenty-thousandth of the range: finer than any screen.
-fn digits(values: impl Iterator<Item = f64>) -> usize {
+pub(super) fn digits(values: impl Iterator<Item = f64>) -> usize {
     let (low, high) = values
         .filter(|v| v.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));

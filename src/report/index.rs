@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::report::number::{self, fixed, typeset};
 use crate::report::page::when;
 use crate::report::tables::{self, FleetRow};
-use crate::report::{drawing, words};
+use crate::report::{diagnosis, drawing, words};
 use crate::rows::{Coefficient, Rejected, SessionRow, Status, WarningRow};
 
 /// The run's page, as its template reads it.
@@ -24,6 +24,8 @@ pub struct Index {
     pub bikes: Vec<BikePart>,
     /// Each session.
     pub sessions: Vec<Entry>,
+    /// Each diagnosed session.
+    pub diagnoses: Vec<diagnosis::Entry>,
     /// Each rejected input.
     pub rejected: Vec<Rejected>,
     /// Warnings by code: stage, code, sessions, occurrences, one message.
@@ -125,6 +127,7 @@ pub fn build(
         ),
         bikes: bikes.iter().map(|b| bike(b, sessions, coefficients, fleet)).collect(),
         sessions: entries(sessions, pages, coefficients, warnings),
+        diagnoses: Vec::new(),
         warnings: summed(warnings),
         versions: versions.into_iter().collect::<Vec<_>>().join(", "),
         rejected,

@@ -1,7 +1,7 @@
 //! The report: a pure function of the tables.
 //!
 //! [`write()`] reads the tables of an output folder and writes `report/index.html` and one page
-//! per session beside it. A page holds all it needs (style, script, data): it opens from disk,
+//! per session beside it, and one per diagnosed session ([`diagnosis_pages`]). A page holds all it needs (style, script, data): it opens from disk,
 //! offline. The templates are in `reports/`; the chart library is embedded whole.
 //!
 //! Texts from logs are hostile until escaped: the templates escape every value, and the data
@@ -17,6 +17,9 @@ use rayon::prelude::*;
 
 use crate::{rows, table};
 
+pub mod bars;
+pub mod diagnosis;
+pub mod diagnosis_pages;
 pub mod drawing;
 pub mod figures;
 pub mod forces;
@@ -25,21 +28,24 @@ pub mod names;
 pub mod number;
 pub mod page;
 pub mod plots;
+pub mod plots_diagnosis;
 pub mod plots_offroad;
 pub mod svg;
 pub mod tables;
+pub mod tables_diagnosis;
 pub mod terminal;
 pub mod tir;
 pub mod tyre;
 pub mod words;
+pub mod words_diagnosis;
 
 /// What can go wrong with a report.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The folder holds none of our tables.
     #[error(
-        "{path} holds neither `sessions` nor `rejected` tables: name the folder that \
-         `roadbench run` wrote with --out"
+        "{path} holds no `sessions`, `rejected`, `causes` or `discrepancies` tables: name the \
+         folder that `roadbench run` or `roadbench diagnose` wrote with --out"
     )]
     NotAnOutput {
         /// The folder.
@@ -72,7 +78,11 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("base.html", include_str!("../../reports/base.html")),
     ("run.html", include_str!("../../reports/run.html")),
     ("session.html", include_str!("../../reports/session.html")),
+    ("diagnosis.html", include_str!("../../reports/diagnosis.html")),
 ];
+
+/// Tables of which one at least makes a folder an output.
+const SIGNS: [&str; 4] = ["sessions", "rejected", "causes", "discrepancies"];
 
 /// First bytes of every page, by which a rebuild knows its own.
 const MARK: &str = "<!doctype html>\n<!-- roadbench report -->";
@@ -82,7 +92,7 @@ const MARK: &str = "<!doctype html>\n<!-- roadbench report -->";
 /// # Errors
 /// The folder holds no tables, one cannot be read, or a page cannot be written.
 pub fn write(out: &Path) -> Result<(), Error> {
-    if !out.join("sessions").is_dir() && !out.join("rejected").is_dir() {
+    if !SIGNS.iter().any(|table| out.join(table).is_dir()) {
         return Err(Error::NotAnOutput { path: out.to_owned() });
     }
     let sessions = tables::sessions(out)?;
@@ -91,12 +101,14 @@ pub fn write(out: &Path) -> Result<(), Error> {
     let warnings = tables::warnings(out)?;
     let force_rows = tables::forces(out)?;
     let fleet = tables::fleet(out)?;
-    let plot_files = tables::plot_files(out)?;
+    let plot_files = tables::session_files(out, "plots")?;
     let pages = names::pages(
         sessions.iter().map(|s| (s.ident.bike_id.as_str(), s.ident.session_id.as_str())),
     );
     let environment = environment()?;
     let folder = out.join("report");
+    let diagnosed = diagnosis_pages::Diagnosed::read(out, &sessions, &pages)?;
+    diagnosed.write(&environment, &folder)?;
 
     // pages are independent of each other: their order of writing shows nowhere
     sessions.par_iter().zip(&pages).try_for_each(|(session, name)| -> Result<(), Error> {
@@ -116,6 +128,7 @@ pub fn write(out: &Path) -> Result<(), Error> {
             absent => page::absent_charts(&figures),
             offroad => page::is_offroad(&figures),
             forces => Serde(forces::table(force_rows)),
+            diagnosis => diagnosed.page_of(&session.ident),
             data => Value::from_safe_string(figures::inline_json(&figures)?),
             ..shared()
         })?;
@@ -123,12 +136,14 @@ pub fn write(out: &Path) -> Result<(), Error> {
     })?;
 
     let rejected = tables::rejected(out)?;
-    let index = index::build(&sessions, &pages, &coefficients, &warnings, rejected, &fleet);
+    let mut index = index::build(&sessions, &pages, &coefficients, &warnings, rejected, &fleet);
+    index.diagnoses = diagnosed.entries();
     let html = environment
         .get_template("run.html")?
         .render(context! { run => Serde(index), ..shared() })?;
     table::write_bytes(&folder.join("index.html"), html.as_bytes())?;
-    remove_stale(&folder, &pages);
+    let own: Vec<&str> = pages.iter().map(String::as_str).chain(diagnosed.pages()).collect();
+    remove_stale(&folder, &own);
     Ok(())
 }
 
@@ -163,8 +178,8 @@ fn run_of<R>(rows: &[R], own: impl Fn(&R) -> bool) -> &[R] {
 
 /// Takes away pages of an earlier build whose session is gone. One that cannot be removed is
 /// left: it is linked from nowhere.
-fn remove_stale(folder: &Path, pages: &[String]) {
-    let kept: BTreeSet<&str> = pages.iter().map(String::as_str).collect();
+fn remove_stale(folder: &Path, pages: &[&str]) {
+    let kept: BTreeSet<&str> = pages.iter().copied().collect();
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();

@@ -27,6 +27,28 @@ pub fn pages<'a>(sessions: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Stri
         .collect()
 }
 
+/// One file name per diagnosed (bike, session), in their order; never one of the `taken`.
+///
+/// A session may itself be called `diagnosis_x`: then the diagnosis of `x` gets a hash.
+pub fn diagnoses<'a>(
+    sessions: impl Iterator<Item = (&'a str, &'a str)> + Clone,
+    taken: &[String],
+) -> Vec<String> {
+    let taken: BTreeSet<String> = taken.iter().map(|n| n.to_lowercase()).collect();
+    pages(sessions.clone())
+        .into_iter()
+        .zip(sessions)
+        .map(|(page, (bike, session))| {
+            let name = format!("diagnosis_{page}");
+            if !taken.contains(&name.to_lowercase()) {
+                return name;
+            }
+            let hash = blake3::hash(format!("diagnosis\0{bike}\0{session}").as_bytes()).to_hex();
+            format!("{}-{}.html", name.trim_end_matches(".html"), &hash[..12])
+        })
+        .collect()
+}
+
 fn safe_char(c: char) -> char {
     if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' }
 }
@@ -48,5 +70,13 @@ mod tests {
             assert!(!name.starts_with('.') && name.len() < 120, "{name}");
         }
         assert_ne!(names[6], "index.html");
+    }
+
+    #[test]
+    fn a_diagnosis_never_takes_the_page_of_a_session() {
+        let taken = pages([("b", "diagnosis_X"), ("b", "x")].into_iter());
+        let names = diagnoses([("b", "x"), ("b", "y")].into_iter(), &taken);
+        assert!(names[0].starts_with("diagnosis_x-"), "{names:?}");
+        assert_eq!(names[1], "diagnosis_y.html");
     }
 }

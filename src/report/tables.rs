@@ -213,15 +213,18 @@ pub fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
     Ok(rows)
 }
 
-/// Which `plots` files hold which session, by (bike, session); only the two names are read.
+/// The files of a table that hold a session, by (bike, session).
+pub type Files = BTreeMap<(String, String), Vec<PathBuf>>;
+
+/// Which files of a table hold which session; only the two names are read.
 ///
 /// # Errors
 /// A file cannot be read.
-pub fn plot_files(out: &Path) -> Result<BTreeMap<(String, String), Vec<PathBuf>>, Error> {
-    let mut index: BTreeMap<(String, String), Vec<PathBuf>> = BTreeMap::new();
-    for path in files(out, "plots")? {
+pub fn session_files(out: &Path, table: &str) -> Result<Files, Error> {
+    let mut index = Files::new();
+    for path in files(out, table)? {
         for batch in read(&path, Some(&["session_id", "bike_id"]))? {
-            let columns = Columns::new(&path, "plots", &batch, &["session_id", "bike_id"])?;
+            let columns = Columns::new(&path, table, &batch, &["session_id", "bike_id"])?;
             for i in 0..batch.num_rows() {
                 let (session, bike) = (columns.str("session_id", i), columns.str("bike_id", i));
                 // runs of one session: ask the map only when the name changes
@@ -240,7 +243,7 @@ pub fn plot_files(out: &Path) -> Result<BTreeMap<(String, String), Vec<PathBuf>>
     Ok(index)
 }
 
-/// One session's `plots` rows, from the files of [`plot_files`], in file order.
+/// One session's `plots` rows, from the files of [`session_files`], in file order.
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
@@ -285,7 +288,7 @@ fn status(text: &str) -> Status {
     }
 }
 
-fn collect<R>(
+pub(super) fn collect<R>(
     out: &Path,
     table: &str,
     row: impl Fn(&Columns, usize) -> R,
@@ -319,7 +322,7 @@ fn files(out: &Path, table: &str) -> Result<Vec<PathBuf>, Error> {
     Ok(paths)
 }
 
-fn read(path: &Path, only: Option<&[&str]>) -> Result<Vec<RecordBatch>, Error> {
+pub(super) fn read(path: &Path, only: Option<&[&str]>) -> Result<Vec<RecordBatch>, Error> {
     let fail = |message: String| Error::Read { path: path.to_owned(), message };
     let file = File::open(path).map_err(|e| fail(e.to_string()))?;
     let mut builder =
@@ -336,11 +339,16 @@ fn read(path: &Path, only: Option<&[&str]>) -> Result<Vec<RecordBatch>, Error> {
 }
 
 /// The columns of one batch by name, in the types of the schema.
-struct Columns(BTreeMap<String, ArrayRef>);
+pub(super) struct Columns(BTreeMap<String, ArrayRef>);
 
 impl Columns {
     /// Checks a batch against its schema; `only` limits the columns looked for (empty: all).
-    fn new(path: &Path, table: &str, batch: &RecordBatch, only: &[&str]) -> Result<Self, Error> {
+    pub(super) fn new(
+        path: &Path,
+        table: &str,
+        batch: &RecordBatch,
+        only: &[&str],
+    ) -> Result<Self, Error> {
         let mut columns = BTreeMap::new();
         for column in Table::embedded(table).columns {
             if !only.is_empty() && !only.contains(&column.name.as_str()) {
@@ -365,25 +373,25 @@ impl Columns {
         self.0.get(name).filter(|array| array.is_valid(i))
     }
 
-    fn str(&self, name: &str, i: usize) -> &str {
+    pub(super) fn str(&self, name: &str, i: usize) -> &str {
         self.valid(name, i).map_or("", |a| a.as_string::<i32>().value(i))
     }
 
-    fn text(&self, name: &str, i: usize) -> String {
+    pub(super) fn text(&self, name: &str, i: usize) -> String {
         self.str(name, i).to_owned()
     }
 
-    fn maybe_text(&self, name: &str, i: usize) -> Option<String> {
+    pub(super) fn maybe_text(&self, name: &str, i: usize) -> Option<String> {
         self.valid(name, i).map(|a| a.as_string::<i32>().value(i).to_owned())
     }
 
     /// A number; nulls and numbers that are not finite are `None`.
-    fn maybe(&self, name: &str, i: usize) -> Option<f64> {
+    pub(super) fn maybe(&self, name: &str, i: usize) -> Option<f64> {
         let array = self.valid(name, i)?;
         Some(array.as_primitive::<Float64Type>().value(i)).filter(|x| x.is_finite())
     }
 
-    fn number(&self, name: &str, i: usize) -> f64 {
+    pub(super) fn number(&self, name: &str, i: usize) -> f64 {
         self.maybe(name, i).unwrap_or(f64::NAN)
     }
 
@@ -391,15 +399,15 @@ impl Columns {
         self.valid(name, i).map(|a| a.as_primitive::<Int64Type>().value(i))
     }
 
-    fn integer(&self, name: &str, i: usize) -> i64 {
+    pub(super) fn integer(&self, name: &str, i: usize) -> i64 {
         self.maybe_integer(name, i).unwrap_or(0)
     }
 
-    fn flag(&self, name: &str, i: usize) -> bool {
+    pub(super) fn flag(&self, name: &str, i: usize) -> bool {
         self.valid(name, i).is_some_and(|a| a.as_boolean().value(i))
     }
 
-    fn ident(&self, i: usize) -> Ident {
+    pub(super) fn ident(&self, i: usize) -> Ident {
         Ident {
             session_id: self.text("session_id", i),
             bike_id: self.text("bike_id", i),

@@ -4,6 +4,7 @@ mod batch;
 mod cli;
 mod diagnose;
 mod diagnose_offroad;
+mod diagnose_report;
 mod dirt;
 mod fit;
 mod ingest;

@@ -1,0 +1,120 @@
+//! The pages of diagnosed sessions: which there are, what they are called, and writing them.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use minijinja::value::Serde;
+use minijinja::{Environment, Value, context};
+use rayon::prelude::*;
+
+use crate::report::figures::{self, Figures};
+use crate::report::{
+    Error, diagnosis, names, plots_diagnosis, run_of, shared, tables, tables_diagnosis,
+};
+use crate::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
+use crate::table;
+
+/// Every diagnosed session of a folder.
+#[derive(Debug)]
+pub struct Diagnosed {
+    sessions: Vec<Session>,
+    causes: Vec<CauseRow>,
+    discrepancies: Vec<DiscrepancyRow>,
+    replays: tables::Files,
+}
+
+#[derive(Debug)]
+struct Session {
+    ident: Ident,
+    page: String,
+    /// The page with its coefficients.
+    coefficients: Option<String>,
+}
+
+impl Diagnosed {
+    /// Reads the tables of `diagnose`; `pages` are those of the `sessions`. A folder without such
+    /// tables has no diagnosed sessions.
+    ///
+    /// # Errors
+    /// A table cannot be read.
+    pub fn read(out: &Path, sessions: &[SessionRow], pages: &[String]) -> Result<Self, Error> {
+        let causes = tables_diagnosis::causes(out)?;
+        let discrepancies = tables_diagnosis::discrepancies(out)?;
+        let mut idents: BTreeMap<(&str, &str), &Ident> = BTreeMap::new();
+        for ident in causes.iter().map(|c| &c.ident).chain(discrepancies.iter().map(|d| &d.ident)) {
+            idents.entry(tables::key(ident)).or_insert(ident);
+        }
+        let known: BTreeMap<(&str, &str), &String> =
+            sessions.iter().map(|s| tables::key(&s.ident)).zip(pages).collect();
+        let named = names::diagnoses(idents.keys().copied(), pages);
+        let sessions = idents
+            .iter()
+            .zip(named)
+            .map(|((key, ident), page)| Session {
+                ident: (*ident).clone(),
+                page,
+                coefficients: known.get(key).map(|p| (*p).clone()),
+            })
+            .collect();
+        let replays = tables::session_files(out, "replays")?;
+        Ok(Diagnosed { sessions, causes, discrepancies, replays })
+    }
+
+    /// The pages' file names.
+    pub fn pages(&self) -> impl Iterator<Item = &str> {
+        self.sessions.iter().map(|s| s.page.as_str())
+    }
+
+    /// The page of a session's diagnosis, if it has one.
+    pub fn page_of(&self, ident: &Ident) -> Option<&str> {
+        let own = |s: &&Session| tables::key(&s.ident) == tables::key(ident);
+        self.sessions.iter().find(own).map(|s| s.page.as_str())
+    }
+
+    /// Lines of the run's page.
+    pub fn entries(&self) -> Vec<diagnosis::Entry> {
+        self.sessions
+            .iter()
+            .map(|s| {
+                let (causes, discrepancies) = self.rows(&s.ident);
+                diagnosis::entry(&s.ident, &s.page, causes, discrepancies)
+            })
+            .collect()
+    }
+
+    fn rows(&self, ident: &Ident) -> (&[CauseRow], &[DiscrepancyRow]) {
+        let own = |other: &Ident| tables::key(other) == tables::key(ident);
+        (run_of(&self.causes, |c| own(&c.ident)), run_of(&self.discrepancies, |d| own(&d.ident)))
+    }
+
+    /// Writes every page into the report's folder.
+    ///
+    /// # Errors
+    /// The replays cannot be read, or a page cannot be written.
+    pub(super) fn write(&self, environment: &Environment<'_>, folder: &Path) -> Result<(), Error> {
+        self.sessions.par_iter().try_for_each(|session| {
+            let (causes, discrepancies) = self.rows(&session.ident);
+            let (bike, id) = tables::key(&session.ident);
+            let files = self.replays.get(&(bike.to_owned(), id.to_owned()));
+            let samples = tables_diagnosis::replays(files.map_or(&[], Vec::as_slice), bike, id)?;
+            let misfits = diagnosis::worst_first(discrepancies);
+            let (overlays, charts) = plots_diagnosis::overlays(&samples, &misfits);
+            // output of before there were replays has the residuals only
+            let channels = match plots_diagnosis::reproduced(&samples) {
+                signals if signals.is_empty() => plots_diagnosis::pooled(discrepancies),
+                signals => signals,
+            };
+            let figures = Figures { charts, ..Figures::default() };
+            let page = diagnosis::build(&session.ident, causes, discrepancies, &channels);
+            let html = environment.get_template("diagnosis.html")?.render(context! {
+                page => Serde(page),
+                overlays => Serde(overlays),
+                replays => !samples.is_empty(),
+                session => session.coefficients.as_deref(),
+                data => Value::from_safe_string(figures::inline_json(&figures)?),
+                ..shared()
+            })?;
+            Ok(table::write_bytes(&folder.join(&session.page), html.as_bytes())?)
+        })
+    }
+}

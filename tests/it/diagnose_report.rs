@@ -1,0 +1,387 @@
+//! The report of made-up diagnoses: one of each verdict, with hostile text wherever a log could put
+//! it.
+
+use std::path::Path;
+
+use roadbench::report;
+use roadbench::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use roadbench::schema::Table;
+use roadbench::table;
+
+const HOSTILE: &str = "</script><b onmouseover=alert(1)>&\"'";
+
+fn ident(session: &str) -> Ident {
+    Ident {
+        session_id: session.into(),
+        bike_id: "tourer".into(),
+        start_time: Some("2026-05-03T10:11:12Z".into()),
+    }
+}
+
+/// A candidate: name, verdict, size with half its interval, unit, score.
+fn cause(effect: &str, verdict: &str, size: (f64, f64), unit: &str, score: f64) -> CauseRow {
+    CauseRow {
+        effect: effect.into(),
+        verdict: verdict.into(),
+        level: "session".into(),
+        parameter: effect.into(),
+        value: Some(size.0),
+        unit: unit.into(),
+        ci95_low: Some(size.0 - size.1),
+        ci95_high: Some(size.0 + size.1),
+        score,
+        false_alarm_rate: if score > 1.0 { 0.0 } else { 0.6 },
+        separate_by: Some("hard braking".into()),
+        reason: "within what nulls of this ride show".into(),
+        ..CauseRow::default()
+    }
+}
+
+/// Candidates that nothing speaks for, and two that the ride does not show.
+fn rest() -> Vec<CauseRow> {
+    let mut rows = vec![
+        cause("wind", "not_needed", (0.3, 0.8), "m/s", 0.72),
+        cause("road_grade", "not_needed", (0.0004, 0.0009), "1", 0.61),
+        cause("rider_lean", "not_needed", (0.01, 0.04), "m/rad", 0.5),
+        cause("brake_fade", "not_needed", (-0.01, 0.03), "1", 0.33),
+        cause("tyre_warm_up", "not_needed", (0.004, 0.02), "1", 0.3),
+        cause("friction_load", "not_needed", (0.02, 0.11), "1", 0.2),
+        cause("roll_zero", "not_needed", (0.0003, 0.002), "rad", 0.15),
+        cause("radius_load", "not_needed", (0.0002, 0.002), "1/kN", 0.1),
+        cause("wheel_inertia", "not_needed", (0.02, 0.3), "1", 0.07),
+        cause("lift", "not_identifiable", (0.0, 1.0), "kg/m", 0.0),
+        cause("relaxation_length", "not_identifiable", (0.0, 1.0), "m", 0.0),
+    ];
+    rows[9].separate_by = Some("bends above 30 m/s".into());
+    rows[10].separate_by = Some("quick changes of lean".into());
+    rows
+}
+
+fn misfit(
+    channel: &str,
+    kind: &str,
+    unit: &str,
+    rmse: (f64, Option<f64>, f64),
+    with: Option<(&str, f64)>,
+) -> DiscrepancyRow {
+    DiscrepancyRow {
+        channel: channel.into(),
+        kind: kind.into(),
+        unit: unit.into(),
+        rmse_base: rmse.0,
+        rmse_extended: rmse.1,
+        bias: 0.3 * rmse.0,
+        noise_floor: rmse.2,
+        null_largest: 1.3 * rmse.2,
+        structured: with.is_some(),
+        covariate: with.map(|w| w.0.into()),
+        correlation: with.map(|w| w.1),
+        n: 200,
+        ..DiscrepancyRow::default()
+    }
+}
+
+/// Residuals that are wrong by a factor where they are; `named` puts them right.
+fn misfits(factor: f64, named: bool) -> Vec<DiscrepancyRow> {
+    let after = |x: f64| named.then_some(x);
+    let wrong = |name: &'static str, r: f64| (factor > 1.5).then_some((name, r));
+    vec![
+        misfit("force_x", "coasting", "m/s2", (0.021, after(0.021), 0.020), None),
+        misfit("force_x", "front_braking", "m/s2", (0.13, after(0.12), 0.11), None),
+        misfit(
+            "slip_rear",
+            "front_braking",
+            "1",
+            (0.67 * factor, after(0.71), 0.67),
+            wrong("acceleration", -0.9),
+        ),
+        misfit(
+            "lateral_front",
+            "cornering",
+            "rad",
+            (0.0024 * factor, after(0.0026), 0.0024),
+            wrong("front_pressure", 0.62),
+        ),
+        misfit("lateral_rear", "cornering", "rad", (0.0025, after(0.0026), 0.0026), None),
+        misfit("roll", "cornering", "m/s2", (0.11, after(0.11), 0.1), None),
+        misfit("kinematic_x", "driving", "m/s2", (0.2, after(0.2), 0.21), None),
+    ]
+}
+
+/// Sines that the base model misses by `off` of their size.
+fn replays(off: f64, named: bool) -> Vec<ReplaySample> {
+    let channels = [
+        ("velocity_x", "m/s", 6.0, 20.0),
+        ("velocity_y", "m/s", 0.4, 0.0),
+        ("acceleration_x", "m/s2", 4.0, 0.0),
+        ("acceleration_y", "m/s2", 6.0, 0.0),
+        ("yaw_rate", "rad/s", 0.3, 0.0),
+        ("roll", "rad", 0.6, 0.0),
+        ("steer_angle", "rad", 0.05, 0.0),
+        ("wheel_speed_front", "rad/s", 20.0, 66.0),
+        ("wheel_speed_rear", "rad/s", 19.0, 64.0),
+    ];
+    let mut rows = Vec::new();
+    for (manoeuvre, kind) in
+        [(3, "front_braking"), (5, "cornering"), (8, "cornering"), (9, "cornering")]
+    {
+        for (c, (channel, unit, size, mean)) in channels.into_iter().enumerate() {
+            for k in 0..70 {
+                let t = k as f64 / 10.0;
+                let phase = 0.9 * t + c as f64 + manoeuvre as f64;
+                let noise = 0.02 * size * (12.9898 * (k + 71 * c) as f64).sin();
+                let wrong = off * size * (t / 7.0) * (1.7 * t + c as f64).sin();
+                let truth = mean + size * phase.sin();
+                rows.push(ReplaySample {
+                    manoeuvre,
+                    kind: kind.into(),
+                    channel: channel.into(),
+                    unit: unit.into(),
+                    time: 40.0 * manoeuvre as f64 + t,
+                    measured: (k % 31 != 30).then_some(truth + noise),
+                    base: Some(truth - wrong),
+                    extended: named.then_some(truth - 0.15 * wrong),
+                    ..ReplaySample::default()
+                });
+            }
+        }
+    }
+    rows
+}
+
+struct Ride {
+    ident: Ident,
+    causes: Vec<CauseRow>,
+    discrepancies: Vec<DiscrepancyRow>,
+    replays: Vec<ReplaySample>,
+}
+
+fn named() -> Ride {
+    let mut first = cause("latency", "named", (0.0196, 0.0083), "s", 5.7);
+    (first.gain_heldout, first.gain_upper_bound) = (Some(149.0), Some(240.0));
+    first.reason = "the velocity comes late: gains 151".into();
+    let mut second = cause("steer_zero", "named", (-0.0121, 0.0032), "rad", 2.1);
+    second.level = "bike".into();
+    let causes = [vec![first, second], rest()].concat();
+    Ride {
+        ident: ident("named-1"),
+        causes,
+        discrepancies: misfits(5.0, true),
+        replays: replays(0.4, true),
+    }
+}
+
+fn ambiguous() -> Ride {
+    let mut first = cause("road_bank", "ambiguous", (0.014, 0.004), "rad", 1.8);
+    first.equivalent_to = Some("roll_zero, rider_lean".into());
+    first.separate_by = Some("bends to both sides".into());
+    (first.gain_heldout, first.gain_upper_bound) = (Some(44.0), Some(40.0));
+    let causes = [vec![first], rest()].concat();
+    Ride {
+        ident: ident("ambiguous-1"),
+        causes,
+        discrepancies: misfits(2.0, true),
+        replays: replays(0.2, true),
+    }
+}
+
+fn null() -> Ride {
+    Ride {
+        ident: ident("null-1"),
+        causes: rest(),
+        discrepancies: misfits(1.0, false),
+        replays: replays(0.03, false),
+    }
+}
+
+/// Its texts are hostile too.
+fn unexplained() -> Ride {
+    let mut first = cause("unknown", "unexplained", (0.0, 0.0), "1", 1.7);
+    (first.value, first.ci95_low, first.ci95_high, first.separate_by) = (None, None, None, None);
+    first.reason = format!("lateral_front over speed {HOSTILE}");
+    let mut odd = cause(HOSTILE, "not_needed", (1.0, 2.0), HOSTILE, 0.4);
+    odd.level = HOSTILE.into();
+    let mut discrepancies = misfits(3.0, false);
+    discrepancies[2].covariate = Some(HOSTILE.into());
+    discrepancies.push(misfit(HOSTILE, HOSTILE, HOSTILE, (1.0, None, 0.0), None));
+    let mut replays = replays(0.3, false);
+    for row in replays.iter_mut().filter(|r| r.manoeuvre == 3) {
+        (row.kind, row.unit) = (HOSTILE.into(), HOSTILE.into());
+    }
+    Ride {
+        ident: ident(HOSTILE),
+        causes: [vec![first, odd], rest()].concat(),
+        discrepancies,
+        replays,
+    }
+}
+
+fn store(out: &Path, mut ride: Ride, replays: bool) {
+    let file = roadbench::batch::names::file_name(&ride.ident.session_id);
+    let path = |name: &str| out.join(name).join(format!("bike=tourer/{file}.parquet"));
+    for (k, row) in ride.causes.iter_mut().enumerate() {
+        (row.ident, row.rank) = (ride.ident.clone(), k as i64 + 1);
+    }
+    ride.discrepancies.iter_mut().for_each(|r| r.ident = ride.ident.clone());
+    ride.replays.iter_mut().for_each(|r| r.ident = ride.ident.clone());
+    table::write(&path("causes"), &Table::embedded("causes"), &ride.causes).expect("causes");
+    table::write(&path("discrepancies"), &Table::embedded("discrepancies"), &ride.discrepancies)
+        .expect("discrepancies");
+    if replays {
+        table::write(&path("replays"), &Table::embedded("replays"), &ride.replays)
+            .expect("replays");
+    }
+}
+
+fn generate(out: &Path) {
+    for ride in [named(), ambiguous(), null(), unexplained()] {
+        store(out, ride, true);
+    }
+    report::write(out).expect("report");
+}
+
+fn read(out: &Path, page: &str) -> String {
+    let path = out.join("report").join(page);
+    // as a reader sees it: lines and entities do not matter
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[track_caller]
+fn says(page: &str, words: &[&str]) {
+    for word in words {
+        assert!(page.contains(word), "the page lacks: {word}");
+    }
+}
+
+#[test]
+fn the_report_tells_each_verdict_of_a_diagnosis() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let page = read(folder.path(), "diagnosis_named-1.html");
+    says(
+        &page,
+        &[
+            "Does the model reproduce this ride, and if not, why?",
+            "No, and it is known why.",
+            "2 causes are named:",
+            "the velocity comes late",
+            "0.0196 s",
+            "−0.0121 rad (−0.693°)",
+            "found over all rides of the bike",
+            "acceleration (−0.90)",
+            "falls by <strong>149</strong>; with every candidate free by 240",
+            "62 % of that",
+            "bends above 30 m&#x2f;s",
+            "Signals of the simulated ride",
+            "No other candidate explains the ride nearly as well",
+            "with the causes",
+        ],
+    );
+    // the most wrong residual leads to the signal that shows it
+    assert!(page.contains("Rear wheel speed · front braking"));
+    assert!(page.contains("Steering angle · cornering"));
+    let page = read(folder.path(), "diagnosis_ambiguous-1.html");
+    says(
+        &page,
+        &[
+            "this ride cannot tell which of several causes it is",
+            "It is one of these:",
+            "<strong>the road is banked</strong>",
+            "or the roll sensor does not read zero upright",
+            "<h3>bends to both sides</h3>",
+            "as much as every candidate together",
+        ],
+    );
+    let page = read(folder.path(), "diagnosis_null-1.html");
+    says(
+        &page,
+        &[
+            "Yes, as far as this ride can tell.",
+            "Nothing is wrong that this ride could show.",
+            "The largest score is 0.7",
+            "Nothing is named, so there is nothing to gain.",
+            "What the model leaves",
+        ],
+    );
+    assert!(!page.contains("with the causes<") && !page.contains("id=\"unexplained\""));
+}
+
+#[test]
+fn the_report_escapes_what_a_diagnosis_quotes() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let names: Vec<String> = std::fs::read_dir(folder.path().join("report"))
+        .expect("report")
+        .flatten()
+        .map(|e| e.file_name().to_string_lossy().into_owned())
+        .collect();
+    let own = names.iter().find(|n| n.starts_with("diagnosis__")).expect("the hostile one's page");
+    let page = read(folder.path(), own);
+    says(
+        &page,
+        &[
+            "No, and it is not known why.",
+            "Something is wrong that no candidate explains: lateral_front over speed &lt;&#x2f;script&gt;",
+        ],
+    );
+    for name in names.iter().filter(|n| n.ends_with(".html")) {
+        let page = read(folder.path(), name);
+        assert!(!page.contains("<b onmouseover"), "{name}");
+        assert!(!page.contains("http://") && !page.contains("src="), "{name} works offline");
+    }
+}
+
+#[test]
+fn a_report_of_diagnoses_alone_has_an_index() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let index = read(folder.path(), "index.html");
+    says(
+        &index,
+        &[
+            "Diagnoses of 4 riding sessions",
+            "href=\"diagnosis_named-1.html\"",
+            "the velocity comes late <span class=\"size\">0.0196 s</span>",
+            "or the roll sensor does not read zero upright",
+            "nothing that this ride could show",
+            ">unexplained<",
+        ],
+    );
+    assert!(!index.contains("Tyre coefficients from"));
+    assert!(!index.contains("id=\"sessions\""));
+}
+
+#[test]
+fn a_report_of_a_diagnosis_does_not_need_replays() {
+    let folder = tempfile::tempdir().expect("folder");
+    store(folder.path(), named(), false);
+    report::write(folder.path()).expect("report");
+    let page = read(folder.path(), "diagnosis_named-1.html");
+    says(
+        &page,
+        &[
+            "2 causes are named",
+            "Residuals over the whole ride",
+            "rear slip for its force",
+            "Structured",
+        ],
+    );
+    assert!(!page.contains("uPlot.iife") && !page.contains("data-chart=\""));
+    // and the pages of diagnoses that are gone go
+    std::fs::remove_dir_all(folder.path().join("causes")).expect("removed");
+    std::fs::remove_dir_all(folder.path().join("discrepancies")).expect("removed");
+    std::fs::create_dir_all(folder.path().join("rejected")).expect("made");
+    report::write(folder.path()).expect("report");
+    assert!(!folder.path().join("report/diagnosis_named-1.html").exists());
+    let empty = tempfile::tempdir().expect("folder");
+    assert!(matches!(report::write(empty.path()), Err(report::Error::NotAnOutput { .. })));
+}
+
+/// Keeps a generated folder to look at: `ROADBENCH_REPORT_DEMO=<folder>`.
+#[test]
+#[ignore = "writes a folder to look at"]
+fn diagnosis_report_demo() {
+    let out = std::env::var("ROADBENCH_REPORT_DEMO").expect("ROADBENCH_REPORT_DEMO");
+    generate(Path::new(&out));
+}
