@@ -240,6 +240,7 @@ pub struct CauseRow {
     pub effect: String,
     pub verdict: String,
     pub level: String,
+    pub pooled_over: Option<String>,
     pub parameter: String,
     pub value: Option<f64>,
     pub unit: String,

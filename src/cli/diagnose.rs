@@ -1,5 +1,6 @@
 //! `roadbench diagnose`.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::batch::discover::{bikes_beside, discover};
@@ -9,12 +10,14 @@ use crate::batch::store::Store;
 use crate::batch::{Maps, Stages, guarded};
 use crate::cli::Failure;
 use crate::cli::say::say;
+use crate::diagnose::effects::Effect;
+use crate::diagnose::levels::{self, Say};
 use crate::diagnose::name::{Cause, Verdict};
 use crate::diagnose::offroad;
 use crate::diagnose::ride::{self, Diagnosis, Settings};
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
-use crate::rows::{CauseRow, DiscrepancyRow, Ident, ReplayRow};
+use crate::rows::{CauseRow, DiscrepancyRow, Ident};
 use crate::schema::Table;
 use crate::table;
 
@@ -76,6 +79,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let mut rejected: Vec<_> = refused.into_iter().map(|r| r.row).collect();
     let count = jobs.len() + rejected.len();
     let settings = Settings { nulls: arguments.nulls, ..Settings::default() };
+    let mut says: BTreeMap<&'static str, Vec<Say>> = BTreeMap::new();
     for job in jobs {
         // nulls run in parallel within a session; sessions one after the other
         let result = guarded("diagnose", || {
@@ -99,6 +103,19 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
                     .map_err(output)?;
                 table::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
                     .map_err(output)?;
+                if let Found::Road(d) = &found {
+                    table::write(&path("replays"), &Table::embedded("replays"), &d.replays)
+                        .map_err(output)?;
+                    let model = path("models").with_extension("toml");
+                    table::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
+                    for row in &d.causes {
+                        if let Ok(effect) = Effect::named(&row.effect)
+                            && let Some(say) = Say::of(row, d.site.as_deref())
+                        {
+                            says.entry(effect.name).or_default().push(say);
+                        }
+                    }
+                }
                 store.forgive(&job.log).map_err(output)?;
                 if arguments.json {
                     for row in causes {
@@ -116,6 +133,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             Err(why) => rejected.push(plan::row(job.log.clone(), Some(job.meta), why, None)),
         }
     }
+    pooled(&says, &arguments)?;
     for row in &rejected {
         store.reject(row).map_err(output)?;
     }
@@ -127,6 +145,36 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let list = terminal::rejections(&rejected, LISTED);
     Err(Failure::Rejected(format!("{} rejected:\n{}", rejected.len(), list.trim_end())))
+}
+
+/// Writes and tells what sessions share.
+fn pooled(says: &BTreeMap<&'static str, Vec<Say>>, arguments: &Arguments) -> Result<(), Failure> {
+    let rows = levels::pool(says);
+    let path = arguments.out.join("causes/bike=_pooled/pooled.parquet");
+    if rows.is_empty() && !path.exists() {
+        return Ok(());
+    }
+    table::write(&path, &Table::embedded("causes"), &rows)
+        .map_err(|e| Failure::Output(e.to_string()))?;
+    for row in &rows {
+        if arguments.json {
+            let text = serde_json::to_string(row).map_err(|e| Failure::Output(e.to_string()))?;
+            say!("{text}");
+            continue;
+        }
+        let (Some(value), Some(low), Some(high)) = (row.value, row.ci95_low, row.ci95_high) else {
+            continue;
+        };
+        say!(
+            "{} {}: {}\n      {value:.4} {}, 95 % interval {low:.4} to {high:.4}; {}",
+            row.level,
+            row.pooled_over.as_deref().unwrap_or(""),
+            row.effect,
+            row.unit,
+            row.reason
+        );
+    }
+    Ok(())
 }
 
 /// What a session says, on the road or off it.

@@ -102,6 +102,13 @@ pub struct Naming {
     pub unexplained: bool,
 }
 
+impl Naming {
+    /// Whether anything was.
+    pub fn named(&self) -> bool {
+        self.causes.iter().any(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
+    }
+}
+
 /// Names the causes.
 pub fn name(
     samples: &Samples,

@@ -4,11 +4,13 @@ use std::path::Path;
 
 use super::base::{self, Base};
 use super::effects::{self, Effect};
+use super::model::Model;
 use super::name::{self, Naming, Verdict};
 use super::null::{Calibration, rms};
 use super::residuals::{CHANNELS, UNITS, blocks};
 use super::rides::Rides;
 use super::samples::{BLOCK, Samples};
+use super::show;
 use super::world::World;
 use crate::bike::Bike;
 use crate::channel::Channel;
@@ -17,7 +19,7 @@ use crate::estimate::zeros;
 use crate::fit::chain::{self, Data};
 use crate::ingest::map::ChannelMap;
 use crate::pipeline::{Pipeline, Rejection};
-use crate::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
 use crate::session::Session;
 use crate::{filter, ingest, segment};
 
@@ -61,6 +63,12 @@ pub struct Diagnosis {
     pub causes: Vec<CauseRow>,
     /// Rows of `discrepancies`.
     pub discrepancies: Vec<DiscrepancyRow>,
+    /// Rows of `replays`.
+    pub replays: Vec<ReplaySample>,
+    /// The extended model.
+    pub model: Model,
+    /// Where it was ridden.
+    pub site: Option<String>,
 }
 
 /// Diagnoses a log.
@@ -123,7 +131,10 @@ pub fn diagnose(
     let naming = name::name(&samples, &base, &settings.effects, &calibration, &rides);
     let causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
-    Ok(Diagnosis { ident, naming, base, calibration, causes, discrepancies })
+    let replays = show::replays(session, &rides, &base.world, &naming, &ident);
+    let model = Model::of(&naming, &ident);
+    let site = session.meta.site.clone();
+    Ok(Diagnosis { ident, naming, base, calibration, causes, discrepancies, replays, model, site })
 }
 
 fn cause_rows(
@@ -144,39 +155,58 @@ fn cause_rows(
         let everything = base.extended(samples, &all, 6);
         bound = Some(2.0 * (before - everything.held_out(samples, FOLDS)));
     }
-    naming
-        .causes
-        .iter()
-        .enumerate()
-        .map(|(k, c)| {
-            let over = calibration.tops.iter().filter(|t| **t >= c.score).count();
-            let half = 1.96 * c.std_error;
-            // what it is hard to tell from in general is no finding of this ride
-            let rivals = match c.verdict {
-                Verdict::Ambiguous => c.equivalent.join(", "),
-                _ => String::new(),
-            };
-            CauseRow {
-                ident: ident.clone(),
-                rank: k as i64 + 1,
-                effect: c.effect.name.to_owned(),
-                verdict: c.verdict.name().to_owned(),
-                level: "session".to_owned(),
-                parameter: c.effect.name.to_owned(),
-                value: Some(c.value),
-                unit: c.effect.unit.to_owned(),
-                ci95_low: Some(c.value - half),
-                ci95_high: Some(c.value + half),
-                score: c.score,
-                false_alarm_rate: over as f64 / calibration.nulls as f64,
-                gain_heldout: gain.filter(|_| k == 0),
-                gain_upper_bound: bound.filter(|_| k == 0),
-                equivalent_to: (!rivals.is_empty()).then_some(rivals),
-                separate_by: Some(c.effect.separate_by.to_owned()),
-                reason: reason(c),
-            }
-        })
-        .collect()
+    let own = unexplained(naming, ident);
+    let first = 1 + i64::from(own.is_some());
+    let rows = naming.causes.iter().enumerate().map(|(k, c)| {
+        let over = calibration.tops.iter().filter(|t| **t >= c.score).count();
+        let half = 1.96 * c.std_error;
+        // what it is hard to tell from in general is no finding of this ride
+        let rivals = match c.verdict {
+            Verdict::Ambiguous => c.equivalent.join(", "),
+            _ => String::new(),
+        };
+        CauseRow {
+            ident: ident.clone(),
+            rank: k as i64 + first,
+            effect: c.effect.name.to_owned(),
+            verdict: c.verdict.name().to_owned(),
+            level: "session".to_owned(),
+            pooled_over: None,
+            parameter: c.effect.name.to_owned(),
+            value: Some(c.value),
+            unit: c.effect.unit.to_owned(),
+            ci95_low: Some(c.value - half),
+            ci95_high: Some(c.value + half),
+            score: c.score,
+            false_alarm_rate: over as f64 / calibration.nulls as f64,
+            gain_heldout: gain.filter(|_| k == 0),
+            gain_upper_bound: bound.filter(|_| k == 0),
+            equivalent_to: (!rivals.is_empty()).then_some(rivals),
+            separate_by: Some(c.effect.separate_by.to_owned()),
+            reason: reason(c),
+        }
+    });
+    own.into_iter().chain(rows).collect()
+}
+
+/// The row of what no candidate explains.
+fn unexplained(naming: &Naming, ident: &Ident) -> Option<CauseRow> {
+    let (term, times) = naming.left.filter(|_| naming.unexplained)?;
+    Some(CauseRow {
+        ident: ident.clone(),
+        rank: 1,
+        effect: "unexplained".to_owned(),
+        verdict: "unexplained".to_owned(),
+        level: "session".to_owned(),
+        parameter: "structure".to_owned(),
+        unit: "1".to_owned(),
+        score: times,
+        reason: format!(
+            "{} has structure that no candidate explains: {times:.1} times what 19 of 20 nulls stay below",
+            term.describe()
+        ),
+        ..CauseRow::default()
+    })
 }
 
 fn reason(c: &name::Cause) -> String {

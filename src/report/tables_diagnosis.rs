@@ -17,6 +17,7 @@ pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
         effect: c.text("effect", i),
         verdict: c.text("verdict", i),
         level: c.text("level", i),
+        pooled_over: c.maybe_text("pooled_over", i),
         parameter: c.text("parameter", i),
         value: c.maybe("value", i),
         unit: c.text("unit", i),
@@ -30,6 +31,8 @@ pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
         separate_by: c.maybe_text("separate_by", i),
         reason: c.text("reason", i),
     })?;
+    // what several sessions share has no page
+    rows.retain(|r| r.level == "session");
     rows.sort_by(|a, b| (key(&a.ident), a.rank).cmp(&(key(&b.ident), b.rank)));
     Ok(rows)
 }

@@ -69,6 +69,7 @@ impl Tables<'_> {
                     rank: 0,
                     effect: effect.name.to_owned(),
                     verdict: c.verdict.name().to_owned(),
+                    pooled_over: None,
                     level: "session".to_owned(),
                     parameter: effect.parameter.to_owned(),
                     value: c.value,
