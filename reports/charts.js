@@ -93,11 +93,12 @@
   // Lines on their common abscissa: one column per line, then its lower and upper edge.
   const columns = (chart, hidden, palette) => {
     const tables = [], series = [{}], bands = [];
+    // of a group the first colour, what was measured, is wide: it shows beside a line upon it
     chart.lines.forEach((line, i) => {
       const colour = palette[(line.colour ?? i) % palette.length];
       const first = series.length;
       const show = !hidden.has(line.name);
-      series.push({ label: line.name, show, stroke: colour, width: chart.clouds.length ? 2 : 1.5, pxAlign: 0, points: { show: false } });
+      series.push({ label: line.name, show, stroke: colour, width: chart.clouds.length ? 2 : chart.group && line.colour === 0 ? 3 : 1.5, pxAlign: 0, points: { show: false } });
       const table = [line.x, line.y];
       if (line.lo.length) {
         table.push(line.lo, line.hi);
@@ -119,7 +120,7 @@
     };
     return [
       { ...common, size: bare ? 6 : 30, gap: 4, label: bare ? undefined : named(chart.x), labelSize: 18, space: 60, ...(bare ? { values: () => [] } : {}) },
-      { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 17 : 36 },
+      { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 17 : chart.height ? 20 : 36 },
     ];
   };
 

@@ -341,7 +341,10 @@ fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
                 top.reason.trim_end_matches('.')
             )
         } else {
-            format!("The largest score is {score}; 19 of 20 rides with nothing wrong stay below 1.")
+            format!(
+                "The largest score of any candidate is {score}; 19 of 20 simulated rides with nothing \
+                 wrong stay below 1."
+            )
         });
     }
     out

@@ -299,7 +299,7 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
         &[
             "Yes, as far as this ride can tell.",
             "Nothing is wrong that this ride could show.",
-            "The largest score is 0.7",
+            "The largest score of any candidate is 0.7",
             "Nothing is named, so there is nothing to gain.",
             "What the model leaves",
         ],
