@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use rayon::prelude::*;
+
 use crate::batch::discover::{bikes_beside, discover};
 use crate::batch::names::file_name;
 use crate::batch::plan::{self, Plan};
@@ -45,7 +47,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// Simulated nulls of each ride, from which the thresholds come.
-    #[arg(long, default_value_t = 40)]
+    #[arg(long, default_value_t = 30)]
     nulls: usize,
     /// Print the rows of `causes` as JSON, one object a line, instead of words.
     #[arg(long)]
@@ -80,9 +82,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let count = jobs.len() + rejected.len();
     let settings = Settings { nulls: arguments.nulls, ..Settings::default() };
     let mut says: BTreeMap<&'static str, Vec<Say>> = BTreeMap::new();
-    for job in jobs {
-        // nulls run in parallel within a session; sessions one after the other
-        let result = guarded("diagnose", || {
+    let one = |job: &plan::Job| {
+        guarded("diagnose", || {
             let (log, maps, bike) = (&job.found.path, maps.list(), &job.bike.bike);
             match pipeline.offroad {
                 None => ride::log(log, maps, bike, &pipeline, &settings)
@@ -90,47 +91,55 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
                 Some(_) => offroad::log(log, maps, bike, &pipeline, arguments.nulls)
                     .map(|d| Found::Offroad(Box::new(d))),
             }
-        });
-        match result {
-            Ok(found) => {
-                let (ident, causes, rows) = found.tables();
-                let path = |name: &str| {
-                    let part = format!("bike={}", ident.bike_id);
-                    let file = format!("{}.parquet", file_name(&ident.session_id));
-                    arguments.out.join(name).join(part).join(file)
-                };
-                table::write(&path("causes"), &Table::embedded("causes"), causes)
-                    .map_err(output)?;
-                table::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
-                    .map_err(output)?;
-                if let Found::Road(d) = &found {
-                    table::write(&path("replays"), &Table::embedded("replays"), &d.replays)
+        })
+    };
+    // a few sessions at a time: their time series are held until they are written
+    let mut jobs = jobs.into_iter().peekable();
+    while jobs.peek().is_some() {
+        let some: Vec<_> = jobs.by_ref().take(2 * rayon::current_num_threads()).collect();
+        let results: Vec<_> = some.par_iter().map(one).collect();
+        for (job, result) in some.into_iter().zip(results) {
+            match result {
+                Ok(found) => {
+                    let (ident, causes, rows) = found.tables();
+                    let path = |name: &str| {
+                        let part = format!("bike={}", ident.bike_id);
+                        let file = format!("{}.parquet", file_name(&ident.session_id));
+                        arguments.out.join(name).join(part).join(file)
+                    };
+                    table::write(&path("causes"), &Table::embedded("causes"), causes)
                         .map_err(output)?;
-                    let model = path("models").with_extension("toml");
-                    table::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
-                    for row in &d.causes {
-                        if let Ok(effect) = Effect::named(&row.effect)
-                            && let Some(say) = Say::of(row, d.site.as_deref())
-                        {
-                            says.entry(effect.name).or_default().push(say);
+                    table::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
+                        .map_err(output)?;
+                    if let Found::Road(d) = &found {
+                        table::write(&path("replays"), &Table::embedded("replays"), &d.replays)
+                            .map_err(output)?;
+                        let model = path("models").with_extension("toml");
+                        table::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
+                        for row in &d.causes {
+                            if let Ok(effect) = Effect::named(&row.effect)
+                                && let Some(say) = Say::of(row, d.site.as_deref())
+                            {
+                                says.entry(effect.name).or_default().push(say);
+                            }
+                        }
+                    }
+                    store.forgive(&job.log).map_err(output)?;
+                    if arguments.json {
+                        for row in causes {
+                            let text = serde_json::to_string(row)
+                                .map_err(|e| Failure::Output(e.to_string()))?;
+                            say!("{text}");
+                        }
+                    } else {
+                        match &found {
+                            Found::Road(d) => tell(d),
+                            Found::Offroad(d) => say!("{}", d.words().trim_end()),
                         }
                     }
                 }
-                store.forgive(&job.log).map_err(output)?;
-                if arguments.json {
-                    for row in causes {
-                        let text = serde_json::to_string(row)
-                            .map_err(|e| Failure::Output(e.to_string()))?;
-                        say!("{text}");
-                    }
-                } else {
-                    match &found {
-                        Found::Road(d) => tell(d),
-                        Found::Offroad(d) => say!("{}", d.words().trim_end()),
-                    }
-                }
+                Err(why) => rejected.push(plan::row(job.log.clone(), Some(job.meta), why, None)),
             }
-            Err(why) => rejected.push(plan::row(job.log.clone(), Some(job.meta), why, None)),
         }
     }
     pooled(&says, &arguments)?;

@@ -182,7 +182,10 @@ impl Base {
                 (*count - 1) % folds
             })
             .collect();
+        // a fold less moves the optimum little: one linearisation serves them all
+        let linear = self.problem(samples).linear(&self.world);
         (0..folds)
+            .into_par_iter()
             .map(|out| {
                 let kept: Vec<bool> = fold.iter().map(|f| *f != out).collect();
                 let left: Vec<bool> = kept.iter().map(|k| !k).collect();
@@ -196,7 +199,9 @@ impl Base {
                 };
                 let mut world = self.world.clone();
                 for _ in 0..3 {
-                    let Some((moved, _)) = problem(kept.as_slice()).advance(&world) else { break };
+                    let Some((moved, _)) = problem(kept.as_slice()).follow(&linear, &world) else {
+                        break;
+                    };
                     world = moved;
                 }
                 problem(left.as_slice()).misfit(&world)
@@ -247,7 +252,14 @@ impl Problem<'_> {
 
     /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere.
     pub fn advance(&self, world: &World) -> Option<(World, f64)> {
-        let (matrix, gradient) = self.normal(world);
+        self.follow(&self.linear(world), world)
+    }
+
+    /// The same along a linearisation made near by.
+    fn follow(&self, linear: &Linear, world: &World) -> Option<(World, f64)> {
+        let residuals = self.residuals(world);
+        let near = Linear { residuals, columns: linear.columns.clone() };
+        let (matrix, gradient) = self.normal_of(&near, world, true);
         let step = matrix.cholesky()?.solve(&gradient);
         let before = self.loss(world);
         let mut share = 1.0;
@@ -411,12 +423,8 @@ impl Problem<'_> {
         }
     }
 
-    /// Curvature and downhill direction with the priors, parameters in their scales.
-    fn normal(&self, world: &World) -> (DMatrix<f64>, DVector<f64>) {
-        self.normal_of(&self.linear(world), world, true)
-    }
-
-    /// The same from a linearisation; without the curvature where it is not asked for.
+    /// Curvature and downhill direction of a linearisation with the priors, parameters in their scales;
+    /// without the curvature where it is not asked for.
     fn normal_of(
         &self,
         linear: &Linear,

@@ -12,6 +12,9 @@ use crate::rows::{CauseRow, Ident};
 
 /// Standard errors that a group's mean is from nothing: one in a thousand fleets of thirty effects.
 const BEYOND: f64 = 4.2;
+/// Share of a session's error that all of them may have in common - what nulls do not know of the
+/// method's own bias - and that no number of sessions averages out.
+const COMMON: f64 = 0.35;
 /// Least gain on sessions left out, in twice the loss.
 const GAIN: f64 = 9.0;
 /// Stands for what is not one thing in a pooled row.
@@ -67,7 +70,9 @@ fn mean(says: &[&Say]) -> (f64, f64, f64) {
     let misfit: f64 = says.iter().map(|s| weight(&s) * (s.value - mean).powi(2)).sum();
     // sessions that differ more than their errors say make the mean less sure (Birge 1932)
     let degrees = (says.len() as f64 - 1.0).max(1.0);
-    (mean, (misfit / degrees).max(1.0).sqrt() / total.sqrt(), misfit)
+    let scatter = (misfit / degrees).max(1.0).sqrt() / total.sqrt();
+    let usual = (says.len() as f64 / total).sqrt();
+    (mean, scatter.hypot(COMMON * usual), misfit)
 }
 
 /// Fall of twice the loss when each session is predicted from the others of its group.

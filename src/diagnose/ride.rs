@@ -44,7 +44,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { nulls: 40, effects: effects::ALL.to_vec() }
+        Settings { nulls: 30, effects: effects::ALL.to_vec() }
     }
 }
 
