@@ -12,8 +12,10 @@
 //! that the base leaves out. What a candidate must score to be believed is not computed but seen: on
 //! the same ride, ridden again by the simulator on the base model alone ([`null`]).
 //!
-//! The method is that of `diagnosis.md`, section 2. Not here yet: generic terms for what no candidate
-//! explains (2.6), the manoeuvre that would separate rivals (2.7), fleets. Off-road sessions: [`offroad`].
+//! The method is that of `diagnosis.md`, section 2. What is left without an explanation is looked for
+//! over the variables of the ride ([`generic`]); what several sessions share is in [`levels`]; the
+//! extended model is a file ([`model`]) that `run` takes out of sessions ([`undo`]). Off-road sessions have
+//! residuals and candidates of their own: [`offroad`].
 
 pub mod attitude;
 pub mod base;

@@ -111,9 +111,10 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
     let omega = [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(column);
     for i in 0..n {
         if starts[i] {
-            state.vx = known(&v, i).max(0.0);
-            state.vy = known(&vy, i);
+            let beyond = &plant.departure;
             state.yaw_rate = known(&yaw_rate, i);
+            state.vx = (known(&v, i) + beyond.latency * known(&ax, i)).max(0.0);
+            state.vy = known(&vy, i) - beyond.lever_arm * state.yaw_rate;
             state.roll = known(&roll, i) + plant.departure.roll_zero;
             state.roll_rate = known(&rolld, i);
             state.omega = [0, 1].map(|k| known(&omega[k], i));
