@@ -14,7 +14,7 @@ use crate::cli::Failure;
 use crate::cli::say::say;
 use crate::diagnose::effects::Effect;
 use crate::diagnose::levels::{self, Say};
-use crate::diagnose::name::{Cause, Verdict};
+use crate::diagnose::name::{ALARM, Cause, Verdict};
 use crate::diagnose::offroad;
 use crate::diagnose::ride::{self, Diagnosis, Settings};
 use crate::pipeline::Pipeline;
@@ -116,7 +116,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
                             .map_err(output)?;
                         let model = path("models").with_extension("toml");
                         table::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
-                        for row in &d.causes {
+                        // sizes under a model that is known to be wrong are no sizes
+                        let sound = d.naming.named() || d.naming.alarm <= ALARM;
+                        for row in d.causes.iter().filter(|_| sound && !d.naming.unexplained) {
                             if let Ok(effect) = Effect::named(&row.effect)
                                 && let Some(say) = Say::of(row, d.site.as_deref())
                             {
@@ -212,8 +214,14 @@ fn tell(d: &Diagnosis) {
         .collect();
     match (named.is_empty(), naming.unexplained) {
         (true, true) => say!(
-            "  Nothing is named, but a candidate scores {:.1} (19 of 20 nulls stay below 1): perhaps \
-             something is wrong that none of them explains.",
+            "  Something is wrong that no candidate explains{} (largest score of a candidate {:.1}; 19 of \
+             20 nulls stay below 1).",
+            naming.left.map_or(String::new(), |(term, _)| format!(": {}", term.describe())),
+            naming.alarm
+        ),
+        (true, false) if naming.alarm > ALARM => say!(
+            "  Nothing is named. A candidate scores {:.1} (19 of 20 nulls stay below 1), but none has a size \
+             that can be and gains enough.",
             naming.alarm
         ),
         (true, false) => say!(

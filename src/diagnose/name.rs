@@ -21,7 +21,7 @@ const SHARE: f64 = 0.3;
 /// Least score that a candidate must have itself.
 const LEAST: f64 = 1.0;
 /// Score of any candidate from which there is an alarm.
-const ALARM: f64 = 1.1;
+pub const ALARM: f64 = 1.1;
 /// Least gain of a refit, in twice the loss.
 const GAIN: f64 = 12.0;
 /// Score that makes up for half of it.

@@ -11,6 +11,7 @@ use super::residuals::{CHANNELS, UNITS, blocks};
 use super::rides::Rides;
 use super::samples::{BLOCK, Samples};
 use super::show;
+use super::smooth::{gradient, smooth};
 use super::world::World;
 use crate::bike::Bike;
 use crate::channel::Channel;
@@ -29,9 +30,6 @@ const FEWEST: usize = 100;
 const FOLDS: usize = 5;
 /// How much more than every null, and than its channel elsewhere, a structured residual is.
 const MORE: f64 = 1.25;
-/// Without these there is nothing to hold the model against.
-const NEEDED: [Channel; 4] =
-    [Channel::VelocityX, Channel::AccelerationX, Channel::WheelSpeedFront, Channel::WheelSpeedRear];
 
 /// How a diagnosis is done.
 #[derive(Debug, Clone)]
@@ -100,12 +98,19 @@ pub fn diagnose(
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
     let refuse = |code, message| Rejection { stage: "diagnose", code, message };
-    let gone: Vec<&str> =
-        NEEDED.into_iter().filter(|c| !session.has(*c)).map(Channel::name).collect();
-    if !gone.is_empty() {
-        let message = format!("a diagnosis needs {}", gone.join(", "));
-        return Err(refuse("missing_column", message));
+    let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+    if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
+        let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";
+        return Err(refuse("missing_column", message.to_owned()));
     }
+    let derived;
+    let session = match session.has(Channel::AccelerationX) {
+        true => session,
+        false => {
+            derived = accelerated(session);
+            &derived
+        }
+    };
     let mut filtered = session.clone();
     filter::run(&mut filtered, &pipeline.filter);
     let segments = segment::run(&filtered, bike, &pipeline.segment);
@@ -135,6 +140,20 @@ pub fn diagnose(
     let model = Model::of(&naming, &ident);
     let site = session.meta.site.clone();
     Ok(Diagnosis { ident, naming, base, calibration, causes, discrepancies, replays, model, site })
+}
+
+/// A session with the acceleration that its velocity has; nothing is learnt from comparing the two.
+fn accelerated(session: &Session) -> Session {
+    let mut session = session.clone();
+    let column = |c: Channel| session.get(c).map(|x| smooth(x, session.rate));
+    if let Some(v) = column(Channel::VelocityX) {
+        let mut along = gradient(&v, session.rate);
+        if let (Some(r), Some(vy)) = (column(Channel::YawRate), column(Channel::VelocityY)) {
+            along.iter_mut().zip(r.iter().zip(&vy)).for_each(|(a, (r, vy))| *a -= r * vy);
+        }
+        session.set(Channel::AccelerationX, along);
+    }
+    session
 }
 
 fn cause_rows(

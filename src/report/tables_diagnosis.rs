@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::diagnose::levels::POOLED;
 use crate::report::Error;
 use crate::report::tables::{Columns, collect, key, read};
 use crate::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
@@ -32,7 +33,7 @@ pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
         reason: c.text("reason", i),
     })?;
     // what several sessions share has no page
-    rows.retain(|r| r.level == "session");
+    rows.retain(|r| r.ident.session_id != POOLED);
     rows.sort_by(|a, b| (key(&a.ident), a.rank).cmp(&(key(&b.ident), b.rank)));
     Ok(rows)
 }

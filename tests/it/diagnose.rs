@@ -189,6 +189,7 @@ fn the_extended_model_serves_the_next_run() {
 fn what_a_diagnosis_needs_is_said() {
     let (mut session, machine) = case(1, &[]).ride().expect("ridden");
     session.remove(Channel::WheelSpeedRear);
+    session.remove(Channel::WheelSpeedFront);
     let settings = Settings { nulls: 8, ..Settings::default() };
     let why = diagnose(&session, &machine.bike, &Pipeline::onroad(), &settings).expect_err("lacks");
     assert!(why.message.contains("wheel_speed_rear"), "{}", why.message);
