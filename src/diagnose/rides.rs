@@ -2,8 +2,8 @@
 //! extended one it tells how well a size is found.
 //!
 //! White noise is that of the channels themselves, from their second differences; slow errors of
-//! velocities and roll come from the ride ([`slow`](super::slow)), differences between manoeuvres
-//! too ([`scatter`](super::scatter)). What the residuals scatter beyond all that over seconds is added
+//! velocities and roll come from the ride ([`slow`]), differences between manoeuvres
+//! too ([`scatter`](mod@super::scatter)). What the residuals scatter beyond all that over seconds is added
 //! to them as coloured noise, so that a noisier ride has noisier nulls.
 
 use rayon::prelude::*;

@@ -13,7 +13,7 @@
 //! | `fork_free`, `swing_arm_free` | that wheel off | none | fork, swing arm |
 //!
 //! They are averaged over blocks of a tenth of a second: motion of the rider up to 5 Hz passes.
-//! The contact is the ground's own ([`ground`](super::ground)), not the chassis'.
+//! The contact is the ground's own ([`ground`]), not the chassis'.
 
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! What the bike file does not know of fork and shock: Coulomb friction, preload.
 //!
 //! Friction is `F clamp(v / 0.02 m/s, -1, 1)` beyond that of the file, as
-//! [`Strut`](crate::estimate::offroad::machine::Strut) has it. What acts on the measured accelerations
+//! [`Strut`] has it. What acts on the measured accelerations
 //! went through the filter with them; so does its column here.
 
 use super::{Curve, Effect, Ride};
