@@ -230,3 +230,17 @@ pub fn median(x: &[f64]) -> f64 {
         _ => 0.5 * (x[n / 2 - 1] + x[n / 2]),
     }
 }
+
+/// Correlation of the pairs that are known; 0 where either does not vary.
+pub fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let pairs: Vec<(f64, f64)> = pairs.filter(|(x, r)| x.is_finite() && r.is_finite()).collect();
+    let n = pairs.len() as f64;
+    let (mx, mr) = pairs.iter().fold((0.0, 0.0), |(a, b), (x, r)| (a + x / n, b + r / n));
+    let (mut xx, mut rr, mut xr) = (0.0, 0.0, 0.0);
+    for (x, r) in pairs {
+        xx += (x - mx) * (x - mx);
+        rr += (r - mr) * (r - mr);
+        xr += (x - mx) * (r - mr);
+    }
+    if xx * rr > 0.0 { xr / (xx * rr).sqrt() } else { 0.0 }
+}

@@ -6,7 +6,7 @@ use super::base::{self, Base};
 use super::effects::{self, Effect};
 use super::model::Model;
 use super::name::{self, Naming, Verdict};
-use super::null::{Calibration, rms};
+use super::null::{Calibration, correlation, rms};
 use super::residuals::{CHANNELS, UNITS, blocks};
 use super::rides::Rides;
 use super::samples::{BLOCK, Samples};
@@ -316,19 +316,7 @@ fn discrepancy_rows(
 /// What a residual goes with most.
 fn covariate(samples: &Samples, own: &[(usize, f64)]) -> Option<(&'static str, f64)> {
     let at = |x: &[f64], b: usize| x[b * BLOCK..(b + 1) * BLOCK].iter().sum::<f64>() / BLOCK as f64;
-    let correlation = |x: &[f64]| -> f64 {
-        let pairs: Vec<(f64, f64)> =
-            own.iter().map(|(b, r)| (at(x, *b), *r)).filter(|(x, _)| x.is_finite()).collect();
-        let n = pairs.len() as f64;
-        let (mx, mr) = pairs.iter().fold((0.0, 0.0), |(a, b), (x, r)| (a + x / n, b + r / n));
-        let (mut xx, mut rr, mut xr) = (0.0, 0.0, 0.0);
-        for (x, r) in pairs {
-            xx += (x - mx) * (x - mx);
-            rr += (r - mr) * (r - mr);
-            xr += (x - mx) * (r - mr);
-        }
-        if xx * rr > 0.0 { xr / (xx * rr).sqrt() } else { 0.0 }
-    };
+    let with = |x: &[f64]| correlation(own.iter().map(|(b, r)| (at(x, *b), *r)));
     [
         ("speed", &samples.v),
         ("acceleration", &samples.vd),
@@ -342,6 +330,6 @@ fn covariate(samples: &Samples, own: &[(usize, f64)]) -> Option<(&'static str, f
         ("time", &samples.time),
     ]
     .into_iter()
-    .map(|(name, x)| (name, correlation(x)))
+    .map(|(name, x)| (name, with(x)))
     .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }

@@ -5,6 +5,7 @@ use super::fit::{Fit, Problem};
 use super::name::{Cause, FOLDS, Naming, Verdict};
 use super::null::{Calibration, rms};
 use super::residuals::{CHANNELS, Residuals};
+use crate::diagnose::null::correlation;
 use crate::estimate::offroad::Estimate;
 use crate::rows::{CauseRow, DiscrepancyRow, Ident};
 use crate::warning::Warning;
@@ -225,22 +226,7 @@ impl Tables<'_> {
             let near = &x[middle.saturating_sub(half)..(middle + half).min(x.len())];
             near.iter().sum::<f64>() / near.len() as f64
         };
-        let correlation = |x: &[f64]| -> f64 {
-            let pairs: Vec<(f64, f64)> = own
-                .iter()
-                .map(|&i| (at(x, i), r[i]))
-                .filter(|(x, r)| x.is_finite() && r.is_finite())
-                .collect();
-            let n = pairs.len() as f64;
-            let (mx, mr) = pairs.iter().fold((0.0, 0.0), |(a, b), (x, r)| (a + x / n, b + r / n));
-            let (mut xx, mut rr, mut xr) = (0.0, 0.0, 0.0);
-            for (x, r) in pairs {
-                xx += (x - mx) * (x - mx);
-                rr += (r - mr) * (r - mr);
-                xr += (x - mx) * (r - mr);
-            }
-            if xx * rr > 0.0 { xr / (xx * rr).sqrt() } else { 0.0 }
-        };
+        let with = |x: &[f64]| correlation(own.iter().map(|&i| (at(x, i), r[i])));
         [
             ("speed", &k.xd),
             ("forward acceleration", &k.xdd),
@@ -254,7 +240,7 @@ impl Tables<'_> {
         ]
         .into_iter()
         .filter(|(_, x)| !x.is_empty())
-        .map(|(name, x)| (name, correlation(x)))
+        .map(|(name, x)| (name, with(x)))
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
     }
 }
