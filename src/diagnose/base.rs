@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::attitude;
+use super::effects::Effect;
 use super::residuals::{Blocks, CHANNELS, attitudes, blocks, blocks_at};
 use super::samples::{BLOCK, Samples};
 use super::world::{BASE, Parameter, World};
@@ -21,6 +22,12 @@ const FARTHEST: f64 = 60.0;
 const LAGS: usize = 10;
 /// Share of a scale for differences.
 const STEP: f64 = 0.003;
+/// Distance of a base parameter from what is believed, in prior standard deviations, that is too far.
+const STRAINED: f64 = 2.5;
+/// Gain of a candidate that explains such a strain.
+pub const LARGE: f64 = 30.0;
+/// Fall of the loss that tells that the optimum was a local one.
+const LOCAL: f64 = 8.0;
 
 /// A fitted base model.
 #[derive(Debug, Clone)]
@@ -35,6 +42,17 @@ pub struct Base {
     pub loss: f64,
     /// What was free: [`BASE`], and the effects that were taken in.
     pub parameters: Vec<Parameter>,
+}
+
+/// Where extensions of a base are looked for.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// The best that the base can do.
+    pub base: Base,
+    /// The place from which they are looked for; its loss is the base's, gains count from there.
+    pub near: Base,
+    /// What leaves noise only.
+    pub noise: Base,
 }
 
 /// Fits the base from a start.
@@ -169,6 +187,44 @@ impl Base {
         Base { world, loss, start: self.start.clone(), sigma: self.sigma, parameters }
     }
 
+    /// The base as a start for its extensions.
+    ///
+    /// A large effect drags the base to where no motorcycle is, and what is linear about that place is
+    /// not about the truth. Where a parameter is that strained, extensions are looked for from where
+    /// the candidate that gains most leaves the base, and noise is what that candidate leaves. Where
+    /// the base alone is better off from there it was in a local optimum (`diagnosis.md`, section
+    /// 2.5.5).
+    #[must_use]
+    pub fn believable(self, samples: &Samples, effects: &[Effect]) -> Start {
+        let as_it_is = |base: Base| Start { near: base.clone(), noise: base.clone(), base };
+        let problem = self.problem(samples);
+        let strain = |p: &Parameter| problem.prior(p, &self.world).0.abs();
+        if self.parameters.iter().map(strain).fold(0.0, f64::max) < STRAINED {
+            return as_it_is(self);
+        }
+        let best = effects
+            .par_iter()
+            .map(|effect| (effect, self.extended(samples, &[effect.parameter()], 8)))
+            .filter(|(effect, refit)| effect.possible(effect.parameter().get(&refit.world)))
+            .min_by(|a, b| a.1.loss.total_cmp(&b.1.loss));
+        let Some((effect, refit)) = best.filter(|(_, b)| 2.0 * (self.loss - b.loss) > LARGE) else {
+            return as_it_is(self);
+        };
+        let p = effect.parameter();
+        let mut world = refit.world.clone();
+        p.set(&mut world, p.get(&self.start));
+        let sigma = noise(samples, &problem.residuals(&refit.world));
+        let from = |world: &World| {
+            let base = Base { world: world.clone(), sigma, ..self.clone() };
+            Base { loss: base.problem(samples).loss(world), ..base }.extended(samples, &[], 8)
+        };
+        let [stayed, moved] = [&self.world, &world].map(from);
+        let base = if stayed.loss - moved.loss > LOCAL { moved } else { stayed };
+        let near = Base { world, ..base.clone() };
+        let noise = Base { world: refit.world, ..base.clone() };
+        Start { base, near, noise }
+    }
+
     /// Loss on each fold of manoeuvres of a model that was fitted without it.
     pub fn held_out(&self, samples: &Samples, folds: usize) -> f64 {
         let mut seen = std::collections::BTreeMap::new();
@@ -271,6 +327,19 @@ impl Problem<'_> {
             share *= 0.5;
         }
         None
+    }
+
+    /// Takes a linearisation's residuals to the optimum of this problem's parameters, the first of its
+    /// columns, to first order.
+    pub fn relax(&self, linear: &mut Linear, world: &World) {
+        let (matrix, gradient) = self.normal_of(linear, world, true);
+        let Some(factor) = matrix.cholesky() else { return };
+        let step = factor.solve(&gradient);
+        for (column, d) in linear.columns.iter().zip(step.iter()) {
+            for (to, by) in linear.residuals.iter_mut().zip(column) {
+                to.iter_mut().zip(by).for_each(|(r, j)| *r += d * j);
+            }
+        }
     }
 
     fn moved(&self, world: &World, step: &DVector<f64>, share: f64) -> World {

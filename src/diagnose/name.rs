@@ -7,10 +7,10 @@
 
 use rayon::prelude::*;
 
-use super::base::Base;
+use super::base::{Base, LARGE};
 use super::effects::Effect;
 use super::generic::{self, Term};
-use super::null::{Calibration, median};
+use super::null::{Calibrated, Calibration, median};
 use super::rides::Rides;
 use super::samples::Samples;
 use super::scan::scan;
@@ -32,14 +32,19 @@ const FURTHER: (f64, f64) = (20.0, 0.03);
 const REFITTED: usize = 6;
 /// Share of the best gain from which a candidate is an equivalent.
 const EQUIVALENT: f64 = 0.8;
-/// Structure, in thresholds, that contradicts what was named.
-const CONTRADICTS: f64 = 3.0;
+/// Structure, in thresholds, that contradicts what was named: what a cause leaves of itself grows with
+/// it, so the bar is this share of its score, within limits.
+const CONTRADICTS: f64 = 0.75;
+/// See above.
+const BARS: [f64; 2] = [1.4, 3.0];
 /// Most causes of one ride.
 const MOST: usize = 4;
 /// Rides on the extended model.
 const AGAIN: usize = 16;
 /// What the model itself is uncertain by, as a share of an estimate.
 const MODEL: f64 = 0.03;
+/// How far from one the share of a size that a fit shows is believed to be.
+const SHOWN: f64 = 0.3;
 
 /// What is said of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,17 +114,18 @@ impl Naming {
     }
 }
 
-/// Names the causes.
+/// Names the causes of what a base leaves, looked for from near it ([`Base::believable`]).
 pub fn name(
     samples: &Samples,
-    base: &Base,
+    [base, near]: [&Base; 2],
     effects: &[Effect],
     calibration: &Calibration,
     rides: &Rides<'_>,
 ) -> Naming {
-    let mut current = base.clone();
+    let mut current = near.clone();
     let mut open: Vec<usize> = (0..effects.len()).collect();
     let mut named: Vec<Cause> = Vec::new();
+    let mut biases = Vec::new();
     let mut first_alarm = 0.0;
     let mut rest: Vec<Cause> = Vec::new();
     for round in 0..=MOST {
@@ -147,30 +153,36 @@ pub fn name(
                 equivalent: Vec::new(),
             })
             .collect();
-        if alarm <= ALARM || round == MOST {
+        // a base that was dragged astray is an alarm by itself: what is linear may not tell by whom
+        let strained = round == 0 && near.world != base.world;
+        if (alarm <= ALARM && !strained) || round == MOST {
             break;
         }
-        let mut gated: Vec<_> =
-            judged.iter().filter(|(_, c, _)| c.score > LEAST.max(SHARE * alarm)).collect();
-        gated.sort_by(|a, b| b.2.gain.total_cmp(&a.2.gain));
-        gated.truncate(REFITTED);
-        let mut refits: Vec<(usize, f64, Base)> = gated
+        let scored = |c: &Calibrated| c.score > LEAST.max(SHARE * alarm);
+        let mut gated: Vec<_> = judged
             .iter()
-            .map(|(j, _, _)| {
-                let refit = current.extended(samples, &[effects[*j].parameter()], 4);
-                (*j, 2.0 * (current.loss - refit.loss), refit)
+            .filter(|(j, c, _)| scored(c) || strained && calibration.sees(*j))
+            .collect();
+        gated.sort_by(|a, b| b.2.gain.total_cmp(&a.2.gain));
+        gated.truncate(if strained { 2 * REFITTED } else { REFITTED });
+        let mut refits: Vec<(usize, f64, Base)> = gated
+            .par_iter()
+            .map(|(j, c, _)| {
+                let refit = current.extended(samples, &[effects[*j].parameter()], 8);
+                (*j, *c, 2.0 * (current.loss - refit.loss), refit)
             })
-            .filter(|(j, gain, refit)| {
+            .filter(|(j, c, gain, refit)| {
                 let p = effects[*j].parameter();
                 let size = p.get(&refit.world) - p.get(&base.start);
-                let clear = judged.iter().any(|(k, c, _)| k == j && c.score > CLEAR);
                 let least = match named.first() {
-                    None if clear => 0.5 * GAIN,
+                    None if !scored(c) => LARGE,
+                    None if c.score > CLEAR => 0.5 * GAIN,
                     None => GAIN,
                     Some(first) => FURTHER.0.max(FURTHER.1 * first.gain),
                 };
                 *gain > least && effects[*j].possible(size)
             })
+            .map(|(j, _, gain, refit)| (j, gain, refit))
             .collect();
         refits.sort_by(|a, b| b.1.total_cmp(&a.1));
         let Some((best, gain, refit)) = refits.first().cloned() else {
@@ -184,7 +196,8 @@ pub fn name(
         let effect = effects[best];
         let p = effect.parameter();
         let Some((_, seen, _)) = judged.iter().find(|(j, _, _)| *j == best) else { break };
-        let value = p.get(&refit.world) - p.get(&base.start) - calibration.bias[best] * p.scale;
+        let bias = calibration.bias[best] * p.scale;
+        let value = p.get(&refit.world) - p.get(&base.start) - bias;
         let std_error = seen.std_error * p.scale;
         let verdict = if equivalent.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
         named.push(Cause {
@@ -196,10 +209,14 @@ pub fn name(
             gain,
             equivalent,
         });
+        biases.push(bias);
         current = refit;
         open.retain(|j| *j != best);
     }
-    settle(&mut named, &current, &base.start, rides);
+    if named.is_empty() {
+        current = base.clone();
+    }
+    settle(&mut named, &biases, &current, &base.start, rides);
     // what is left, over which variable
     let problem = current.problem(samples);
     let terms = generic::terms(samples, &problem, &problem.linear(&current.world));
@@ -214,7 +231,10 @@ pub fn name(
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
         Some((*term, times))
     });
-    let bar = if named.is_empty() { 1.0 } else { CONTRADICTS };
+    let bar = match named.first() {
+        None => 1.0,
+        Some(first) => (CONTRADICTS * first.score.max(first_alarm)).clamp(BARS[0], BARS[1]),
+    };
     let unexplained = left.is_some_and(|(_, times)| times > bar);
     if unexplained && !named.is_empty() {
         // it takes up part of something else
@@ -230,7 +250,10 @@ pub fn name(
 
 /// Sizes and their errors from rides on the extended model itself: what a fit makes of a size that is
 /// known there is what it makes of the unknown one here.
-fn settle(named: &mut [Cause], extended: &Base, start: &World, rides: &Rides<'_>) {
+///
+/// A fit shows a share of a true size beside a bias that is there without it, `biases` in the effects'
+/// units: noise in a regressor holds it back. Rides on the extended model tell the share.
+fn settle(named: &mut [Cause], biases: &[f64], extended: &Base, start: &World, rides: &Rides<'_>) {
     if named.is_empty() {
         return;
     }
@@ -243,19 +266,23 @@ fn settle(named: &mut [Cause], extended: &Base, start: &World, rides: &Rides<'_>
             named.iter().map(size).collect()
         })
         .collect();
-    for (k, cause) in named.iter_mut().enumerate() {
+    for (k, (cause, bias)) in named.iter_mut().zip(biases).enumerate() {
         let p = cause.effect.parameter();
-        let truth = p.get(&extended.world);
-        let own: Vec<f64> = sizes.iter().map(|s| s[k] - truth).collect();
-        let bias = median(&own);
-        let spread = 1.4826 * median(&own.iter().map(|x| (x - bias).abs()).collect::<Vec<_>>());
+        let truth = p.get(&extended.world) - p.get(start);
+        let own: Vec<f64> = sizes.iter().map(|s| s[k] - p.get(start)).collect();
+        let centre = median(&own);
+        let spread = 1.4826 * median(&own.iter().map(|x| (x - centre).abs()).collect::<Vec<_>>());
         let mean = own.iter().sum::<f64>() / AGAIN as f64;
         let square = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
-        let sd = (square / (AGAIN as f64 - 1.0)).sqrt();
-        cause.value = truth - p.get(start) - bias;
-        // the bias is known as well as so few rides tell
-        let known = (1.0 + 1.5 / AGAIN as f64).sqrt();
-        let scatter = cause.std_error;
-        cause.std_error = (known * 0.5 * (sd + spread)).max(scatter).hypot(MODEL * cause.value);
+        let sd = 0.5 * ((square / (AGAIN as f64 - 1.0)).sqrt() + spread);
+        // the share, and how well so few rides tell it; a size within its noise tells nothing of it
+        let precision = (truth / (1.25 * sd)).powi(2) * AGAIN as f64;
+        let believed = SHOWN.powi(-2);
+        let seen = precision * (centre - bias) / truth;
+        let share = ((seen + believed) / (precision + believed)).clamp(0.3, 2.0);
+        cause.value = (truth - bias) / share;
+        let scatter = cause.std_error.max(sd) / share;
+        let of_share = cause.value / share / (precision + believed).sqrt();
+        cause.std_error = scatter.hypot(of_share).hypot(MODEL * cause.value);
     }
 }

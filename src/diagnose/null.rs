@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::base::Base;
-use super::effects::Effect;
+use super::effects::{Effect, PRIOR};
 use super::generic::{self, Term};
 use super::residuals::Blocks;
 use super::rides::Rides;
@@ -31,6 +31,9 @@ pub struct Calibration {
     pub bias: Vec<f64>,
     /// Spread between nulls, per effect.
     pub spread: Vec<f64>,
+    /// Share of a true size that the estimates show, per effect: the prior holds them back where the
+    /// ride says little.
+    pub response: Vec<f64>,
     /// What the manoeuvres' own scatter usually says in a null, per effect.
     pub scatter: Vec<f64>,
     /// Thresholds of the largest `|z|`, with and without the manoeuvres' own scatter.
@@ -133,6 +136,15 @@ impl Calibration {
                 (0.5 * (sd + 1.4826 * median(&off))).max(1e-9)
             })
             .collect();
+        let response: Vec<f64> = (0..effects)
+            .map(|j| {
+                let shares: Vec<f64> = scored
+                    .iter()
+                    .map(|s| s[j].information / (s[j].information + PRIOR.powi(-2)))
+                    .collect();
+                median(&shares).max(1e-9)
+            })
+            .collect();
         let largest = |scatter: bool| {
             let tops: Vec<f64> = scored
                 .iter()
@@ -141,7 +153,10 @@ impl Calibration {
                         let own = if scatter { s[j].std_error } else { 0.0 };
                         ((s[j].delta - bias[j]) / spread[j].max(own)).abs()
                     };
-                    (0..effects).filter(|&j| 3.3 * spread[j] < SEEN).map(z).fold(0.0, f64::max)
+                    (0..effects)
+                        .filter(|&j| 3.3 * spread[j] / response[j] < SEEN)
+                        .map(z)
+                        .fold(0.0, f64::max)
                 })
                 .collect();
             quantile(tops)
@@ -153,6 +168,7 @@ impl Calibration {
                 .collect(),
             bias,
             spread,
+            response,
             nulls,
             usual: Vec::new(),
             structure: f64::INFINITY,
@@ -161,10 +177,10 @@ impl Calibration {
         }
     }
 
-    /// Detection limit of effect `j`, in usual sizes: 3.3 standard deviations of nulls, at which half
-    /// are named.
+    /// Detection limit of effect `j`, in usual sizes: 3.3 standard deviations of nulls over the
+    /// response, at which half are named.
     pub fn limit(&self, j: usize) -> f64 {
-        3.3 * self.spread[j]
+        3.3 * self.spread[j] / self.response[j]
     }
 
     /// Whether an effect that can be would be seen in such a ride.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::base::{self, Base};
+use super::base::{self, Base, Start};
 use super::effects::{self, Effect};
 use super::model::Model;
 use super::name::{self, Naming, Verdict};
@@ -67,6 +67,18 @@ pub struct Diagnosis {
     pub model: Model,
     /// Where it was ridden.
     pub site: Option<String>,
+    /// What was looked at.
+    pub samples: Samples,
+}
+
+impl Diagnosis {
+    /// Held-out gain, in twice the loss, of the base with some effects free: with the true ones of a
+    /// simulated ride it is what a perfect diagnosis would gain.
+    pub fn gain_of(&self, effects: &[Effect]) -> f64 {
+        let more: Vec<_> = effects.iter().map(Effect::parameter).collect();
+        let extended = self.base.extended(&self.samples, &more, 6);
+        2.0 * (self.base.held_out(&self.samples, FOLDS) - extended.held_out(&self.samples, FOLDS))
+    }
 }
 
 /// Diagnoses a log.
@@ -127,19 +139,31 @@ pub fn diagnose(
         return Err(refuse("too_few_manoeuvres", message));
     }
     let base = base::fit(&samples, &World::new(bike, &solution));
+    let Start { base, near, noise } = base.believable(&samples, &settings.effects);
     let ident = Ident::from(&session.meta);
     // a session's nulls depend on the session alone
     let hash = blake3::hash(ident.session_id.as_bytes());
     let seed = hash.as_bytes().iter().take(4).fold(0, |seed, b| seed << 8 | u64::from(*b));
-    let rides = Rides::new(session, &segments, bike, &base, seed);
-    let calibration = Calibration::new(&rides, &base, &settings.effects, settings.nulls);
-    let naming = name::name(&samples, &base, &settings.effects, &calibration, &rides);
+    let rides = Rides::new(session, &segments, bike, &noise, seed).on(&near.world);
+    let calibration = Calibration::new(&rides, &near, &settings.effects, settings.nulls);
+    let naming = name::name(&samples, [&base, &near], &settings.effects, &calibration, &rides);
     let causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     let replays = show::replays(session, &rides, &base.world, &naming, &ident);
     let model = Model::of(&naming, &ident);
     let site = session.meta.site.clone();
-    Ok(Diagnosis { ident, naming, base, calibration, causes, discrepancies, replays, model, site })
+    Ok(Diagnosis {
+        ident,
+        naming,
+        base,
+        calibration,
+        causes,
+        discrepancies,
+        replays,
+        model,
+        site,
+        samples,
+    })
 }
 
 /// A session with the acceleration that its velocity has; nothing is learnt from comparing the two.

@@ -39,7 +39,9 @@ pub fn scan(samples: &Samples, base: &Base, effects: &[Effect]) -> Vec<Score> {
         extra: None,
         only: None,
     };
-    scores(samples, base, &parameters, &problem.linear(&base.world))
+    let mut linear = problem.linear(&base.world);
+    base.problem(samples).relax(&mut linear, &base.world);
+    scores(samples, base, &parameters, &linear)
 }
 
 /// Scores of the parameters beyond the base's, from a linearisation of them all.

@@ -101,7 +101,7 @@ macro_rules! parameter {
 }
 
 /// The base model's parameters; scales are about a tenth of the usual value. Of the cornering stiffness
-/// its inverse: a slip angle is linear in it.
+/// its logarithm: it is known by ratio, and never nothing.
 pub const BASE: &[Parameter] = &[
     parameter!("drag", 0.035, 3.0, |w| w.drag),
     parameter!("rolling_resistance", 0.0015, 3.0, |w| w.rolling_resistance),
@@ -117,25 +117,25 @@ pub const BASE: &[Parameter] = &[
     parameter!("mf_e1_rear", 0.3, 1.0, |w| w.friction[1].e1),
     parameter!("mf_e2_rear", 0.3, 1.0, |w| w.friction[1].e2),
     Parameter {
-        name: "cornering_compliance_front",
-        scale: 0.008,
-        prior: 3.0,
+        name: "cornering_stiffness_front",
+        scale: 0.1,
+        prior: 2.0,
         place: Place::Base(
-            |w| 1.0 / w.stiffness[0][0],
-            |w, value| w.stiffness[0][0] = 1.0 / value.max(0.01),
+            |w| -w.stiffness[0][0].ln(),
+            |w, value| w.stiffness[0][0] = (-value).exp(),
         ),
     },
-    parameter!("stiffness_decay_front", 0.3, 3.0, |w| w.stiffness[0][1]),
+    parameter!("stiffness_decay_front", 0.3, 2.0, |w| w.stiffness[0][1]),
     Parameter {
-        name: "cornering_compliance_rear",
-        scale: 0.008,
-        prior: 3.0,
+        name: "cornering_stiffness_rear",
+        scale: 0.1,
+        prior: 2.0,
         place: Place::Base(
-            |w| 1.0 / w.stiffness[1][0],
-            |w, value| w.stiffness[1][0] = 1.0 / value.max(0.01),
+            |w| -w.stiffness[1][0].ln(),
+            |w, value| w.stiffness[1][0] = (-value).exp(),
         ),
     },
-    parameter!("stiffness_decay_rear", 0.3, 3.0, |w| w.stiffness[1][1]),
+    parameter!("stiffness_decay_rear", 0.3, 2.0, |w| w.stiffness[1][1]),
     parameter!("overturning_stiffness", 0.005, 5.0, |w| w.crown),
     parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
     parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term),
