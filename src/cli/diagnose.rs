@@ -47,7 +47,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// Simulated nulls of each ride, from which the thresholds come.
-    #[arg(long, default_value_t = 30)]
+    #[arg(long, default_value_t = 24)]
     nulls: usize,
     /// Print the rows of `causes` as JSON, one object a line, instead of words.
     #[arg(long)]

@@ -53,6 +53,8 @@ pub struct Start {
     pub near: Base,
     /// What leaves noise only.
     pub noise: Base,
+    /// What each candidate gains when the base is fitted with it; nothing where the base is believable.
+    pub gains: Vec<f64>,
 }
 
 /// Fits the base from a start.
@@ -196,18 +198,24 @@ impl Base {
     /// 2.5.5).
     #[must_use]
     pub fn believable(self, samples: &Samples, effects: &[Effect]) -> Start {
-        let as_it_is = |base: Base| Start { near: base.clone(), noise: base.clone(), base };
+        let as_it_is =
+            |base: Base| Start { near: base.clone(), noise: base.clone(), base, gains: Vec::new() };
         let problem = self.problem(samples);
         let strain = |p: &Parameter| problem.prior(p, &self.world).0.abs();
         if self.parameters.iter().map(strain).fold(0.0, f64::max) < STRAINED {
             return as_it_is(self);
         }
-        let best = effects
+        let refits: Vec<(&Effect, f64, Base)> = effects
             .par_iter()
             .map(|effect| (effect, self.extended(samples, &[effect.parameter()], 8)))
-            .filter(|(effect, refit)| effect.possible(effect.parameter().get(&refit.world)))
-            .min_by(|a, b| a.1.loss.total_cmp(&b.1.loss));
-        let Some((effect, refit)) = best.filter(|(_, b)| 2.0 * (self.loss - b.loss) > LARGE) else {
+            .map(|(effect, refit)| (effect, 2.0 * (self.loss - refit.loss), refit))
+            .collect();
+        let gains: Vec<f64> = refits.iter().map(|(_, gain, _)| *gain).collect();
+        let best = refits
+            .into_iter()
+            .filter(|(effect, _, refit)| effect.possible(effect.parameter().get(&refit.world)))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((effect, _, refit)) = best.filter(|(_, gain, _)| *gain > LARGE) else {
             return as_it_is(self);
         };
         let p = effect.parameter();
@@ -222,7 +230,7 @@ impl Base {
         let base = if stayed.loss - moved.loss > LOCAL { moved } else { stayed };
         let near = Base { world, ..base.clone() };
         let noise = Base { world: refit.world, ..base.clone() };
-        Start { base, near, noise }
+        Start { base, near, noise, gains }
     }
 
     /// Loss on each fold of manoeuvres of a model that was fitted without it.

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::base::{Base, LARGE};
+use super::base::{Base, LARGE, Start};
 use super::effects::Effect;
 use super::generic::{self, Term};
 use super::null::{Calibrated, Calibration, median};
@@ -117,11 +117,12 @@ impl Naming {
 /// Names the causes of what a base leaves, looked for from near it ([`Base::believable`]).
 pub fn name(
     samples: &Samples,
-    [base, near]: [&Base; 2],
+    start: &Start,
     effects: &[Effect],
     calibration: &Calibration,
     rides: &Rides<'_>,
 ) -> Naming {
+    let Start { base, near, .. } = start;
     let mut current = near.clone();
     let mut open: Vec<usize> = (0..effects.len()).collect();
     let mut named: Vec<Cause> = Vec::new();
@@ -154,17 +155,18 @@ pub fn name(
             })
             .collect();
         // a base that was dragged astray is an alarm by itself: what is linear may not tell by whom
-        let strained = round == 0 && near.world != base.world;
-        if (alarm <= ALARM && !strained) || round == MOST {
+        let explains = |j: usize| round == 0 && start.gains.get(j).is_some_and(|g| *g > LARGE);
+        if (alarm <= ALARM && !open.iter().any(|&j| explains(j))) || round == MOST {
             break;
         }
         let scored = |c: &Calibrated| c.score > LEAST.max(SHARE * alarm);
         let mut gated: Vec<_> = judged
             .iter()
-            .filter(|(j, c, _)| scored(c) || strained && calibration.sees(*j))
+            .filter(|(j, c, _)| scored(c) || calibration.sees(*j) && explains(*j))
+            .map(|(j, c, s)| (*j, *c, start.gains.get(*j).map_or(s.gain, |g| g.max(s.gain))))
             .collect();
-        gated.sort_by(|a, b| b.2.gain.total_cmp(&a.2.gain));
-        gated.truncate(if strained { 2 * REFITTED } else { REFITTED });
+        gated.sort_by(|a, b| b.2.total_cmp(&a.2));
+        gated.truncate(REFITTED);
         let mut refits: Vec<(usize, f64, Base)> = gated
             .par_iter()
             .map(|(j, c, _)| {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::base::{self, Base, Start};
+use super::base::{self, Base};
 use super::effects::{self, Effect};
 use super::model::Model;
 use super::name::{self, Naming, Verdict};
@@ -42,7 +42,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { nulls: 30, effects: effects::ALL.to_vec() }
+        Settings { nulls: 24, effects: effects::ALL.to_vec() }
     }
 }
 
@@ -139,14 +139,15 @@ pub fn diagnose(
         return Err(refuse("too_few_manoeuvres", message));
     }
     let base = base::fit(&samples, &World::new(bike, &solution));
-    let Start { base, near, noise } = base.believable(&samples, &settings.effects);
+    let start = base.believable(&samples, &settings.effects);
     let ident = Ident::from(&session.meta);
     // a session's nulls depend on the session alone
     let hash = blake3::hash(ident.session_id.as_bytes());
     let seed = hash.as_bytes().iter().take(4).fold(0, |seed, b| seed << 8 | u64::from(*b));
-    let rides = Rides::new(session, &segments, bike, &noise, seed).on(&near.world);
-    let calibration = Calibration::new(&rides, &near, &settings.effects, settings.nulls);
-    let naming = name::name(&samples, [&base, &near], &settings.effects, &calibration, &rides);
+    let rides = Rides::new(session, &segments, bike, &start.noise, seed).on(&start.near.world);
+    let calibration = Calibration::new(&rides, &start.near, &settings.effects, settings.nulls);
+    let naming = name::name(&samples, &start, &settings.effects, &calibration, &rides);
+    let base = start.base;
     let causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     let replays = show::replays(session, &rides, &base.world, &naming, &ident);
@@ -194,8 +195,14 @@ fn cause_rows(
     if any {
         let before = base.held_out(samples, FOLDS);
         gain = Some(2.0 * (before - naming.extended.held_out(samples, FOLDS)));
-        let all: Vec<_> = effects.iter().map(Effect::parameter).collect();
-        let everything = base.extended(samples, &all, 6);
+        let known = &naming.extended.parameters;
+        let others: Vec<_> = effects
+            .iter()
+            .map(Effect::parameter)
+            .filter(|p| known.iter().all(|k| k.name != p.name))
+            .collect();
+        // from where the named ones are it is not far
+        let everything = naming.extended.extended(samples, &others, 3);
         bound = Some(2.0 * (before - everything.held_out(samples, FOLDS)));
     }
     let own = unexplained(naming, ident);

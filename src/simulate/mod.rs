@@ -12,6 +12,7 @@
 
 pub mod compare;
 pub mod hidden;
+pub mod hidden_offroad;
 pub mod imu;
 pub mod manoeuvre;
 pub mod motocross;

@@ -13,7 +13,8 @@ pub struct Strut {
     damper: Lines,
     top_out: Option<Lines>,
     bump_stop: Option<Lines>,
-    friction: f64,
+    /// Coulomb friction, N.
+    pub friction: f64,
 }
 
 /// Rate at which Coulomb friction has fully turned round, m/s.

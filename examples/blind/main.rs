@@ -19,6 +19,8 @@ use roadbench::diagnose::ride::{self, Settings};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden::{Case, FAINT, Kind, PLANS};
 
+mod offroad;
+
 #[derive(Parser)]
 struct Arguments {
     /// Archives in all.
@@ -28,7 +30,7 @@ struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Simulated nulls of each ride.
-    #[arg(long, default_value_t = 40)]
+    #[arg(long, default_value_t = 24)]
     nulls: usize,
     /// Smallest and largest hidden size, in usual ones.
     #[arg(long, num_args = 2, default_values_t = [0.4, 3.0])]
@@ -39,6 +41,9 @@ struct Arguments {
     /// Only these cases, by number.
     #[arg(long, value_delimiter = ',')]
     numbers: Vec<usize>,
+    /// Motocross archives beside them.
+    #[arg(long, default_value_t = 0)]
+    offroad: usize,
     /// A line per archive.
     #[arg(long)]
     verbose: bool,
@@ -51,13 +56,18 @@ struct Outcome {
     alarm: f64,
     unexplained: bool,
     covariate: Option<String>,
-    /// Detection limit of the first hidden effect in this ride, in its unit.
+    /// Detection limits of the hidden effects in this ride, in their units.
     limits: Vec<f64>,
+    /// Those of every effect, in the order of [`ALL`].
+    all_limits: Vec<f64>,
     gain: Option<f64>,
     /// Held-out gain of the base with the hidden effects free.
     oracle: Option<f64>,
     seconds: f64,
 }
+
+/// Sizes, in detection limits, that are counted together.
+const BINS: [(f64, f64); 4] = [(0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, f64::INFINITY)];
 
 struct Told {
     name: &'static str,
@@ -125,7 +135,16 @@ fn main() {
             outcome
         })
         .collect();
-    summary(&outcomes);
+    if !outcomes.is_empty() {
+        summary(&outcomes);
+    }
+    offroad::run(
+        arguments.offroad,
+        arguments.seed,
+        arguments.nulls,
+        arguments.verbose,
+        work.path(),
+    );
 }
 
 fn ask(case: Case, log: PathBuf, bike: PathBuf, arguments: &Arguments) -> Option<Outcome> {
@@ -157,14 +176,12 @@ fn ask(case: Case, log: PathBuf, bike: PathBuf, arguments: &Arguments) -> Option
             high: c.value + 1.96 * c.std_error,
         })
         .collect();
-    let limits = case
-        .hidden
-        .iter()
-        .map(|(e, _)| {
-            let j = settings.effects.iter().position(|f| f.name == e.name);
-            j.map_or(f64::NAN, |j| found.calibration.limit(j) * e.typical.abs())
-        })
-        .collect();
+    let limit = |e: &Effect| {
+        let j = settings.effects.iter().position(|f| f.name == e.name);
+        j.map_or(f64::NAN, |j| found.calibration.limit(j) * e.typical.abs())
+    };
+    let limits = case.hidden.iter().map(|(e, _)| limit(e)).collect();
+    let all_limits = ALL.iter().map(limit).collect();
     let first = found.causes.first();
     Some(Outcome {
         told,
@@ -172,6 +189,7 @@ fn ask(case: Case, log: PathBuf, bike: PathBuf, arguments: &Arguments) -> Option
         unexplained: found.naming.unexplained,
         covariate: found.naming.left.map(|(term, times)| format!("{} {times:.1}", term.describe())),
         limits,
+        all_limits,
         gain: first.and_then(|c| c.gain_heldout),
         oracle: (!case.hidden.is_empty()).then(|| {
             let hidden: Vec<Effect> = case.hidden.iter().map(|(e, _)| **e).collect();
@@ -245,7 +263,7 @@ fn summary(all: &[Outcome]) {
         "{:12} {:>18} {:>18} {:>18} {:>18}",
         "size", "named first", "in class", "wrong", "unexplained"
     );
-    for (low, high) in [(0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, f64::INFINITY)] {
+    for (low, high) in BINS {
         let these: Vec<_> = of(Kind::Single)
             .filter(|o| !FAINT.contains(&o.case.hidden[0].0.name))
             .filter(|o| (low..high).contains(&o.size(0)))
@@ -298,18 +316,36 @@ fn summary(all: &[Outcome]) {
         println!("  {hidden:24} {}", said.join(", "));
     }
 
-    println!("\ndetection limits, median: paper, naturalistic, in the effect's unit");
+    println!("\nnamed first, of how many, by size in detection limits");
+    println!("  {:24} {:>8} {:>8} {:>8} {:>8}", "", "0 to 1", "1 to 2", "2 to 4", "above");
     for effect in ALL {
+        let cell = |(low, high): (f64, f64)| {
+            let these: Vec<_> = of(Kind::Single)
+                .filter(|o| o.case.hidden[0].0.name == effect.name)
+                .filter(|o| (low..high).contains(&o.size(0)))
+                .collect();
+            let first = |o: &&&Outcome| o.told.first().is_some_and(|t| t.name == effect.name);
+            match these.len() {
+                0 => "-".to_owned(),
+                n => format!("{}/{n}", these.iter().filter(first).count()),
+            }
+        };
+        let [a, b, c, d] = BINS.map(cell);
+        println!("  {:24} {a:>8} {b:>8} {c:>8} {d:>8}", effect.name);
+    }
+
+    println!(
+        "\ndetection limits, median of all archives: paper, naturalistic, in the effect's unit"
+    );
+    for (j, effect) in ALL.iter().enumerate() {
         let limit = |plan: &str| {
             let mut x: Vec<f64> = all
                 .iter()
                 .filter(|o| o.case.plan == plan)
-                .flat_map(|o| o.case.hidden.iter().zip(&o.limits))
-                .filter(|((e, _), l)| e.name == effect.name && l.is_finite())
-                .map(|(_, l)| *l)
+                .filter_map(|o| o.all_limits.get(j).copied().filter(|l| l.is_finite()))
                 .collect();
             x.sort_by(f64::total_cmp);
-            x.get(x.len() / 2).map_or("-".to_owned(), |l| format!("{l:.3e}"))
+            x.get(x.len() / 2).map_or("-".to_owned(), |l| format!("{l:.2e}"))
         };
         println!(
             "  {:24} {:>10} {:>10} {}",
