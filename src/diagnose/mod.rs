@@ -17,6 +17,7 @@
 //! extended model is a file ([`model`]) that `run` takes out of sessions ([`undo`]). Off-road sessions have
 //! residuals and candidates of their own: [`offroad`].
 
+pub mod advice;
 pub mod attitude;
 pub mod base;
 pub mod effects;

@@ -1,5 +1,6 @@
 //! One session from its log to its causes.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use super::base::{self, Base};
@@ -21,6 +22,7 @@ use crate::fit::chain::{self, Data};
 use crate::ingest::map::ChannelMap;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use crate::segment::Segment;
 use crate::session::Session;
 use crate::{filter, ingest, segment};
 
@@ -87,6 +89,57 @@ pub fn log(
     diagnose(&session, bike, pipeline, settings)
 }
 
+/// A session as far as its base fit.
+#[derive(Debug, Clone)]
+pub struct Fitted<'a> {
+    /// Clean, unfiltered, with an acceleration.
+    pub session: Cow<'a, Session>,
+    /// Its manoeuvres.
+    pub segments: Vec<Segment>,
+    /// What is looked at of them.
+    pub samples: Samples,
+    /// The base model.
+    pub base: Base,
+}
+
+/// Fits the base to a clean, unfiltered session.
+///
+/// # Errors
+/// It does not hold what a diagnosis needs.
+pub fn fitted<'a>(
+    session: &'a Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Fitted<'a>, Rejection> {
+    let refuse = |code, message| Rejection { stage: "diagnose", code, message };
+    let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+    if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
+        let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";
+        return Err(refuse("missing_column", message.to_owned()));
+    }
+    let session = match session.has(Channel::AccelerationX) {
+        true => Cow::Borrowed(session),
+        false => Cow::Owned(accelerated(session)),
+    };
+    let mut filtered = session.as_ref().clone();
+    filter::run(&mut filtered, &pipeline.filter);
+    let segments = segment::run(&filtered, bike, &pipeline.segment);
+    let (zeros, _) = zeros::run(&filtered, bike);
+    let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
+    let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
+    let samples = Samples::gather(&session, &segments);
+    if samples.blocks() < FEWEST {
+        let message = format!(
+            "only {:.0} s of used manoeuvres: {:.0} s are the least for a diagnosis",
+            samples.len() as f64 / super::samples::RATE,
+            (FEWEST * BLOCK) as f64 / super::samples::RATE
+        );
+        return Err(refuse("too_few_manoeuvres", message));
+    }
+    let base = base::fit(&samples, &World::new(bike, &solution));
+    Ok(Fitted { session, segments, samples, base })
+}
+
 /// Diagnoses a clean, unfiltered session.
 ///
 /// # Errors
@@ -97,36 +150,8 @@ pub fn diagnose(
     pipeline: &Pipeline,
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
-    let refuse = |code, message| Rejection { stage: "diagnose", code, message };
-    let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
-    if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
-        let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";
-        return Err(refuse("missing_column", message.to_owned()));
-    }
-    let derived;
-    let session = match session.has(Channel::AccelerationX) {
-        true => session,
-        false => {
-            derived = accelerated(session);
-            &derived
-        }
-    };
-    let mut filtered = session.clone();
-    filter::run(&mut filtered, &pipeline.filter);
-    let segments = segment::run(&filtered, bike, &pipeline.segment);
-    let (zeros, _) = zeros::run(&filtered, bike);
-    let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
-    let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
-    let samples = Samples::gather(session, &segments);
-    if samples.blocks() < FEWEST {
-        let message = format!(
-            "only {:.0} s of used manoeuvres: {:.0} s are the least for a diagnosis",
-            samples.len() as f64 / super::samples::RATE,
-            (FEWEST * BLOCK) as f64 / super::samples::RATE
-        );
-        return Err(refuse("too_few_manoeuvres", message));
-    }
-    let base = base::fit(&samples, &World::new(bike, &solution));
+    let Fitted { session, segments, samples, base } = fitted(session, bike, pipeline)?;
+    let session = session.as_ref();
     let ident = Ident::from(&session.meta);
     // a session's nulls depend on the session alone
     let hash = blake3::hash(ident.session_id.as_bytes());
