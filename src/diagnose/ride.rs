@@ -3,11 +3,12 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use super::advice::Advice;
 use super::base::{self, Base};
 use super::effects::{self, Effect};
 use super::model::Model;
 use super::name::{self, Naming, Verdict};
-use super::null::{Calibration, correlation, rms};
+use super::null::{Calibration, SEEN, correlation, rms};
 use super::residuals::{CHANNELS, UNITS, blocks};
 use super::rides::Rides;
 use super::samples::{BLOCK, Samples};
@@ -59,6 +60,8 @@ pub struct Diagnosis {
     pub base: Base,
     /// What nulls show.
     pub calibration: Calibration,
+    /// What more riding would show.
+    pub advice: Advice,
     /// Rows of `causes`.
     pub causes: Vec<CauseRow>,
     /// Rows of `discrepancies`.
@@ -159,12 +162,26 @@ pub fn diagnose(
     let rides = Rides::new(session, &segments, bike, &base, seed);
     let calibration = Calibration::new(&rides, &base, &settings.effects, settings.nulls);
     let naming = name::name(&samples, &base, &settings.effects, &calibration, &rides);
-    let causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
+    let advice =
+        Advice::new(session, &samples, &naming.extended, &settings.effects, bike, pipeline);
+    let mut causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
+    advise(&mut causes, &naming, &calibration, &advice);
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     let replays = show::replays(session, &rides, &base.world, &naming, &ident);
     let model = Model::of(&naming, &ident);
     let site = session.meta.site.clone();
-    Ok(Diagnosis { ident, naming, base, calibration, causes, discrepancies, replays, model, site })
+    Ok(Diagnosis {
+        ident,
+        naming,
+        base,
+        calibration,
+        advice,
+        causes,
+        discrepancies,
+        replays,
+        model,
+        site,
+    })
 }
 
 /// A session with the acceleration that its velocity has; nothing is learnt from comparing the two.
@@ -231,6 +248,47 @@ fn cause_rows(
         }
     });
     own.into_iter().chain(rows).collect()
+}
+
+/// Puts computed riding in the place of the library's words, where simulated riding helps.
+fn advise(causes: &mut [CauseRow], naming: &Naming, calibration: &Calibration, advice: &Advice) {
+    for row in causes {
+        let Some(cause) = naming.causes.iter().find(|c| c.effect.name == row.effect) else {
+            continue;
+        };
+        let words = cause.effect.separate_by;
+        match cause.verdict {
+            Verdict::Ambiguous => {
+                let Some(change) = advice.apart(cause.effect.name, &cause.equivalent) else {
+                    continue;
+                };
+                let separate_by = match change.resolves() {
+                    true => change.words(),
+                    false => format!("{words}; {}, which is not enough", change.words()),
+                };
+                row.reason = row.reason.replace(words, &separate_by);
+                row.separate_by = Some(separate_by);
+            }
+            Verdict::NotIdentifiable => {
+                let place = advice.place(cause.effect.name);
+                let (Some(j), Some(change)) = (place, advice.shown(cause.effect.name)) else {
+                    continue;
+                };
+                // nulls know of more than noise; what more riding gains is the same share of it
+                let limit = calibration.limit(j);
+                let lowered = limit * change.separation[0] / change.separation[1];
+                if lowered < SEEN {
+                    row.separate_by = Some(change.set.to_owned());
+                    row.reason = format!(
+                        "the ride says nothing of it below {limit:.1} usual sizes; {} would lower that \
+                         to {lowered:.1}",
+                        change.set
+                    );
+                }
+            }
+            _ => {}
+        }
+    }
 }
 
 /// The row of what no candidate explains.

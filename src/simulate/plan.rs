@@ -113,7 +113,11 @@ pub enum Phase {
 pub fn heading(phases: &[Phase]) -> f64 {
     let turned = |phase: &Phase| match *phase {
         Phase::Corner { direction, turn, .. } | Phase::TrailBraked { direction, turn, .. } => {
-            if direction == Direction::Left { turn } else { -turn }
+            if direction == Direction::Left {
+                turn
+            } else {
+                -turn
+            }
         }
         _ => 0.0,
     };

@@ -52,7 +52,8 @@ impl Curvature {
         Curvature { matrix: &self.matrix + &other.matrix }
     }
 
-    /// What is known of the effects after the first parameters, those with priors of a base.
+    /// What is known of the effects behind the parameters of a base, the first ones, those with their
+    /// priors.
     pub fn information(&self, base: &[Parameter]) -> Information {
         let (b, p) = (base.len(), self.matrix.nrows());
         let mut inner = self.matrix.view((0, 0), (b, b)).into_owned();
@@ -62,11 +63,25 @@ impl Curvature {
         let cross = self.matrix.view((0, b), (b, p - b)).into_owned();
         let whole = self.matrix.view((b, b), (p - b, p - b)).into_owned();
         // priors make it positive; a ride of NaN knows nothing
-        let matrix = match inner.cholesky() {
-            Some(inner) => whole - cross.transpose() * inner.solve(&cross),
-            None => DMatrix::zeros(p - b, p - b),
+        let Some(inner) = inner.cholesky() else {
+            return Information { matrix: DMatrix::zeros(p - b, p - b), taken: vec![None; p - b] };
         };
-        Information { matrix }
+        let weights = inner.solve(&cross);
+        let matrix = whole - cross.transpose() * &weights;
+        let spread = inner.inverse();
+        let taken = (0..p - b)
+            .map(|j| {
+                let own = matrix[(j, j)].max(0.0);
+                (0..b)
+                    .map(|k| {
+                        let by = weights[(k, j)];
+                        let size = (own * spread[(k, k)] + by * by).sqrt();
+                        (base[k].name, if size > 0.0 { by / size } else { 0.0 })
+                    })
+                    .max_by(|x, y| x.1.abs().total_cmp(&y.1.abs()))
+            })
+            .collect();
+        Information { matrix, taken }
     }
 }
 
@@ -74,6 +89,9 @@ impl Curvature {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Information {
     matrix: DMatrix<f64>,
+    /// Per effect the parameter of the base that can best take its place, and the cosine of their
+    /// responses once the rest of the base is fitted.
+    pub taken: Vec<Option<(&'static str, f64)>>,
 }
 
 impl Information {
@@ -127,13 +145,17 @@ mod tests {
     #[test]
     fn with_one_rival_it_is_the_cosines_formula_and_a_copy_separates_nothing() {
         // the third is twice the first
-        let rows = DMatrix::from_row_slice(4, 3, &[
-            1.0, 0.5, 2.0, //
-            0.3, -1.0, 0.6, //
-            2.0, 1.0, 4.0, //
-            0.1, 0.7, 0.2,
-        ]);
-        let information = Information { matrix: rows.transpose() * &rows };
+        let rows = DMatrix::from_row_slice(
+            4,
+            3,
+            &[
+                1.0, 0.5, 2.0, //
+                0.3, -1.0, 0.6, //
+                2.0, 1.0, 4.0, //
+                0.1, 0.7, 0.2,
+            ],
+        );
+        let information = Information { matrix: rows.transpose() * &rows, taken: Vec::new() };
         let (i, c) = (information.size(0), information.cosine(0, 1));
         let expected = i * (1.0 - c * c).sqrt();
         assert!((information.separation(0, &[1]) - expected).abs() < 1e-12);
@@ -154,5 +176,7 @@ mod tests {
         let information = curvature.information(&base);
         assert!(information.limit(0) > 3.0, "{}", information.limit(0));
         assert!((information.limit(1) - 3.3e-3 / 3.0).abs() < 1e-9);
+        let (name, cosine) = information.taken[0].expect("base");
+        assert!(name == base[0].name && cosine > 0.99, "{name} {cosine}");
     }
 }

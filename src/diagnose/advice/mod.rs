@@ -8,17 +8,18 @@
 
 use rayon::prelude::*;
 
-use super::base::Base;
+use super::base::{self, Base};
 use super::effects::Effect;
 use super::replay;
+use super::residuals::blocks;
 use super::samples::Samples;
 use super::world::{BASE, Parameter, World};
 use crate::bike::Bike;
 use crate::pipeline::Pipeline;
 use crate::session::{Meta, Session};
+use crate::simulate;
 use crate::simulate::random::Random;
 use crate::simulate::rider::Disturbance;
-use crate::simulate;
 use crate::{filter, segment};
 
 pub mod information;
@@ -38,6 +39,8 @@ const LONGEST: f64 = 400.0;
 /// What a session knows of the effects, and what it would know after more riding.
 #[derive(Debug, Clone)]
 pub struct Advice {
+    /// The effects' names, in the order of what is known of them.
+    pub effects: Vec<&'static str>,
     /// The session's own.
     pub own: Information,
     /// With each set ridden on top.
@@ -73,56 +76,63 @@ impl Change {
 }
 
 impl Advice {
-    /// For a session with these samples, fitted as `base`, in the best known `world`.
+    /// For a session with these samples and the best model of it, `base` and what was named with it.
     pub fn new(
         session: &Session,
         samples: &Samples,
-        base: &Base,
-        world: &World,
+        best: &Base,
         effects: &[Effect],
         bike: &Bike,
         pipeline: &Pipeline,
     ) -> Self {
         let parameters: Vec<Parameter> =
             BASE.iter().copied().chain(effects.iter().map(Effect::parameter)).collect();
-        let own = Curvature::of(samples, base, world, &parameters);
+        let world = &best.world;
+        // what a named cause left in the base's residuals is no noise
+        let sigma = base::noise(samples, &blocks(samples, world));
+        let best = &Base { sigma, ..best.clone() };
+        let own = Curvature::of(samples, best, world, &parameters);
         let later = session.duration();
         // the simulated sensors have no zeros
-        let world = World {
-            yaw_rate_zero: 0.0,
-            ay_zero: 0.0,
-            ax_zero: 0.0,
-            vy_zero: 0.0,
-            ..world.clone()
-        };
+        let world =
+            World { yaw_rate_zero: 0.0, ay_zero: 0.0, ax_zero: 0.0, vy_zero: 0.0, ..world.clone() };
         let with = SETS
             .par_iter()
             .map(|set| {
                 let samples = ridden(set, session, &world, bike, pipeline, later);
-                let more = Curvature::of(&samples, base, &world, &parameters);
+                let more = Curvature::of(&samples, best, &world, &parameters);
                 (*set, own.and(&more).information(BASE))
             })
             .collect();
-        Advice { own: own.information(BASE), with }
+        let effects = effects.iter().map(|e| e.name).collect();
+        Advice { effects, own: own.information(BASE), with }
     }
 
-    /// The set that takes effect `i` farthest from its rivals; one that tells them apart before one that
-    /// does not.
-    pub fn apart(&self, i: usize, rivals: &[usize]) -> Option<Change> {
+    /// Where an effect is among those known.
+    pub fn place(&self, effect: &str) -> Option<usize> {
+        self.effects.iter().position(|e| *e == effect)
+    }
+
+    /// The set that takes an effect farthest from its rivals; one that tells them apart before one that
+    /// does not. `None` where no set helps.
+    pub fn apart(&self, effect: &str, rivals: &[&str]) -> Option<Change> {
+        let i = self.place(effect)?;
+        let rivals: Vec<usize> = rivals.iter().filter_map(|r| self.place(r)).collect();
         let changes = self.with.iter().map(|(set, with)| Change {
             set: set.words,
-            separation: [&self.own, with].map(|k| k.separation(i, rivals)),
-            likeness: [&self.own, with].map(|k| k.likeness(i, rivals)),
+            separation: [&self.own, with].map(|k| k.separation(i, &rivals)),
+            likeness: [&self.own, with].map(|k| k.likeness(i, &rivals)),
         });
+        let rank = |c: &Change| (c.resolves(), c.separation[1]);
         changes.filter(|c| c.separation[1] > c.separation[0]).max_by(|a, b| {
-            let rank = |c: &Change| (c.resolves(), c.separation[1]);
-            rank(a).0.cmp(&rank(b).0).then(rank(a).1.total_cmp(&rank(b).1))
+            let (a, b) = (rank(a), rank(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         })
     }
 
-    /// The set that shows effect `i` best.
-    pub fn shown(&self, i: usize) -> Option<Change> {
-        self.apart(i, &[])
+    /// The set that shows an effect best, from whatever it is like.
+    pub fn shown(&self, effect: &str) -> Option<Change> {
+        self.apart(effect, &[])
     }
 }
 

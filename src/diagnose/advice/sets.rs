@@ -32,7 +32,7 @@ pub const SETS: &[Set] = &[
     Set { words: "6 wide corners to both sides at 70 to 100 km/h", phases: wide },
     Set { words: "6 tight corners to both sides below 25 km/h", phases: tight },
     Set { words: "6 corners to both sides, leant into quickly", phases: quick },
-    Set { words: "4 coasts from 110 km/h, both ways", phases: coasts },
+    Set { words: "4 coasts from 110 and 4 from 30 km/h, both ways", phases: coasts },
     Set {
         words: "6 stops with the front brake to the limit, both ways",
         phases: || stops(|k| [[1.2e6, 1.8e6, 2.4e6][k % 3], 0.0]),
@@ -45,7 +45,10 @@ pub const SETS: &[Set] = &[
         words: "6 stops with both brakes, both ways",
         phases: || stops(|k| [[0.8e6, 0.4e6], [0.5e6, 0.8e6], [1.4e6, 0.4e6]][k % 3]),
     },
-    Set { words: "3 short hard and 3 long gentle stops with either brake", phases: hard_and_gentle },
+    Set {
+        words: "3 short hard and 3 long gentle stops with either brake",
+        phases: hard_and_gentle,
+    },
 ];
 
 /// Riding of a set after something that ended at a heading (rad): first back to the strip.
@@ -76,10 +79,8 @@ fn lean(speed: f64, radius: f64) -> f64 {
 
 /// Turns round on the spot.
 fn round(phases: &mut Vec<Phase>) {
-    phases.extend([
-        Phase::Cruise { speed: WALK, duration: 1.5 },
-        corner(Left, WALK, 11.0, PI, 1.8),
-    ]);
+    phases
+        .extend([Phase::Cruise { speed: WALK, duration: 1.5 }, corner(Left, WALK, 11.0, PI, 1.8)]);
 }
 
 fn corners(directions: [Direction; 6]) -> Vec<Phase> {
@@ -170,10 +171,12 @@ fn quick() -> Vec<Phase> {
 
 fn coasts() -> Vec<Phase> {
     let mut phases = Vec::new();
-    for _ in 0..4 {
+    // fast and slow, each there and back: what goes with speed is told from what does not
+    for k in 0..8 {
+        let (to, until) = if k < 4 { (110.0 / 3.6, 14.0) } else { (30.0 / 3.6, 4.2) };
         phases.extend([
-            Phase::Accelerate { to: 110.0 / 3.6, ramp: 2.0, peak: 5.0 },
-            Phase::Coast { duration: 20.0, until: 14.0 },
+            Phase::Accelerate { to, ramp: 2.0, peak: 5.0 },
+            Phase::Coast { duration: 20.0, until },
             Phase::Brake { ramp: [3e5, 2e5], peak: [6e5, 4e5], until: WALK, slip: -0.2 },
         ]);
         round(&mut phases);
