@@ -32,7 +32,7 @@ pub const SETS: &[Set] = &[
     Set { words: "6 wide corners to both sides at 70 to 100 km/h", phases: wide },
     Set { words: "6 tight corners to both sides below 25 km/h", phases: tight },
     Set { words: "6 corners to both sides, leant into quickly", phases: quick },
-    Set { words: "4 coasts from 110 and 4 from 30 km/h, both ways", phases: coasts },
+    Set { words: "4 coasts from 110 and 6 from 30 km/h, both ways", phases: coasts },
     Set {
         words: "6 stops with the front brake to the limit, both ways",
         phases: || stops(|k| [[1.2e6, 1.8e6, 2.4e6][k % 3], 0.0]),
@@ -172,8 +172,8 @@ fn quick() -> Vec<Phase> {
 fn coasts() -> Vec<Phase> {
     let mut phases = Vec::new();
     // fast and slow, each there and back: what goes with speed is told from what does not
-    for k in 0..8 {
-        let (to, until) = if k < 4 { (110.0 / 3.6, 14.0) } else { (30.0 / 3.6, 4.2) };
+    for k in 0..10 {
+        let (to, until) = if k < 4 { (110.0 / 3.6, 20.0) } else { (30.0 / 3.6, 4.2) };
         phases.extend([
             Phase::Accelerate { to, ramp: 2.0, peak: 5.0 },
             Phase::Coast { duration: 20.0, until },

@@ -1,0 +1,172 @@
+//! What to ride next: the confusion of effects in a ride, and whether the riding that is advised
+//! undoes it.
+
+use assert_cmd::Command;
+use roadbench::diagnose::advice::{ALIKE, Advice, sets};
+use roadbench::diagnose::effects::{ALL, Effect};
+use roadbench::diagnose::name::Verdict;
+use roadbench::diagnose::ride::{self, Diagnosis, Settings};
+use roadbench::pipeline::Pipeline;
+use roadbench::session::Session;
+use roadbench::simulate;
+use roadbench::simulate::hidden::{Case, Kind};
+use roadbench::simulate::plan::{Plan, PlanKind};
+use roadbench::simulate::scenario::Machine;
+
+const COASTS: &str = "4 coasts from 110 and 6 from 30 km/h, both ways";
+const RIGHT: &str = "6 right-hand corners";
+
+/// Half of the paper's ride, left-hand corners only, with effects in it, and a set on top.
+fn ride(number: usize, hidden: &[(&str, f64)], set: Option<&str>) -> (Session, Machine) {
+    let hidden = hidden.iter().map(|(n, v)| (Effect::named(n).expect("known"), *v)).collect();
+    let case = Case { number, kind: Kind::Single, plan: "paper", hidden, foreign: None };
+    let (mut scenario, machine) = case.machine().expect("scenario");
+    scenario.plans = vec![Plan { kind: PlanKind::Paper, coasts: 12, brakings: 3, laps: 8 }];
+    let set = set
+        .map(|words| sets::SETS.iter().find(|s| s.words == words).expect("a set of these words"));
+    let more = |heading| set.map_or(Vec::new(), |s| sets::after(s, heading));
+    let simulated = simulate::session_with(&scenario, &machine, number, more);
+    (simulated.session, machine)
+}
+
+/// What is known in a ride, with and without more.
+fn advice(ride: &(Session, Machine)) -> Advice {
+    let (session, machine) = ride;
+    let pipeline = Pipeline::onroad();
+    let fitted = ride::fitted(session, &machine.bike, &pipeline).expect("fitted");
+    Advice::new(session, &fitted.samples, &fitted.base, ALL, &machine.bike, &pipeline)
+}
+
+/// What diagnosis makes of a ride, with the candidates that straight runs and corners confuse.
+fn ask(ride: &(Session, Machine)) -> Diagnosis {
+    let (session, machine) = ride;
+    let names = [
+        "road_grade",
+        "wind",
+        "road_bank",
+        "rolling_speed",
+        "radius_speed",
+        "brake_drag",
+        "steer_zero",
+        "roll_zero",
+        "latency",
+        "rider_lean",
+    ];
+    let effects = names.iter().map(|n| *Effect::named(n).expect("known")).collect();
+    let settings = Settings { nulls: 12, effects };
+    ride::diagnose(session, &machine.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
+}
+
+fn told(d: &Diagnosis) -> Vec<(&str, f64, f64, Verdict)> {
+    d.naming
+        .causes
+        .iter()
+        .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
+        .map(|c| (c.effect.name, c.value, c.std_error, c.verdict))
+        .collect()
+}
+
+/// A wind that half of the ride's coasting takes for a slope is told from it by the coasting that is
+/// advised, and only by that.
+#[test]
+fn riding_what_is_advised_tells_wind_from_slope() {
+    let hidden = [("wind", 2.5)];
+    let before = ask(&ride(2, &hidden, None));
+    let first = &before.naming.causes[0];
+    assert_eq!(first.verdict, Verdict::Ambiguous, "{:?}", told(&before));
+    let class: Vec<&str> =
+        std::iter::once(first.effect.name).chain(first.equivalent.iter().copied()).collect();
+    assert!(class.contains(&"wind") && class.contains(&"road_grade"), "{class:?}");
+    let change = before.advice.apart(first.effect.name, &first.equivalent).expect("a set");
+    assert!(change.set == COASTS && change.resolves(), "{change:?}");
+    let row = &before.causes[0];
+    let said = row.separate_by.as_deref().expect("advice");
+    assert!(said.starts_with(COASTS) && row.reason.contains(COASTS), "{said}");
+
+    let after = ask(&ride(2, &hidden, Some(COASTS)));
+    let named = told(&after);
+    let [(name, value, sd, verdict)] = named[..] else { panic!("{named:?}") };
+    assert_eq!((name, verdict), ("wind", Verdict::Named));
+    assert!((value - 2.5).abs() < 3.0 * sd && sd < 1.0, "{value} +- {sd}");
+}
+
+/// What is predicted for a set is what is found once it has been ridden.
+#[test]
+fn a_set_does_what_is_said_of_it() {
+    let before = advice(&ride(3, &[], None));
+    for (set, effect, rivals) in [
+        (COASTS, "wind", ["road_grade"].as_slice()),
+        (RIGHT, "roll_zero", &["rider_lean"]),
+        (RIGHT, "roll_zero", &["road_bank"]),
+        ("6 corners to both sides on the throttle", "stiffness_load", &[]),
+    ] {
+        let after = advice(&ride(3, &[], Some(set)));
+        let place = |e: &str| after.place(e).expect("known");
+        let (i, rivals) = (place(effect), rivals.iter().map(|r| place(r)).collect::<Vec<_>>());
+        let (_, with) = before.with.iter().find(|(s, _)| s.words == set).expect("set");
+        let [own, predicted, found] =
+            [&before.own, with, &after.own].map(|k| k.separation(i, &rivals));
+        println!("{set}: {effect} {own:.2} -> {predicted:.2}, found {found:.2}");
+        assert!(predicted > 1.2 * own, "{effect}: {own} to {predicted}");
+        assert!((found / predicted - 1.0).abs() < 0.3, "{effect}: {predicted}, found {found}");
+        let [own, predicted, found] =
+            [&before.own, with, &after.own].map(|k| k.likeness(i, &rivals));
+        println!("   like {own:.2} -> {predicted:.2}, found {found:.2}");
+        assert!((found - predicted).abs() < 0.15, "{effect}: {predicted}, found {found}");
+    }
+}
+
+/// What effect files call alike is what a ride shows alike, on either plan.
+#[test]
+fn declared_likeness_is_the_computed_one() {
+    let pipeline = Pipeline::onroad();
+    let known: Vec<Advice> = simulate::hidden::PLANS
+        .iter()
+        .map(|plan| {
+            let case =
+                Case { number: 2, kind: Kind::Null, plan, hidden: Vec::new(), foreign: None };
+            let (session, machine) = case.ride().expect("ridden");
+            let fitted = ride::fitted(&session, &machine.bike, &pipeline).expect("fitted");
+            Advice::new(&session, &fitted.samples, &fitted.base, ALL, &machine.bike, &pipeline)
+        })
+        .collect();
+    for (i, effect) in ALL.iter().enumerate() {
+        for (j, other) in ALL.iter().enumerate().take(i) {
+            let cosines: Vec<f64> = known.iter().map(|k| k.own.cosine(i, j)).collect();
+            let most = cosines.iter().fold(0.0_f64, |a, c| a.max(c.abs()));
+            let names = (effect.name, other.name);
+            if effect.looks_like(other.name) {
+                assert!(most > 0.3, "{names:?} are declared alike: {cosines:.2?}");
+            } else {
+                assert!(most < ALIKE, "{names:?} are not declared alike: {cosines:.2?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_plan_is_judged_before_it_is_ridden() {
+    let run = |arguments: &[&str]| {
+        let output = Command::cargo_bin("roadbench").expect("binary").args(arguments).output();
+        let output = output.expect("ran");
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("utf-8");
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    let (code, out, _) = run(&["plan", "paper", "--json"]);
+    assert_eq!(code, Some(0));
+    let rows: Vec<serde_json::Value> =
+        out.lines().map(|l| serde_json::from_str(l).expect("json")).collect();
+    let effects: Vec<_> = rows.iter().filter(|r| r["effect"].is_string()).collect();
+    assert_eq!(effects.len(), ALL.len());
+    let of = |name: &str| effects.iter().find(|r| r["effect"] == name).expect("row");
+    let limit = |name: &str| of(name)["limit_usual"].as_f64().expect("limit");
+    // cars and sensors seen at once, what turns wheels only by what the base has too
+    assert!(limit("latency") < 0.5 && limit("twisting_stiffness") > 4.0);
+    assert_eq!(of("wheel_inertia")["base"], "brake_gain_front");
+    let pair = rows.iter().find(|r| r["pair"].is_array()).expect("a pair");
+    assert_eq!(pair["pair"], serde_json::json!(["road_grade", "wind"]));
+    assert_eq!(pair["set"], COASTS);
+
+    let (code, out, err) = run(&["plan", "papper"]);
+    assert!(code == Some(2) && out.is_empty() && err.contains("papper"), "{err}");
+}
