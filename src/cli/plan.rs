@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         "limit",
         "",
         "usual",
-        "beyond a limit of 4 usual sizes"
+        "what would show it, beyond 4 usual sizes"
     );
     for row in &seen {
         let figure = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
@@ -133,9 +133,11 @@ fn hidden(row: &Seen) -> String {
         }
         _ => String::new(),
     };
-    match (row.set, row.limit_after) {
-        (Some(set), Some(after)) => format!("{base}{after:.2e} with {set}"),
-        _ => base,
+    match (row.set, row.limit, row.limit_usual, row.limit_after) {
+        (Some(set), Some(limit), Some(usual), Some(after)) if after * usual / limit < SEEN => {
+            format!("{base}{after:.2e} with {set}")
+        }
+        _ => format!("{base}no set does"),
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::advice::Advice;
 use super::base::{self, Base};
-use super::effects::{self, Effect};
+use super::effects::{self, Effect, PRIOR};
 use super::model::Model;
 use super::name::{self, Naming, Verdict};
 use super::null::{Calibration, SEEN, correlation, rms};
@@ -274,8 +274,10 @@ fn advise(causes: &mut [CauseRow], naming: &Naming, calibration: &Calibration, a
                 let (Some(j), Some(change)) = (place, advice.shown(cause.effect.name)) else {
                     continue;
                 };
-                // nulls know of more than noise; what more riding gains is the same share of it
-                let limit = calibration.limit(j);
+                // nulls know of more than noise, but a size that the prior holds at nothing scatters
+                // little; what more riding gains is the same share of it
+                let held = (PRIOR * change.separation[0]).powi(-2);
+                let limit = calibration.limit(j) * (1.0 + held);
                 let lowered = limit * change.separation[0] / change.separation[1];
                 if lowered < SEEN {
                     row.separate_by = Some(change.set.to_owned());

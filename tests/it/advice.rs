@@ -2,10 +2,10 @@
 //! undoes it.
 
 use assert_cmd::Command;
-use roadbench::diagnose::advice::{ALIKE, Advice, sets};
+use roadbench::diagnose::advice::{ALIKE, Advice, known, sets};
 use roadbench::diagnose::effects::{ALL, Effect};
 use roadbench::diagnose::name::Verdict;
-use roadbench::diagnose::ride::{self, Diagnosis, Settings};
+use roadbench::diagnose::ride::{self, Diagnosis, Fitted, Settings};
 use roadbench::pipeline::Pipeline;
 use roadbench::session::Session;
 use roadbench::simulate;
@@ -14,6 +14,7 @@ use roadbench::simulate::plan::{Plan, PlanKind};
 use roadbench::simulate::scenario::Machine;
 
 const COASTS: &str = "4 coasts from 110 and 6 from 30 km/h, both ways";
+const THROTTLE: &str = "6 corners to both sides on the throttle";
 const RIGHT: &str = "6 right-hand corners";
 
 /// Half of the paper's ride, left-hand corners only, with effects in it, and a set on top.
@@ -29,12 +30,9 @@ fn ride(number: usize, hidden: &[(&str, f64)], set: Option<&str>) -> (Session, M
     (simulated.session, machine)
 }
 
-/// What is known in a ride, with and without more.
-fn advice(ride: &(Session, Machine)) -> Advice {
-    let (session, machine) = ride;
-    let pipeline = Pipeline::onroad();
-    let fitted = ride::fitted(session, &machine.bike, &pipeline).expect("fitted");
-    Advice::new(session, &fitted.samples, &fitted.base, ALL, &machine.bike, &pipeline)
+/// A ride's base fit.
+fn fitted(ride: &(Session, Machine)) -> Fitted<'_> {
+    ride::fitted(&ride.0, &ride.1.bike, &Pipeline::onroad()).expect("fitted")
 }
 
 /// What diagnosis makes of a ride, with the candidates that straight runs and corners confuse.
@@ -90,49 +88,56 @@ fn riding_what_is_advised_tells_wind_from_slope() {
     assert!((value - 2.5).abs() < 3.0 * sd && sd < 1.0, "{value} +- {sd}");
 }
 
-/// What is predicted for a set is what is found once it has been ridden.
+/// What is predicted for a set is what is found once it has been ridden. In left-hand corners alone a
+/// roll zero, a leaning rider and a banked road are hard to tell: right-hand corners are advised.
 #[test]
 fn a_set_does_what_is_said_of_it() {
-    let before = advice(&ride(3, &[], None));
-    for (set, effect, rivals) in [
-        (COASTS, "wind", ["road_grade"].as_slice()),
-        (RIGHT, "roll_zero", &["rider_lean"]),
-        (RIGHT, "roll_zero", &["road_bank"]),
-        ("6 corners to both sides on the throttle", "stiffness_load", &[]),
+    let plain = ride(3, &[], None);
+    let before = fitted(&plain);
+    let Fitted { session, samples, base, .. } = &before;
+    let advice = Advice::new(session, samples, base, ALL, &plain.1.bike, &Pipeline::onroad());
+    for (set, asked) in [
+        (COASTS, [("wind", ["road_grade"].as_slice())].as_slice()),
+        (
+            RIGHT,
+            &[("roll_zero", &["rider_lean"]), ("roll_zero", &["road_bank"]), ("road_bank", &[])],
+        ),
+        (THROTTLE, &[("stiffness_load", &[])]),
     ] {
-        let after = advice(&ride(3, &[], Some(set)));
-        let place = |e: &str| after.place(e).expect("known");
-        let (i, rivals) = (place(effect), rivals.iter().map(|r| place(r)).collect::<Vec<_>>());
-        let (_, with) = before.with.iter().find(|(s, _)| s.words == set).expect("set");
-        let [own, predicted, found] =
-            [&before.own, with, &after.own].map(|k| k.separation(i, &rivals));
-        println!("{set}: {effect} {own:.2} -> {predicted:.2}, found {found:.2}");
-        assert!(predicted > 1.2 * own, "{effect}: {own} to {predicted}");
-        assert!((found / predicted - 1.0).abs() < 0.3, "{effect}: {predicted}, found {found}");
-        let [own, predicted, found] =
-            [&before.own, with, &after.own].map(|k| k.likeness(i, &rivals));
-        println!("   like {own:.2} -> {predicted:.2}, found {found:.2}");
-        assert!((found - predicted).abs() < 0.15, "{effect}: {predicted}, found {found}");
+        let (_, predicted) = advice.with.iter().find(|(s, _)| s.words == set).expect("set");
+        let ridden = ride(3, &[], Some(set));
+        let after = fitted(&ridden);
+        let found = known(&after.samples, &after.base, ALL);
+        for (effect, rivals) in asked {
+            let place = |e: &str| advice.place(e).expect("known");
+            let (i, others) = (place(effect), rivals.iter().map(|r| place(r)).collect::<Vec<_>>());
+            let all = [&advice.own, predicted, &found];
+            let [own, with, got] = all.map(|k| k.separation(i, &others));
+            let case =
+                format!("{effect} from {rivals:?} with {set}: {own:.2}, {with:.2}, {got:.2}");
+            assert!(with > 1.2 * own && (got / with - 1.0).abs() < 0.3, "{case}");
+            let [own, with, got] = all.map(|k| k.likeness(i, &others));
+            assert!((got - with).abs() < 0.15, "{case}, like {own:.2}, {with:.2}, {got:.2}");
+        }
     }
+    // what is chosen among the sets
+    assert_eq!(advice.shown("road_bank").expect("a set").set, RIGHT);
+    let turned = advice.apart("roll_zero", &["rider_lean"]).expect("a set");
+    assert!(turned.likeness[0] > 0.7 && turned.likeness[1] < 0.4, "{turned:?}");
 }
 
 /// What effect files call alike is what a ride shows alike, on either plan.
 #[test]
 fn declared_likeness_is_the_computed_one() {
-    let pipeline = Pipeline::onroad();
-    let known: Vec<Advice> = simulate::hidden::PLANS
-        .iter()
-        .map(|plan| {
-            let case =
-                Case { number: 2, kind: Kind::Null, plan, hidden: Vec::new(), foreign: None };
-            let (session, machine) = case.ride().expect("ridden");
-            let fitted = ride::fitted(&session, &machine.bike, &pipeline).expect("fitted");
-            Advice::new(&session, &fitted.samples, &fitted.base, ALL, &machine.bike, &pipeline)
-        })
-        .collect();
+    let known = simulate::hidden::PLANS.map(|plan| {
+        let case = Case { number: 2, kind: Kind::Null, plan, hidden: Vec::new(), foreign: None };
+        let ridden = case.ride().expect("ridden");
+        let Fitted { samples, base, .. } = fitted(&ridden);
+        known(&samples, &base, ALL)
+    });
     for (i, effect) in ALL.iter().enumerate() {
         for (j, other) in ALL.iter().enumerate().take(i) {
-            let cosines: Vec<f64> = known.iter().map(|k| k.own.cosine(i, j)).collect();
+            let cosines: Vec<f64> = known.iter().map(|k| k.cosine(i, j)).collect();
             let most = cosines.iter().fold(0.0_f64, |a, c| a.max(c.abs()));
             let names = (effect.name, other.name);
             if effect.looks_like(other.name) {

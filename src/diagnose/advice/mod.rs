@@ -85,22 +85,22 @@ impl Advice {
         bike: &Bike,
         pipeline: &Pipeline,
     ) -> Self {
-        let parameters: Vec<Parameter> =
-            BASE.iter().copied().chain(effects.iter().map(Effect::parameter)).collect();
-        let world = &best.world;
-        // what a named cause left in the base's residuals is no noise
-        let sigma = base::noise(samples, &blocks(samples, world));
-        let best = &Base { sigma, ..best.clone() };
-        let own = Curvature::of(samples, best, world, &parameters);
+        let (parameters, best) = (parameters(effects), quiet(samples, best));
+        let own = Curvature::of(samples, &best, &best.world, &parameters);
         let later = session.duration();
         // the simulated sensors have no zeros
-        let world =
-            World { yaw_rate_zero: 0.0, ay_zero: 0.0, ax_zero: 0.0, vy_zero: 0.0, ..world.clone() };
+        let world = World {
+            yaw_rate_zero: 0.0,
+            ay_zero: 0.0,
+            ax_zero: 0.0,
+            vy_zero: 0.0,
+            ..best.world.clone()
+        };
         let with = SETS
             .par_iter()
             .map(|set| {
                 let samples = ridden(set, session, &world, bike, pipeline, later);
-                let more = Curvature::of(&samples, best, &world, &parameters);
+                let more = Curvature::of(&samples, &best, &world, &parameters);
                 (*set, own.and(&more).information(BASE))
             })
             .collect();
@@ -134,6 +134,22 @@ impl Advice {
     pub fn shown(&self, effect: &str) -> Option<Change> {
         self.apart(effect, &[])
     }
+}
+
+/// What a ride's samples know of effects, on the best model of it.
+pub fn known(samples: &Samples, best: &Base, effects: &[Effect]) -> Information {
+    let best = quiet(samples, best);
+    Curvature::of(samples, &best, &best.world, &parameters(effects)).information(BASE)
+}
+
+fn parameters(effects: &[Effect]) -> Vec<Parameter> {
+    BASE.iter().copied().chain(effects.iter().map(Effect::parameter)).collect()
+}
+
+/// A model with the noise that it leaves: what a named cause left in the base's residuals is none.
+fn quiet(samples: &Samples, best: &Base) -> Base {
+    let sigma = base::noise(samples, &blocks(samples, &best.world));
+    Base { sigma, ..best.clone() }
 }
 
 /// A set on the model, as samples, `later` s into the ride.
