@@ -35,24 +35,11 @@ fn fitted(ride: &(Session, Machine)) -> Fitted<'_> {
     ride::fitted(&ride.0, &ride.1.bike, &Pipeline::onroad()).expect("fitted")
 }
 
-/// What diagnosis makes of a ride, with the candidates that straight runs and corners confuse.
-fn ask(ride: &(Session, Machine)) -> Diagnosis {
-    let (session, machine) = ride;
-    let names = [
-        "road_grade",
-        "wind",
-        "road_bank",
-        "rolling_speed",
-        "radius_speed",
-        "brake_drag",
-        "steer_zero",
-        "roll_zero",
-        "latency",
-        "rider_lean",
-    ];
+/// What diagnosis makes of a ride, with some candidates.
+fn ask(ride: &(Session, Machine), names: &[&str]) -> Diagnosis {
     let effects = names.iter().map(|n| *Effect::named(n).expect("known")).collect();
-    let settings = Settings { nulls: 12, effects };
-    ride::diagnose(session, &machine.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
+    let settings = Settings { nulls: 10, effects };
+    ride::diagnose(&ride.0, &ride.1.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
 }
 
 fn told(d: &Diagnosis) -> Vec<(&str, f64, f64, Verdict)> {
@@ -69,7 +56,16 @@ fn told(d: &Diagnosis) -> Vec<(&str, f64, f64, Verdict)> {
 #[test]
 fn riding_what_is_advised_tells_wind_from_slope() {
     let hidden = [("wind", 2.5)];
-    let before = ask(&ride(2, &hidden, None));
+    let names = [
+        "road_grade",
+        "wind",
+        "rolling_speed",
+        "radius_speed",
+        "brake_drag",
+        "roll_zero",
+        "latency",
+    ];
+    let before = ask(&ride(2, &hidden, None), &names);
     let first = &before.naming.causes[0];
     assert_eq!(first.verdict, Verdict::Ambiguous, "{:?}", told(&before));
     let class: Vec<&str> =
@@ -81,11 +77,41 @@ fn riding_what_is_advised_tells_wind_from_slope() {
     let said = row.separate_by.as_deref().expect("advice");
     assert!(said.starts_with(COASTS) && row.reason.contains(COASTS), "{said}");
 
-    let after = ask(&ride(2, &hidden, Some(COASTS)));
+    let after = ask(&ride(2, &hidden, Some(COASTS)), &names);
     let named = told(&after);
     let [(name, value, sd, verdict)] = named[..] else { panic!("{named:?}") };
     assert_eq!((name, verdict), ("wind", Verdict::Named));
     assert!((value - 2.5).abs() < 3.0 * sd && sd < 1.0, "{value} +- {sd}");
+}
+
+/// A cornering stiffness that falls with load does not show in steady corners, and does where the
+/// throttle moves the load.
+#[test]
+fn riding_what_is_advised_shows_what_could_not_be_seen() {
+    let hidden = [("stiffness_load", -0.5)];
+    let names = [
+        "stiffness_load",
+        "twisting_stiffness",
+        "side_force_ratio_front",
+        "side_force_ratio_rear",
+        "front_compliance",
+        "drag_height",
+        "lift",
+        "steer_zero",
+    ];
+    let plain = ride(2, &hidden, None);
+    let Fitted { session, samples, base, .. } = fitted(&plain);
+    let advice = Advice::new(&session, &samples, &base, ALL, &plain.1.bike, &Pipeline::onroad());
+    let change = advice.shown("stiffness_load").expect("a set");
+    assert_eq!(change.set, THROTTLE);
+    // in standard deviations: the hidden size is two and a half usual ones
+    let [before, after] = change.separation.map(|s| 2.5 * s);
+    assert!(before < 1.0 && after > 3.3, "{before}, {after}");
+    let after = ask(&ride(2, &hidden, Some(THROTTLE)), &names);
+    let named = told(&after);
+    let [(name, value, sd, _)] = named[..] else { panic!("{named:?}") };
+    assert_eq!(name, "stiffness_load");
+    assert!((value + 0.5).abs() < 3.0 * sd && sd < 0.1, "{value} +- {sd}");
 }
 
 /// What is predicted for a set is what is found once it has been ridden. In left-hand corners alone a
