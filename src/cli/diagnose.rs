@@ -245,10 +245,11 @@ fn tell(d: &Diagnosis) {
             cause.gain
         );
         if cause.verdict == Verdict::Ambiguous {
+            let row = d.causes.iter().find(|r| r.effect == cause.effect.name);
             say!(
                 "      or {}: this ride cannot tell; what would: {}",
                 cause.equivalent.join(" or "),
-                cause.effect.separate_by
+                row.and_then(|r| r.separate_by.as_deref()).unwrap_or(cause.effect.separate_by)
             );
         }
     }

@@ -13,6 +13,7 @@ pub mod export;
 pub mod inspect;
 pub mod logging;
 pub mod modes;
+pub mod plan;
 pub mod replay;
 pub mod report;
 pub mod run;
@@ -39,6 +40,7 @@ struct Arguments {
 enum Command {
     Run(run::Arguments),
     Diagnose(diagnose::Arguments),
+    Plan(plan::Arguments),
     Simulate(simulate::Arguments),
     Modes(modes::Arguments),
     Replay(replay::Arguments),
@@ -69,6 +71,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Run(a) => run::run(a, bar),
         Command::Diagnose(a) => diagnose::run(a),
+        Command::Plan(a) => plan::run(&a),
         Command::Simulate(a) => simulate::run(a),
         Command::Modes(a) => modes::run(&a),
         Command::Replay(a) => replay::run(&a),

@@ -14,9 +14,11 @@
 //!
 //! The method is that of `diagnosis.md`, section 2. What is left without an explanation is looked for
 //! over the variables of the ride ([`generic`]); what several sessions share is in [`levels`]; the
-//! extended model is a file ([`model`]) that `run` takes out of sessions ([`undo`]). Off-road sessions have
-//! residuals and candidates of their own: [`offroad`].
+//! extended model is a file ([`model`]) that `run` takes out of sessions ([`undo`]); what to ride next
+//! is computed in [`advice`]. Off-road sessions have residuals and candidates of their own:
+//! [`offroad`].
 
+pub mod advice;
 pub mod attitude;
 pub mod base;
 pub mod effects;

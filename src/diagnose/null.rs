@@ -20,7 +20,7 @@ use super::world::{BASE, Parameter};
 use crate::segment::Kind;
 
 /// Largest detection limit that is one, in usual sizes.
-const SEEN: f64 = 4.0;
+pub const SEEN: f64 = 4.0;
 /// Share of the nulls whose largest score lies below the threshold.
 const QUANTILE: f64 = 0.95;
 

@@ -1,12 +1,14 @@
 //! One session from its log to its causes.
 
+use std::borrow::Cow;
 use std::path::Path;
 
+use super::advice::Advice;
 use super::base::{self, Base};
 use super::effects::{self, Effect};
 use super::model::Model;
 use super::name::{self, Naming, Verdict};
-use super::null::{Calibration, correlation, rms};
+use super::null::{Calibration, SEEN, correlation, rms};
 use super::residuals::{CHANNELS, UNITS, blocks};
 use super::rides::Rides;
 use super::samples::{BLOCK, Samples};
@@ -21,6 +23,7 @@ use crate::fit::chain::{self, Data};
 use crate::ingest::map::ChannelMap;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use crate::segment::Segment;
 use crate::session::Session;
 use crate::{filter, ingest, segment};
 
@@ -57,6 +60,8 @@ pub struct Diagnosis {
     pub base: Base,
     /// What nulls show.
     pub calibration: Calibration,
+    /// What more riding would show.
+    pub advice: Advice,
     /// Rows of `causes`.
     pub causes: Vec<CauseRow>,
     /// Rows of `discrepancies`.
@@ -99,6 +104,57 @@ pub fn log(
     diagnose(&session, bike, pipeline, settings)
 }
 
+/// A session as far as its base fit.
+#[derive(Debug, Clone)]
+pub struct Fitted<'a> {
+    /// Clean, unfiltered, with an acceleration.
+    pub session: Cow<'a, Session>,
+    /// Its manoeuvres.
+    pub segments: Vec<Segment>,
+    /// What is looked at of them.
+    pub samples: Samples,
+    /// The base model.
+    pub base: Base,
+}
+
+/// Fits the base to a clean, unfiltered session.
+///
+/// # Errors
+/// It does not hold what a diagnosis needs.
+pub fn fitted<'a>(
+    session: &'a Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Fitted<'a>, Rejection> {
+    let refuse = |code, message| Rejection { stage: "diagnose", code, message };
+    let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+    if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
+        let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";
+        return Err(refuse("missing_column", message.to_owned()));
+    }
+    let session = match session.has(Channel::AccelerationX) {
+        true => Cow::Borrowed(session),
+        false => Cow::Owned(accelerated(session)),
+    };
+    let mut filtered = session.as_ref().clone();
+    filter::run(&mut filtered, &pipeline.filter);
+    let segments = segment::run(&filtered, bike, &pipeline.segment);
+    let (zeros, _) = zeros::run(&filtered, bike);
+    let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
+    let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
+    let samples = Samples::gather(&session, &segments);
+    if samples.blocks() < FEWEST {
+        let message = format!(
+            "only {:.0} s of used manoeuvres: {:.0} s are the least for a diagnosis",
+            samples.len() as f64 / super::samples::RATE,
+            (FEWEST * BLOCK) as f64 / super::samples::RATE
+        );
+        return Err(refuse("too_few_manoeuvres", message));
+    }
+    let base = base::fit(&samples, &World::new(bike, &solution));
+    Ok(Fitted { session, segments, samples, base })
+}
+
 /// Diagnoses a clean, unfiltered session.
 ///
 /// # Errors
@@ -109,36 +165,8 @@ pub fn diagnose(
     pipeline: &Pipeline,
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
-    let refuse = |code, message| Rejection { stage: "diagnose", code, message };
-    let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
-    if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
-        let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";
-        return Err(refuse("missing_column", message.to_owned()));
-    }
-    let derived;
-    let session = match session.has(Channel::AccelerationX) {
-        true => session,
-        false => {
-            derived = accelerated(session);
-            &derived
-        }
-    };
-    let mut filtered = session.clone();
-    filter::run(&mut filtered, &pipeline.filter);
-    let segments = segment::run(&filtered, bike, &pipeline.segment);
-    let (zeros, _) = zeros::run(&filtered, bike);
-    let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
-    let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
-    let samples = Samples::gather(session, &segments);
-    if samples.blocks() < FEWEST {
-        let message = format!(
-            "only {:.0} s of used manoeuvres: {:.0} s are the least for a diagnosis",
-            samples.len() as f64 / super::samples::RATE,
-            (FEWEST * BLOCK) as f64 / super::samples::RATE
-        );
-        return Err(refuse("too_few_manoeuvres", message));
-    }
-    let base = base::fit(&samples, &World::new(bike, &solution));
+    let Fitted { session, segments, samples, base } = fitted(session, bike, pipeline)?;
+    let session = session.as_ref();
     let start = base.believable(&samples, &settings.effects);
     let ident = Ident::from(&session.meta);
     // a session's nulls depend on the session alone
@@ -148,7 +176,10 @@ pub fn diagnose(
     let calibration = Calibration::new(&rides, &start.near, &settings.effects, settings.nulls);
     let naming = name::name(&samples, &start, &settings.effects, &calibration, &rides);
     let base = start.base;
-    let causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
+    let advice =
+        Advice::new(session, &samples, &naming.extended, &settings.effects, bike, pipeline);
+    let mut causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
+    advise(&mut causes, &naming, &calibration, &advice);
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     let replays = show::replays(session, &rides, &base.world, &naming, &ident);
     let model = Model::of(&naming, &ident);
@@ -158,6 +189,7 @@ pub fn diagnose(
         naming,
         base,
         calibration,
+        advice,
         causes,
         discrepancies,
         replays,
@@ -237,6 +269,47 @@ fn cause_rows(
         }
     });
     own.into_iter().chain(rows).collect()
+}
+
+/// Puts computed riding in the place of the library's words, where simulated riding helps.
+fn advise(causes: &mut [CauseRow], naming: &Naming, calibration: &Calibration, advice: &Advice) {
+    for row in causes {
+        let Some(cause) = naming.causes.iter().find(|c| c.effect.name == row.effect) else {
+            continue;
+        };
+        let words = cause.effect.separate_by;
+        match cause.verdict {
+            Verdict::Ambiguous => {
+                let Some(change) = advice.apart(cause.effect.name, &cause.equivalent) else {
+                    continue;
+                };
+                let separate_by = match change.resolves() {
+                    true => change.words(),
+                    false => format!("{words}; {}, which is not enough", change.words()),
+                };
+                row.reason = row.reason.replace(words, &separate_by);
+                row.separate_by = Some(separate_by);
+            }
+            Verdict::NotIdentifiable => {
+                let place = advice.place(cause.effect.name);
+                let (Some(j), Some(change)) = (place, advice.shown(cause.effect.name)) else {
+                    continue;
+                };
+                // nulls know of more than noise; what more riding gains is the same share of it
+                let limit = calibration.limit(j);
+                let lowered = limit * change.separation[0] / change.separation[1];
+                if lowered < SEEN {
+                    row.separate_by = Some(change.set.to_owned());
+                    row.reason = format!(
+                        "the ride says nothing of it below {limit:.1} usual sizes; {} would lower that \
+                         to {lowered:.1}",
+                        change.set
+                    );
+                }
+            }
+            _ => {}
+        }
+    }
 }
 
 /// The row of what no candidate explains.

@@ -140,7 +140,7 @@ pub const BASE: &[Parameter] = &[
     parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
     parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term),
     parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.yaw_rate_zero),
-    parameter!("acceleration_y_zero", 0.03, 5.0, |w| w.ay_zero),
+    parameter!("acceleration_y_zero", 0.03, 2.0, |w| w.ay_zero),
     parameter!("acceleration_x_zero", 0.03, 5.0, |w| w.ax_zero),
     parameter!("velocity_y_zero", 0.02, 5.0, |w| w.vy_zero),
 ];

@@ -38,10 +38,11 @@ use crate::channel::Channel;
 use crate::rows;
 use crate::segment::{Direction, Kind};
 use crate::session::{Meta, Session};
-use motorcycle::{Action, Response, State};
+use motorcycle::{Action, Plant, Response, State};
+use plan::Phase;
 use programme::Controls;
 use random::Random;
-use rider::Rider;
+use rider::{Disturbance, Rider};
 use scenario::{Machine, Scenario};
 
 /// What the rider was doing: kind, start and end (s), direction.
@@ -80,21 +81,68 @@ const LONGEST: f64 = 7200.0;
 
 /// The `number`-th session of the fleet (bike by bike).
 pub fn session(scenario: &Scenario, machine: &Machine, number: usize) -> Simulated {
+    session_with(scenario, machine, number, |_| Vec::new())
+}
+
+/// The same with more after it: `more` makes it of the heading (rad) that the plan ends with.
+pub fn session_with(
+    scenario: &Scenario,
+    machine: &Machine,
+    number: usize,
+    more: impl FnOnce(f64) -> Vec<Phase>,
+) -> Simulated {
     let id = format!("{}_s{:04}", scenario.name, number + 1);
     let purpose = |what: &str| Random::new(scenario.seed, &format!("{id} {what}"));
     let plan = &scenario.plans[number % scenario.plans.len()];
-    let phases = plan.phases(&mut purpose("plan"));
-    let dt = 1.0 / scenario.rate;
+    let mut phases = plan.phases(&mut purpose("plan"));
+    phases.extend(more(plan::heading(&phases)));
+    let day = number / 2 % 28 + 1;
+    let meta = Meta {
+        session_id: id.clone(),
+        bike_id: machine.bike.bike_id.clone(),
+        start_time: Some(format!(
+            "2026-{:02}-{day:02}T{:02}:00:00Z",
+            5 + number / 56 % 6,
+            9 + 4 * (number % 2)
+        )),
+        tyre_front: machine.bike.front.model.clone(),
+        tyre_rear: machine.bike.rear.model.clone(),
+        site: Some("simulated".into()),
+        rider_id: Some(format!("rider_{}", number % 3 + 1)),
+    };
+    let (plant, rate) = (&machine.plant, scenario.rate);
+    let mut simulated =
+        ridden(plant, &phases, scenario.disturbance, purpose("ride"), rate, LONGEST, meta);
+    let session = &mut simulated.session;
+    for &channel in &scenario.drop {
+        session.remove(channel);
+    }
+    plant.departure.measure(session);
+    sensors::measure(session, &scenario.sensors, scenario.seed);
+    clamp_physical(session);
+    simulated
+}
+
+/// Phases on a motorcycle at a logger's `rate` (Hz), `longest` s at most: the true signals.
+pub fn ridden(
+    plant: &Plant,
+    phases: &[Phase],
+    disturbance: Disturbance,
+    random: Random,
+    rate: f64,
+    longest: f64,
+    meta: Meta,
+) -> Simulated {
+    let dt = 1.0 / rate;
     // the rider decides at 100 Hz at least
-    let decisions = (100.0 / scenario.rate).ceil().max(1.0) as usize;
+    let decisions = (100.0 / rate).ceil().max(1.0) as usize;
     let step = dt / decisions as f64;
-    let plant = &machine.plant;
-    let mut rider = Rider::new(plant, &phases, scenario.disturbance, purpose("ride"), step);
+    let mut rider = Rider::new(plant, phases, disturbance, random, step);
 
     let mut state = State::default();
     let mut action = Action::default();
     let mut record = Record::default();
-    let limit = (LONGEST * scenario.rate) as usize;
+    let limit = (longest * rate) as usize;
     while rider.phase().is_some() && record.states.len() < limit {
         for decision in 0..decisions {
             let response = plant.response(&state, &action);
@@ -108,29 +156,8 @@ pub fn session(scenario: &Scenario, machine: &Machine, number: usize) -> Simulat
             plant.advance(&mut state, &action, step);
         }
     }
-
-    let day = number / 2 % 28 + 1;
-    let meta = Meta {
-        session_id: id,
-        bike_id: machine.bike.bike_id.clone(),
-        start_time: Some(format!(
-            "2026-{:02}-{day:02}T{:02}:00:00Z",
-            5 + number / 56 % 6,
-            9 + 4 * (number % 2)
-        )),
-        tyre_front: machine.bike.front.model.clone(),
-        tyre_rear: machine.bike.rear.model.clone(),
-        site: Some("simulated".into()),
-        rider_id: Some(format!("rider_{}", number % 3 + 1)),
-    };
-    let mut session = record.session(meta, scenario.rate);
-    for &channel in &scenario.drop {
-        session.remove(channel);
-    }
-    plant.departure.measure(&mut session);
-    sensors::measure(&mut session, &scenario.sensors, scenario.seed);
-    clamp_physical(&mut session);
-    let labels = runs_of(&record.kinds, scenario.rate);
+    let session = record.session(meta, rate);
+    let labels = runs_of(&record.kinds, rate);
     Simulated { session, labels, trace: record.responses, states: record.states }
 }
 

@@ -63,6 +63,22 @@ pub enum Phase {
         /// Speed held, m/s; `None` coasts through in neutral.
         speed: Option<f64>,
     },
+    /// Leans in, holds, leans out, the front brake on from half the lean until a speed is reached,
+    /// which is held from there.
+    TrailBraked {
+        /// Which way.
+        direction: Direction,
+        /// Largest lean, rad, positive number.
+        lean: f64,
+        /// Lean-in and lean-out take this long, s.
+        ramp: f64,
+        /// Heading change in all, rad, positive number.
+        turn: f64,
+        /// Line pressure of the front brake, Pa.
+        pressure: f64,
+        /// Speed after it, m/s.
+        until: f64,
+    },
     /// Leans in steadily at constant speed, so that the radius shrinks, until the lean or the
     /// grip is used up; then comes back. Nonlinear motorcycle.
     Spiral {
@@ -91,6 +107,21 @@ pub enum Phase {
         /// Straight run after it, m.
         beyond: f64,
     },
+}
+
+/// Heading after some phases that began at heading zero, rad; spirals and paths end anywhere.
+pub fn heading(phases: &[Phase]) -> f64 {
+    let turned = |phase: &Phase| match *phase {
+        Phase::Corner { direction, turn, .. } | Phase::TrailBraked { direction, turn, .. } => {
+            if direction == Direction::Left {
+                turn
+            } else {
+                -turn
+            }
+        }
+        _ => 0.0,
+    };
+    phases.iter().map(turned).sum()
 }
 
 /// A named plan and its size.

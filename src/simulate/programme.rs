@@ -107,6 +107,7 @@ pub struct Programme<'a> {
     start_yaw: f64,
     start: Option<[f64; 2]>,
     lean_out: Option<f64>,
+    slowed: bool,
     demand: f64,
     gear: f64,
     profile: Vec<f64>,
@@ -124,6 +125,7 @@ impl<'a> Programme<'a> {
             start_yaw: 0.0,
             start: None,
             lean_out: None,
+            slowed: false,
             demand: 0.0,
             gear: 1.0,
             profile: Vec::new(),
@@ -152,7 +154,9 @@ impl<'a> Programme<'a> {
                 (kind, None)
             }
             // the first and last degrees of lean are nobody's corner
-            Some(Phase::Corner { direction, .. }) if lean.abs() > 0.07 => {
+            Some(Phase::Corner { direction, .. } | Phase::TrailBraked { direction, .. })
+                if lean.abs() > 0.07 =>
+            {
                 (Kind::Cornering, Some(*direction))
             }
             Some(Phase::Spiral { direction, .. }) if lean.abs() > 0.07 => {
@@ -164,7 +168,9 @@ impl<'a> Programme<'a> {
 
     fn finish(&mut self, yaw: f64) {
         match self.phase().copied() {
-            Some(Phase::Corner { direction, turn, .. }) => {
+            Some(
+                Phase::Corner { direction, turn, .. } | Phase::TrailBraked { direction, turn, .. },
+            ) => {
                 let sign = if direction == Direction::Left { 1.0 } else { -1.0 };
                 self.heading = self.start_yaw + sign * turn;
             }
@@ -177,6 +183,7 @@ impl<'a> Programme<'a> {
         self.start_yaw = yaw;
         self.start = None;
         self.lean_out = None;
+        self.slowed = false;
         self.demand = 0.0;
     }
 
@@ -213,30 +220,24 @@ impl<'a> Programme<'a> {
                 let lifting = seen.load[1] < 40.0;
                 wish.done = seen.speed <= until || slipping || lifting;
             }
-            Some(Phase::Corner { direction, lean: angle, ramp, turn, speed }) => {
-                let sign = if direction == Direction::Left { -1.0 } else { 1.0 };
+            Some(Phase::Corner { direction, lean, ramp, turn, speed }) => {
                 match speed {
                     Some(speed) => {
                         wish.acceleration = Some((0.8 * (speed - seen.speed)).clamp(-1.0, 1.5));
                     }
                     None => wish.gear = 0.0,
                 }
-                let turned = (seen.yaw - self.start_yaw).abs();
-                // leaning out turns about as far as the same lean held for 45 % of the time
-                let reserve = seen.yaw_rate.abs() * ramp * 0.45;
-                if self.lean_out.is_none() && t >= ramp && turned + reserve >= turn {
-                    self.lean_out = Some(t);
+                (wish.lean, wish.done) = self.corner(seen, direction, lean, ramp, turn);
+            }
+            Some(Phase::TrailBraked { direction, lean, ramp, turn, pressure, until }) => {
+                self.slowed |= seen.speed <= until;
+                if self.slowed {
+                    wish.acceleration = Some((0.8 * (until - seen.speed)).clamp(-1.0, 1.5));
+                } else {
+                    wish.gear = 0.0;
+                    wish.pressure[0] = if t >= 0.5 * ramp { pressure } else { 0.0 };
                 }
-                let (up, up_rate, up_acceleration) = quintic(t / ramp);
-                let out = self.lean_out.map_or(0.0, |from| (t - from) / ramp);
-                let (down, down_rate, down_acceleration) = quintic(out);
-                wish.lean = Lean {
-                    angle: sign * angle * (up - down),
-                    rate: sign * angle * (up_rate - down_rate) / ramp,
-                    acceleration: sign * angle * (up_acceleration - down_acceleration)
-                        / (ramp * ramp),
-                };
-                wish.done = out >= 1.0 || t > 40.0;
+                (wish.lean, wish.done) = self.corner(seen, direction, lean, ramp, turn);
             }
             Some(Phase::Spiral { direction, rate, lean, grip, speed }) => {
                 let sign = if direction == Direction::Left { -1.0 } else { 1.0 };
@@ -282,6 +283,34 @@ impl<'a> Programme<'a> {
             self.finish(seen.yaw);
         }
         wish
+    }
+
+    /// Lean in a corner under way, and whether it is over.
+    fn corner(
+        &mut self,
+        seen: &Seen,
+        direction: Direction,
+        angle: f64,
+        ramp: f64,
+        turn: f64,
+    ) -> (Lean, bool) {
+        let t = self.since;
+        let sign = if direction == Direction::Left { -1.0 } else { 1.0 };
+        let turned = (seen.yaw - self.start_yaw).abs();
+        // leaning out turns about as far as the same lean held for 45 % of the time
+        let reserve = seen.yaw_rate.abs() * ramp * 0.45;
+        if self.lean_out.is_none() && t >= ramp && turned + reserve >= turn {
+            self.lean_out = Some(t);
+        }
+        let (up, up_rate, up_acceleration) = quintic(t / ramp);
+        let out = self.lean_out.map_or(0.0, |from| (t - from) / ramp);
+        let (down, down_rate, down_acceleration) = quintic(out);
+        let lean = Lean {
+            angle: sign * angle * (up - down),
+            rate: sign * angle * (up_rate - down_rate) / ramp,
+            acceleration: sign * angle * (up_acceleration - down_acceleration) / (ramp * ramp),
+        };
+        (lean, out >= 1.0 || t > 40.0)
     }
 
     /// Keeps the heading with a degree or two of lean.

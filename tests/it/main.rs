@@ -1,5 +1,6 @@
 //! The tests that use roadbench from the outside, in one binary.
 
+mod advice;
 mod batch;
 mod cli;
 mod diagnose;

@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     enters: "load transfer over speed",
     channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
     kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::Driving],
-    alike: &["lift"],
+    alike: &["lift", "stiffness_load"],
     separate_by: "coasting and braking above 30 m/s",
     level: Level::Bike,
     get: |d| d.drag_height,

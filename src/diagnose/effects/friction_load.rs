@@ -21,7 +21,7 @@ pub const EFFECT: Effect = Effect {
         Channel::WheelSpeedRear,
     ],
     kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking],
-    alike: &["radius_load"],
+    alike: &["lift"],
     separate_by: "the same slip at different loads",
     level: Level::Bike,
     get: |d| d.friction_per_load,

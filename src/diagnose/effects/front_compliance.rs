@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     enters: "steering angle at the road",
     channels: &[Channel::SteerAngle, Channel::AccelerationY],
     kinds: &[Kind::Cornering],
-    alike: &["side_force_ratio_front", "steer_zero"],
+    alike: &["cornering_stiffness_front", "side_force_ratio_front", "twisting_stiffness"],
     separate_by: "bends with the brake on",
     level: Level::Bike,
     get: |d| d.compliance,

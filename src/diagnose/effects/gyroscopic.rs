@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     enters: "gyroscopic moments in roll and yaw",
     channels: &[Channel::Roll, Channel::AccelerationY, Channel::YawRate],
     kinds: &[Kind::Cornering],
-    alike: &["overturning_stiffness"],
+    alike: &["overturning_stiffness", "rider_lean"],
     separate_by: "bends of the same lean at different speeds",
     level: Level::Bike,
     get: |d| d.gyroscopic,

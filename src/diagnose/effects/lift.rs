@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     enters: "wheel loads over speed",
     channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
     kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::Cornering],
-    alike: &["drag_height"],
+    alike: &["drag_height", "friction_load"],
     separate_by: "bends above 30 m/s",
     level: Level::Bike,
     get: |d| d.lift,

@@ -16,12 +16,7 @@ pub const EFFECT: Effect = Effect {
     enters: "yaw moment over side slip",
     channels: &[Channel::YawRate, Channel::AccelerationY],
     kinds: &[Kind::Cornering],
-    alike: &[
-        "side_force_ratio_front",
-        "side_force_ratio_rear",
-        "stiffness_load",
-        "twisting_stiffness",
-    ],
+    alike: &["side_force_ratio_front", "side_force_ratio_rear", "twisting_stiffness"],
     separate_by: "a tyre bench",
     level: Level::Bike,
     get: |d| d.trail,

@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     enters: "rolling radius of both wheels",
     channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::BrakePressureFront],
     kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking],
-    alike: &["friction_load"],
+    alike: &[],
     separate_by: "braking of the other wheel",
     level: Level::Bike,
     get: |d| d.radius_per_load,

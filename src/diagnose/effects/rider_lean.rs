@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     enters: "mass centre across the bike over roll",
     channels: &[Channel::Roll, Channel::AccelerationY],
     kinds: &[Kind::Cornering],
-    alike: &["overturning_stiffness"],
+    alike: &["overturning_stiffness", "roll_zero", "gyroscopic"],
     separate_by: "no ride; a camera",
     level: Level::Night,
     get: |d| d.rider_lean,

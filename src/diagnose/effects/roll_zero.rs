@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     enters: "roll",
     channels: &[Channel::Roll, Channel::AccelerationY],
     kinds: &[Kind::Cornering],
-    alike: &["road_bank"],
+    alike: &["road_bank", "rider_lean"],
     separate_by: "bends to both sides",
     level: Level::Bike,
     get: |d| d.roll_zero,

@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     enters: "handlebar angle",
     channels: &[Channel::SteerAngle, Channel::VelocityY, Channel::YawRate],
     kinds: &[Kind::Cornering, Kind::Coasting],
-    alike: &["front_compliance", "side_force_ratio_front"],
+    alike: &[],
     separate_by: "straight running",
     level: Level::Bike,
     get: |d| d.steer_zero,

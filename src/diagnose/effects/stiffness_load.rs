@@ -22,12 +22,7 @@ pub const EFFECT: Effect = Effect {
         Channel::BrakePressureFront,
     ],
     kinds: &[Kind::Cornering],
-    alike: &[
-        "side_force_ratio_front",
-        "side_force_ratio_rear",
-        "twisting_stiffness",
-        "pneumatic_trail",
-    ],
+    alike: &["drag_height"],
     separate_by: "bends with the brake on",
     level: Level::Bike,
     get: |d| d.stiffness_per_load,

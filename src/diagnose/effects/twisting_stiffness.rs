@@ -17,9 +17,11 @@ pub const EFFECT: Effect = Effect {
     channels: &[Channel::YawRate, Channel::AccelerationY, Channel::Roll],
     kinds: &[Kind::Cornering],
     alike: &[
+        "cornering_stiffness_front",
+        "cornering_stiffness_rear",
         "side_force_ratio_front",
         "side_force_ratio_rear",
-        "stiffness_load",
+        "front_compliance",
         "pneumatic_trail",
     ],
     separate_by: "a tyre bench",

@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     enters: "lateral velocity over yaw rate",
     channels: &[Channel::VelocityY, Channel::YawRate],
     kinds: &[Kind::Cornering],
-    alike: &["side_force_ratio_front", "side_force_ratio_rear"],
+    alike: &[],
     separate_by: "tight bends",
     level: Level::Bike,
     get: |d| d.lever_arm,
