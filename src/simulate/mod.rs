@@ -16,6 +16,7 @@ pub mod imu;
 pub mod manoeuvre;
 pub mod motocross;
 pub mod motorcycle;
+pub mod multibody;
 pub mod path;
 pub mod pilot;
 pub mod plan;
@@ -30,6 +31,7 @@ pub mod sensors;
 pub mod tour;
 pub mod truth;
 pub mod tyre_truth;
+pub mod unsteady;
 
 use std::path::PathBuf;
 
