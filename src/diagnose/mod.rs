@@ -19,6 +19,7 @@
 
 pub mod attitude;
 pub mod base;
+pub mod dive;
 pub mod effects;
 pub mod generic;
 pub mod levels;

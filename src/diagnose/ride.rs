@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::base::{self, Base};
+use super::dive;
 use super::effects::{self, Effect};
 use super::model::Model;
 use super::name::{self, Naming, Verdict};
@@ -117,6 +118,9 @@ pub fn diagnose(
     let (zeros, _) = zeros::run(&filtered, bike);
     let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
     let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
+    // the estimate above knows of dive, the base model does not
+    let level = dive::level(session, bike);
+    let session = level.as_ref().unwrap_or(session);
     let samples = Samples::gather(session, &segments);
     if samples.blocks() < FEWEST {
         let message = format!(
