@@ -5,14 +5,15 @@ use roadbench::model::tir;
 use roadbench::model::tyre::Input;
 use roadbench::motorcycle::{Model, Road};
 use roadbench::segment::Kind;
+use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
 use roadbench::simulate::multibody;
 use roadbench::simulate::replay;
 use roadbench::simulate::tour::Tour;
 
 use super::common::*;
 
-/// Friction of the other track.
-const OTHER: f64 = 0.8;
+/// Brakings on the other track.
+const BRAKINGS: usize = 8;
 
 /// Errors of brakings on another track, without and with the friction scale: largest deceleration, and
 /// deepest slip over the measured, means over brakings that the scale was not fitted to.
@@ -23,6 +24,14 @@ pub fn study(friction: f64, number: usize) -> ([f64; 2], [f64; 2], f64) {
     let mut away = home.clone();
     let road = Road { friction, ..home.model.road.clone() };
     away.model = Model::new(home.model.motorcycle.clone(), road);
+    let brake = |i: usize| Manoeuvre::Brake {
+        wheels: Braked::Front,
+        from: 18.0 + 0.5 * i as f64,
+        rise: 1.2e6 + 0.1e6 * i as f64,
+        slip: -0.28,
+        until: 4.0,
+    };
+    away.manoeuvres = (0..BRAKINGS).map(brake).collect();
     let there = ride(&away, number + 1);
     let brakings: Vec<_> = there
         .labels
@@ -41,8 +50,7 @@ pub fn study(friction: f64, number: usize) -> ([f64; 2], [f64; 2], f64) {
         let steering = replay::steering(&model, there.session.rate).expect("steers");
         let mut sums = [0.0; 3];
         for range in own {
-            let Ok(replay) =
-                replay::braking(&model, &steering, &there.session, range.clone())
+            let Ok(replay) = replay::braking(&model, &steering, &there.session, range.clone())
             else {
                 continue;
             };
@@ -54,7 +62,7 @@ pub fn study(friction: f64, number: usize) -> ([f64; 2], [f64; 2], f64) {
         [sums[0] / sums[2], sums[1] / sums[2]]
     };
     // the scale whose slips come nearest, on every other braking
-    let scales: Vec<f64> = (0..=30).map(|i| 0.7 + 0.02 * f64::from(i)).collect();
+    let scales: Vec<f64> = (0..=30).map(|i| 0.6 + 0.025 * f64::from(i)).collect();
     let fitted = scales
         .into_iter()
         .map(|s| (s, again(s, 0)[1]))
@@ -66,7 +74,7 @@ pub fn study(friction: f64, number: usize) -> ([f64; 2], [f64; 2], f64) {
 /// Prints the study.
 pub fn print() {
     println!("4. Friction of another track?");
-    for friction in [OTHER, 1.0, 1.2] {
+    for friction in [0.7, 1.0, 1.15] {
         let (before, after, scale) = study(friction, 0);
         println!(
             "  track of {friction}: front brakings held out, largest deceleration {:+.1} %, slip off by \
@@ -85,8 +93,9 @@ pub fn print() {
     }
     let outcome = characterise(&ride(&tour, 0), &tour.bike);
     let load = tour.model.motorcycle.static_loads();
-    for (k, (end, name)) in
-        [("front", "sharp2004_front_120_70"), ("rear", "sharp2004_rear_180_55")].into_iter().enumerate()
+    for (k, (end, name)) in [("front", "sharp2004_front_120_70"), ("rear", "sharp2004_rear_180_55")]
+        .into_iter()
+        .enumerate()
     {
         let bench = tir::load(name).expect("published");
         let of = |name: &str| value(&outcome, end, name).expect("cornered");
@@ -96,8 +105,13 @@ pub fn print() {
             let g = -degrees.to_radians();
             let alpha = c1 * g + c3 * g * g * g;
             let on = |friction: f64| {
-                let input =
-                    Input { slip_ratio: 0.0, slip_angle: alpha, camber: g, load: load[k], friction };
+                let input = Input {
+                    slip_ratio: 0.0,
+                    slip_angle: alpha,
+                    camber: g,
+                    load: load[k],
+                    friction,
+                };
                 bench.forces(&input).force_y / load[k]
             };
             println!(

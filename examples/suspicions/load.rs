@@ -16,7 +16,7 @@ use super::common::*;
 const LUGGAGE: f64 = 80.0;
 /// Camber at which stiffnesses are compared: the middle of what is ridden, rad.
 const CAMBER: f64 = 0.35;
-/// Rides at each load.
+/// Rides at each load; at least two give a standard error.
 const RIDES: usize = 3;
 
 /// The same machine with luggage; its tyres stay those of the light one.
@@ -55,8 +55,9 @@ pub struct Found {
     pub error: [[f64; 2]; 2],
 }
 
-/// Characterised light and heavy, refitted, ridden through a lane change with luggage.
-pub fn study(truth: f64, rides: usize) -> Found {
+/// Characterised light and heavy, refitted, ridden through a lane change with luggage; `prepare` may
+/// change the scenario.
+pub fn study(truth: f64, rides: usize, prepare: fn(&mut Scenario)) -> Found {
     let hidden = [("stiffness_load", truth)];
     let hidden = if truth == 0.0 { &[][..] } else { &hidden[..] };
     let mut k = [[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]];
@@ -64,7 +65,8 @@ pub fn study(truth: f64, rides: usize) -> Found {
     let mut machines = None;
     for number in 0..rides {
         // one machine, other rides
-        let (scenario, machine) = machine("paper", 0, hidden);
+        let (mut scenario, machine) = machine("paper", 0, hidden);
+        prepare(&mut scenario);
         let light = multibody::tour(&scenario, &machine, number).expect("stands");
         let heavy = heavier(&scenario, &machine, number + 100);
         for (which, tour) in [&light, &heavy].into_iter().enumerate() {
@@ -109,7 +111,7 @@ pub fn print() {
     println!("1. Slip angles under a heavier load: load sensitivity of the cornering stiffness?");
     for truth in [-0.3, 0.0] {
         println!("  true sensitivity {truth} (per relative load), {LUGGAGE} kg of luggage");
-        let found = study(truth, RIDES);
+        let found = study(truth, RIDES, |_| {});
         println!("    {found:.3?}");
     }
     for (plan, number) in [("paper", 0), ("naturalistic", 1)] {
@@ -139,7 +141,11 @@ pub fn print() {
         println!(
             "  the reference tyre, {end}: {:.2} /rad at {:.0} N (characterised), {:.2} at {:.0} N \
              (touring), {:.2} at {braked:.0} N (touring, braking)",
-            side(a[k]), a[k], side(b[k]), b[k], side(braked)
+            side(a[k]),
+            a[k],
+            side(b[k]),
+            b[k],
+            side(braked)
         );
     }
 }

@@ -6,7 +6,9 @@ use super::common::*;
 
 /// Prints the table.
 pub fn print() {
-    println!("0. Nothing is hidden; the tyres are toroids on springs, which the base model has not");
+    println!(
+        "0. Nothing is hidden; the tyres are toroids on springs, which the base model has not"
+    );
     for number in 0..6 {
         let plan = ["paper", "naturalistic"][number % 2];
         let (scenario, machine) = machine(plan, number, &[]);

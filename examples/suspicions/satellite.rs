@@ -68,11 +68,8 @@ pub fn study(plan: &'static str, number: usize, hidden: &[(&str, f64)], noise: f
         let own = Ridden { session: session.clone(), ..ridden.clone() };
         let stiffness = value(&characterise(&own, bike), "rear", "cornering_stiffness_0");
         format!(
-            "slip angle off by {:.2} / {:.2} / {:.2} deg at 5-9 / 9-14 / over 14 m/s, rear cornering \
-             stiffness {:+.0} %",
-            e[0],
-            e[1],
-            e[2],
+            "slip angle off by {} deg at 5-9 / 9-14 / over 14 m/s, rear cornering stiffness {:+.0} %",
+            e.map(|e| if e.is_nan() { "-".into() } else { format!("{e:.2}") }).join(" / "),
             100.0 * (stiffness.unwrap_or(f64::NAN) / k - 1.0)
         )
     };
@@ -100,6 +97,6 @@ pub fn print() {
         study(plan, number, &[], 1.0);
         study(plan, number, &[], 4.0);
         study(plan, number, &[("velocity_lever_arm", -0.6)], 1.0);
-        study(plan, number, &[("latency", 0.1)], 1.0);
+        study(plan, number, &[("latency", 0.05)], 1.0);
     }
 }

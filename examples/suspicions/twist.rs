@@ -2,6 +2,7 @@
 //! being higher than the true one (0.031)" (Discussion).
 
 use roadbench::simulate::multibody;
+use roadbench::simulate::scenario::Scenario;
 
 use super::common::*;
 
@@ -9,11 +10,12 @@ use super::common::*;
 const WRONG: f64 = -0.008;
 
 /// Yaw-moment errors of the lane change (front and rear, rms), with the assumed twisting stiffness and
-/// with the true one, where the truth is off by `wrong`.
-pub fn study(wrong: f64, number: usize) -> [[f64; 2]; 2] {
+/// with the true one, where the truth is off by `wrong`; `prepare` may change the scenario.
+pub fn study(wrong: f64, number: usize, prepare: fn(&mut Scenario)) -> [[f64; 2]; 2] {
     let hidden = [("twisting_stiffness", wrong)];
     let hidden = if wrong == 0.0 { &[][..] } else { &hidden[..] };
-    let (scenario, machine) = machine("paper", number, hidden);
+    let (mut scenario, machine) = machine("paper", number, hidden);
+    prepare(&mut scenario);
     let tour = multibody::tour(&scenario, &machine, number).expect("stands");
     let ridden = ride(&tour, number);
     let assumed = tyres(&characterise(&ridden, &tour.bike), &tour.bike, 1.0);
@@ -39,7 +41,7 @@ pub fn print() {
     println!("2. Rear yaw moment: the twisting stiffness?");
     for wrong in [WRONG, 0.0] {
         println!("  truth is off by {wrong} m/rad");
-        study(wrong, 0);
+        study(wrong, 0, |_| {});
     }
     for wrong in [WRONG, 0.0, -4.0 * WRONG] {
         for (plan, number) in [("paper", 0), ("naturalistic", 1)] {

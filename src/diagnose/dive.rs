@@ -43,8 +43,7 @@ pub fn level(session: &Session, bike: &Bike) -> Option<Session> {
     let known = |x: f64| if x.is_finite() { x } else { 0.0 };
     let turn = out.get_mut(Channel::YawRate)?;
     turn.iter_mut().zip(&turning).for_each(|(r, t)| *r += known(*t));
-    let shift: Vec<f64> =
-        turn.iter().zip(&dive).map(|(r, dive)| known(above * dive * r)).collect();
+    let shift: Vec<f64> = turn.iter().zip(&dive).map(|(r, dive)| known(above * dive * r)).collect();
     let shift = smooth(&shift, rate);
     let change = gradient(&shift, rate);
     for (channel, by) in [(Channel::VelocityY, &shift), (Channel::AccelerationY, &change)] {

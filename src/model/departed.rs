@@ -84,19 +84,11 @@ mod tests {
     fn it_departs_by_load_and_by_as_much_as_is_said() {
         let plant = Scenario::builtin("perfect").expect("scenario").nominal_plant();
         let custom = Custom::new(plant.tyres[0], 1250.0);
-        let departure = Departure {
-            stiffness_per_load: -0.3,
-            friction_per_load: 0.1,
-            ..Departure::default()
-        };
+        let departure =
+            Departure { stiffness_per_load: -0.3, friction_per_load: 0.1, ..Departure::default() };
         let tyre = Departed::boxed(custom, 1250.0, &departure);
-        let input = |load| Input {
-            slip_ratio: -0.02,
-            slip_angle: 0.01,
-            camber: -0.3,
-            load,
-            friction: 1.0,
-        };
+        let input =
+            |load| Input { slip_ratio: -0.02, slip_angle: 0.01, camber: -0.3, load, friction: 1.0 };
         assert_eq!(tyre.forces(&input(1250.0)), custom.forces(&input(1250.0)));
         let (own, plain) = (tyre.forces(&input(2500.0)), custom.forces(&input(2500.0)));
         assert!((own.force_y / plain.force_y - 0.7).abs() < 1e-12);

@@ -189,3 +189,41 @@ pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, String> {
     let [front, rear] = [0, 1].map(|k| Departed::boxed(tyres[k], load[k], beyond));
     Ok(motorcycle.with_tyres(front, rear))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::effects::Effect;
+
+    #[test]
+    fn the_motorcycle_has_the_machines_mass_geometry_and_tyres() {
+        let scenario = Scenario::builtin("paper").expect("scenario").certain();
+        for index in 0..4 {
+            let machine = scenario.machine(index);
+            let plant = &machine.plant;
+            let m = motorcycle(plant).expect("stands");
+            let centre = m.centre();
+            for (found, expected) in [
+                (m.mass(), plant.mass),
+                (m.wheelbase(), plant.wheelbase),
+                (m.centres[0].x - centre.x, plant.cg_to_front),
+                (centre.z, plant.cg_height),
+                (m.caster_angle, plant.caster_angle),
+            ] {
+                assert!((found / expected - 1.0).abs() < 1e-9, "{found} for {expected}");
+            }
+            // at rest the axles are where the tyres carry them
+            let at_rest = Model::new(m, Road::default()).straight(0.0);
+            assert!(at_rest.position.z.abs() < 1e-9 && at_rest.angles[2].abs() < 1e-9);
+            let tour = tour(&scenario, &machine, 0).expect("stands");
+            assert_eq!(tour.bike.value("trail"), Some(tour.model.motorcycle.trail()));
+        }
+    }
+
+    #[test]
+    fn what_it_can_hide_is_in_the_library() {
+        for name in CARRIED {
+            assert!(Effect::named(name).is_ok(), "{name}");
+        }
+    }
+}

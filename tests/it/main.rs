@@ -16,3 +16,4 @@ mod recovery;
 mod report;
 mod riding;
 mod segment;
+mod suspicions;
