@@ -22,7 +22,7 @@ use roadbench::simulate::scenario::Scenario;
 /// Few manoeuvres, seen by a perfect logger.
 fn short(scenario: &mut Scenario) {
     for plan in &mut scenario.plans {
-        (plan.coasts, plan.brakings, plan.laps) = (6, 3, 6);
+        (plan.coasts, plan.brakings, plan.laps) = (4, 2, 3);
     }
     scenario.sensors.clear();
     scenario.disturbance = Disturbance::default();
@@ -63,11 +63,11 @@ fn a_sensor_off_its_place_is_named_on_a_motorcycle_that_is_not_the_model() {
     let hidden = [("velocity_lever_arm", -0.6)];
     let (mut scenario, machine) = machine("naturalistic", 1, &hidden);
     for plan in &mut scenario.plans {
-        (plan.coasts, plan.brakings, plan.laps) = (8, 5, 8);
+        (plan.coasts, plan.brakings, plan.laps) = (6, 4, 6);
     }
     let (ridden, bike) = multibody::session(&scenario, &machine, 1).expect("ridden");
     assert_eq!(ridden.fall, None);
-    let settings = Settings { nulls: 16, ..Settings::default() };
+    let settings = Settings { nulls: 12, ..Settings::default() };
     let d = diagnose(&ridden.session, &bike, &Pipeline::onroad(), &settings).expect("diagnosed");
     let named: Vec<(&str, f64)> = d
         .naming
