@@ -1,5 +1,5 @@
-//! "The rear camber stiffness (1.03 for 1.60 on the bench): the side-force ratio is statistical"
-//! (Results, Discussion).
+//! "The error was higher on the rear tyre (camber stiffness 1.03 for 1.60 on the bench): it had a higher
+//! `C` than analogous tyres" (Results, experimental test).
 
 use roadbench::simulate::multibody;
 
@@ -36,9 +36,24 @@ pub fn study(wrong: f64, number: usize) -> [[f64; 2]; 2] {
     errors
 }
 
+/// Upright cornering and camber stiffness of eq. 39 from the paper's rear fits, 1/rad.
+pub fn papers(c1: f64, ratio: f64) -> [f64; 2] {
+    let k = 0.885 / (c1 + ratio);
+    [k, ratio * k]
+}
+
 /// Prints the study.
 pub fn print() {
     println!("3. Rear camber stiffness: the side-force ratio?");
+    let (c1, bench) = (-0.0107, [12.5_f64, 1.60]);
+    let ratio = bench[1] / bench[0];
+    println!(
+        "  the paper's own fits: {:.2?} with its ratio, {:.2?} with the bench's {ratio:.3}, for {bench:?} \
+         measured; that needs c1 {:.3} for {c1}",
+        papers(c1, 0.078),
+        papers(c1, ratio),
+        0.885 / bench[0] - ratio
+    );
     for wrong in [WRONG, -0.02, 0.0] {
         let [before, after] = study(wrong, 0);
         println!(
