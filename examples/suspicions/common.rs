@@ -89,7 +89,7 @@ pub fn boxed<T: TyreModel + 'static>(tyres: [T; 2]) -> [Box<dyn TyreModel>; 2] {
 }
 
 /// Rms difference over the reference's rms, of a signal of two rides; and how far the peak is off.
-pub fn off(reference: &Ridden, other: &Ridden, signal: fn(&Sample) -> f64) -> [f64; 2] {
+pub fn off(reference: &Ridden, other: &Ridden, signal: Signal) -> [f64; 2] {
     let mut sums = [0.0; 2];
     let mut peaks = [0.0_f64; 2];
     for (a, b) in reference.samples.iter().zip(&other.samples) {
@@ -103,9 +103,12 @@ pub fn off(reference: &Ridden, other: &Ridden, signal: fn(&Sample) -> f64) -> [f
     [(sums[0] / sums[1]).sqrt(), peaks[1] / peaks[0] - 1.0]
 }
 
+/// A signal's value at a sample.
+pub type Signal = fn(&Sample) -> f64;
+
 /// Signals of a lane change, with names.
 #[rustfmt::skip]
-pub const SIGNALS: [(&str, fn(&Sample) -> f64); 7] = [
+pub const SIGNALS: [(&str, Signal); 7] = [
     ("slip angle front", |s| s.wheels[0].slip[1]),
     ("slip angle rear", |s| s.wheels[1].slip[1]),
     ("yaw moment front", |s| s.wheels[0].moment_z),

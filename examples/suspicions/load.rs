@@ -112,7 +112,14 @@ pub fn print() {
     for truth in [-0.3, 0.0] {
         println!("  true sensitivity {truth} (per relative load), {LUGGAGE} kg of luggage");
         let found = study(truth, RIDES, |_| {});
-        println!("    {found:.3?}");
+        for (k, end) in ["front", "rear"].into_iter().enumerate() {
+            let ((value, sd), [before, after]) = (found.sensitivity[k], found.error[k]);
+            println!(
+                "    {end}: sensitivity {value:.3} +- {sd:.3}; slip angle off by {:.0} %, refitted {:.0} %",
+                100.0 * before,
+                100.0 * after
+            );
+        }
     }
     for (plan, number) in [("paper", 0), ("naturalistic", 1)] {
         let (scenario, machine) = machine(plan, number, &[("stiffness_load", -0.3)]);
