@@ -42,7 +42,8 @@ fn load_sensitivity_explains_the_slip_angles_of_a_loaded_lane_change() {
     let control = load::study(0.0, 1, short);
     for k in 0..2 {
         assert!(control.sensitivity[k].0.abs() < 0.06, "{control:?}");
-        assert!(control.error[k][0] < 0.2, "{control:?}");
+        // so few corners leave an error of their own
+        assert!(control.error[k][0] < 0.5 * found.error[k][0], "{control:?}");
     }
 }
 
