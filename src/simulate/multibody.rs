@@ -35,10 +35,10 @@ const STEP: f64 = 0.002;
 ///
 /// Left out is what the multibody motorcycle has anyway (`radius_camber`, `radius_load`: its tyres are
 /// toroids on springs), what would need another road or another body (`road_bank`,
-/// `low_friction_patch`, `tyre_warm_up`, `rider_lean`, `front_compliance`, `gyroscopic`), and
-/// `radius_speed`, whose carcass would have to grow.
+/// `low_friction_patch`, `tyre_warm_up`, `rider_lean`, `front_compliance`, `gyroscopic`), `radius_speed`,
+/// whose carcass would have to grow, and `road_grade`: the road tilts gravity, and a perfect inertial
+/// unit that takes the road for level feels it.
 pub const CARRIED: &[&str] = &[
-    "road_grade",
     "wind",
     "wheel_inertia",
     "rolling_speed",
@@ -89,7 +89,7 @@ pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tou
     bike = bike.with("trail", motorcycle.trail());
     bike = bike.with("yaw_inertia", motorcycle.inertia()[(2, 2)]);
     let beyond = plant.departure;
-    let road = Road { friction: plant.friction, grade: beyond.grade, ..Road::default() };
+    let road = Road { friction: plant.friction, ..Road::default() };
     Ok(Tour {
         name: scenario.name.clone(),
         description: scenario.description.clone(),
