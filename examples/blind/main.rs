@@ -19,6 +19,7 @@ use roadbench::diagnose::ride::{self, Settings};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden::{Case, FAINT, Kind, PLANS};
 
+mod multibody;
 mod offroad;
 
 #[derive(Parser)]
@@ -41,6 +42,9 @@ struct Arguments {
     /// Only these cases, by number.
     #[arg(long, value_delimiter = ',')]
     numbers: Vec<usize>,
+    /// Archives of the multibody motorcycle beside them.
+    #[arg(long, default_value_t = 0)]
+    multibody: usize,
     /// Motocross archives beside them.
     #[arg(long, default_value_t = 0)]
     offroad: usize,
@@ -124,8 +128,8 @@ fn main() {
         .into_par_iter()
         .filter_map(|case| {
             let folder = work.path().join(case.number.to_string());
-            let (log, bike) = case.write(&folder).expect("archive");
-            let outcome = ask(case, log, bike, &arguments);
+            let files = case.write(&folder).expect("archive");
+            let outcome = ask(case, files, &arguments);
             std::fs::remove_dir_all(&folder).expect("cleared");
             if arguments.verbose
                 && let Some(o) = &outcome
@@ -138,6 +142,7 @@ fn main() {
     if !outcomes.is_empty() {
         summary(&outcomes);
     }
+    multibody::run(&arguments, work.path());
     offroad::run(
         arguments.offroad,
         arguments.seed,
@@ -147,7 +152,7 @@ fn main() {
     );
 }
 
-fn ask(case: Case, log: PathBuf, bike: PathBuf, arguments: &Arguments) -> Option<Outcome> {
+fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Option<Outcome> {
     let begin = std::time::Instant::now();
     let removed = |e: &Effect| {
         case.kind == Kind::Removed

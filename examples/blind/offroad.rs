@@ -12,6 +12,9 @@ use roadbench::simulate::hidden_offroad::{Hidden, OffroadCase};
 /// Length of a ride, s.
 const DURATION: f64 = 120.0;
 
+/// Whether a case is of a kind.
+type Is = fn(Hidden) -> bool;
+
 struct Outcome {
     case: OffroadCase,
     causes: Vec<CauseRow>,
@@ -76,7 +79,7 @@ pub fn run(archives: usize, seed: u64, nulls: usize, verbose: bool, work: &Path)
         return;
     }
     println!("\noff-road, {} rides of {DURATION} s", all.len());
-    let kinds: [(&str, fn(Hidden) -> bool); 5] = [
+    let kinds: [(&str, Is); 5] = [
         ("nothing", |h| h == Hidden::Nothing),
         ("nothing, sensors half as noisy again", |h| h == Hidden::Noise),
         ("vertical motion of the rider", |h| matches!(h, Hidden::VerticalMotion(_))),

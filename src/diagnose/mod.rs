@@ -21,6 +21,7 @@
 pub mod advice;
 pub mod attitude;
 pub mod base;
+pub mod dive;
 pub mod effects;
 pub mod generic;
 pub mod levels;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::advice::Advice;
 use super::base::{self, Base};
+use super::dive;
 use super::effects::{self, Effect};
 use super::model::Model;
 use super::name::{self, Naming, Verdict};
@@ -142,6 +143,8 @@ pub fn fitted<'a>(
     let (zeros, _) = zeros::run(&filtered, bike);
     let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
     let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
+    // the estimate above knows of dive, the base model does not
+    let session = dive::level(&session, bike).map_or(session, Cow::Owned);
     let samples = Samples::gather(&session, &segments);
     if samples.blocks() < FEWEST {
         let message = format!(

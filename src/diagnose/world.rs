@@ -109,10 +109,20 @@ pub const BASE: &[Parameter] = &[
     parameter!("brake_gain_rear", 1.6e-5, 10.0, |w| w.brake_gain[1]),
     parameter!("radius_front", 0.003, 10.0, |w| w.radius[0]),
     parameter!("radius_rear", 0.003, 10.0, |w| w.radius[1]),
-    parameter!("mf_b_front", 1.3, 3.0, |w| w.friction[0].b),
+    Parameter {
+        name: "mf_b_front",
+        scale: 1.3,
+        prior: 3.0,
+        place: Place::Base(|w| w.friction[0].b, |w, value| grip(&mut w.friction[0], value)),
+    },
     parameter!("mf_d_front", 0.1, 3.0, |w| w.friction[0].d),
     parameter!("mf_e1_front", 0.3, 1.0, |w| w.friction[0].e1),
-    parameter!("mf_b_rear", 1.2, 3.0, |w| w.friction[1].b),
+    Parameter {
+        name: "mf_b_rear",
+        scale: 1.2,
+        prior: 3.0,
+        place: Place::Base(|w| w.friction[1].b, |w, value| grip(&mut w.friction[1], value)),
+    },
     parameter!("mf_d_rear", 0.1, 3.0, |w| w.friction[1].d),
     parameter!("mf_e1_rear", 0.3, 1.0, |w| w.friction[1].e1),
     parameter!("mf_e2_rear", 0.3, 1.0, |w| w.friction[1].e2),
@@ -144,6 +154,15 @@ pub const BASE: &[Parameter] = &[
     parameter!("acceleration_x_zero", 0.03, 5.0, |w| w.ax_zero),
     parameter!("velocity_y_zero", 0.02, 5.0, |w| w.vy_zero),
 ];
+
+/// Least slip stiffness per load of a tyre: half of the softest published.
+const SOFTEST: f64 = 6.0;
+
+/// Puts the stiffness factor of a friction curve. A curve that hardly rises would call every slip of a
+/// freely rolling wheel right, whatever its radius.
+fn grip(curve: &mut MagicFormula, b: f64) {
+    curve.b = b.max(SOFTEST / (curve.c * curve.d).max(0.1));
+}
 
 /// Cornering stiffness of a usual motorcycle tyre, 1/rad, and how it falls with camber, 1/rad².
 const USUAL_STIFFNESS: [f64; 2] = [12.5, 0.6];

@@ -32,7 +32,7 @@ mod parquet;
 mod resample;
 pub mod units;
 mod write;
-mod yaw;
+pub mod yaw;
 
 pub use check::check;
 pub use write::write_session;

@@ -2,6 +2,7 @@
 //! ([`tyre_model::TyreModel`]); and the kinematics that steering and roll give a wheel.
 
 pub mod custom;
+pub mod departed;
 pub mod departure;
 pub mod kinematics;
 pub mod linear;

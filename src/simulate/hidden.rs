@@ -5,8 +5,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::multibody;
 use super::random::Random;
 use super::scenario::{Machine, Scenario};
+use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::diagnose::effects::{ALL, Effect};
 use crate::ingest::write_session;
@@ -158,12 +160,30 @@ impl Case {
     /// The files cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(PathBuf, PathBuf), String> {
         let (session, machine) = self.ride()?;
-        let log = folder.join("sessions").join(format!("{}.parquet", session.meta.session_id));
-        let bike = folder.join("bikes").join(format!("{}.toml", machine.bike.bike_id));
-        write_session(&log, &session, false).map_err(|e| e.to_string())?;
-        table::write_bytes(&bike, machine.bike.to_toml().as_bytes()).map_err(|e| e.to_string())?;
-        Ok((log, bike))
+        files(folder, &session, &machine.bike)
     }
+
+    /// The same ridden on the multibody motorcycle, whose frame dives, whose tyres are toroids on
+    /// springs and whose rider steers: there is more in it than what is hidden.
+    ///
+    /// # Errors
+    /// It cannot stand or falls, or the files cannot be written.
+    pub fn write_multibody(&self, folder: &Path) -> Result<(PathBuf, PathBuf), String> {
+        let (scenario, machine) = self.machine()?;
+        let (ridden, bike) = multibody::session(&scenario, &machine, self.number)?;
+        match ridden.fall {
+            Some(fall) => Err(format!("it falls: {fall}")),
+            None => files(folder, &ridden.session, &bike),
+        }
+    }
+}
+
+fn files(folder: &Path, session: &Session, bike: &Bike) -> Result<(PathBuf, PathBuf), String> {
+    let log = folder.join("sessions").join(format!("{}.parquet", session.meta.session_id));
+    let path = folder.join("bikes").join(format!("{}.toml", bike.bike_id));
+    write_session(&log, session, false).map_err(|e| e.to_string())?;
+    table::write_bytes(&path, bike.to_toml().as_bytes()).map_err(|e| e.to_string())?;
+    Ok((log, path))
 }
 
 fn distort(session: &mut Session, name: &str, size: f64) {

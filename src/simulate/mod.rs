@@ -17,6 +17,7 @@ pub mod imu;
 pub mod manoeuvre;
 pub mod motocross;
 pub mod motorcycle;
+pub mod multibody;
 pub mod path;
 pub mod pilot;
 pub mod plan;
@@ -31,6 +32,7 @@ pub mod sensors;
 pub mod tour;
 pub mod truth;
 pub mod tyre_truth;
+pub mod unsteady;
 
 use std::path::PathBuf;
 
@@ -143,7 +145,8 @@ pub fn ridden(
     let mut action = Action::default();
     let mut record = Record::default();
     let limit = (longest * rate) as usize;
-    while rider.phase().is_some() && record.states.len() < limit {
+    // a motorcycle that nobody can ride ends the ride
+    while rider.phase().is_some() && record.states.len() < limit && state.roll.is_finite() {
         for decision in 0..decisions {
             let response = plant.response(&state, &action);
             let label = rider.label(state.roll);

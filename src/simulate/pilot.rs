@@ -18,6 +18,8 @@ pub struct Pilot<'a> {
     path: Preview,
     pressure: [f64; 2],
     period: f64,
+    /// Lean that the rider fails to hold at this decision, rad.
+    pub sway: f64,
 }
 
 /// The steering skills of a rider; they take a while to work out and serve many rides.
@@ -51,6 +53,7 @@ impl<'a> Pilot<'a> {
             path: skill.path.clone(),
             pressure: [0.0; 2],
             period,
+            sway: 0.0,
         }
     }
 
@@ -108,6 +111,7 @@ impl<'a> Pilot<'a> {
             }
             None => {
                 let Lean { angle, rate, acceleration } = wish.lean;
+                let angle = angle + self.sway;
                 self.roll.torque(state, speed, |i| {
                     // what is known of the lean to come; it will not swing beyond a third of a second
                     let t = (self.period * i as f64).min(0.3);

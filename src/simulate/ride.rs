@@ -9,6 +9,7 @@ use super::programme::{Controls, Programme};
 use super::random::Random;
 use super::sensors;
 use super::tour::Tour;
+use super::unsteady::Unsteady;
 use crate::channel::Channel;
 use crate::motorcycle::run::{Fall, Run};
 use crate::motorcycle::{Action, Wheel, joint};
@@ -78,13 +79,29 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
     let mut fall = None;
     let mut steps = 0;
     let mut action = Action { wind: tour.wind, ..Action::default() };
+    let noise = Random::new(tour.seed, &format!("{id} ride"));
+    let mut unsteady = Unsteady::new(
+        &model.motorcycle,
+        tour.disturbance,
+        tour.departure,
+        tour.wind,
+        noise,
+        period,
+    );
     run.observe(&action);
     let limit = (LONGEST * tour.rate) as usize;
     'ride: while pilot.programme.phase().is_some() && samples.len() < limit {
         for decision in 0..decisions {
             let label = pilot.programme.label(run.state.angles[1]);
-            let (next, controls, _) = pilot.act(&run.state, &run.scratch);
-            action = Action { wind: tour.wind, ..next };
+            pilot.sway = unsteady.sway();
+            let controls;
+            let done;
+            (action, controls, done) = pilot.act(&run.state, &run.scratch);
+            let seen = pilot.see(&run.state, &run.scratch);
+            unsteady.act(&mut action, &controls, seen.speed, seen.yaw);
+            if done {
+                unsteady.next_phase();
+            }
             run.observe(&action);
             if decision == 0 {
                 samples.push(sample(&run, &action, controls, &centre));
@@ -119,6 +136,7 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
     for &channel in &tour.drop {
         session.remove(channel);
     }
+    tour.departure.measure(&mut session);
     sensors::measure(&mut session, &tour.sensors, tour.seed);
     super::clamp_physical(&mut session);
     let labels = super::runs_of(&kinds, tour.rate);

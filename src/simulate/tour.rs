@@ -16,10 +16,12 @@ use serde::Deserialize;
 
 use super::imu::Imu;
 use super::manoeuvre::Manoeuvre;
+use super::rider::Disturbance;
 use super::sensors::Sensors;
 use super::text_with_key;
 use crate::bike::Bike;
 use crate::channel::Channel;
+use crate::model::departure::Departure;
 use crate::model::tir;
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road};
@@ -86,6 +88,10 @@ pub struct Tour {
     pub sensors: Sensors,
     /// The inertial unit; `None` is a perfect one.
     pub imu: Option<Imu>,
+    /// What brakes and sensors have beyond that; tyres, road and air have theirs in them.
+    pub departure: Departure,
+    /// Unsteadiness of rider, pads and air.
+    pub disturbance: Disturbance,
     /// The motorcycle on its road.
     pub model: Model,
     /// What the analyst's bike file says.
@@ -156,6 +162,8 @@ impl Tour {
             wind: file.wind,
             sensors: file.sensors,
             imu: file.imu,
+            departure: Departure::default(),
+            disturbance: Disturbance::default(),
             bike,
             model: Model::new(motorcycle, file.road),
         })

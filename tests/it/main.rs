@@ -17,3 +17,4 @@ mod recovery;
 mod report;
 mod riding;
 mod segment;
+mod suspicions;

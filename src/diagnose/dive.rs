@@ -1,0 +1,55 @@
+//! A ride on springs, told as the base model would have ridden it: without pitch.
+//!
+//! The base model's frame stays level. On springs it dives, squats and sits down in bends, and two of
+//! its signals are no longer what the model calls them by
+//!
+//! ```text
+//! yaw rate     the trace of the frame turns with it and with d/dt(-pitch tan(roll))
+//! mass centre  stands `(h - R) pitch` further ahead of the wheels' contacts
+//! ```
+//!
+//! The first looks like a lateral acceleration over roll rate, the second like a velocity sensor two
+//! centimetres from its place.
+
+use super::null::median;
+use super::smooth::{gradient, smooth};
+use crate::bike::Bike;
+use crate::channel::Channel;
+use crate::ingest::yaw::trace_angle;
+use crate::session::Session;
+
+/// More pitch is no dive, rad.
+const DEEPEST: f64 = 0.2;
+/// Lean up to which a bike stands on its usual pitch, rad, and least speed, m/s.
+const STRAIGHT: (f64, f64) = (0.05, 4.0);
+
+/// The session without the dive of its frame; `None` where pitch or roll is not measured.
+pub fn level(session: &Session, bike: &Bike) -> Option<Session> {
+    let rate = session.rate;
+    let roll = smooth(session.get(Channel::Roll)?, rate);
+    let pitch = smooth(session.get(Channel::Pitch)?, rate);
+    let v = session.get(Channel::VelocityX)?;
+    let usual: Vec<f64> = (0..session.len)
+        .filter(|&i| roll[i].abs() < STRAIGHT.0 && v[i] > STRAIGHT.1 && pitch[i].is_finite())
+        .map(|i| pitch[i])
+        .collect();
+    let usual = median(&usual);
+    let dive: Vec<f64> = pitch.iter().map(|p| (p - usual).clamp(-DEEPEST, DEEPEST)).collect();
+    let axles = 0.5 * (bike.front.radius + bike.rear.radius);
+    let above = (bike.cg_height - axles).max(0.0);
+    let trace: Vec<f64> = roll.iter().zip(&dive).map(|(r, p)| trace_angle(*r, *p)).collect();
+    let turning = gradient(&trace, rate);
+    let mut out = session.clone();
+    let known = |x: f64| if x.is_finite() { x } else { 0.0 };
+    let turn = out.get_mut(Channel::YawRate)?;
+    turn.iter_mut().zip(&turning).for_each(|(r, t)| *r += known(*t));
+    let shift: Vec<f64> = turn.iter().zip(&dive).map(|(r, dive)| known(above * dive * r)).collect();
+    let shift = smooth(&shift, rate);
+    let change = gradient(&shift, rate);
+    for (channel, by) in [(Channel::VelocityY, &shift), (Channel::AccelerationY, &change)] {
+        if let Some(x) = out.get_mut(channel) {
+            x.iter_mut().zip(by).for_each(|(x, by)| *x -= known(*by));
+        }
+    }
+    Some(out)
+}

@@ -1,0 +1,96 @@
+//! What a ride on the multibody motorcycle has beyond machine, road and rider's wish: gusts, pads that
+//! bite anew at every stop, hands that tremble; and the brakes of a [`Departure`].
+
+use super::programme::Controls;
+use super::random::{Coloured, Random};
+use super::rider::Disturbance;
+use crate::GRAVITY;
+use crate::model::departure::{BrakeHistory, Departure};
+use crate::motorcycle::{Action, Motorcycle};
+
+/// Gusts are those of a ride at this speed or more, m/s.
+const BREEZE: f64 = 5.0;
+
+/// One ride's.
+#[derive(Debug)]
+pub struct Unsteady {
+    disturbance: Disturbance,
+    departure: Departure,
+    wind: [f64; 2],
+    mass: f64,
+    drag: f64,
+    noise: [Coloured; 3],
+    random: Random,
+    pads: [f64; 2],
+    slope: f64,
+    brakes: BrakeHistory,
+    period: f64,
+}
+
+impl Unsteady {
+    /// At the start of a ride whose rider decides every `period` s; `wind` in road axes, m/s. A yaw
+    /// moment is left out: there is nothing for it to act on.
+    pub fn new(
+        motorcycle: &Motorcycle,
+        disturbance: Disturbance,
+        departure: Departure,
+        wind: [f64; 2],
+        mut random: Random,
+        period: f64,
+    ) -> Self {
+        let d = disturbance;
+        let noise = [
+            Coloured::new(d.gust_x, 1.5, period, &mut random),
+            Coloured::new(d.gust_y, 1.5, period, &mut random),
+            Coloured::new(d.lean, 1.0, period, &mut random),
+        ];
+        let mut unsteady = Unsteady {
+            disturbance,
+            departure,
+            wind,
+            mass: motorcycle.mass(),
+            drag: 0.5 * motorcycle.air_density * motorcycle.aerodynamics[0],
+            noise,
+            random,
+            pads: [1.0; 2],
+            slope: 0.0,
+            brakes: BrakeHistory::default(),
+            period,
+        };
+        unsteady.next_phase();
+        unsteady
+    }
+
+    /// Road and pads differ from run to run.
+    pub fn next_phase(&mut self) {
+        self.slope = self.disturbance.grade * self.random.normal();
+        self.pads = [0; 2].map(|_| 1.0 + self.disturbance.brake_gain * self.random.normal());
+    }
+
+    /// Lean that the rider fails to hold, rad.
+    pub fn sway(&mut self) -> f64 {
+        self.noise[2].next(&mut self.random)
+    }
+
+    /// What becomes of the rider's action at a speed (m/s) and heading (rad).
+    pub fn act(&mut self, action: &mut Action, controls: &Controls, speed: f64, yaw: f64) {
+        let pressed = controls.pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
+        self.brakes.see(speed, pressed, self.period);
+        let fading = self.departure.fading(self.mass, &self.brakes);
+        let dragging = self.departure.brake_drag(self.mass, &self.brakes);
+        for (torque, pad) in action.brake.iter_mut().zip(self.pads) {
+            *torque = *torque * pad * fading + dragging;
+        }
+        action.wind = self.wind;
+        let gusts = [0, 1].map(|k| self.noise[k].next(&mut self.random));
+        if self.drag > 0.0 {
+            // the wind whose drag is the force
+            let stream = self.drag * speed.max(BREEZE);
+            let ahead = (gusts[0] - self.mass * GRAVITY * self.slope) / (2.0 * stream);
+            let left = gusts[1] / stream;
+            let (sin, cos) = yaw.sin_cos();
+            action.wind[0] += ahead * cos - left * sin;
+            action.wind[1] += ahead * sin + left * cos;
+        }
+    }
+}
