@@ -187,7 +187,7 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
     };
     let limits = case.hidden.iter().map(|(e, _)| limit(e)).collect();
     let all_limits = ALL.iter().map(limit).collect();
-    let first = found.causes.first();
+    let first = found.causes.iter().find(|c| c.gain_heldout.is_some());
     Some(Outcome {
         told,
         alarm: found.naming.alarm,

@@ -229,7 +229,11 @@ fn tell(d: &Diagnosis) {
              below 1).",
             naming.alarm
         ),
-        _ => {}
+        (false, true) => say!(
+            "  Something more is wrong than is named{}.",
+            naming.left.map_or(String::new(), |(term, _)| format!(": {}", term.describe()))
+        ),
+        (false, false) => {}
     }
     for cause in &named {
         let half = 1.96 * cause.std_error;
@@ -253,7 +257,7 @@ fn tell(d: &Diagnosis) {
             );
         }
     }
-    if let Some(row) = d.causes.first()
+    if let Some(row) = d.causes.iter().find(|r| r.gain_heldout.is_some())
         && let (Some(gain), Some(bound)) = (row.gain_heldout, row.gain_upper_bound)
     {
         say!("  On manoeuvres left out it gains {gain:.0}; with every candidate free {bound:.0}.");
@@ -267,11 +271,11 @@ fn tell(d: &Diagnosis) {
             format!(", goes with {c} ({:+.2})", row.correlation.unwrap_or(0.0))
         });
         say!(
-            "  misfit of {} while {}: {:.4} {} against {:.4} in nulls{after}{with}",
+            "  misfit of {} while {}: {:.4}{} against {:.4} in nulls{after}{with}",
             row.channel,
             row.kind.replace('_', " "),
             row.rmse_base,
-            row.unit,
+            if row.unit == "1" { " sd".to_owned() } else { format!(" {}", row.unit) },
             row.noise_floor
         );
     }

@@ -487,6 +487,16 @@ impl Problem<'_> {
         (pull, curvature)
     }
 
+    /// Share of what a column shows that is in one channel.
+    pub fn share(&self, column: &Blocks, channel: usize) -> f64 {
+        let shown = |c: usize| {
+            let sizes = column[c].iter().map(|x| x / self.sigma[c]).filter(|x| x.is_finite());
+            sizes.map(|x| x * x).sum::<f64>()
+        };
+        let all: f64 = (0..CHANNELS.len()).map(shown).sum();
+        shown(channel) / all.max(f64::MIN_POSITIVE)
+    }
+
     /// Adds the weighted rows of some blocks to a downhill direction.
     fn pull(&self, linear: &Linear, range: std::ops::Range<usize>, gradient: &mut DVector<f64>) {
         for c in 0..CHANNELS.len() {

@@ -37,6 +37,10 @@ const EQUIVALENT: f64 = 0.8;
 const CONTRADICTS: f64 = 0.75;
 /// See above.
 const BARS: [f64; 2] = [1.4, 3.0];
+/// Share of what an effect shows that is in the structure's channel when it is contradicted by it.
+const TOUCHES: f64 = 0.1;
+/// Score from which a cause is believed beside structure that is elsewhere.
+const STRONG: f64 = 3.0;
 /// Most causes of one ride.
 const MOST: usize = 4;
 /// Rides on the extended model.
@@ -218,10 +222,10 @@ pub fn name(
     if named.is_empty() {
         current = base.clone();
     }
-    settle(&mut named, &biases, &current, &base.start, rides);
     // what is left, over which variable
     let problem = current.problem(samples);
-    let terms = generic::terms(samples, &problem, &problem.linear(&current.world));
+    let linear = problem.linear(&current.world);
+    let terms = generic::terms(samples, &problem, &linear);
     let (most, times) = calibration.largest(&terms);
     let left = most.map(|_| times / calibration.structure).and_then(|times| {
         // the most unusual term tells that there is something, the one that gains most beyond its
@@ -237,16 +241,33 @@ pub fn name(
         None => 1.0,
         Some(first) => (CONTRADICTS * first.score.max(first_alarm)).clamp(BARS[0], BARS[1]),
     };
-    let unexplained = left.is_some_and(|(_, times)| times > bar);
-    if unexplained && !named.is_empty() {
-        // it takes up part of something else
-        for cause in &mut named {
-            cause.verdict = Verdict::Contradicted;
+    let contradicts = left.filter(|(_, times)| *times > bar);
+    let mut contradicted = Vec::new();
+    if let Some((term, _)) = contradicts.filter(|_| !named.is_empty()) {
+        // whoever shows where the structure is takes up part of something else, and so may the weak
+        let shows = |cause: &Cause| {
+            if cause.score < STRONG {
+                return true;
+            }
+            let place = current.parameters.iter().position(|p| p.name == cause.effect.name);
+            place.is_some_and(|k| problem.share(&linear.columns[k], term.channel) > TOUCHES)
+        };
+        let (out, kept): (Vec<_>, Vec<_>) =
+            named.into_iter().zip(biases).partition(|(c, _)| shows(c));
+        (named, biases) = kept.into_iter().unzip();
+        let withdrawn = |c: Cause| Cause { verdict: Verdict::Contradicted, ..c };
+        contradicted.extend(out.into_iter().map(|(c, _)| withdrawn(c)));
+        if !named.is_empty() && !contradicted.is_empty() {
+            let more: Vec<_> = named.iter().map(|c| c.effect.parameter()).collect();
+            current = near.extended(samples, &more, 8);
         }
     }
+    settle(&mut named, &biases, &current, &base.start, rides);
+    named.extend(contradicted);
     rest.retain(|c| named.iter().all(|n| n.effect.name != c.effect.name));
     rest.sort_by(|a, b| b.score.total_cmp(&a.score));
     named.extend(rest);
+    let unexplained = contradicts.is_some();
     Naming { causes: named, extended: current, alarm: first_alarm, left, unexplained }
 }
 

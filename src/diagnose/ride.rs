@@ -328,7 +328,7 @@ fn unexplained(naming: &Naming, ident: &Ident) -> Option<CauseRow> {
         unit: "1".to_owned(),
         score: times,
         reason: format!(
-            "{} has structure that no candidate explains: {times:.1} times what 19 of 20 nulls stay below",
+            "{} has structure, {times:.1} times what 19 of 20 nulls stay below",
             term.describe()
         ),
         ..CauseRow::default()
@@ -345,7 +345,7 @@ fn reason(c: &name::Cause) -> String {
             c.effect.separate_by
         ),
         Verdict::Contradicted => format!(
-            "takes up part of the misfit (gains {:.0}) but leaves more structure than a cause may",
+            "takes up part of the misfit (gains {:.0}) but leaves more structure where it shows than a cause may",
             c.gain
         ),
         Verdict::NotNeeded if c.score > 1.0 => {

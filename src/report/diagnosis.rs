@@ -291,7 +291,10 @@ fn findings(causes: &[CauseRow]) -> Vec<Finding> {
 fn verdict(outcome: Outcome, findings: &[Finding], causes: &[CauseRow]) -> (&'static str, String) {
     match outcome {
         Outcome::Named => (
-            "No, and it is known why.",
+            match unexplained(causes) {
+                None => "No, and it is known why.",
+                Some(_) => "No, and only part of it is known.",
+            },
             match findings.len() {
                 1 => "One cause is named:".to_owned(),
                 n => format!("{n} causes are named:"),
@@ -330,7 +333,9 @@ fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
             c.reason.trim_end_matches('.')
         ));
     }
-    let scored = causes.iter().filter(|c| c.score.is_finite() && c.effect != UNKNOWN);
+    let scored = causes
+        .iter()
+        .filter(|c| c.score.is_finite() && c.effect != UNKNOWN && c.verdict != "unexplained");
     let top = scored.max_by(|a, b| a.score.total_cmp(&b.score));
     if let (Outcome::Null | Outcome::Unexplained, Some(top)) = (outcome, top) {
         let score = fixed(top.score, 1);
