@@ -21,7 +21,7 @@ use roadbench::simulate::tour::Tour;
 /// A scenario and its machine that hides some effects from its bike file.
 pub fn machine(plan: &'static str, number: usize, hidden: &[(&str, f64)]) -> (Scenario, Machine) {
     let hidden = hidden.iter().map(|(n, v)| (Effect::named(n).expect("known"), *v)).collect();
-    let case = Case { number, kind: Kind::Single, plan, hidden, foreign: None };
+    let case = Case { seed: 0, number, kind: Kind::Single, plan, hidden, foreign: None };
     case.machine().expect("built in")
 }
 

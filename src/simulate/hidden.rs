@@ -39,6 +39,8 @@ pub const PLANS: [&str; 2] = ["paper", "naturalistic"];
 /// What is hidden in one archive.
 #[derive(Debug, Clone)]
 pub struct Case {
+    /// Seed of the draw.
+    pub seed: u64,
     /// Its number.
     pub number: usize,
     /// What it is about.
@@ -115,12 +117,13 @@ impl Case {
             let (name, size) = FOREIGN[number / 2 % FOREIGN.len()];
             (name, size * random.between(0.7, 1.5))
         });
-        Case { number, kind, plan, hidden, foreign }
+        Case { seed, number, kind, plan, hidden, foreign }
     }
 
     /// The motorcycle of the case: its bike file says the truth but for what is hidden.
     pub fn machine(&self) -> Result<(Scenario, Machine), String> {
         let mut scenario = Scenario::builtin(self.plan)?.certain();
+        scenario.seed = scenario.seed.wrapping_add(self.seed);
         let named = ["acceleration_x", "acceleration_y", "yaw_rate"];
         let more = if self.kind == Kind::Noisy { 1.5 } else { 1.0 };
         for (name, sensor) in &mut scenario.sensors {

@@ -22,7 +22,7 @@ use roadbench::{filter, segment};
 /// A naturalistic ride with some effects in it.
 fn case(number: usize, hidden: &[(&str, f64)]) -> Case {
     let hidden = hidden.iter().map(|(n, v)| (Effect::named(n).expect("known"), *v)).collect();
-    Case { number, kind: Kind::Single, plan: "naturalistic", hidden, foreign: None }
+    Case { seed: 0, number, kind: Kind::Single, plan: "naturalistic", hidden, foreign: None }
 }
 
 /// What diagnosis makes of the files of a case, `without` some candidates.
