@@ -181,7 +181,7 @@ pub struct WarningRow {
 }
 
 /// A row of `rejected`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct Rejected {
     pub path: String,

@@ -1,14 +1,17 @@
 //! The batch itself: a session per worker, results to the store as they come.
 
 use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use super::discover::{bikes_beside, discover};
+use rayon::prelude::*;
+
+use super::discover::{Found, bikes_beside, discover};
 use super::names::is_plain;
 use super::plan::{self, Job, Plan};
-use super::store::{Committed, Store};
+use super::store::{Committed, Contents, Stale, Store};
 use super::{Error, Settings, Work, guarded};
 use crate::pipeline::{Input, Outcome, Rejection};
 use crate::rows::{Rejected, WarningRow};
@@ -88,22 +91,18 @@ pub fn run(
     watch: &impl Watch,
     stop: &AtomicBool,
 ) -> Result<(Run, Store), Error> {
-    let found = discover(settings.inputs, settings.out)?;
-    let beside = bikes_beside(settings.inputs)?;
-    let bikes = settings.bikes.or(beside.as_deref()).ok_or_else(|| {
-        Error::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
-    })?;
+    let (found, bikes) = inputs(settings)?;
     let inputs = found.len();
     let threads = match settings.jobs {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         jobs => jobs,
     };
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.min(inputs))
+        .num_threads(threads.min(inputs).max(1))
         .build()
         .map_err(|e| Error::Usage(format!("--jobs {threads}: {e}")))?;
     let Plan { mut jobs, refused } =
-        pool.install(|| plan::plan(found, bikes, settings.pipeline, settings.maps, work))?;
+        pool.install(|| plan::plan(found, &bikes, settings.pipeline, settings.maps, work))?;
     let bytes = jobs.iter().map(|j| j.bytes).chain(refused.iter().map(|r| r.bytes)).sum();
     let store = Store::open(settings.out)?;
     watch.planned(inputs, bytes);
@@ -165,6 +164,87 @@ pub fn run(
         )));
     }
     Ok((run, store))
+}
+
+/// What a run would do with an input, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Intended {
+    /// The log.
+    pub log: String,
+    /// The session, where it can be told.
+    pub session_id: Option<String>,
+    /// What would become of it; [`State::Rejected`] stands for what is refused before it is read.
+    pub state: State,
+    /// Why, in words; empty where nothing would be done.
+    pub why: String,
+}
+
+/// What [`run`] would do, in order of path. Writes nothing and needs no lock.
+///
+/// # Errors
+/// As [`run`] before it writes.
+pub fn intend(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>, Error> {
+    let (found, bikes) = inputs(settings)?;
+    let Plan { jobs, refused } = plan::plan(found, &bikes, settings.pipeline, settings.maps, work)?;
+    let there = Contents::read(settings.out);
+    let refused = refused.into_iter().map(|r| Intended {
+        log: r.row.path,
+        session_id: r.row.session_id,
+        state: State::Rejected,
+        why: r.row.message,
+    });
+    let jobs: Vec<Intended> = jobs
+        .par_iter()
+        .map(|job| {
+            let (state, why) = match plan::hash_file(&job.found.path) {
+                Err(e) => (State::Rejected, format!("cannot read {}: {e}", job.log)),
+                Ok(hash) => {
+                    let stale = there
+                        .stale(&wanted(job, hash), settings.signals)
+                        .or(settings.force.then_some(Stale::Forced));
+                    match stale {
+                        Some(stale) => (State::Done, stale.words().to_owned()),
+                        None => (State::Unchanged, String::new()),
+                    }
+                }
+            };
+            let session_id = Some(job.meta.session_id.clone());
+            Intended { log: job.log.clone(), session_id, state, why }
+        })
+        .collect();
+    let mut all: Vec<Intended> = refused.chain(jobs).collect();
+    all.sort_by(|a, b| a.log.cmp(&b.log));
+    Ok(all)
+}
+
+/// The logs and the folder of bike files.
+fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), Error> {
+    let mut found = discover(settings.inputs, settings.out)?;
+    if let Some(since) = settings.since {
+        // what cannot be dated is looked at
+        let old = |f: &Found| {
+            let changed = f.path.metadata().and_then(|m| m.modified());
+            changed.is_ok_and(|at| at < since)
+        };
+        found.retain(|f| !old(f));
+    }
+    let beside = bikes_beside(settings.inputs)?;
+    let bikes = settings.bikes.map(Path::to_owned).or(beside).ok_or_else(|| {
+        Error::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
+    })?;
+    Ok((found, bikes))
+}
+
+/// What a session's tables would be made from.
+fn wanted(job: &Job, input_hash: String) -> Committed {
+    Committed {
+        session_id: job.meta.session_id.clone(),
+        bike_id: job.meta.bike_id.clone(),
+        path: job.log.clone(),
+        input_hash,
+        pipeline_hash: job.bike.pipeline_hash.clone(),
+        version: crate::VERSION.to_owned(),
+    }
 }
 
 /// What the workers share.
@@ -248,15 +328,8 @@ impl Shared<'_> {
                 return self.refuse(job, "ingest", "unreadable", message, None);
             }
         };
-        let wanted = Committed {
-            session_id: job.meta.session_id.clone(),
-            bike_id: job.meta.bike_id.clone(),
-            path: job.log.clone(),
-            input_hash,
-            pipeline_hash: job.bike.pipeline_hash.clone(),
-            version: crate::VERSION.to_owned(),
-        };
-        if !self.settings.force && self.store.is_current(&wanted, self.settings.signals) {
+        let wanted = wanted(job, input_hash);
+        if !self.settings.force && self.store.stale(&wanted, self.settings.signals).is_none() {
             self.store.forgive(&job.log).map_err(output)?;
             return Ok(Ended::Unchanged);
         }

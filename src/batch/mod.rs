@@ -24,11 +24,13 @@ pub mod plan;
 pub mod progress;
 pub mod spread;
 pub mod store;
+pub mod summary;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
-pub use engine::{Finished, Run, State, Watch, run};
+pub use engine::{Finished, Intended, Run, State, Watch, intend, run};
 
 use crate::bike::Bike;
 use crate::ingest;
@@ -67,6 +69,8 @@ pub struct Settings<'a> {
     pub jobs: usize,
     /// Compute again what is there already.
     pub force: bool,
+    /// Only logs that were written since then.
+    pub since: Option<SystemTime>,
     /// Keep the estimated time series.
     pub signals: bool,
 }

@@ -7,8 +7,7 @@
 //! <out>/.roadbench.lock                            held while a run writes
 //! ```
 //!
-//! A session's tables are there exactly when its `sessions` file is: it is removed first and
-//! written last. Sessions of earlier runs that are no input of this one stay as they are: the
+//! A session counts when its `sessions` file is there, which is written last. Sessions of earlier runs that are no input of this one stay as they are: the
 //! folder is the fleet's archive. A session that is an input again is replaced.
 
 use std::collections::BTreeMap;
@@ -80,9 +79,93 @@ pub struct Files {
 pub struct Store {
     root: PathBuf,
     schemas: BTreeMap<&'static str, Table>,
+    found: Contents,
+    _lock: File,
+}
+
+/// The sessions of an output folder, as they are found there.
+#[derive(Debug, Default)]
+pub struct Contents {
+    root: PathBuf,
     /// By file name; more than one only where an interrupted run left a session under two bikes.
     committed: BTreeMap<String, Vec<Committed>>,
-    _lock: File,
+}
+
+/// Why a session has to be computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stale {
+    /// It is not there.
+    New,
+    /// The log's bytes are others.
+    Log,
+    /// The log has another name or place.
+    Moved,
+    /// It was another motorcycle's.
+    Bike,
+    /// Bike file, pipeline, model or channel map are others.
+    Settings,
+    /// Another roadbench made it.
+    Version,
+    /// A table of it is missing.
+    Incomplete,
+    /// It was asked for.
+    Forced,
+}
+
+impl Stale {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Stale::New => "new",
+            Stale::Log => "the log has changed",
+            Stale::Moved => "the log was renamed or moved",
+            Stale::Bike => "it was another motorcycle's",
+            Stale::Settings => "the bike file or the settings have changed",
+            Stale::Version => "another version of roadbench made it",
+            Stale::Incomplete => "a table of it is missing",
+            Stale::Forced => "--force",
+        }
+    }
+}
+
+impl Contents {
+    /// Reads which sessions are there; writes nothing.
+    pub fn read(root: &Path) -> Self {
+        Contents { root: root.to_owned(), committed: committed(root) }
+    }
+
+    /// As [`Store::stale`].
+    pub fn stale(&self, wanted: &Committed, signals: bool) -> Option<Stale> {
+        let file = file_name(&wanted.session_id);
+        let there = match self.committed.get(&file).map(Vec::as_slice) {
+            Some([one]) if one.session_id == wanted.session_id => one,
+            _ => return Some(Stale::New),
+        };
+        if there.bike_id != wanted.bike_id {
+            return Some(Stale::Bike);
+        }
+        if there.input_hash != wanted.input_hash {
+            return Some(Stale::Log);
+        }
+        if there.path != wanted.path {
+            return Some(Stale::Moved);
+        }
+        if there.pipeline_hash != wanted.pipeline_hash {
+            return Some(Stale::Settings);
+        }
+        if there.version != wanted.version {
+            return Some(Stale::Version);
+        }
+        let whole = PER_SESSION
+            .iter()
+            .filter(|&table| !OPTIONAL.contains(table) || (*table == "signals" && signals))
+            .all(|table| path(&self.root, table, &wanted.bike_id, &file).is_file());
+        (!whole).then_some(Stale::Incomplete)
+    }
+}
+
+fn path(root: &Path, table: &str, bike_id: &str, file: &str) -> PathBuf {
+    root.join(table).join(format!("bike={bike_id}")).join(format!("{file}.parquet"))
 }
 
 impl Store {
@@ -100,7 +183,7 @@ impl Store {
         Ok(Store {
             root: root.to_owned(),
             schemas: BTreeMap::from(schemas),
-            committed: committed(root),
+            found: Contents::read(root),
             _lock: lock,
         })
     }
@@ -111,26 +194,13 @@ impl Store {
     }
 
     fn path(&self, table: &str, bike_id: &str, file: &str) -> PathBuf {
-        self.root.join(table).join(format!("bike={bike_id}")).join(format!("{file}.parquet"))
+        path(&self.root, table, bike_id, file)
     }
 
-    /// Whether the session's tables are there, whole, and made from just this.
-    pub fn is_current(&self, wanted: &Committed, signals: bool) -> bool {
-        let file = file_name(&wanted.session_id);
-        let same = |c: &Committed| {
-            c.session_id == wanted.session_id
-                && c.bike_id == wanted.bike_id
-                && c.path == wanted.path
-                && c.input_hash == wanted.input_hash
-                && c.pipeline_hash == wanted.pipeline_hash
-                && c.version == wanted.version
-        };
-        let known = self.committed.get(&file);
-        known.is_some_and(|c| matches!(c.as_slice(), [one] if same(one)))
-            && PER_SESSION
-                .iter()
-                .filter(|&table| !OPTIONAL.contains(table) || (*table == "signals" && signals))
-                .all(|table| self.path(table, &wanted.bike_id, &file).is_file())
+    /// Why the session has to be computed; `None` when its tables are there, whole, and made from
+    /// just this.
+    pub fn stale(&self, wanted: &Committed, signals: bool) -> Option<Stale> {
+        self.found.stale(wanted, signals)
     }
 
     /// An outcome as files.
@@ -155,7 +225,10 @@ impl Store {
         Ok(Files { tables, marker })
     }
 
-    /// Replaces a session's tables.
+    /// Replaces a session's tables, each whole, the marker last.
+    ///
+    /// A run that is killed in between leaves readable tables: some of them are the new ones, and
+    /// the marker, still the old one, sees to it that the session is computed again.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -166,16 +239,16 @@ impl Store {
         log: &str,
         files: &Files,
     ) -> Result<(), table::Error> {
-        self.remove(session_id)?;
         let file = file_name(session_id);
-        // leftovers of a run that was killed before it could commit
-        for table in OPTIONAL {
-            remove_file(&self.path(table, bike_id, &file))?;
-        }
         for (table, bytes) in &files.tables {
             table::write_bytes(&self.path(table, bike_id, &file), bytes)?;
         }
+        // what it had and has no more
+        for table in OPTIONAL.iter().filter(|t| files.tables.iter().all(|(name, _)| name != *t)) {
+            remove_file(&self.path(table, bike_id, &file))?;
+        }
         table::write_bytes(&self.path("sessions", bike_id, &file), &files.marker)?;
+        self.remove_but(session_id, Some(bike_id))?;
         self.forgive(log)
     }
 
@@ -184,8 +257,13 @@ impl Store {
     /// # Errors
     /// They are there and cannot be removed.
     pub fn remove(&self, session_id: &str) -> Result<(), table::Error> {
+        self.remove_but(session_id, None)
+    }
+
+    fn remove_but(&self, session_id: &str, kept: Option<&str>) -> Result<(), table::Error> {
         let file = file_name(session_id);
-        for old in self.committed.get(&file).into_iter().flatten() {
+        let known = self.found.committed.get(&file).into_iter().flatten();
+        for old in known.filter(|old| Some(old.bike_id.as_str()) != kept) {
             remove_file(&self.path("sessions", &old.bike_id, &file))?;
             for table in PER_SESSION {
                 remove_file(&self.path(table, &old.bike_id, &file))?;
@@ -221,7 +299,8 @@ impl Store {
     /// made from this very path and is named like the file.
     pub fn once_was(&self, log: &str) -> Option<&str> {
         let stem = Path::new(log).file_stem()?.to_str()?;
-        self.committed
+        self.found
+            .committed
             .get(&file_name(stem))?
             .iter()
             .find(|c| c.path == log)

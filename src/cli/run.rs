@@ -4,12 +4,16 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 use indicatif::ProgressBar;
+use jiff::Timestamp;
+use jiff::civil::Date;
+use jiff::tz::TimeZone;
 
 use crate::batch::progress::Progress;
-use crate::batch::{self, Maps, Run, Settings, Stages};
+use crate::batch::summary::Summary;
+use crate::batch::{self, Intended, Maps, Run, Settings, Stages, State};
 use crate::cli::Failure;
 use crate::diagnose::model::Model;
 use crate::pipeline::Pipeline;
@@ -53,6 +57,27 @@ pub struct Arguments {
     /// Compute sessions again that are there already.
     #[arg(long)]
     force: bool,
+    /// Only logs that were written since then, a date or a time: 2026-05-01, 2026-05-01T22:00:00Z.
+    #[arg(long, value_name = "WHEN", value_parser = moment)]
+    since: Option<SystemTime>,
+    /// Also write what the run did as Prometheus text, for its text-file collector.
+    #[arg(long, value_name = "FILE")]
+    metrics: Option<PathBuf>,
+    /// Only tell what would be done with each log, and why; nothing is written.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// A date is its first moment, UTC.
+fn moment(text: &str) -> Result<SystemTime, String> {
+    let day = || text.parse::<Date>().ok()?.to_zoned(TimeZone::UTC).ok().map(|z| z.timestamp());
+    let at: Timestamp = match text.parse() {
+        Ok(at) => at,
+        Err(e) => day().ok_or_else(|| {
+            format!("neither a date (2026-05-01) nor a time (2026-05-01T22:00:00Z): {e}")
+        })?,
+    };
+    Ok(SystemTime::from(at))
 }
 
 /// When the progress bar is shown.
@@ -69,7 +94,7 @@ enum Show {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
-    let start = Instant::now();
+    let (start, started) = (Instant::now(), Timestamp::now());
     let mut pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
@@ -91,14 +116,30 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         maps: &maps,
         jobs: arguments.jobs,
         force: arguments.force,
+        since: arguments.since,
         signals: arguments.signals,
     };
+    if arguments.dry_run {
+        print(&intentions(&batch::intend(&settings, &Stages)?));
+        return Ok(());
+    }
     let progress = Progress::new(bar, arguments.progress == Show::Auto);
     let run = batch::run(&settings, &Stages, &progress, &stop);
     progress.clear();
     let (run, store) = run?;
     let out = store.root();
+    let told = |seconds: f64| -> Result<(), Failure> {
+        let summary = Summary::of(&run, &pipeline, started, seconds);
+        summary.write(out)?;
+        if let Some(path) = &arguments.metrics {
+            summary.write_metrics(path)?;
+        }
+        let Summary { inputs, computed, unchanged, rejected, left, bytes, .. } = summary;
+        tracing::info!(inputs, computed, unchanged, rejected, left, bytes, seconds, "run");
+        Ok(())
+    };
     if run.left > 0 {
+        told(start.elapsed().as_secs_f64())?;
         return Err(Failure::Rejected(format!(
             "stopped: {} of {} inputs are done, {} were not begun; the same command carries on",
             run.inputs - run.left,
@@ -108,6 +149,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     }
     aggregate(out)?;
     report::write(out)?;
+    told(start.elapsed().as_secs_f64())?;
     match &run.only {
         Some(only) => {
             print(&terminal::summary(&only.session, &only.coefficients));
@@ -177,6 +219,24 @@ fn overview(run: &Run, out: &Path, seconds: f64) -> Result<String, Failure> {
     let mut coefficients = report::tables::coefficients(out)?;
     coefficients.retain(|c| ours(&c.ident));
     Ok(terminal::batch_summary(&sessions, &coefficients, &run.rejected, seconds))
+}
+
+/// A line per log that would be computed or refused, and the counts.
+fn intentions(all: &[Intended]) -> String {
+    let count = |state: State| all.iter().filter(|i| i.state == state).count();
+    let mut out = String::new();
+    for i in all.iter().filter(|i| i.state != State::Unchanged) {
+        let what = if i.state == State::Done { "compute" } else { "reject" };
+        out.push_str(&format!("{what:8} {}: {}\n", i.log, i.why));
+    }
+    out.push_str(&format!(
+        "{} logs: {} to compute, {} unchanged, {} to reject; nothing was written\n",
+        all.len(),
+        count(State::Done),
+        count(State::Unchanged),
+        count(State::Rejected)
+    ));
+    out
 }
 
 /// Results go to stdout; a reader that has seen enough (`| head`) is no error.

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
-use roadbench::batch::{self, Error, Maps, Run, Settings, Watch, Work};
+use roadbench::batch::{self, Error, Maps, Run, Settings, State, Watch, Work};
 use roadbench::bike::Bike;
 use roadbench::ingest;
 use roadbench::ingest::map::ChannelMap;
@@ -156,6 +156,7 @@ struct Setup {
     maps: Vec<PathBuf>,
     jobs: usize,
     force: bool,
+    since: Option<SystemTime>,
     signals: bool,
 }
 
@@ -169,9 +170,29 @@ impl Setup {
             maps: &Maps::read(&self.maps).expect("maps"),
             jobs: self.jobs,
             force: self.force,
+            since: self.since,
             signals: self.signals,
         };
         batch::run(&settings, work, watch, stop).map(|(run, _)| run)
+    }
+
+    /// What a run would do: log's name, what becomes of it, why.
+    fn intend(&self) -> Vec<(String, State, String)> {
+        let settings = Settings {
+            inputs: &self.inputs,
+            bikes: self.bikes.as_deref(),
+            out: &self.out,
+            pipeline: &Pipeline::onroad(),
+            maps: &Maps::read(&self.maps).expect("maps"),
+            jobs: self.jobs,
+            force: self.force,
+            since: self.since,
+            signals: self.signals,
+        };
+        let all = batch::intend(&settings, &Script::default()).expect("intended");
+        let name =
+            |log: &str| Path::new(log).file_stem().expect("name").to_string_lossy().into_owned();
+        all.into_iter().map(|i| (name(&i.log), i.state, i.why)).collect()
     }
 }
 
@@ -209,6 +230,7 @@ impl Place {
             maps: Vec::new(),
             jobs: 2,
             force: false,
+            since: None,
             signals: false,
         }
     }
@@ -513,6 +535,7 @@ fn victim() {
         maps: Vec::new(),
         jobs: 2,
         force: false,
+        since: None,
         signals: false,
     };
     let work = Script { pause: Duration::from_millis(2), ..Script::default() };
@@ -645,4 +668,54 @@ fn a_fleet_without_sessions_is_an_empty_table() {
     let place = Place::new(&[("a", "s-1|b1|reject")]);
     place.run();
     assert_eq!(batch::fleet::write(&place.path("out")).expect("fleet").len(), 0);
+}
+
+/// A dry run says of every log what the run then does, and why; it writes nothing.
+#[test]
+fn a_dry_run_says_what_the_run_does() {
+    let logs = [("a", "s-a|b1|ok"), ("b", "s-b|b2|ok"), ("c", "s-c|b1|ok"), ("d", "s-d|b1|ok")];
+    let place = Place::new(&logs);
+    let setup = place.setup();
+    assert!(setup.intend().iter().all(|(_, state, why)| *state == State::Done && why == "new"));
+    assert!(!place.path("out").exists());
+    place.run();
+    assert!(setup.intend().iter().all(|(_, state, _)| *state == State::Unchanged));
+
+    place.put("bikes/b2.toml", &format!("{BIKE}\n# weighed again\n"));
+    place.put("logs/a.csv", "s-a|b1|ok ");
+    std::fs::rename(place.path("logs/c.csv"), place.path("logs/0.csv")).expect("renamed");
+    place.put("logs/e.csv", "s-d|b1|ok");
+    let before = place.tables("out");
+    let told = setup.intend();
+    assert_eq!(before, place.tables("out"));
+    let of = |name: &str| {
+        let (_, state, why) = told.iter().find(|(n, ..)| n == name).expect("told");
+        (*state, why.as_str())
+    };
+    assert_eq!(of("0"), (State::Done, "the log was renamed or moved"));
+    assert_eq!(of("a"), (State::Done, "the log has changed"));
+    assert_eq!(of("b"), (State::Done, "the bike file or the settings have changed"));
+    assert_eq!(of("d").0, State::Unchanged);
+    assert_eq!(of("e").0, State::Rejected); // the same session as d
+    let run = place.run();
+    let count = |state: State| told.iter().filter(|t| t.1 == state).count();
+    assert_eq!(run.done, count(State::Done));
+    assert_eq!(run.unchanged, count(State::Unchanged));
+    assert_eq!(run.rejected.len(), count(State::Rejected));
+}
+
+/// Only logs that were written since then are looked at; the others' tables stay.
+#[test]
+fn since_leaves_older_logs_alone() {
+    let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b1|ok")]);
+    place.run();
+    let old = SystemTime::now() - Duration::from_secs(86_400);
+    let log = std::fs::File::options().append(true).open(place.path("logs/a.csv")).expect("log");
+    log.set_modified(old).expect("dated");
+    place.put("bikes/b1.toml", &format!("{BIKE}\n# weighed again\n"));
+    let since = Some(old + Duration::from_secs(60));
+    let run = place.run_with(&Script::default(), |s| s.since = since).expect("run");
+    assert_eq!((run.inputs, run.done), (1, 1));
+    assert!(run.sessions.contains("s-b"));
+    assert!(place.names().iter().any(|n| n.contains("s-a")));
 }

@@ -150,6 +150,7 @@ impl Place {
             maps: &Maps::default(),
             jobs: 2,
             force: false,
+            since: None,
             signals: false,
         };
         let before = self.names_outside();

@@ -49,6 +49,7 @@ fn run(logs: &[PathBuf], out: &Path) -> BTreeMap<(String, String, String), Coeff
         maps: &Maps::default(),
         jobs: 2,
         force: false,
+        since: None,
         signals: false,
     };
     let stop = AtomicBool::new(false);
