@@ -186,6 +186,7 @@ fn batch(inputs: &[PathBuf], bikes: &Path, out: &Path, jobs: usize) -> Result<()
         maps: &maps,
         jobs,
         force: false,
+        since: None,
         signals: false,
     };
     let (run, _) = batch::run(&settings, &Stages, &(), &AtomicBool::new(false))?;
