@@ -1,0 +1,134 @@
+//! How much of a series one step, one stretch or one straight line would explain.
+
+use super::median;
+
+/// From so many values on a series is scanned.
+pub const SCAN_FROM: usize = 8;
+
+/// Up to so many sessions all stretches are tried; above, lengths in steps of a quarter.
+const ALL_LENGTHS: usize = 64;
+
+/// At least so many values must be left outside a stretch.
+const OUTSIDE: usize = 3;
+
+/// What may have happened to a series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// Another level in the sessions `[from, to)`; a step where `to` is the end.
+    Stretch(usize, usize),
+    /// A straight line over time.
+    Line,
+}
+
+/// Every shape that is tried in `n` sessions. A stretch from the start is the step after it.
+pub fn shapes(n: usize) -> Vec<Shape> {
+    let mut out = vec![Shape::Line];
+    let mut length = 1;
+    while length < n {
+        // a stretch from the start is the step after it; all but the first session are that session
+        let tried = |a: &usize| (*a > 0 || length == 1) && !(*a == 1 && length == n - 1);
+        out.extend((0..=n - length).filter(tried).map(|a| Shape::Stretch(a, a + length)));
+        length = if n <= ALL_LENGTHS { length + 1 } else { (length + 1).max(length * 5 / 4) };
+    }
+    if n > ALL_LENGTHS {
+        out.extend((2..n - 1).map(|a| Shape::Stretch(a, n)));
+    }
+    out
+}
+
+/// Spread between sessions that a few steps, a drift or some outliers do not widen: from
+/// differences of successive sessions.
+///
+/// ```text
+/// median |x_{i+1} - x_i| / sqrt(2 tau^2 + e_i^2 + e_{i+1}^2) = 0.6745
+/// ```
+///
+/// 0 where the standard errors alone explain it. NaN values are passed over.
+pub fn robust_tau(values: &[f64], errors: &[f64]) -> f64 {
+    let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
+    let pairs: Vec<(f64, f64)> = known
+        .windows(2)
+        .map(|w| {
+            let e2 = errors[w[0]].powi(2) + errors[w[1]].powi(2);
+            ((values[w[1]] - values[w[0]]).abs(), e2)
+        })
+        .collect();
+    let excess = |tau2: f64| {
+        let mut ratios: Vec<f64> = pairs
+            .iter()
+            .map(|(d, e2)| d / (2.0 * tau2 + e2).sqrt().max(f64::MIN_POSITIVE))
+            .collect();
+        median(&mut ratios).unwrap_or(0.0) - 0.6745
+    };
+    if excess(0.0) <= 0.0 {
+        return 0.0;
+    }
+    if pairs.iter().all(|(_, e2)| *e2 == 0.0) {
+        let mut steps: Vec<f64> = pairs.iter().map(|(d, _)| *d).collect();
+        return median(&mut steps).unwrap_or(0.0) / (0.6745 * std::f64::consts::SQRT_2);
+    }
+    let (mut low, mut high) = (0.0, pairs.iter().map(|(d, _)| d * d).fold(0.0, f64::max) * 4.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    high.sqrt()
+}
+
+/// Sums of a series from which the score of any stretch follows at once.
+#[derive(Debug)]
+pub struct Sums {
+    weight: Vec<f64>,
+    weighted: Vec<f64>,
+    count: Vec<usize>,
+    line: f64,
+}
+
+impl Sums {
+    /// Of values with their variances, NaN passed over, and the times of a line.
+    pub fn new(values: &[f64], variances: &[f64], times: &[f64]) -> Self {
+        let n = values.len();
+        let mut sums = Sums {
+            weight: vec![0.0; n + 1],
+            weighted: vec![0.0; n + 1],
+            count: vec![0; n + 1],
+            line: 0.0,
+        };
+        let known = |i: usize| values[i].is_finite() && variances[i] > 0.0;
+        // the middle first: large values with small differences lose no digits
+        let total: f64 = (0..n).filter(|i| known(*i)).map(|i| 1.0 / variances[i]).sum();
+        let mean_of = |x: &[f64]| {
+            (0..n).filter(|i| known(*i)).map(|i| x[i] / variances[i]).sum::<f64>() / total
+        };
+        let (mean, time) = (mean_of(values), mean_of(times));
+        let (mut top, mut bottom) = (0.0, 0.0);
+        for i in 0..n {
+            let (w, x) = if known(i) { (1.0 / variances[i], values[i] - mean) } else { (0.0, 0.0) };
+            sums.weight[i + 1] = sums.weight[i] + w;
+            sums.weighted[i + 1] = sums.weighted[i] + w * x;
+            sums.count[i + 1] = sums.count[i] + usize::from(w > 0.0);
+            top += w * (times[i] - time) * x;
+            bottom += w * (times[i] - time).powi(2);
+        }
+        sums.line = if bottom > 0.0 { top / bottom.sqrt() } else { 0.0 };
+        sums
+    }
+
+    /// Number of values.
+    pub fn count(&self) -> usize {
+        self.count[self.count.len() - 1]
+    }
+
+    /// The contrast over its standard deviation: standard normal where nothing has happened.
+    pub fn score(&self, shape: Shape) -> f64 {
+        let Shape::Stretch(a, b) = shape else { return self.line };
+        let n = self.weight.len() - 1;
+        let inside = self.count[b] - self.count[a];
+        if inside == 0 || self.count[n] - inside < OUTSIDE {
+            return 0.0;
+        }
+        let (w, s) = (self.weight[b] - self.weight[a], self.weighted[b] - self.weighted[a]);
+        let (rest, s_rest) = (self.weight[n] - w, self.weighted[n] - s);
+        (s / w - s_rest / rest) / (1.0 / w + 1.0 / rest).sqrt()
+    }
+}
