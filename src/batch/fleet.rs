@@ -1,11 +1,13 @@
 //! The fleet's table: how each coefficient of a bike spreads over its sessions.
 //!
 //! Assumes the sessions' tables of one output folder, of this run and of earlier ones. Only
-//! committed sessions and only rows with status `ok` take part. Polars scans, filters and groups
-//! the coefficients and takes their quantiles; what it has no word for is in [`spread`].
+//! committed sessions take part, and of them the rows with status `ok`; the poorly determined are
+//! pooled but help no other. Polars scans, filters and groups the coefficients and takes their
+//! quantiles; what it has no word for is in [`spread`] and [`crate::fleet`].
 //!
 //! The rows are sorted before anything is computed, so the same sessions give the same bytes.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use jiff::Timestamp;
@@ -17,7 +19,11 @@ use super::Error;
 use super::names::file_name;
 use super::spread;
 use super::store::committed;
-use crate::rows::FleetRow;
+use crate::fleet::components::{self, Components};
+use crate::fleet::events::{Event, Moved};
+use crate::fleet::threshold::FALSE_ALARMS;
+use crate::fleet::{BikeAnalysis, Observation};
+use crate::rows::{EventRow, FleetRow, PooledRow};
 use crate::schema::Table;
 use crate::table;
 
@@ -30,53 +36,74 @@ const FAR: f64 = 4.0;
 /// A session within so many of its own standard errors is never far.
 const OWN: f64 = 2.0;
 
-/// Writes `<out>/fleet/fleet.parquet` from the coefficients in `out`; gives back its rows.
+/// Writes the tables `fleet`, `fleet_pooled` and `fleet_events` from the coefficients in `out`;
+/// gives back the rows of the first.
 ///
 /// # Errors
 /// A coefficients table cannot be read, or the fleet's not be written.
 pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
-    let rows = rows(out)?;
-    let path = out.join("fleet/fleet.parquet");
-    table::write(&path, &Table::embedded("fleet"), &rows)
-        .map_err(|e| Error::Output(e.to_string()))?;
+    let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
+    let paths = paths(out).map_err(fail)?;
+    let (mut rows, mut pooled, mut events) = (Vec::new(), Vec::new(), Vec::new());
+    if !paths.is_empty() {
+        let frame = scan(paths).map_err(fail)?;
+        rows = aggregate(&frame).and_then(|frame| unpack(&frame)).map_err(fail)?;
+        let (observations, units) = observations(&frame).map_err(fail)?;
+        let bikes = crate::fleet::analyse(&observations);
+        complete(&mut rows, &bikes);
+        pooled = bikes.iter().flat_map(|bike| pooled_rows(bike, &units)).collect();
+        events = bikes.iter().flat_map(event_rows).collect();
+    }
+    save(out, "fleet", &rows)?;
+    save(out, "fleet_pooled", &pooled)?;
+    save(out, "fleet_events", &events)?;
     Ok(rows)
 }
 
-fn rows(out: &Path) -> Result<Vec<FleetRow>, Error> {
-    let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
+fn save<R: serde::Serialize>(out: &Path, name: &str, rows: &[R]) -> Result<(), Error> {
+    let path = out.join(name).join(format!("{name}.parquet"));
+    table::write(&path, &Table::embedded(name), rows).map_err(|e| Error::Output(e.to_string()))
+}
+
+/// The coefficient tables of the committed sessions.
+fn paths(out: &Path) -> PolarsResult<Vec<PlRefPath>> {
     let mut paths = Vec::new();
     for session in committed(out).into_values().flatten() {
         let file = format!("{}.parquet", file_name(&session.session_id));
         let path = out.join("coefficients").join(format!("bike={}", session.bike_id)).join(file);
         if path.is_file() {
-            paths.push(PlRefPath::try_from_path(&path).map_err(fail)?);
+            paths.push(PlRefPath::try_from_path(&path)?);
         }
     }
-    if paths.is_empty() {
-        return Ok(Vec::new());
-    }
-    aggregate(paths).and_then(|frame| unpack(&frame)).map_err(fail)
+    Ok(paths)
 }
 
-/// One row per bike, tyre and coefficient: quantiles, and the sessions' figures as lists.
-fn aggregate(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
+const KEYS: [&str; 4] = ["bike_id", "tyre", "coefficient", "unit"];
+
+/// Every row with a finite value that is estimated, in order of key and session.
+fn scan(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
     let arguments = ScanArgsParquet {
         glob: false, // the names are files, whatever characters they hold
         hive_options: polars::io::HiveOptions::new_disabled(),
         ..ScanArgsParquet::default()
     };
-    let keys = ["bike_id", "tyre", "coefficient", "unit"];
-    let value = || col("value");
+    let estimated = col("status").eq(lit("ok")).or(col("status").eq(lit("poorly_determined")));
+    let columns = KEYS.iter().chain(&["session_id", "start_time", "value", "std_error", "status"]);
     LazyFrame::scan_parquet_sources(ScanSources::Paths(paths.into_iter().collect()), arguments)?
-        .filter(col("status").eq(lit("ok")).and(value().is_finite()))
-        .select(
-            keys.iter()
-                .chain(&["session_id", "start_time", "value", "std_error"])
-                .map(|name| col(*name))
-                .collect::<Vec<_>>(),
-        )
-        .sort(keys.iter().chain(&["session_id"]).copied().collect::<Vec<_>>(), Default::default())
-        .group_by_stable(keys.map(col))
+        .filter(estimated.and(col("value").is_finite()))
+        .select(columns.map(|name| col(*name)).collect::<Vec<_>>())
+        .sort(KEYS.iter().chain(&["session_id"]).copied().collect::<Vec<_>>(), Default::default())
+        .collect()
+}
+
+/// One row per bike, tyre and coefficient: quantiles, and the sessions' figures as lists.
+fn aggregate(frame: &DataFrame) -> PolarsResult<DataFrame> {
+    let value = || col("value");
+    frame
+        .clone()
+        .lazy()
+        .filter(col("status").eq(lit("ok")))
+        .group_by_stable(KEYS.map(col))
         .agg([
             value().median().alias("median"),
             value().quantile(lit(0.25), QuantileMethod::Linear).alias("quartile_1"),
@@ -87,6 +114,125 @@ fn aggregate(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
             col("std_error"),
         ])
         .collect()
+}
+
+/// Unit by tyre and coefficient.
+type Units = BTreeMap<(String, String), String>;
+
+/// The rows as [`crate::fleet`] takes them, and the units.
+fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
+    let texts = |name: &str| frame.column(name)?.str();
+    let (bike, tyre, coefficient) = (texts("bike_id")?, texts("tyre")?, texts("coefficient")?);
+    let (unit, session) = (texts("unit")?, texts("session_id")?);
+    let (start, status) = (texts("start_time")?, texts("status")?);
+    let (value, error) = (frame.column("value")?.f64()?, frame.column("std_error")?.f64()?);
+    let mut units = Units::new();
+    let mut rows = Vec::with_capacity(frame.height());
+    for i in 0..frame.height() {
+        let text = |column: &StringChunked| column.get(i).unwrap_or_default().to_owned();
+        units.entry((text(tyre), text(coefficient))).or_insert_with(|| text(unit));
+        rows.push(Observation {
+            bike: text(bike),
+            tyre: text(tyre),
+            coefficient: text(coefficient),
+            session: text(session),
+            day: start.get(i).and_then(days),
+            value: value.get(i).unwrap_or(f64::NAN),
+            error: error.get(i).unwrap_or(f64::NAN),
+            sure: status.get(i) == Some("ok"),
+        });
+    }
+    Ok((rows, units))
+}
+
+/// What the analysis adds to each row of `fleet`.
+fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
+    let mut fleet: BTreeMap<(&str, &str), Vec<&Components>> = BTreeMap::new();
+    for bike in bikes {
+        for ((tyre, coefficient), series) in bike.history.keys.iter().zip(&bike.series) {
+            fleet.entry((tyre, coefficient)).or_default().extend(&series.components);
+        }
+    }
+    for row in rows {
+        let Some(bike) = bikes.iter().find(|b| b.bike == row.bike_id) else { continue };
+        let key = |k: &(String, String)| k.0 == row.tyre && k.1 == row.coefficient;
+        let Some(c) = bike.history.keys.iter().position(key) else { continue };
+        let series = &bike.series[c];
+        let parts = series.components.as_ref();
+        // without start times the slope is per session, which the table has no column for
+        let timed = bike.history.days.iter().all(Option::is_some);
+        let drift = series.drift.as_ref().filter(|_| timed);
+        row.between_sd_settled = parts.map(|p| p.sd);
+        row.between_ci95_low = parts.map(|p| p.low);
+        row.between_ci95_high = parts.map(|p| p.high);
+        row.between_sd_fleet = fleet
+            .get(&(row.tyre.as_str(), row.coefficient.as_str()))
+            .and_then(|all| components::pooled(all.iter().copied()));
+        row.drift_settled_per_day = drift.map(|d| d.slope);
+        row.drift_ci95_low = drift.map(|d| d.low);
+        row.drift_ci95_high = drift.map(|d| d.high);
+        row.n_events = bike.events.iter().filter(|e| e.moves(c)).count() as i64;
+    }
+}
+
+fn pooled_rows(bike: &BikeAnalysis, units: &Units) -> Vec<PooledRow> {
+    let history = &bike.history;
+    let mut rows = Vec::new();
+    for (c, key) in history.keys.iter().enumerate() {
+        for (i, pooled) in bike.pooled[c].iter().enumerate() {
+            let Some(pooled) = pooled else { continue };
+            let sure = history.values[c][i].is_finite();
+            let (value, error, status) = match sure {
+                true => (history.values[c][i], history.errors[c][i], "ok"),
+                false => (history.unsure[c][i], history.unsure_errors[c][i], "poorly_determined"),
+            };
+            rows.push(PooledRow {
+                bike_id: bike.bike.clone(),
+                session_id: history.sessions[i].clone(),
+                tyre: key.0.clone(),
+                coefficient: key.1.clone(),
+                unit: units.get(key).cloned().unwrap_or_default(),
+                status: status.to_owned(),
+                value,
+                std_error: error,
+                pooled: pooled.value,
+                pooled_std_error: pooled.error,
+                pooled_ci95_low: pooled.value - 1.96 * pooled.error,
+                pooled_ci95_high: pooled.value + 1.96 * pooled.error,
+                shrinkage: pooled.shrinkage,
+            });
+        }
+    }
+    rows
+}
+
+fn event_rows(bike: &BikeAnalysis) -> Vec<EventRow> {
+    let history = &bike.history;
+    let row = |event: &Event| {
+        let sessions = event.sessions();
+        let mut moved: Vec<&Moved> = event.moved.iter().collect();
+        moved.sort_by(|a, b| b.score.abs().total_cmp(&a.score.abs()));
+        let named = |m: &&Moved| {
+            let (tyre, coefficient) = &history.keys[m.coefficient];
+            format!("{tyre} {coefficient}")
+        };
+        let time = |day: f64| Timestamp::from_millisecond((day * 86_400_000.0).round() as i64).ok();
+        EventRow {
+            bike_id: bike.bike.clone(),
+            kind: event.kind.name().to_owned(),
+            tyre: event.tyre.to_owned(),
+            coefficients: moved.iter().map(named).collect::<Vec<_>>().join(", "),
+            first_session: history.sessions[sessions.start].clone(),
+            last_session: history.sessions[sessions.end - 1].clone(),
+            first_time: history.days[sessions.start].and_then(time).map(|t| t.to_string()),
+            n_sessions: sessions.len() as i64,
+            size: moved.first().map(|m| m.size).filter(|s| s.is_finite()),
+            evidence: event.score,
+            false_alarm_rate: FALSE_ALARMS,
+            reason: event.reason.clone(),
+        }
+    };
+    bike.events.iter().map(row).collect()
 }
 
 fn unpack(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {

@@ -78,6 +78,10 @@ fn next(
     };
     let joined = moved(first);
     let gain = |shape: Shape| joined.iter().map(|k| sums[*k].1.score(shape).powi(2)).sum::<f64>();
+    // each end that is found costs what finding it gains by chance (Schwarz); so of two ways
+    // to say the same the shorter is taken
+    let ends = 2.0 * (history.sessions.len() as f64).ln();
+    let gain = |shape: Shape| gain(shape) - ends * shape.ends(history.sessions.len());
     let shape = shapes.iter().copied().max_by(|a, b| gain(*a).total_cmp(&gain(*b)))?;
     let moved: Vec<Moved> = moved(shape)
         .into_iter()

@@ -1,7 +1,5 @@
 //! How much of a series one step, one stretch or one straight line would explain.
 
-use super::median;
-
 /// From so many values on a series is scanned.
 pub const SCAN_FROM: usize = 8;
 
@@ -20,6 +18,17 @@ pub enum Shape {
     Line,
 }
 
+impl Shape {
+    /// Places that had to be found for it, in `n` sessions.
+    pub fn ends(self, n: usize) -> f64 {
+        match self {
+            Shape::Line => 0.0,
+            Shape::Stretch(a, b) if b == n || b - a == 1 => 1.0,
+            Shape::Stretch(..) => 2.0,
+        }
+    }
+}
+
 /// Every shape that is tried in `n` sessions. A stretch from the start is the step after it.
 pub fn shapes(n: usize) -> Vec<Shape> {
     let mut out = vec![Shape::Line];
@@ -36,11 +45,17 @@ pub fn shapes(n: usize) -> Vec<Shape> {
     out
 }
 
-/// Spread between sessions that a few steps, a drift or some outliers do not widen: from
-/// differences of successive sessions.
+/// Squared differences count up to so many times their variance.
+const CLIP: f64 = 6.25;
+
+/// What a clipped squared standard normal is on average: `E min(z^2, CLIP)`.
+const CLIPPED: f64 = 0.977_56;
+
+/// Spread between sessions that a few steps, a drift or some outliers hardly widen: from
+/// differences of successive sessions, clipped (Huber's "proposal 2").
 ///
 /// ```text
-/// median |x_{i+1} - x_i| / sqrt(2 tau^2 + e_i^2 + e_{i+1}^2) = 0.6745
+/// mean min((x_{i+1} - x_i)^2 / (2 tau^2 + e_i^2 + e_{i+1}^2), 2.5^2) = 0.97756
 /// ```
 ///
 /// 0 where the standard errors alone explain it. NaN values are passed over.
@@ -50,27 +65,20 @@ pub fn robust_tau(values: &[f64], errors: &[f64]) -> f64 {
         .windows(2)
         .map(|w| {
             let e2 = errors[w[0]].powi(2) + errors[w[1]].powi(2);
-            ((values[w[1]] - values[w[0]]).abs(), e2)
+            ((values[w[1]] - values[w[0]]).powi(2), e2)
         })
         .collect();
-    let excess = |tau2: f64| {
-        let mut ratios: Vec<f64> = pairs
-            .iter()
-            .map(|(d, e2)| d / (2.0 * tau2 + e2).sqrt().max(f64::MIN_POSITIVE))
-            .collect();
-        median(&mut ratios).unwrap_or(0.0) - 0.6745
+    let clipped = |tau2: f64| {
+        let share = |(d2, e2): &(f64, f64)| (d2 / (2.0 * tau2 + e2).max(f64::MIN_POSITIVE)).min(CLIP);
+        pairs.iter().map(share).sum::<f64>() / pairs.len() as f64 - CLIPPED
     };
-    if excess(0.0) <= 0.0 {
+    if pairs.is_empty() || clipped(0.0) <= 0.0 {
         return 0.0;
     }
-    if pairs.iter().all(|(_, e2)| *e2 == 0.0) {
-        let mut steps: Vec<f64> = pairs.iter().map(|(d, _)| *d).collect();
-        return median(&mut steps).unwrap_or(0.0) / (0.6745 * std::f64::consts::SQRT_2);
-    }
-    let (mut low, mut high) = (0.0, pairs.iter().map(|(d, _)| d * d).fold(0.0, f64::max) * 4.0);
-    for _ in 0..60 {
+    let (mut low, mut high) = (0.0, pairs.iter().map(|(d2, _)| *d2).fold(0.0, f64::max));
+    for _ in 0..40 {
         let middle = 0.5 * (low + high);
-        if excess(middle) > 0.0 { low = middle } else { high = middle }
+        if clipped(middle) > 0.0 { low = middle } else { high = middle }
     }
     high.sqrt()
 }
