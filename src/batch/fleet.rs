@@ -19,7 +19,6 @@ use super::Error;
 use super::names::file_name;
 use super::spread;
 use super::store::committed;
-use crate::fleet::components::{self, Components};
 use crate::fleet::events::{Event, Moved};
 use crate::fleet::threshold::FALSE_ALARMS;
 use crate::fleet::{BikeAnalysis, Observation};
@@ -147,12 +146,6 @@ fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
 
 /// What the analysis adds to each row of `fleet`.
 fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
-    let mut fleet: BTreeMap<(&str, &str), Vec<&Components>> = BTreeMap::new();
-    for bike in bikes {
-        for ((tyre, coefficient), series) in bike.history.keys.iter().zip(&bike.series) {
-            fleet.entry((tyre, coefficient)).or_default().extend(&series.components);
-        }
-    }
     for row in rows {
         let Some(bike) = bikes.iter().find(|b| b.bike == row.bike_id) else { continue };
         let key = |k: &(String, String)| k.0 == row.tyre && k.1 == row.coefficient;
@@ -165,9 +158,7 @@ fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
         row.between_sd_settled = parts.map(|p| p.sd);
         row.between_ci95_low = parts.map(|p| p.low);
         row.between_ci95_high = parts.map(|p| p.high);
-        row.between_sd_fleet = fleet
-            .get(&(row.tyre.as_str(), row.coefficient.as_str()))
-            .and_then(|all| components::pooled(all.iter().copied()));
+        row.between_sd_fleet = series.fleet_sd;
         row.drift_settled_per_day = drift.map(|d| d.slope);
         row.drift_ci95_low = drift.map(|d| d.low);
         row.drift_ci95_high = drift.map(|d| d.high);

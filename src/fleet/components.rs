@@ -2,15 +2,21 @@
 //!
 //! ```text
 //! y_i = level_i + b_i + e_i,   b_i ~ (0, tau^2),  e_i ~ (0, se_i^2) known
-//! Q(tau^2) = sum (y_i - level_i)^2 / (tau^2 + se_i^2) = k - q       Paule and Mandel (1982)
+//! sum w_i^2 (r_i^2 - (tau^2 + se_i^2 - h_i)) = 0,   w_i = 1 / (tau^2 + se_i^2)        point
+//! Q(tau^2) = sum w_i r_i^2 ~ chi-squared with k - q degrees of freedom                 interval
 //! ```
 //!
-//! `Q` at the truth is chi-squared with `k - q` degrees of freedom: the interval is where it lies
-//! between the distribution's 2.5 % and 97.5 % (Viechtbauer 2007, "Q-profile").
+//! `r` are residuals of the weighted fit, `h` the variances of the fitted levels. The first is the
+//! restricted likelihood's score with its expectation taken residual by residual; precise
+//! sessions count most, as they know most of `tau`. The interval is where `Q` lies between its 2.5 % and
+//! 97.5 % (Viechtbauer 2007, "Q-profile").
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::levels::{self, Level};
+
+/// Fewest degrees of freedom that a spread is told from.
+const FREEDOM: usize = 3;
 
 /// Spread between sessions of one coefficient.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,60 +29,101 @@ pub struct Components {
     pub high: f64,
     /// Degrees of freedom.
     pub freedom: usize,
-    /// Root mean square of the standard errors.
-    pub within: f64,
+    /// Variance of `tau^2`: `2 / sum w^2`.
+    pub variance: f64,
 }
 
-/// The components; values that are NaN are passed over, `columns` as [`levels::fit`] takes them.
-/// `None` of fewer than three degrees of freedom.
-pub fn between(values: &[f64], errors: &[f64], columns: &[Vec<f64>]) -> Option<Components> {
-    let fit = |tau2: f64| -> Option<(f64, Level)> {
-        let variances: Vec<f64> = errors.iter().map(|e| tau2 + e * e).collect();
-        let level = levels::fit(values, &variances, columns)?;
-        let q = (0..values.len())
-            .filter(|i| values[*i].is_finite())
-            .map(|i| (values[i] - level.fitted[i]).powi(2) / variances[i])
-            .sum();
-        Some((q, level))
-    };
-    let (q, level) = fit(0.0)?;
+/// Values with their standard errors, NaN passed over, and the columns of their level as
+/// [`levels::fit`] takes them.
+#[derive(Debug, Clone)]
+pub struct Part<'a> {
+    /// Values.
+    pub values: &'a [f64],
+    /// Standard errors.
+    pub errors: &'a [f64],
+    /// Columns.
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl Part<'_> {
+    /// Residual and variance of each value, and the level, at a given `tau^2`.
+    fn fit(&self, tau2: f64) -> Option<(Vec<usize>, Vec<f64>, Level)> {
+        let variances: Vec<f64> = self.errors.iter().map(|e| tau2 + e * e).collect();
+        let level = levels::fit(self.values, &variances, &self.columns)?;
+        let known = (0..self.values.len()).filter(|i| self.values[*i].is_finite()).collect();
+        Some((known, variances, level))
+    }
+
+    fn score(&self, tau2: f64) -> Option<f64> {
+        let (known, v, level) = self.fit(tau2)?;
+        let term = |i: usize| {
+            let r = self.values[i] - level.fitted[i];
+            (r * r - v[i] + level.variance[i]) / (v[i] * v[i])
+        };
+        Some(known.into_iter().map(term).sum())
+    }
+
+    fn q(&self, tau2: f64) -> Option<f64> {
+        let (known, v, level) = self.fit(tau2)?;
+        Some(known.into_iter().map(|i| (self.values[i] - level.fitted[i]).powi(2) / v[i]).sum())
+    }
+
+    /// Largest squared residual: no `tau^2` lies far beyond it.
+    fn most(&self) -> Option<f64> {
+        let (known, _, level) = self.fit(0.0)?;
+        let squares = known.into_iter().map(|i| (self.values[i] - level.fitted[i]).powi(2));
+        Some(squares.fold(f64::MIN_POSITIVE, f64::max))
+    }
+}
+
+/// Where a function that falls through zero does so, from 0 up; 0 where it starts below.
+fn root(most: f64, f: impl Fn(f64) -> Option<f64>) -> Option<f64> {
+    if f(0.0)? <= 0.0 {
+        return Some(0.0);
+    }
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..60 {
+        if f(high)? <= 0.0 {
+            break;
+        }
+        (low, high) = (high, 4.0 * high);
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if f(middle)? > 0.0 { low = middle } else { high = middle }
+    }
+    Some(high)
+}
+
+/// The components; `None` of fewer than three degrees of freedom.
+pub fn between(part: &Part<'_>) -> Option<Components> {
+    let (known, _, level) = part.fit(0.0)?;
     let freedom = level.freedom;
-    if freedom < 3 || !q.is_finite() {
+    if freedom < FREEDOM {
         return None;
     }
-    let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
-    let within =
-        (known.iter().map(|i| errors[*i].powi(2)).sum::<f64>() / known.len() as f64).sqrt();
-    let most = known.iter().map(|i| (values[*i] - level.fitted[*i]).powi(2)).fold(0.0, f64::max);
-    // Q falls with tau^2; where it meets the target
-    let solve = |target: f64| -> Option<f64> {
-        if q <= target {
-            return Some(0.0);
-        }
-        let (mut low, mut high) = (0.0, most.max(f64::MIN_POSITIVE));
-        while fit(high)?.0 > target {
-            high *= 4.0;
-        }
-        for _ in 0..50 {
-            let middle = 0.5 * (low + high);
-            if fit(middle)?.0 > target { low = middle } else { high = middle }
-        }
-        Some(high.sqrt())
-    };
+    let most = part.most()?;
+    let tau2 = root(most, |t| part.score(t))?;
     let chi = ChiSquared::new(freedom as f64).ok()?;
+    let bound = |share: f64| root(most, |t| Some(part.q(t)? - chi.inverse_cdf(share)));
+    let squares: f64 = known.iter().map(|i| (tau2 + part.errors[*i].powi(2)).powi(-2)).sum();
     Some(Components {
-        sd: solve(freedom as f64)?,
-        low: solve(chi.inverse_cdf(0.975))?,
-        high: solve(chi.inverse_cdf(0.025))?,
+        sd: tau2.sqrt(),
+        low: bound(0.975)?.sqrt(),
+        high: bound(0.025)?.sqrt(),
         freedom,
-        within,
+        variance: 2.0 / squares,
     })
 }
 
-/// Spread between sessions of one coefficient over several bikes: the root mean square, weighted by degrees
-/// of freedom. `None` of none.
-pub fn pooled<'a>(bikes: impl Iterator<Item = &'a Components>) -> Option<f64> {
-    let (top, bottom) = bikes
-        .fold((0.0, 0.0), |(t, b), k| (t + k.freedom as f64 * k.sd * k.sd, b + k.freedom as f64));
-    (bottom > 0.0).then(|| (top / bottom).sqrt())
+/// One spread for several bikes, each with its own levels: the same equation, summed over them.
+/// `None` where no bike has enough.
+pub fn common(parts: &[&Part<'_>]) -> Option<f64> {
+    let enough = |p: &&&Part<'_>| p.fit(0.0).is_some_and(|f| f.2.freedom >= FREEDOM);
+    let parts: Vec<&&Part<'_>> = parts.iter().filter(enough).collect();
+    let most = parts.iter().filter_map(|p| p.most()).fold(f64::NAN, f64::max);
+    if !most.is_finite() {
+        return None;
+    }
+    root(most, |t| Some(parts.iter().filter_map(|p| p.score(t)).sum())).map(f64::sqrt)
 }

@@ -24,7 +24,7 @@ pub mod threshold;
 
 use std::collections::BTreeMap;
 
-use components::Components;
+use components::{Components, Part};
 use drift::Drift;
 use events::Event;
 use history::History;
@@ -56,6 +56,8 @@ pub struct Observation {
 pub struct Series {
     /// Spread between sessions, events taken out; with interval.
     pub components: Option<Components>,
+    /// Spread between sessions that all bikes share: one figure from all of them.
+    pub fleet_sd: Option<f64>,
     /// Slope over time, steps taken out; with interval.
     pub drift: Option<Drift>,
     /// Sessions that an event sets apart (outlier or wrong bike file), as positions in the history.
@@ -84,7 +86,32 @@ pub fn analyse(observations: &[Observation]) -> Vec<BikeAnalysis> {
         bikes.entry(&o.bike).or_default().push(o);
     }
     let mut limits = threshold::Limits::default();
-    bikes.into_iter().map(|(bike, rows)| analyse_bike(bike, &rows, &mut limits)).collect()
+    let mut bikes: Vec<BikeAnalysis> =
+        bikes.into_iter().map(|(bike, rows)| analyse_bike(bike, &rows, &mut limits)).collect();
+    let fleet = common(&bikes);
+    for bike in &mut bikes {
+        for (key, series) in bike.history.keys.iter().zip(&mut bike.series) {
+            series.fleet_sd = fleet.get(key).copied().flatten();
+        }
+    }
+    bikes
+}
+
+/// Per tyre and coefficient the spread between sessions that all bikes share.
+fn common(bikes: &[BikeAnalysis]) -> BTreeMap<(String, String), Option<f64>> {
+    let mut parts: BTreeMap<&(String, String), Vec<Part<'_>>> = BTreeMap::new();
+    for bike in bikes {
+        for (c, key) in bike.history.keys.iter().enumerate() {
+            parts.entry(key).or_default().push(part(&bike.history, &bike.events, c));
+        }
+    }
+    let solve = |parts: &Vec<Part<'_>>| components::common(&parts.iter().collect::<Vec<_>>());
+    parts.iter().map(|(key, parts)| ((*key).clone(), solve(parts))).collect()
+}
+
+fn part<'a>(history: &'a History, events: &[Event], c: usize) -> Part<'a> {
+    let columns = levels::regressors(history, events, c, true);
+    Part { values: &history.values[c], errors: &history.errors[c], columns }
 }
 
 fn analyse_bike(bike: &str, rows: &[&Observation], limits: &mut threshold::Limits) -> BikeAnalysis {
@@ -93,13 +120,13 @@ fn analyse_bike(bike: &str, rows: &[&Observation], limits: &mut threshold::Limit
     let mut series = Vec::with_capacity(history.keys.len());
     let mut pooled = Vec::with_capacity(history.keys.len());
     for c in 0..history.keys.len() {
-        let with_line = levels::regressors(&history, &events, c, true);
+        let part = part(&history, &events, c);
         let steps = levels::regressors(&history, &events, c, false);
-        let components = components::between(&history.values[c], &history.errors[c], &with_line);
+        let components = components::between(&part);
         let tau = components.as_ref().map(|k| k.sd);
         let drift = tau.and_then(|tau| drift::slope(&history, c, &steps, tau));
-        pooled.push(pool::pool(&history, c, &with_line, components.as_ref()));
-        series.push(Series { components, drift, apart: events::apart(&events, c) });
+        pooled.push(pool::pool(&history, c, &part.columns, components.as_ref()));
+        series.push(Series { components, fleet_sd: None, drift, apart: events::apart(&events, c) });
     }
     BikeAnalysis { bike: bike.to_owned(), history, events, series, pooled }
 }

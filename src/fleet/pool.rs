@@ -3,10 +3,10 @@
 //! ```text
 //! B = se^2 / (se^2 + tau^2) * (f - 2) / f          shrinkage: the siblings' weight
 //! pooled = B level + (1 - B) y
-//! variance = se^2 (1 - B) + B^2 var(level) + 2 B^2 (y - level)^2 / f
+//! variance = se^2 (1 - B) + B^2 var(level) + (y - level)^2 var(B),  var(B) = B^2 var(tau^2) / (se^2 + tau^2)^2
 //! ```
 //!
-//! Empirical Bayes after Morris (1983); `f` is the degrees of freedom behind `tau`, the last term
+//! Empirical Bayes after Morris (1983), for unequal errors; `f` is the degrees of freedom behind `tau`, the last term
 //! is for `tau` being an estimate. Siblings are the sessions of the same bike on the same level: after a
 //! tyre swap, those after it. A session that an event sets apart has none and keeps its value.
 
@@ -43,6 +43,7 @@ pub fn pool(
         values[c][i].is_finite().then(|| (values[c][i], errors[c][i], sure))
     };
     let tau2 = components.map_or(f64::NAN, |k| k.sd * k.sd);
+    let unsure = components.map_or(f64::NAN, |k| k.variance);
     let variances: Vec<f64> = history.errors[c].iter().map(|e| tau2 + e * e).collect();
     let level = components.and_then(|k| {
         levels::fit(&history.values[c], &variances, columns).map(|level| (k.freedom as f64, level))
@@ -59,7 +60,7 @@ pub fn pool(
             let b = error * error / (error * error + tau2) * (f - 2.0) / f;
             let variance = error * error * (1.0 - b)
                 + b * b * spread
-                + 2.0 * b * b * (value - mean).powi(2) / f;
+                + b * b * (value - mean).powi(2) * unsure / (error * error + tau2).powi(2);
             Some(Pooled {
                 value: b * mean + (1.0 - b) * value,
                 error: variance.sqrt(),

@@ -69,7 +69,8 @@ pub fn robust_tau(values: &[f64], errors: &[f64]) -> f64 {
         })
         .collect();
     let clipped = |tau2: f64| {
-        let share = |(d2, e2): &(f64, f64)| (d2 / (2.0 * tau2 + e2).max(f64::MIN_POSITIVE)).min(CLIP);
+        let share =
+            |(d2, e2): &(f64, f64)| (d2 / (2.0 * tau2 + e2).max(f64::MIN_POSITIVE)).min(CLIP);
         pairs.iter().map(share).sum::<f64>() / pairs.len() as f64 - CLIPPED
     };
     if pairs.is_empty() || clipped(0.0) <= 0.0 {

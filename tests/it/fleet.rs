@@ -178,6 +178,7 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
     let known = known();
     let mut total = Score::default();
     let (mut drifts, mut covered, mut intervals) = (0, 0, 0);
+    let (mut offs, mut still) = (Vec::new(), (0, 0));
     let seeds = 6;
     for seed in 0..seeds {
         let (rows, truths, deeds) = fleet(&known, seed);
@@ -191,8 +192,8 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
                         && d.sessions.end.abs_diff(event.sessions().end) <= 1
                         && (d.kind == Kind::Drift) == (event.kind == Kind::Drift)
                 });
-                let named = there
-                    && deed.is_some_and(|d| d.kind == event.kind && d.tyre == event.tyre);
+                let named =
+                    there && deed.is_some_and(|d| d.kind == event.kind && d.tyre == event.tyre);
                 if there && event.kind != Kind::Drift {
                     total.found += 1;
                     total.named += usize::from(named);
@@ -223,12 +224,16 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
                 .collect();
             covered += parts.iter().filter(|p| p.low <= k.tau && k.tau <= p.high).count();
             intervals += parts.len();
-            let pooled = fleet::components::pooled(parts.iter()).expect("sd");
-            let off = pooled / k.tau - 1.0;
-            if off.abs() > 0.05 {
-                println!("seed {seed} {:?} between off {off:.3} {:?}", k.key, parts.iter().map(|p| p.sd / k.tau).collect::<Vec<_>>());
+            let pooled = bikes[0].series[at(&k.key, &bikes[0])].fleet_sd.expect("sd");
+            offs.push(pooled / k.tau - 1.0);
+            for bike in &bikes {
+                let c = at(&k.key, bike);
+                if deeds.iter().all(|d| bikes[d.bike].bike != bike.bike) {
+                    let drift = bike.series[c].drift.clone().expect("drift");
+                    still.0 += usize::from(drift.low <= 0.0 && 0.0 <= drift.high);
+                    still.1 += 1;
+                }
             }
-            assert!(off.abs() < 0.1, "seed {seed} {:?}: between off {off:.3}", k.key);
         }
         // short sessions, but for those whose file was wrong: pooled against own value
         let (mut own, mut pooled, mut inside, mut n) = (0.0_f64, 0.0_f64, 0, 0);
@@ -255,12 +260,27 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
         let coverage = inside as f64 / n as f64;
         println!("seed {seed} short sessions: rms error {gain:.3} lower, coverage {coverage:.3}");
         assert!(gain > 0.3, "seed {seed}: {gain}");
-        assert!((0.92..0.98).contains(&coverage), "seed {seed}: {coverage}");
+        assert!((0.92..0.99).contains(&coverage), "seed {seed}: {coverage}");
     }
     let coverage = covered as f64 / intervals as f64;
-    println!("{total:?} drifts {drifts} of {seeds}, tau intervals hold {coverage:.3}");
+    let still = still.0 as f64 / still.1 as f64;
+    println!(
+        "{total:?} drifts {drifts} of {seeds}; intervals hold: spread {coverage:.3}, no drift {still:.3}"
+    );
+    let rms = (offs.iter().map(|o| o * o).sum::<f64>() / offs.len() as f64).sqrt();
+    let beyond = offs.iter().filter(|o| o.abs() > 0.1).count();
+    let worst = offs.iter().fold(0.0_f64, |m, o| m.max(o.abs()));
+    println!(
+        "spread between sessions: rms error {rms:.3}, worst {worst:.3}, {beyond} of {} beyond 10 %",
+        offs.len()
+    );
     assert_eq!(total.found, total.asked, "{total:?}");
+    assert!(total.named * 10 >= total.asked * 9, "{total:?}");
     assert!(total.false_sessions * 100 <= total.sessions, "{total:?}");
-    assert!((0.92..0.98).contains(&coverage), "{coverage}");
-    assert!(drifts as f64 >= seeds as f64 * 0.8);
+    assert!((0.93..0.97).contains(&coverage), "{coverage}");
+    assert!((0.93..0.97).contains(&still), "{still}");
+    assert!(drifts as f64 >= seeds as f64 * 0.8, "{drifts}");
+    // 1000 sessions with these errors know a spread to 3.8 %: three in two hundred lie beyond 10 %
+    // by chance, so that no single one is asked to lie within
+    assert!(rms < 0.05 && beyond * 50 <= offs.len() && worst < 0.15, "{rms} {beyond} {worst}");
 }
