@@ -127,3 +127,38 @@ pub fn common(parts: &[&Part<'_>]) -> Option<f64> {
     }
     root(most, |t| Some(parts.iter().filter_map(|p| p.score(t)).sum())).map(f64::sqrt)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part<'a>(values: &'a [f64], errors: &'a [f64]) -> Part<'a> {
+        Part { values, errors, columns: vec![vec![1.0; values.len()]] }
+    }
+
+    /// Equal errors: the sample variance less theirs, and its chi-squared interval, 4 degrees of freedom.
+    #[test]
+    fn with_equal_errors_it_is_the_sample_variance_less_theirs() {
+        let values = [1.0, 2.0, 3.0, 4.0, 5.0];
+        let found = between(&part(&values, &[0.5; 5])).expect("components");
+        assert!((found.sd - 2.25_f64.sqrt()).abs() < 1e-6, "{found:?}");
+        assert!((found.low - (10.0_f64 / 11.143_287 - 0.25).sqrt()).abs() < 1e-5, "{found:?}");
+        assert!((found.high - (10.0_f64 / 0.484_418_6 - 0.25).sqrt()).abs() < 1e-5, "{found:?}");
+    }
+
+    #[test]
+    fn errors_that_explain_all_leave_nothing_and_few_values_say_nothing() {
+        let found = between(&part(&[1.0, 1.01, 0.99, 1.0, 1.02], &[0.1; 5])).expect("components");
+        assert_eq!((found.sd, found.low), (0.0, 0.0));
+        assert_eq!(between(&part(&[1.0, 2.0, 3.0], &[0.1; 3])), None);
+        assert_eq!(between(&part(&[f64::NAN; 9], &[0.1; 9])), None);
+    }
+
+    #[test]
+    fn one_spread_for_bikes_of_different_level() {
+        let (a, b) = ([1.0, 2.0, 3.0, 4.0, 5.0], [101.0, 102.0, 103.0, 104.0, 105.0]);
+        let (a, b) = (part(&a, &[0.5; 5]), part(&b, &[0.5; 5]));
+        assert!((common(&[&a, &b]).expect("sd") - 1.5).abs() < 1e-6);
+        assert_eq!(common(&[]), None);
+    }
+}

@@ -26,8 +26,12 @@ pub struct History {
 impl History {
     /// The rows of one bike; what is not finite, or has no positive standard error, is left out.
     pub fn new(rows: &[&Observation]) -> Self {
-        let usable =
-            |o: &&&Observation| o.value.is_finite() && o.error.is_finite() && o.error > 0.0;
+        let usable = |o: &&&Observation| {
+            o.value.is_finite()
+                && o.error.is_finite()
+                && o.error > 0.0
+                && (o.error * o.error).is_normal()
+        };
         let mut starts: BTreeMap<&str, Option<f64>> = BTreeMap::new();
         for o in rows.iter().filter(usable) {
             let day = starts.entry(&o.session).or_default();

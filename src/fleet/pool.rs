@@ -61,6 +61,9 @@ pub fn pool(
             let variance = error * error * (1.0 - b)
                 + b * b * spread
                 + b * b * (value - mean).powi(2) * unsure / (error * error + tau2).powi(2);
+            if !variance.is_finite() {
+                return Some(alone);
+            }
             Some(Pooled {
                 value: b * mean + (1.0 - b) * value,
                 error: variance.sqrt(),

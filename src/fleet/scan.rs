@@ -141,3 +141,38 @@ impl Sums {
         (s / w - s_rest / rest) / (1.0 / w + 1.0 / rest).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_hardly_widens_the_spread_and_scores_where_it_is() {
+        let noise = |i: usize| [0.3, -1.1, 0.8, -0.2, 1.3, -0.9][i * 7 % 6];
+        let values: Vec<f64> =
+            (0..40).map(|i| noise(i) + if i < 25 { 5.0 } else { 15.0 }).collect();
+        let tau = robust_tau(&values, &[0.0; 40]);
+        assert!((0.5..2.0).contains(&tau), "{tau}");
+        let times: Vec<f64> = (0..40).map(f64::from).collect();
+        let sums = Sums::new(&values, &[tau * tau; 40], &times);
+        let score = |s: &Shape| sums.score(*s).abs();
+        let best = shapes(40).into_iter().max_by(|a, b| score(a).total_cmp(&score(b)));
+        assert_eq!(best, Some(Shape::Stretch(25, 40)));
+    }
+
+    #[test]
+    fn no_contrast_is_tried_twice() {
+        let n = 12;
+        let all = shapes(n);
+        let inside = |s: &Shape| match s {
+            Shape::Stretch(a, b) => (0..n).map(|i| (*a..*b).contains(&i)).collect::<Vec<_>>(),
+            Shape::Line => Vec::new(),
+        };
+        for (k, a) in all.iter().enumerate() {
+            for b in &all[k + 1..] {
+                let other: Vec<bool> = inside(b).iter().map(|x| !x).collect();
+                assert!(inside(a) != inside(b) && inside(a) != other, "{a:?} {b:?}");
+            }
+        }
+    }
+}

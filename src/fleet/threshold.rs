@@ -67,3 +67,17 @@ fn simulated(n: usize, p: usize) -> f64 {
     let beyond = ((DRAWS + 1) as f64 * FALSE_ALARMS) as usize;
     largest[DRAWS - beyond]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_to_try_needs_a_larger_score() {
+        let mut limits = Limits::default();
+        let (few, many, long) = (limits.get(20, 1), limits.get(20, 8), limits.get(400, 8));
+        assert!(3.0 < few && few < many, "{few} {many}");
+        assert!((4.5..6.5).contains(&long), "{long}");
+        assert!((normal_limit(0.05) - 1.959_964).abs() < 1e-5);
+    }
+}
