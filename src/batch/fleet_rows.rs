@@ -95,3 +95,46 @@ pub fn event_rows(bike: &BikeAnalysis) -> Vec<EventRow> {
     };
     bike.events.iter().map(row).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::{Observation, analyse};
+    use crate::schema::Table;
+    use crate::table::batch;
+
+    #[test]
+    fn the_rows_fit_their_schemas_and_a_lone_wild_session_is_an_event() {
+        let row = |i: usize| Observation {
+            bike: "b".into(),
+            tyre: "front".into(),
+            coefficient: "mf_d".into(),
+            session: format!("s{i:02}"),
+            day: Some(20_000.0 + i as f64),
+            value: [1.0, 1.02, 0.99, 1.01, 0.98][i % 5] + if i == 7 { 1.0 } else { 0.0 },
+            error: if i == 3 { 0.1 } else { 0.01 },
+            sure: i != 9,
+        };
+        let bikes = analyse(&(0..20).map(row).collect::<Vec<_>>());
+        let mut fleet = vec![FleetRow {
+            bike_id: "b".into(),
+            tyre: "front".into(),
+            coefficient: "mf_d".into(),
+            ..FleetRow::default()
+        }];
+        complete(&mut fleet, &bikes);
+        assert_eq!(fleet[0].n_events, 1);
+        assert!(fleet[0].between_sd_settled.is_some() && fleet[0].drift_ci95_low.is_some());
+        let events: Vec<EventRow> = event_rows(&bikes[0]);
+        assert_eq!((events[0].kind.as_str(), events[0].n_sessions), ("outlier", 1));
+        assert_eq!(events[0].first_session, "s07");
+        assert_eq!(events[0].first_time.as_deref(), Some("2024-10-11T00:00:00Z"));
+        let pooled = pooled_rows(&bikes[0], &Units::new());
+        assert_eq!(pooled.len(), 20);
+        assert!(pooled[3].shrinkage > pooled[2].shrinkage && pooled[7].shrinkage == 0.0);
+        assert_eq!(pooled[9].status, "poorly_determined");
+        batch(&Table::embedded("fleet"), &fleet).expect("fleet");
+        batch(&Table::embedded("fleet_events"), &events).expect("events");
+        batch(&Table::embedded("fleet_pooled"), &pooled).expect("pooled");
+    }
+}
