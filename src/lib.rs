@@ -59,6 +59,7 @@ pub mod diagnose;
 pub mod estimate;
 pub mod filter;
 pub mod fit;
+pub mod fleet;
 pub mod ingest;
 pub mod model;
 pub mod motorcycle;

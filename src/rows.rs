@@ -228,6 +228,51 @@ pub struct FleetRow {
     pub drift_per_day: Option<f64>,
     pub n_flagged: i64,
     pub flagged_sessions: Option<String>,
+    pub between_sd_settled: Option<f64>,
+    pub between_ci95_low: Option<f64>,
+    pub between_ci95_high: Option<f64>,
+    pub between_sd_fleet: Option<f64>,
+    pub drift_settled_per_day: Option<f64>,
+    pub drift_ci95_low: Option<f64>,
+    pub drift_ci95_high: Option<f64>,
+    pub n_events: i64,
+}
+
+/// A row of `fleet_pooled`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct PooledRow {
+    pub bike_id: String,
+    pub session_id: String,
+    pub tyre: String,
+    pub coefficient: String,
+    pub unit: String,
+    pub status: String,
+    pub value: f64,
+    pub std_error: f64,
+    pub pooled: f64,
+    pub pooled_std_error: f64,
+    pub pooled_ci95_low: f64,
+    pub pooled_ci95_high: f64,
+    pub shrinkage: f64,
+}
+
+/// A row of `fleet_events`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct EventRow {
+    pub bike_id: String,
+    pub kind: String,
+    pub tyre: String,
+    pub coefficients: String,
+    pub first_session: String,
+    pub last_session: String,
+    pub first_time: Option<String>,
+    pub n_sessions: i64,
+    pub size: Option<f64>,
+    pub evidence: f64,
+    pub false_alarm_rate: f64,
+    pub reason: String,
 }
 
 /// A row of `causes`.

@@ -34,6 +34,8 @@ embed!(
     "plots",
     "signals",
     "fleet",
+    "fleet_pooled",
+    "fleet_events",
     "discrepancies",
     "causes",
     "replays",

@@ -1,8 +1,9 @@
 //! The fleet's table: how each coefficient of a bike spreads over its sessions.
 //!
 //! Assumes the sessions' tables of one output folder, of this run and of earlier ones. Only
-//! committed sessions and only rows with status `ok` take part. Polars scans, filters and groups
-//! the coefficients and takes their quantiles; what it has no word for is in [`spread`].
+//! committed sessions take part, and of them the rows with status `ok`; the poorly determined are
+//! pooled but help no other. Polars scans, filters and groups the coefficients and takes their
+//! quantiles; what it has no word for is in [`spread`] and [`crate::fleet`].
 //!
 //! The rows are sorted before anything is computed, so the same sessions give the same bytes.
 
@@ -14,9 +15,11 @@ use jiff::tz::TimeZone;
 use polars::prelude::*;
 
 use super::Error;
+use super::fleet_rows::{Units, complete, event_rows, pooled_rows};
 use super::names::file_name;
 use super::spread;
 use super::store::committed;
+use crate::fleet::Observation;
 use crate::rows::FleetRow;
 use crate::schema::Table;
 use crate::table;
@@ -30,53 +33,74 @@ const FAR: f64 = 4.0;
 /// A session within so many of its own standard errors is never far.
 const OWN: f64 = 2.0;
 
-/// Writes `<out>/fleet/fleet.parquet` from the coefficients in `out`; gives back its rows.
+/// Writes the tables `fleet`, `fleet_pooled` and `fleet_events` from the coefficients in `out`;
+/// gives back the rows of the first.
 ///
 /// # Errors
 /// A coefficients table cannot be read, or the fleet's not be written.
 pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
-    let rows = rows(out)?;
-    let path = out.join("fleet/fleet.parquet");
-    table::write(&path, &Table::embedded("fleet"), &rows)
-        .map_err(|e| Error::Output(e.to_string()))?;
+    let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
+    let paths = paths(out).map_err(fail)?;
+    let (mut rows, mut pooled, mut events) = (Vec::new(), Vec::new(), Vec::new());
+    if !paths.is_empty() {
+        let frame = scan(paths).map_err(fail)?;
+        rows = aggregate(&frame).and_then(|frame| unpack(&frame)).map_err(fail)?;
+        let (observations, units) = observations(&frame).map_err(fail)?;
+        let bikes = crate::fleet::analyse(&observations);
+        complete(&mut rows, &bikes);
+        pooled = bikes.iter().flat_map(|bike| pooled_rows(bike, &units)).collect();
+        events = bikes.iter().flat_map(event_rows).collect();
+    }
+    save(out, "fleet", &rows)?;
+    save(out, "fleet_pooled", &pooled)?;
+    save(out, "fleet_events", &events)?;
     Ok(rows)
 }
 
-fn rows(out: &Path) -> Result<Vec<FleetRow>, Error> {
-    let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
+fn save<R: serde::Serialize>(out: &Path, name: &str, rows: &[R]) -> Result<(), Error> {
+    let path = out.join(name).join(format!("{name}.parquet"));
+    table::write(&path, &Table::embedded(name), rows).map_err(|e| Error::Output(e.to_string()))
+}
+
+/// The coefficient tables of the committed sessions.
+fn paths(out: &Path) -> PolarsResult<Vec<PlRefPath>> {
     let mut paths = Vec::new();
     for session in committed(out).into_values().flatten() {
         let file = format!("{}.parquet", file_name(&session.session_id));
         let path = out.join("coefficients").join(format!("bike={}", session.bike_id)).join(file);
         if path.is_file() {
-            paths.push(PlRefPath::try_from_path(&path).map_err(fail)?);
+            paths.push(PlRefPath::try_from_path(&path)?);
         }
     }
-    if paths.is_empty() {
-        return Ok(Vec::new());
-    }
-    aggregate(paths).and_then(|frame| unpack(&frame)).map_err(fail)
+    Ok(paths)
 }
 
-/// One row per bike, tyre and coefficient: quantiles, and the sessions' figures as lists.
-fn aggregate(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
+const KEYS: [&str; 4] = ["bike_id", "tyre", "coefficient", "unit"];
+
+/// Every row with a finite value that is estimated, in order of key and session.
+fn scan(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
     let arguments = ScanArgsParquet {
         glob: false, // the names are files, whatever characters they hold
         hive_options: polars::io::HiveOptions::new_disabled(),
         ..ScanArgsParquet::default()
     };
-    let keys = ["bike_id", "tyre", "coefficient", "unit"];
-    let value = || col("value");
+    let estimated = col("status").eq(lit("ok")).or(col("status").eq(lit("poorly_determined")));
+    let columns = KEYS.iter().chain(&["session_id", "start_time", "value", "std_error", "status"]);
     LazyFrame::scan_parquet_sources(ScanSources::Paths(paths.into_iter().collect()), arguments)?
-        .filter(col("status").eq(lit("ok")).and(value().is_finite()))
-        .select(
-            keys.iter()
-                .chain(&["session_id", "start_time", "value", "std_error"])
-                .map(|name| col(*name))
-                .collect::<Vec<_>>(),
-        )
-        .sort(keys.iter().chain(&["session_id"]).copied().collect::<Vec<_>>(), Default::default())
-        .group_by_stable(keys.map(col))
+        .filter(estimated.and(col("value").is_finite()))
+        .select(columns.map(|name| col(*name)).collect::<Vec<_>>())
+        .sort(KEYS.iter().chain(&["session_id"]).copied().collect::<Vec<_>>(), Default::default())
+        .collect()
+}
+
+/// One row per bike, tyre and coefficient: quantiles, and the sessions' figures as lists.
+fn aggregate(frame: &DataFrame) -> PolarsResult<DataFrame> {
+    let value = || col("value");
+    frame
+        .clone()
+        .lazy()
+        .filter(col("status").eq(lit("ok")))
+        .group_by_stable(KEYS.map(col))
         .agg([
             value().median().alias("median"),
             value().quantile(lit(0.25), QuantileMethod::Linear).alias("quartile_1"),
@@ -87,6 +111,32 @@ fn aggregate(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
             col("std_error"),
         ])
         .collect()
+}
+
+/// The rows as [`crate::fleet`] takes them, and the units.
+fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
+    let texts = |name: &str| frame.column(name)?.str();
+    let (bike, tyre, coefficient) = (texts("bike_id")?, texts("tyre")?, texts("coefficient")?);
+    let (unit, session) = (texts("unit")?, texts("session_id")?);
+    let (start, status) = (texts("start_time")?, texts("status")?);
+    let (value, error) = (frame.column("value")?.f64()?, frame.column("std_error")?.f64()?);
+    let mut units = Units::new();
+    let mut rows = Vec::with_capacity(frame.height());
+    for i in 0..frame.height() {
+        let text = |column: &StringChunked| column.get(i).unwrap_or_default().to_owned();
+        units.entry((text(tyre), text(coefficient))).or_insert_with(|| text(unit));
+        rows.push(Observation {
+            bike: text(bike),
+            tyre: text(tyre),
+            coefficient: text(coefficient),
+            session: text(session),
+            day: start.get(i).and_then(days),
+            value: value.get(i).unwrap_or(f64::NAN),
+            error: error.get(i).unwrap_or(f64::NAN),
+            sure: status.get(i) == Some("ok"),
+        });
+    }
+    Ok((rows, units))
 }
 
 fn unpack(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {

@@ -19,6 +19,7 @@ pub mod discover;
 pub mod engine;
 #[cfg(feature = "fleet")]
 pub mod fleet;
+pub mod fleet_rows;
 pub mod names;
 pub mod plan;
 pub mod progress;

@@ -37,6 +37,8 @@ pub const TABLES: &[&str] = &[
     "sessions",
     "rejected",
     "fleet",
+    "fleet_pooled",
+    "fleet_events",
     "discrepancies",
     "causes",
     "replays",

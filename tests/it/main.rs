@@ -8,6 +8,7 @@ mod diagnose_offroad;
 mod diagnose_report;
 mod dirt;
 mod fit;
+mod fleet;
 mod ingest;
 mod motorcycle;
 mod offroad;

@@ -1,0 +1,90 @@
+//! Drift of a coefficient over time, with its interval.
+//!
+//! Slope: Theil and Sen's, of the values less their steps. Interval: Sen's (1968), the slopes whose
+//! ranks lie `1.96 sqrt(n (n-1) (2n+5) / 18)` apart; it holds for any scatter that does not depend
+//! on time. Above [`ALL_PAIRS`] sessions weighted least squares gives both.
+
+use super::history::History;
+use super::{levels, median};
+
+/// Fewest values that a drift is told from.
+const DRIFT_FROM: usize = 5;
+
+/// Above so many values all pairs are too many.
+const ALL_PAIRS: usize = 1500;
+
+/// A slope.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drift {
+    /// Per day; per session where sessions have no times.
+    pub slope: f64,
+    /// 95 % interval.
+    pub low: f64,
+    /// 95 % interval.
+    pub high: f64,
+}
+
+/// Drift of coefficient `c` beside the steps in `columns`; `tau` is the spread between sessions.
+///
+/// `None` of too few values, or where all times are the same.
+pub fn slope(history: &History, c: usize, columns: &[Vec<f64>], tau: f64) -> Option<Drift> {
+    let times = history.times();
+    let values = &history.values[c];
+    let variances: Vec<f64> = history.errors[c].iter().map(|e| tau * tau + e * e).collect();
+    // steps and line together: a step alone would take part of the slope with it
+    let mut all = columns.to_vec();
+    all.push(levels::column(history, super::scan::Shape::Line));
+    let level = levels::fit(values, &variances, &all)?;
+    if level.freedom + all.len() < DRIFT_FROM {
+        return None;
+    }
+    let line = *level.theta.last()?;
+    // a value that has a level of its own says nothing of the slope
+    let alone = |i: usize| level.variance[i] > 0.999 * variances[i];
+    let points: Vec<(f64, f64)> = (0..values.len())
+        .filter(|i| values[*i].is_finite() && !alone(*i))
+        .map(|i| (times[i], values[i] - level.fitted[i]))
+        .collect();
+    if points.len() < DRIFT_FROM {
+        return None;
+    }
+    let n = points.len();
+    if n > ALL_PAIRS || columns.len() > 1 {
+        let error = line_error(&level, &variances, values, &all)?;
+        return Some(Drift { slope: line, low: line - 1.96 * error, high: line + 1.96 * error });
+    }
+    let mut slopes: Vec<f64> = Vec::with_capacity(n * (n - 1) / 2);
+    for i in 0..n {
+        for j in i + 1..n {
+            if points[j].0 > points[i].0 {
+                slopes.push(line + (points[j].1 - points[i].1) / (points[j].0 - points[i].0));
+            }
+        }
+    }
+    let middle = median(&mut slopes)?; // and sorted
+    let sd = ((n * (n - 1) * (2 * n + 5)) as f64 / 18.0).sqrt();
+    let (count, half) = (slopes.len() as f64, 1.96 * sd);
+    let at = |rank: f64| slopes[(rank.max(0.0) as usize).min(slopes.len() - 1)];
+    let (low, high) = (at(((count - half) / 2.0).floor() - 1.0), at(((count + half) / 2.0).ceil()));
+    Some(Drift { slope: middle, low, high })
+}
+
+/// Standard error of the last column, scaled where the residuals are wider than expected.
+fn line_error(
+    level: &levels::Level,
+    variances: &[f64],
+    values: &[f64],
+    columns: &[Vec<f64>],
+) -> Option<f64> {
+    let known: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
+    let (line, others) = columns.split_last()?;
+    // what of the line the other columns do not explain
+    let masked: Vec<f64> =
+        (0..line.len()).map(|i| if values[i].is_finite() { line[i] } else { f64::NAN }).collect();
+    let rest = levels::fit(&masked, variances, others)?;
+    let own: f64 = known.iter().map(|i| (line[*i] - rest.fitted[*i]).powi(2) / variances[*i]).sum();
+    let q: f64 =
+        known.iter().map(|i| (values[*i] - level.fitted[*i]).powi(2) / variances[*i]).sum();
+    let scale = (q / level.freedom.max(1) as f64).max(1.0);
+    (own > 0.0).then(|| (scale / own).sqrt())
+}

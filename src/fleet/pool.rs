@@ -1,0 +1,74 @@
+//! Partial pooling: a session with little data borrows strength from its siblings.
+//!
+//! ```text
+//! B = se^2 / (se^2 + tau^2) * (f - 2) / f          shrinkage: the siblings' weight
+//! pooled = B level + (1 - B) y
+//! variance = se^2 (1 - B) + B^2 var(level) + (y - level)^2 var(B),  var(B) = B^2 var(tau^2) / (se^2 + tau^2)^2
+//! ```
+//!
+//! Empirical Bayes after Morris (1983), for unequal errors; `f` is the degrees of freedom behind `tau`, the last term
+//! is for `tau` being an estimate. Siblings are the sessions of the same bike on the same level: after a
+//! tyre swap, those after it. A session that an event sets apart has none and keeps its value.
+
+use super::components::Components;
+use super::history::History;
+use super::levels;
+
+/// A session's value with its siblings' help.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pooled {
+    /// Value.
+    pub value: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// The siblings' weight, 0 to 1.
+    pub shrinkage: f64,
+}
+
+/// Pooled values of coefficient `c` by session, sure or not; `None` where there is no value.
+///
+/// Without `components` (too few sessions) every value stays as it is, with shrinkage 0.
+pub fn pool(
+    history: &History,
+    c: usize,
+    columns: &[Vec<f64>],
+    components: Option<&Components>,
+) -> Vec<Option<Pooled>> {
+    let own = |i: usize| {
+        let sure = history.values[c][i].is_finite();
+        let (values, errors) = match sure {
+            true => (&history.values, &history.errors),
+            false => (&history.unsure, &history.unsure_errors),
+        };
+        values[c][i].is_finite().then(|| (values[c][i], errors[c][i], sure))
+    };
+    let tau2 = components.map_or(f64::NAN, |k| k.sd * k.sd);
+    let unsure = components.map_or(f64::NAN, |k| k.variance);
+    let variances: Vec<f64> = history.errors[c].iter().map(|e| tau2 + e * e).collect();
+    let level = components.and_then(|k| {
+        levels::fit(&history.values[c], &variances, columns).map(|level| (k.freedom as f64, level))
+    });
+    (0..history.sessions.len())
+        .map(|i| {
+            let (value, error, sure) = own(i)?;
+            let alone = Pooled { value, error, shrinkage: 0.0 };
+            let Some((f, level)) = &level else { return Some(alone) };
+            let (mean, spread) = (level.fitted[i], level.variance[i]);
+            if !mean.is_finite() || (sure && spread > 0.999 * variances[i]) {
+                return Some(alone);
+            }
+            let b = error * error / (error * error + tau2) * (f - 2.0) / f;
+            let variance = error * error * (1.0 - b)
+                + b * b * spread
+                + b * b * (value - mean).powi(2) * unsure / (error * error + tau2).powi(2);
+            if !variance.is_finite() {
+                return Some(alone);
+            }
+            Some(Pooled {
+                value: b * mean + (1.0 - b) * value,
+                error: variance.sqrt(),
+                shrinkage: b,
+            })
+        })
+        .collect()
+}
