@@ -2,7 +2,7 @@
 //!
 //! Slope: Theil and Sen's, of the values less their steps. Interval: Sen's (1968), the slopes whose
 //! ranks lie `1.96 sqrt(n (n-1) (2n+5) / 18)` apart; it holds for any scatter that does not depend
-//! on time. Above [`ALL_PAIRS`] sessions weighted least squares gives both.
+//! on time. Above `ALL_PAIRS` sessions weighted least squares gives both.
 
 use super::history::History;
 use super::{levels, median};
