@@ -185,6 +185,7 @@ pub struct Intended {
 /// As [`run`] before it writes.
 pub fn intend(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>, Error> {
     let (found, bikes) = inputs(settings)?;
+    let force = settings.force || found.len() == 1; // as `run` does
     let Plan { jobs, refused } = plan::plan(found, &bikes, settings.pipeline, settings.maps, work)?;
     let there = Contents::read(settings.out);
     let refused = refused.into_iter().map(|r| Intended {
@@ -201,7 +202,7 @@ pub fn intend(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>
                 Ok(hash) => {
                     let stale = there
                         .stale(&wanted(job, hash), settings.signals)
-                        .or(settings.force.then_some(Stale::Forced));
+                        .or(force.then_some(Stale::Forced));
                     match stale {
                         Some(stale) => (State::Done, stale.words().to_owned()),
                         None => (State::Unchanged, String::new()),

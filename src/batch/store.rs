@@ -7,7 +7,8 @@
 //! <out>/.roadbench.lock                            held while a run writes
 //! ```
 //!
-//! A session counts when its `sessions` file is there, which is written last. Sessions of earlier runs that are no input of this one stay as they are: the
+//! A session's tables are there exactly when its `sessions` file is: it is removed first and
+//! written last. Sessions of earlier runs that are no input of this one stay as they are: the
 //! folder is the fleet's archive. A session that is an input again is replaced.
 
 use std::collections::BTreeMap;
@@ -110,7 +111,7 @@ pub enum Stale {
     Version,
     /// A table of it is missing.
     Incomplete,
-    /// It was asked for.
+    /// It was asked for, as it is of a log that is named alone.
     Forced,
 }
 
@@ -125,7 +126,7 @@ impl Stale {
             Stale::Settings => "the bike file or the settings have changed",
             Stale::Version => "another version of roadbench made it",
             Stale::Incomplete => "a table of it is missing",
-            Stale::Forced => "--force",
+            Stale::Forced => "asked for (--force, or a log by itself)",
         }
     }
 }
@@ -227,10 +228,7 @@ impl Store {
         Ok(Files { tables, marker })
     }
 
-    /// Replaces a session's tables, each whole, the marker last.
-    ///
-    /// A run that is killed in between leaves readable tables: some of them are the new ones, and
-    /// the marker, still the old one, sees to it that the session is computed again.
+    /// Replaces a session's tables.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -241,16 +239,16 @@ impl Store {
         log: &str,
         files: &Files,
     ) -> Result<(), table::Error> {
+        self.remove(session_id)?;
         let file = file_name(session_id);
+        // leftovers of a run that was killed before it could commit
+        for table in OPTIONAL {
+            remove_file(&self.path(table, bike_id, &file))?;
+        }
         for (table, bytes) in &files.tables {
             table::write_bytes(&self.path(table, bike_id, &file), bytes)?;
         }
-        // what it had and has no more
-        for table in OPTIONAL.iter().filter(|t| files.tables.iter().all(|(name, _)| name != *t)) {
-            remove_file(&self.path(table, bike_id, &file))?;
-        }
         table::write_bytes(&self.path("sessions", bike_id, &file), &files.marker)?;
-        self.remove_but(session_id, Some(bike_id))?;
         self.forgive(log)
     }
 
@@ -259,13 +257,8 @@ impl Store {
     /// # Errors
     /// They are there and cannot be removed.
     pub fn remove(&self, session_id: &str) -> Result<(), table::Error> {
-        self.remove_but(session_id, None)
-    }
-
-    fn remove_but(&self, session_id: &str, kept: Option<&str>) -> Result<(), table::Error> {
         let file = file_name(session_id);
-        let known = self.found.committed.get(&file).into_iter().flatten();
-        for old in known.filter(|old| Some(old.bike_id.as_str()) != kept) {
+        for old in self.found.committed.get(&file).into_iter().flatten() {
             remove_file(&self.path("sessions", &old.bike_id, &file))?;
             for table in PER_SESSION {
                 remove_file(&self.path(table, &old.bike_id, &file))?;

@@ -161,8 +161,9 @@ struct Setup {
 }
 
 impl Setup {
-    fn run(&self, work: &Script, watch: &impl Watch, stop: &AtomicBool) -> Result<Run, Error> {
-        let settings = Settings {
+    /// Hands the settings on.
+    fn with<T>(&self, then: impl FnOnce(&Settings<'_>) -> T) -> T {
+        then(&Settings {
             inputs: &self.inputs,
             bikes: self.bikes.as_deref(),
             out: &self.out,
@@ -172,24 +173,17 @@ impl Setup {
             force: self.force,
             since: self.since,
             signals: self.signals,
-        };
-        batch::run(&settings, work, watch, stop).map(|(run, _)| run)
+        })
+    }
+
+    fn run(&self, work: &Script, watch: &impl Watch, stop: &AtomicBool) -> Result<Run, Error> {
+        self.with(|settings| batch::run(settings, work, watch, stop)).map(|(run, _)| run)
     }
 
     /// What a run would do: log's name, what becomes of it, why.
     fn intend(&self) -> Vec<(String, State, String)> {
-        let settings = Settings {
-            inputs: &self.inputs,
-            bikes: self.bikes.as_deref(),
-            out: &self.out,
-            pipeline: &Pipeline::onroad(),
-            maps: &Maps::read(&self.maps).expect("maps"),
-            jobs: self.jobs,
-            force: self.force,
-            since: self.since,
-            signals: self.signals,
-        };
-        let all = batch::intend(&settings, &Script::default()).expect("intended");
+        let all = self.with(|settings| batch::intend(settings, &Script::default()));
+        let all = all.expect("intended");
         let name =
             |log: &str| Path::new(log).file_stem().expect("name").to_string_lossy().into_owned();
         all.into_iter().map(|i| (name(&i.log), i.state, i.why)).collect()
