@@ -33,7 +33,8 @@ pub fn errors(session: &Session, truth: &Ridden, bike: &Bike) -> [f64; 3] {
     for (kind, range) in &samples.manoeuvres {
         for i in range.clone().filter(|_| *kind == Kind::Cornering) {
             let k = SPEEDS.windows(2).position(|w| (w[0]..w[1]).contains(&samples.v[i]));
-            let estimated = Attitude::of(&samples, &world, i, true).alpha[1];
+            let estimated =
+                Attitude::of(&samples, &world, world.caster_angle.sin_cos(), i, true).alpha[1];
             let at = (samples.time[i] * session.rate).round() as usize;
             if let Some(k) = k
                 && estimated.is_finite()

@@ -49,6 +49,10 @@ pub struct Arguments {
     /// Simulated nulls of each ride, from which the thresholds come.
     #[arg(long, default_value_t = 24)]
     nulls: usize,
+    /// Simulate more riding for every cause that a ride says nothing of, and say which would show it and
+    /// how well; half as long again. For causes that it cannot tell apart that is always done.
+    #[arg(long)]
+    advise: bool,
     /// Print the rows of `causes` as JSON, one object a line, instead of words.
     #[arg(long)]
     json: bool,
@@ -80,7 +84,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let output = |e: table::Error| Failure::Output(e.to_string());
     let mut rejected: Vec<_> = refused.into_iter().map(|r| r.row).collect();
     let count = jobs.len() + rejected.len();
-    let settings = Settings { nulls: arguments.nulls, ..Settings::default() };
+    let settings =
+        Settings { nulls: arguments.nulls, advise: arguments.advise, ..Settings::default() };
     let mut says: BTreeMap<&'static str, Vec<Say>> = BTreeMap::new();
     let one = |job: &plan::Job| {
         guarded("diagnose", || {

@@ -6,7 +6,7 @@
 use super::samples::{RATE, Samples};
 use super::world::World;
 use crate::estimate::Formulation::Corrected;
-use crate::model::kinematics::{front_camber, kinematic_steer};
+use crate::model::kinematics::front_wheel;
 
 /// How the bike lies at one sample. Pairs are front and rear.
 #[derive(Debug, Clone, Copy)]
@@ -55,8 +55,9 @@ pub fn key(w: &World) -> [f64; 11] {
 }
 
 impl Attitude {
-    /// At sample `i`; straight runs need neither roll nor steering for their wheels' speeds.
-    pub fn of(s: &Samples, w: &World, i: usize, cornering: bool) -> Self {
+    /// At sample `i`, of the caster angle its sine and cosine; straight runs need neither roll nor
+    /// steering for their wheels' speeds.
+    pub fn of(s: &Samples, w: &World, caster: (f64, f64), i: usize, cornering: bool) -> Self {
         let d = &w.departure;
         let (h, l) = (w.cg_height, w.wheelbase);
         let (lf, lr) = (w.cg_to_front, l - w.cg_to_front);
@@ -66,13 +67,19 @@ impl Attitude {
         let phi = s.roll[i] + d.roll_zero;
         let (sin_phi, cos_phi) = phi.sin_cos();
         let steer = s.steer[i] + d.steer_zero;
-        let delta = kinematic_steer(steer, phi, w.caster_angle, Corrected)
-            - d.compliance * w.mass * s.ay[i] * lr / l;
-        let camber = [front_camber(steer, phi, w.caster_angle, Corrected), phi].map(|g| g - d.bank);
+        let wheel = front_wheel(steer, (sin_phi, cos_phi), caster, Corrected);
+        let (sin_d, cos_d) = match d.compliance == 0.0 {
+            true => wheel.steer_sin_cos,
+            false => (wheel.steer - d.compliance * w.mass * s.ay[i] * lr / l).sin_cos(),
+        };
+        let camber = [wheel.camber, phi].map(|g| g - d.bank);
+        let (tan_camber, cos_camber) = match d.bank == 0.0 {
+            true => ([wheel.camber_tan, sin_phi / cos_phi], [wheel.camber_cos, cos_phi]),
+            false => (camber.map(f64::tan), camber.map(f64::cos)),
+        };
         let along = v - r * h * sin_phi;
         let across = vy + h * cos_phi * s.rolld[i];
         let (across_f, across_r) = (across + lf * r, across - lr * r);
-        let (sin_d, cos_d) = delta.sin_cos();
         let (ahead, aside) = (along * cos_d + across_f * sin_d, across_f * cos_d - along * sin_d);
         let lag = [0, 1].map(|k| {
             let length = (w.relaxation_length[k] + d.relaxation).max(0.02);
@@ -84,12 +91,15 @@ impl Attitude {
             phi,
             sin_phi,
             cos_phi,
-            tan_road: (phi - d.bank).tan(),
+            tan_road: tan_camber[1],
             sin_d,
             cos_d,
             camber,
-            versine: camber.map(|g| 1.0 - g.cos()),
-            tangent: camber.map(|g| if g.abs() < 1e-6 { 1.0 } else { g.tan() / g }),
+            versine: cos_camber.map(|c| 1.0 - c),
+            tangent: [0, 1].map(|k| {
+                let small = camber[k].abs() < 1e-6;
+                if small { 1.0 } else { tan_camber[k] / camber[k] }
+            }),
             r,
             v,
             vy,

@@ -5,12 +5,14 @@
 //! priors about the start. The standard deviation is the *long-run* one (Newey and West 1987): block
 //! means within a manoeuvre are correlated over seconds, and what counts is what they average to.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::attitude;
 use super::effects::Effect;
-use super::residuals::{Blocks, CHANNELS, attitudes, blocks, blocks_at};
+use super::residuals::{Blocks, CHANNELS, Curves, attitudes, blocks, blocks_at};
 use super::samples::{BLOCK, Samples};
 use super::world::{BASE, Parameter, World};
 
@@ -24,6 +26,10 @@ const LAGS: usize = 10;
 const STEP: f64 = 0.003;
 /// Distance of a base parameter from what is believed, in prior standard deviations, that is too far.
 const STRAINED: f64 = 2.5;
+/// Steps along the same slopes.
+const FOLLOWED: usize = 4;
+/// Size of a step that ends a fit, in scales: effects' are their usual sizes.
+const ARRIVED: f64 = 5e-3;
 /// Gain of a candidate that explains such a strain.
 pub const LARGE: f64 = 30.0;
 /// Fall of the loss that tells that the optimum was a local one.
@@ -166,8 +172,8 @@ impl Base {
         }
     }
 
-    /// The base with more free parameters, its noise and priors kept: at most `steps` steps.
-    pub fn extended(&self, samples: &Samples, more: &[Parameter], steps: usize) -> Base {
+    /// The base with more free parameters, its noise and priors kept; slopes are made at most `times`.
+    pub fn extended(&self, samples: &Samples, more: &[Parameter], times: usize) -> Base {
         let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
         let problem = Problem {
             samples,
@@ -177,14 +183,7 @@ impl Base {
             extra: None,
             only: None,
         };
-        let mut world = self.world.clone();
-        for _ in 0..steps {
-            let Some((moved, size)) = problem.advance(&world) else { break };
-            world = moved;
-            if size < 1e-3 {
-                break;
-            }
-        }
+        let world = problem.optimum(&self.world, times);
         let loss = problem.loss(&world);
         Base { world, loss, start: self.start.clone(), sigma: self.sigma, parameters }
     }
@@ -261,14 +260,13 @@ impl Base {
                     extra: None,
                     only: Some(only),
                 };
-                let mut world = self.world.clone();
+                let (mut world, mut linear) = (self.world.clone(), linear.clone());
                 for _ in 0..3 {
-                    let Some((moved, _)) = problem(kept.as_slice()).follow(&linear, &world) else {
-                        break;
-                    };
+                    let problem = problem(kept.as_slice());
+                    let Some((moved, _)) = problem.follow(&mut linear, &world) else { break };
                     world = moved;
                 }
-                problem(left.as_slice()).misfit(&world)
+                problem(left.as_slice()).misfit_of(&linear.residuals)
             })
             .sum()
     }
@@ -297,7 +295,7 @@ pub struct Linear {
     /// `[channel][block]`.
     pub residuals: Blocks,
     /// Per parameter `[channel][block]`.
-    pub columns: Vec<Blocks>,
+    pub columns: Arc<[Blocks]>,
 }
 
 impl Problem<'_> {
@@ -316,25 +314,49 @@ impl Problem<'_> {
 
     /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere.
     pub fn advance(&self, world: &World) -> Option<(World, f64)> {
-        self.follow(&self.linear(world), world)
+        self.follow(&mut self.linear(world), world)
     }
 
-    /// The same along a linearisation made near by.
-    fn follow(&self, linear: &Linear, world: &World) -> Option<(World, f64)> {
-        let residuals = self.residuals(world);
-        let near = Linear { residuals, columns: linear.columns.clone() };
-        let (matrix, gradient) = self.normal_of(&near, world, true);
+    /// The same along slopes that may have been made near by; residuals are those of the world, and
+    /// then of where it leads to.
+    fn follow(&self, linear: &mut Linear, world: &World) -> Option<(World, f64)> {
+        let (matrix, gradient) = self.normal_of(linear, world, true);
         let step = matrix.cholesky()?.solve(&gradient);
-        let before = self.loss(world);
+        let before = self.loss_of(&linear.residuals, world);
         let mut share = 1.0;
         while share > 1e-3 {
             let tried = self.moved(world, &step, share);
-            if self.loss(&tried) <= before {
+            let residuals = self.residuals(&tried);
+            if self.loss_of(&residuals, &tried) <= before {
+                linear.residuals = residuals;
                 return Some((tried, share * step.amax()));
             }
             share *= 0.5;
         }
         None
+    }
+
+    /// The optimum near a world: slopes are made anew at most `times`, and between that followed as
+    /// long as they lead on.
+    fn optimum(&self, from: &World, times: usize) -> World {
+        let mut world = from.clone();
+        for _ in 0..times {
+            let mut linear = self.linear(&world);
+            let (mut first, mut last) = (0.0_f64, f64::INFINITY);
+            for _ in 0..FOLLOWED {
+                let Some((moved, size)) = self.follow(&mut linear, &world) else { break };
+                world = moved;
+                first = first.max(size);
+                if size < ARRIVED || size > 0.5 * last {
+                    break;
+                }
+                last = size;
+            }
+            if first < ARRIVED {
+                break;
+            }
+        }
+        world
     }
 
     /// Takes a linearisation's residuals to the optimum of this problem's parameters, the first of its
@@ -343,7 +365,7 @@ impl Problem<'_> {
         let (matrix, gradient) = self.normal_of(linear, world, true);
         let Some(factor) = matrix.cholesky() else { return };
         let step = factor.solve(&gradient);
-        for (column, d) in linear.columns.iter().zip(step.iter()) {
+        for (column, d) in Arc::clone(&linear.columns).iter().zip(step.iter()) {
             for (to, by) in linear.residuals.iter_mut().zip(column) {
                 to.iter_mut().zip(by).for_each(|(r, j)| *r += d * j);
             }
@@ -366,13 +388,17 @@ impl Problem<'_> {
 
     /// The loss of a world, priors included.
     pub fn loss(&self, world: &World) -> f64 {
+        self.loss_of(&self.residuals(world), world)
+    }
+
+    /// The same of residuals that are known.
+    fn loss_of(&self, found: &Blocks, world: &World) -> f64 {
         let priors = self.parameters.iter().map(|p| self.prior(p, world).0);
-        self.misfit(world) + priors.map(|z| 0.5 * z * z).sum::<f64>()
+        self.misfit_of(found) + priors.map(|z| 0.5 * z * z).sum::<f64>()
     }
 
     /// The residuals' part of the loss.
-    pub fn misfit(&self, world: &World) -> f64 {
-        let found = self.residuals(world);
+    fn misfit_of(&self, found: &Blocks) -> f64 {
         let mut loss = 0.0;
         for range in self.ranges() {
             for (column, sigma) in found.iter().zip(self.sigma) {
@@ -398,7 +424,12 @@ impl Problem<'_> {
     /// Residuals and derivatives, by differences.
     pub fn linear(&self, world: &World) -> Linear {
         let known = attitudes(self.samples, world);
-        let here = blocks_at(self.samples, world, Some(&known));
+        let mut curves = Curves::Keep(vec![[[f64::NAN; 3]; 2]; self.samples.len()]);
+        let here = blocks_at(self.samples, world, Some(&known), &mut curves);
+        let points = match curves {
+            Curves::Keep(points) => points,
+            _ => Vec::new(),
+        };
         let lies = attitude::key(world);
         let columns = self
             .parameters
@@ -407,7 +438,12 @@ impl Problem<'_> {
                 let mut near = world.clone();
                 parameter.set(&mut near, parameter.get(world) + STEP * parameter.scale);
                 let same = attitude::key(&near) == lies;
-                let mut column = blocks_at(self.samples, &near, same.then_some(known.as_slice()));
+                let attitudes = same.then_some(known.as_slice());
+                let mut curves = match near.friction == world.friction {
+                    true => Curves::Known(&points),
+                    false => Curves::Unknown,
+                };
+                let mut column = blocks_at(self.samples, &near, attitudes, &mut curves);
                 for (there, here) in column.iter_mut().zip(&here) {
                     there.iter_mut().zip(here).for_each(|(t, h)| *t = (*t - h) / STEP);
                 }
@@ -428,7 +464,7 @@ impl Problem<'_> {
         Some((z, if z.abs() <= HUBER { 1.0 } else { HUBER / z.abs() }))
     }
 
-    /// Adds the weighted rows of some blocks to a curvature's lower half and a downhill direction.
+    /// Adds the weighted rows of some blocks to a curvature's upper half and a downhill direction.
     pub fn accumulate(
         &self,
         linear: &Linear,
@@ -452,9 +488,12 @@ impl Problem<'_> {
                     row[i] = linear.columns[i][c][b] / sigma;
                 }
                 for (k, &i) in inside.iter().enumerate() {
-                    gradient[i] -= weight * row[i] * z;
+                    let own = weight * row[i];
+                    gradient[i] -= own * z;
+                    // columns lie together
+                    let column = &mut matrix.as_mut_slice()[i * p..(i + 1) * p];
                     for &j in &inside[..=k] {
-                        matrix[(i, j)] += weight * row[i] * row[j];
+                        column[j] += own * row[j];
                     }
                 }
             }
@@ -503,7 +542,7 @@ impl Problem<'_> {
             let sigma = self.sigma[c];
             for b in range.clone() {
                 let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
-                for (slope, column) in gradient.iter_mut().zip(&linear.columns) {
+                for (slope, column) in gradient.iter_mut().zip(linear.columns.iter()) {
                     *slope -= weight * column[c][b] / sigma * z;
                 }
             }
@@ -533,7 +572,7 @@ impl Problem<'_> {
             gradient[i] -= weight * z;
             matrix[(i, i)] += weight * weight;
         }
-        matrix.fill_upper_triangle_with_lower_triangle();
+        matrix.fill_lower_triangle_with_upper_triangle();
         (matrix, gradient)
     }
 }

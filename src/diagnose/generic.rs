@@ -76,7 +76,7 @@ pub fn terms(samples: &Samples, problem: &Problem<'_>, linear: &Linear) -> Vec<T
         let blocks = range.start / BLOCK..range.end / BLOCK;
         problem.accumulate(linear, blocks, &mut matrix, &mut pull);
     }
-    matrix.fill_upper_triangle_with_lower_triangle();
+    matrix.fill_lower_triangle_with_upper_triangle();
     for (k, parameter) in problem.parameters.iter().enumerate() {
         matrix[(k, k)] += 1.0 / (parameter.prior * parameter.prior);
     }

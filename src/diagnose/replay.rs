@@ -75,7 +75,7 @@ pub enum From {
     Manoeuvres,
 }
 
-/// The session as a perfect logger would have recorded it. Pressures and heading stay the measured
+/// The session as a perfect logger would have recorded it; from manoeuvres, NaN between them. Pressures and heading stay the measured
 /// ones.
 pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From) -> Session {
     let (n, rate) = (session.len, session.rate);
@@ -101,15 +101,22 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
     let mut brakes = BrakeHistory::default();
     let along = along_strip(session);
     let mut starts = vec![false; n];
+    let mut ridden = vec![from == From::Session; n];
     if from == From::Manoeuvres {
         for s in segments.iter().filter(|s| s.used && s.start < n) {
             starts[s.start] = true;
+            ridden[s.start..s.end.min(n)].fill(true);
         }
     }
     let vy = column(Channel::VelocityY);
     let yaw_rate = column(Channel::YawRate);
     let omega = [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(column);
     for i in 0..n {
+        if !ridden[i] {
+            brakes.see(known(&v, i), pressures.iter().any(|p| p[i] > BrakeHistory::PRESSED), dt);
+            out.iter_mut().for_each(|column| column.push(f64::NAN));
+            continue;
+        }
         if starts[i] {
             let beyond = &plant.departure;
             state.yaw_rate = known(&yaw_rate, i);
@@ -171,7 +178,7 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
         plant.advance(&mut state, &action, dt);
         state.vx = state.vx.max(0.0);
     }
-    let mut ridden = session.clone();
+    let mut shown = session.clone();
     for (channel, column) in [
         Channel::VelocityX,
         Channel::VelocityY,
@@ -187,10 +194,10 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
     .zip(out)
     {
         if session.has(channel) {
-            ridden.set(channel, column);
+            shown.set(channel, column);
         }
     }
-    plant.departure.measure(&mut ridden);
+    plant.departure.measure(&mut shown);
     // what the brakes were really given, without the noise of a lever at rest
     for (channel, pressure) in
         [Channel::BrakePressureFront, Channel::BrakePressureRear].into_iter().zip(pressures)
@@ -200,8 +207,8 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
                 .iter()
                 .map(|p| if *p > BrakeHistory::PRESSED { *p } else { 0.0 })
                 .collect();
-            ridden.set(channel, on);
+            shown.set(channel, on);
         }
     }
-    ridden
+    shown
 }

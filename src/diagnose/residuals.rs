@@ -16,6 +16,7 @@ use super::attitude::Attitude;
 use super::samples::{BLOCK, Samples};
 use super::world::World;
 use crate::GRAVITY;
+use crate::model::magic_formula::MagicFormula;
 use crate::segment::Kind;
 
 /// The channels, in their order.
@@ -43,23 +44,61 @@ pub type Blocks = [Vec<f64>; 8];
 
 /// The residuals' block means in a world.
 pub fn blocks(samples: &Samples, world: &World) -> Blocks {
-    blocks_at(samples, world, None)
+    blocks_at(samples, world, None, &mut Curves::Unknown)
 }
 
 /// How the bike lies throughout, in a world.
 pub fn attitudes(samples: &Samples, world: &World) -> Vec<Attitude> {
+    let caster = world.caster_angle.sin_cos();
     samples
         .manoeuvres
         .iter()
         .flat_map(|(kind, range)| {
             let cornering = *kind == Kind::Cornering;
-            range.clone().map(move |i| Attitude::of(samples, world, i, cornering))
+            range.clone().map(move |i| Attitude::of(samples, world, caster, i, cornering))
         })
         .collect()
 }
 
-/// The same with attitudes that are known already.
-pub fn blocks_at(samples: &Samples, world: &World, known: Option<&[Attitude]>) -> Blocks {
+/// A point of a friction curve: slip ratio, value, slope.
+pub type Point = [f64; 3];
+
+/// Points of both wheels' friction curves, sample by sample. Most worlds near another have most of
+/// them in common.
+#[derive(Debug)]
+pub enum Curves<'a> {
+    /// Nothing is known.
+    Unknown,
+    /// They are kept.
+    Keep(Vec<[Point; 2]>),
+    /// Those of another world with the same curves.
+    Known(&'a [[Point; 2]]),
+}
+
+impl Curves<'_> {
+    /// Value and slope of wheel `k`'s curve at sample `i`.
+    fn at(&mut self, curve: &MagicFormula, k: usize, i: usize, ratio: f64) -> (f64, f64) {
+        if let Curves::Known(known) = self
+            && known[i][k][0] == ratio
+        {
+            return (known[i][k][1], known[i][k][2]);
+        }
+        let (value, slope) = curve.value_and_slope(ratio);
+        if let Curves::Keep(kept) = self {
+            kept[i][k] = [ratio, value, slope];
+        }
+        (value, slope)
+    }
+}
+
+/// The same with attitudes that are known already, and points of the friction curves.
+pub fn blocks_at(
+    samples: &Samples,
+    world: &World,
+    known: Option<&[Attitude]>,
+    curves: &mut Curves<'_>,
+) -> Blocks {
+    let caster = world.caster_angle.sin_cos();
     let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
     for (kind, range) in &samples.manoeuvres {
         let mut lagged = [Lag::default(), Lag::default()];
@@ -68,9 +107,9 @@ pub fn blocks_at(samples: &Samples, world: &World, known: Option<&[Attitude]>) -
         for (k, i) in range.clone().enumerate() {
             let attitude = match known {
                 Some(known) => known[i],
-                None => Attitude::of(samples, world, i, cornering),
+                None => Attitude::of(samples, world, caster, i, cornering),
             };
-            let mut residual = instant(samples, world, i, *kind, &attitude);
+            let mut residual = instant(samples, world, i, *kind, &attitude, curves);
             for wheel in 0..2 {
                 // the residual holds everything but the lagged slip angle
                 let [decay, share] = attitude.lag[wheel];
@@ -106,7 +145,14 @@ impl Lag {
     }
 }
 
-fn instant(s: &Samples, w: &World, i: usize, kind: Kind, a: &Attitude) -> [f64; 8] {
+fn instant(
+    s: &Samples,
+    w: &World,
+    i: usize,
+    kind: Kind,
+    a: &Attitude,
+    curves: &mut Curves<'_>,
+) -> [f64; 8] {
     let d = &w.departure;
     let cornering = kind == Kind::Cornering;
     let (m, h, l) = (w.mass, w.cg_height, w.wheelbase);
@@ -164,7 +210,7 @@ fn instant(s: &Samples, w: &World, i: usize, kind: Kind, a: &Attitude) -> [f64; 
             slip[k] = 0.0;
             continue;
         }
-        let (value, slope) = w.friction[k].value_and_slope(ratio / grip);
+        let (value, slope) = curves.at(&w.friction[k], k, i, ratio / grip);
         let value = grip * value * (1.0 - d.friction_per_load * more[k]);
         let sigma_s = 0.02 / v + 0.001;
         slip[k] =

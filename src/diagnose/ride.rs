@@ -42,11 +42,14 @@ pub struct Settings {
     pub nulls: usize,
     /// Candidate causes.
     pub effects: Vec<Effect>,
+    /// Whether riding is also simulated for what the ride says nothing of, not only for what it cannot
+    /// tell apart.
+    pub advise: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { nulls: 24, effects: effects::ALL.to_vec() }
+        Settings { nulls: 24, effects: effects::ALL.to_vec(), advise: false }
     }
 }
 
@@ -61,8 +64,8 @@ pub struct Diagnosis {
     pub base: Base,
     /// What nulls show.
     pub calibration: Calibration,
-    /// What more riding would show.
-    pub advice: Advice,
+    /// What more riding would show, where it was asked.
+    pub advice: Option<Advice>,
     /// Rows of `causes`.
     pub causes: Vec<CauseRow>,
     /// Rows of `discrepancies`.
@@ -179,10 +182,18 @@ pub fn diagnose(
     let calibration = Calibration::new(&rides, &start.near, &settings.effects, settings.nulls);
     let naming = name::name(&samples, &start, &settings.effects, &calibration, &rides);
     let base = start.base;
-    let advice =
-        Advice::new(session, &samples, &naming.extended, &settings.effects, bike, pipeline);
+    let open = |c: &name::Cause| match c.verdict {
+        Verdict::Ambiguous => true,
+        Verdict::NotIdentifiable => settings.advise,
+        _ => false,
+    };
+    let advice = naming.causes.iter().any(open).then(|| {
+        Advice::new(session, &samples, &naming.extended, &settings.effects, bike, pipeline)
+    });
     let mut causes = cause_rows(&samples, &base, &naming, &calibration, &settings.effects, &ident);
-    advise(&mut causes, &naming, &calibration, &advice);
+    if let Some(advice) = &advice {
+        advise(&mut causes, &naming, &calibration, advice, settings.advise);
+    }
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     let replays = show::replays(session, &rides, &base.world, &naming, &ident);
     let model = Model::of(&naming, &ident);
@@ -275,7 +286,13 @@ fn cause_rows(
 }
 
 /// Puts computed riding in the place of the library's words, where simulated riding helps.
-fn advise(causes: &mut [CauseRow], naming: &Naming, calibration: &Calibration, advice: &Advice) {
+fn advise(
+    causes: &mut [CauseRow],
+    naming: &Naming,
+    calibration: &Calibration,
+    advice: &Advice,
+    unseen: bool,
+) {
     for row in causes {
         let Some(cause) = naming.causes.iter().find(|c| c.effect.name == row.effect) else {
             continue;
@@ -293,7 +310,7 @@ fn advise(causes: &mut [CauseRow], naming: &Naming, calibration: &Calibration, a
                 row.reason = row.reason.replace(words, &separate_by);
                 row.separate_by = Some(separate_by);
             }
-            Verdict::NotIdentifiable => {
+            Verdict::NotIdentifiable if unseen => {
                 let place = advice.place(cause.effect.name);
                 let (Some(j), Some(change)) = (place, advice.shown(cause.effect.name)) else {
                     continue;

@@ -33,6 +33,7 @@ pub struct Rides<'a> {
     segments: &'a [Segment],
     bike: &'a Bike,
     picks: Vec<(Kind, Vec<usize>)>,
+    world: World,
     clean: Session,
     white: Vec<(Channel, f64)>,
     wander: Vec<Slow>,
@@ -67,6 +68,7 @@ impl<'a> Rides<'a> {
             segments,
             bike,
             picks,
+            world: base.world.clone(),
             clean,
             white,
             wander,
@@ -80,8 +82,13 @@ impl<'a> Rides<'a> {
 
     /// The same noise on another model.
     pub fn on(&self, world: &World) -> Rides<'a> {
+        let clean = match *world == self.world {
+            true => self.clean.clone(),
+            false => self.shown(world, From::Session),
+        };
         Rides {
-            clean: self.shown(world, From::Session),
+            clean,
+            world: world.clone(),
             picks: self.picks.clone(),
             white: self.white.clone(),
             wander: self.wander.clone(),

@@ -66,7 +66,7 @@ pub fn scores(
         let blocks = range.start / BLOCK..range.end / BLOCK;
         problem.accumulate(linear, blocks, &mut whole, &mut unused);
     }
-    whole.fill_upper_triangle_with_lower_triangle();
+    whole.fill_lower_triangle_with_upper_triangle();
     let mut base_matrix = whole.view((0, 0), (b, b)).into_owned();
     for (k, parameter) in base.parameters.iter().enumerate() {
         base_matrix[(k, k)] += 1.0 / (parameter.prior * parameter.prior);

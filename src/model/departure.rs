@@ -104,7 +104,8 @@ impl Departure {
     /// Friction over its usual, `time` s into the ride, riding `along` the strip or back.
     pub fn grip(&self, time: f64, along: f64) -> f64 {
         let there = if along > 0.5 { self.patch } else { 0.0 };
-        (1.0 - self.cold * (-time / WARMING).exp()) * (1.0 - there)
+        let warm = if self.cold == 0.0 { 1.0 } else { 1.0 - self.cold * (-time / WARMING).exp() };
+        warm * (1.0 - there)
     }
 
     /// Whether wheel loads change what a tyre does per load.

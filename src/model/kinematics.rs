@@ -37,6 +37,8 @@ pub struct FrontWheel {
     pub camber: f64,
     /// Its tangent.
     pub camber_tan: f64,
+    /// Its cosine.
+    pub camber_cos: f64,
 }
 
 /// [`kinematic_steer`] and [`front_camber`] at once; `phi` and `epsilon` as sine and cosine.
@@ -56,11 +58,13 @@ pub fn front_wheel(
     let (y, x) = (sin_delta * cos_eps, cos_phi * cos_delta + sin_phi * across);
     let length = (x * x + y * y).sqrt();
     let down = cos_delta * sin_phi - cos_phi * across;
+    let camber_cos = (1.0 - down * down).sqrt();
     FrontWheel {
         steer: y.atan2(x), // (30)
         steer_sin_cos: (y / length, x / length),
         camber: down.asin(), // (31a)
-        camber_tan: down / (1.0 - down * down).sqrt(),
+        camber_tan: down / camber_cos,
+        camber_cos,
     }
 }
 
@@ -80,6 +84,7 @@ mod tests {
                 assert!(near(w.steer_sin_cos.0, w.steer.sin()));
                 assert!(near(w.steer_sin_cos.1, w.steer.cos()));
                 assert!(near(w.camber_tan, w.camber.tan()));
+                assert!(near(w.camber_cos, w.camber.cos()));
             }
         }
     }

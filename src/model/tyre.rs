@@ -46,12 +46,21 @@ impl Stiffness {
     /// `k_alpha(gamma)`, 1/rad. The denominator of (39) is kept above a fifth of its upright
     /// value, so that no camber makes the stiffness explode or change sign.
     pub fn k_alpha(&self, gamma: f64, C: f64) -> f64 {
+        self.k_alpha_at(gamma, gamma.tan(), C)
+    }
+
+    /// The same where the tangent of the camber is known.
+    fn k_alpha_at(&self, gamma: f64, tan_gamma: f64, C: f64) -> f64 {
         let upright = self.c1 + C;
         let per_camber = upright + self.c3 * gamma * gamma;
         let per_camber = if upright > 0.0 { per_camber.max(0.2 * upright) } else { per_camber };
-        let tan_per_camber = if gamma.abs() < 1e-6 { 1.0 } else { gamma.tan() / gamma };
-        -self.ct * tan_per_camber / per_camber // (39), divided through by gamma
+        -self.ct * tan_per_camber(gamma, tan_gamma) / per_camber // (39), divided through by gamma
     }
+}
+
+/// `tan(gamma)/gamma`, 1 upright.
+fn tan_per_camber(gamma: f64, tan_gamma: f64) -> f64 {
+    if gamma.abs() < 1e-6 { 1.0 } else { tan_gamma / gamma }
 }
 
 /// One tyre. SI units, per-load stiffnesses.
@@ -143,13 +152,18 @@ impl Tyre {
 
     /// Forces and moments, eqs. 2-20.
     pub fn forces(&self, input: &Input) -> Output {
+        self.forces_at(input, input.camber.tan())
+    }
+
+    /// The same where the tangent of the camber is known.
+    pub(crate) fn forces_at(&self, input: &Input, tan_gamma: f64) -> Output {
         let Input { slip_ratio: s, slip_angle: alpha, camber: gamma, load: Fz, friction: mu } =
             *input;
         if Fz <= 0.0 {
             return Output::default(); // off the ground
         }
         let mu0 = self.reference_friction;
-        let (sigma_x_max, sigma_y_max) = (self.peak_slip, self.peak_slip);
+        let sigma_max = self.peak_slip; // of both directions
         let C = self.side_force_ratio;
         let k_x = self.overturning_stiffness;
 
@@ -157,46 +171,46 @@ impl Tyre {
         let s = rolling - 1.0;
         let sigma_x = -s / rolling; // (2a)
         let sigma_y = -alpha.tan() / rolling; // (2b)
-        let sigma_xn = sigma_x / sigma_x_max; // (3a)
-        let sigma_yn = sigma_y / sigma_y_max; // (3b)
-        let sigma_n = sigma_xn.hypot(sigma_yn); // (4)
+        let sigma_xn = sigma_x / sigma_max; // (3a)
+        let sigma_yn = sigma_y / sigma_max; // (3b)
+        let sigma_n = (sigma_xn * sigma_xn + sigma_yn * sigma_yn).sqrt(); // (4)
 
-        let signed_x = sigma_n * sigma_x_max * sign(sigma_x);
+        let signed_x = sigma_n * sigma_max * sign(sigma_x);
         let s_eq = -signed_x / (1.0 + signed_x).max(MIN_ROLLING); // (5a)
-        let alpha_eq = -(sigma_n * sigma_y_max * sign(sigma_y)).atan(); // (5b)
+        let tan_alpha_eq = if sigma_y == 0.0 { 0.0 } else { sigma_n * sigma_max }; // (5b), size
 
         let similarity = mu0 / mu;
         let Fx0 = self.friction.value(similarity * s_eq).abs() * Fz; // (6a)
-        let k_alpha = self.stiffness.k_alpha(similarity * gamma, C);
-        let Fy0 = k_alpha * Fz * (similarity * alpha_eq).abs(); // (6b), corrected
+        let k_alpha = self.stiffness.k_alpha_at(gamma, tan_gamma, C);
+        let k_alpha_similar = match similarity == 1.0 {
+            true => k_alpha,
+            false => self.stiffness.k_alpha(similarity * gamma, C),
+        };
+        let Fy0 = k_alpha_similar * Fz * (similarity * tan_alpha_eq.atan()).abs(); // (6b), corrected
 
-        let (share_x, share_y) = if sigma_n > 0.0 {
-            ((sigma_xn / sigma_n).powi(2), (sigma_yn / sigma_n).powi(2))
-        } else {
-            (0.0, 0.0)
+        // with one peak slip for both directions eta (9b) and theta (9c) are one angle, and lambda (9a)
+        // is it whatever q1
+        let (cos_lambda, sin_lambda) = match sigma_n > 0.0 {
+            true => (sigma_xn.abs() / sigma_n, sigma_yn / sigma_n),
+            false => (1.0, 0.0),
         };
         let Gamma = sigma_n.min(1.0);
-        let Fx0_basic = Fx0 - Gamma * (Fx0 - Fy0) * share_y; // (7a)
-        let Fy0_basic = Fy0 - Gamma * (Fy0 - Fx0) * share_x; // (7b)
+        let Fx0_basic = Fx0 - Gamma * (Fx0 - Fy0) * sin_lambda * sin_lambda; // (7a)
+        let Fy0_basic = Fy0 - Gamma * (Fy0 - Fx0) * cos_lambda * cos_lambda; // (7b)
+        let Fx = -cos_lambda / similarity * Fx0_basic * sign(sigma_xn); // (8a)
+        let Fy_alpha = sin_lambda / similarity * Fy0_basic; // (8b)
 
-        let eta = sigma_yn.atan2(sigma_xn.abs()); // (9b)
-        let theta = sigma_y.atan2(sigma_x.abs()); // (9c)
-        let transition = (self.slip_transition * sigma_n * sigma_n).atan();
-        let lambda = eta + std::f64::consts::FRAC_2_PI * (theta - eta) * transition; // (9a), corrected
-        let Fx = -lambda.cos() / similarity * Fx0_basic * sign(sigma_xn); // (8a)
-        let Fy_alpha = lambda.sin() / similarity * Fy0_basic; // (8b)
-
-        let k_alpha0 = self.stiffness.k_alpha(0.0, C);
-        let relative_trail = (1.0 - k_alpha0 / (3.0 * mu) * alpha_eq.tan().abs()).max(0.0);
+        let k_alpha0 = self.stiffness.k_alpha_at(0.0, 0.0, C);
+        let relative_trail = (1.0 - k_alpha0 / (3.0 * mu) * tan_alpha_eq).max(0.0);
         let t_p = self.trail_0(Fz) * relative_trail; // (11), friction once
         let Mz_alpha = -t_p * Fy_alpha; // (10)
 
-        let Fy_gamma = -C * self.stiffness.k_alpha(gamma, C) * Fz * gamma // (13), (14)
+        let Fy_gamma = -C * k_alpha * Fz * gamma // (13), (14)
             / (1.0 + self.camber_force_decay * sigma_xn * sigma_xn); // (15)
         let Mz_gamma = -self.twisting_stiffness * Fz * gamma // (16)
             / (1.0 + self.camber_moment_decay * sigma_n * sigma_n); // (17)
-        let Mx = -k_x * Fz * gamma.tan(); // (18), corrected
-        let Mz_offset = k_x * Fx * gamma.tan(); // (19)
+        let Mx = -k_x * Fz * tan_gamma; // (18), corrected
+        let Mz_offset = k_x * Fx * tan_gamma; // (19)
         Output {
             force_x: Fx,
             force_y: Fy_alpha + Fy_gamma,

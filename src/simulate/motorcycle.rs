@@ -21,7 +21,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::GRAVITY;
 use crate::estimate::Formulation::Corrected;
 use crate::model::departure::Departure;
-use crate::model::kinematics::{front_camber, kinematic_steer};
+use crate::model::kinematics::front_wheel;
 use crate::model::tyre::{Input, Output, Tyre};
 
 /// Everything true about the simulated bike. SI.
@@ -174,8 +174,12 @@ impl Plant {
     }
 
     /// Longitudinal and lateral velocity of the contact points in their wheels' frames.
-    fn contact_velocity(&self, s: &State, delta: f64) -> [(f64, f64); 2] {
-        let (sin_phi, cos_phi) = s.roll.sin_cos();
+    fn contact_velocity(
+        &self,
+        s: &State,
+        (sin_phi, cos_phi): (f64, f64),
+        (sin_d, cos_d): (f64, f64),
+    ) -> [(f64, f64); 2] {
         // the contact line lies beside the leaned mass centre
         let u = s.vx - s.yaw_rate * self.cg_height * sin_phi;
         let w = s.vy + self.cg_height * cos_phi * s.roll_rate;
@@ -183,7 +187,6 @@ impl Plant {
             w + self.cg_to_front * s.yaw_rate,
             w - (self.wheelbase - self.cg_to_front) * s.yaw_rate,
         );
-        let (sin_d, cos_d) = delta.sin_cos();
         [(u * cos_d + wf * sin_d, wf * cos_d - u * sin_d), (u, wr)]
     }
 
@@ -213,18 +216,24 @@ impl Plant {
         let (sin_phi, cos_phi) = s.roll.sin_cos();
         let beyond = &self.departure;
         let along = s.yaw.cos();
-        let camber = [front_camber(s.steer, s.roll, self.caster_angle, Corrected), s.roll]
-            .map(|g| g - beyond.bank);
+        let caster = self.caster_angle.sin_cos();
+        let wheel = front_wheel(s.steer, (sin_phi, cos_phi), caster, Corrected);
+        let camber = [wheel.camber, s.roll].map(|g| g - beyond.bank);
+        let tan_camber = match beyond.bank == 0.0 {
+            true => [wheel.camber_tan, sin_phi / cos_phi],
+            false => camber.map(f64::tan),
+        };
         let static_load = self.static_load();
-        let mut delta = kinematic_steer(s.steer, s.roll, self.caster_angle, Corrected);
+        let (mut delta, (mut sin_d, mut cos_d)) = (wheel.steer, wheel.steer_sin_cos);
         if beyond.compliance != 0.0 {
             let tyre = &self.tyres[0];
             let ratio = tyre.side_force_ratio;
             let k_alpha = tyre.stiffness.k_alpha(camber[0], ratio);
             let side = -k_alpha * static_load[0] * (s.alpha[0] + ratio * camber[0]);
             delta -= beyond.compliance * side;
+            (sin_d, cos_d) = delta.sin_cos();
         }
-        let velocity = self.contact_velocity(s, delta);
+        let velocity = self.contact_velocity(s, (sin_phi, cos_phi), (sin_d, cos_d));
         let grip = beyond.grip(action.time, along);
 
         // tyre outputs per unit of load: all but the trail are proportional to it
@@ -242,13 +251,14 @@ impl Plant {
             slip_ratio[i] = (radius * s.omega[i] - vx) / reference;
             let alpha_kin = vy.atan2(reference);
             alpha_rate[i] = tyre.slip_angle_rate(s.omega[i], alpha_kin, s.alpha[i]);
-            let out = tyre.forces(&Input {
+            let input = Input {
                 slip_ratio: slip_ratio[i],
                 slip_angle: s.alpha[i],
                 camber: camber[i],
                 load: static_load[i],
                 friction: self.friction * grip,
-            });
+            };
+            let out = tyre.forces_at(&input, tan_camber[i]);
             let per = 1.0 / static_load[i];
             let sideways = 1.0 + beyond.stiffness_per_load * more;
             unit[i] = Output {
@@ -271,7 +281,6 @@ impl Plant {
             let fade = (velocity[i].0 / 0.3).tanh(); // nothing resists a standing wheel
             -(self.tyres[i].rolling_resistance + beyond.rolling_per_speed * s.vx) * fade
         };
-        let (sin_d, cos_d) = delta.sin_cos();
         let ax = [unit[0].force_x + rolling(0), unit[1].force_x + rolling(1)];
         let x = [ax[0] * cos_d - unit[0].force_y * sin_d, ax[1]];
         // a banked road's loads push sideways
@@ -279,7 +288,10 @@ impl Plant {
 
         let torque: [f64; 2] = std::array::from_fn(|i| {
             let drive = if i == 1 { action.drive } else { 0.0 };
-            drive - action.brake[i] * (s.omega[i] / 0.5).tanh()
+            match action.brake[i] == 0.0 {
+                true => drive,
+                false => drive - action.brake[i] * (s.omega[i] / 0.5).tanh(),
+            }
         });
         let spin = (1.0 + beyond.gyroscopic)
             * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
@@ -307,9 +319,10 @@ impl Plant {
             // the extra lateral force acts at the mass centre: no moment
             spin * s.yaw_rate * cos_phi,
         );
-        let solution = a.lu().solve(&b).unwrap_or_else(|| {
-            Vector3::new(static_load[0], static_load[1], 0.0) // singular: hold the static loads
-        });
+        let solution = match a.try_inverse() {
+            Some(inverse) => inverse * b,
+            None => Vector3::new(static_load[0], static_load[1], 0.0), // hold the static loads
+        };
         let load = [solution[0].max(0.0), solution[1].max(0.0)];
         let roll_acceleration = solution[2];
 

@@ -71,7 +71,11 @@ fn riding_what_is_advised_tells_wind_from_slope() {
     let class: Vec<&str> =
         std::iter::once(first.effect.name).chain(first.equivalent.iter().copied()).collect();
     assert!(class.contains(&"wind") && class.contains(&"road_grade"), "{class:?}");
-    let change = before.advice.apart(first.effect.name, &first.equivalent).expect("a set");
+    let change = before
+        .advice
+        .as_ref()
+        .and_then(|a| a.apart(first.effect.name, &first.equivalent))
+        .expect("a set");
     assert!(change.set == COASTS && change.resolves(), "{change:?}");
     let row = &before.causes[0];
     let said = row.separate_by.as_deref().expect("advice");

@@ -42,7 +42,7 @@ impl Curvature {
             let blocks = range.start / BLOCK..range.end / BLOCK;
             problem.accumulate(&linear, blocks, &mut matrix, &mut unused);
         }
-        matrix.fill_upper_triangle_with_lower_triangle();
+        matrix.fill_lower_triangle_with_upper_triangle();
         Curvature { matrix }
     }
 
