@@ -159,7 +159,7 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
             && case.hidden.iter().any(|(h, _)| h.name == e.name || e.looks_like(h.name))
     };
     let effects: Vec<Effect> = ALL.iter().filter(|e| !removed(e)).copied().collect();
-    let settings = Settings { nulls: arguments.nulls, effects };
+    let settings = Settings { nulls: arguments.nulls, effects, advise: false };
     let bike = Bike::read(&bike).expect("bike");
     let found = match ride::log(&log, &[], &bike, &Pipeline::onroad(), &settings) {
         Ok(found) => found,

@@ -98,7 +98,7 @@ pub fn blocks_at(
     known: Option<&[Attitude]>,
     curves: &mut Curves<'_>,
 ) -> Blocks {
-    let caster = world.caster_angle.sin_cos();
+    let fixed = Fixed::of(world);
     let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
     for (kind, range) in &samples.manoeuvres {
         let mut lagged = [Lag::default(), Lag::default()];
@@ -107,9 +107,9 @@ pub fn blocks_at(
         for (k, i) in range.clone().enumerate() {
             let attitude = match known {
                 Some(known) => known[i],
-                None => Attitude::of(samples, world, caster, i, cornering),
+                None => Attitude::of(samples, world, fixed.caster, i, cornering),
             };
-            let mut residual = instant(samples, world, i, *kind, &attitude, curves);
+            let mut residual = instant(samples, world, &fixed, i, *kind, &attitude, curves);
             for wheel in 0..2 {
                 // the residual holds everything but the lagged slip angle
                 let [decay, share] = attitude.lag[wheel];
@@ -145,9 +145,41 @@ impl Lag {
     }
 }
 
+/// What a world has that no sample changes.
+struct Fixed {
+    /// Sine and cosine of the caster angle.
+    caster: (f64, f64),
+    inertia: [f64; 2],
+    ratio: [f64; 2],
+    per_mass: f64,
+    per_length: f64,
+    per_radius: [f64; 2],
+    /// Loads at rest.
+    still: [f64; 2],
+    per_still: [f64; 2],
+}
+
+impl Fixed {
+    fn of(w: &World) -> Self {
+        let (l, lf) = (w.wheelbase, w.cg_to_front);
+        let still = [w.mass * GRAVITY * (l - lf) / l, w.mass * GRAVITY * lf / l];
+        Fixed {
+            caster: w.caster_angle.sin_cos(),
+            inertia: w.wheel_inertia.map(|inertia| inertia * (1.0 + w.departure.inertia)),
+            ratio: [0, 1].map(|k| w.side_force_ratio[k] + w.departure.side_force_ratio[k]),
+            per_mass: 1.0 / w.mass,
+            per_length: 1.0 / l,
+            per_radius: w.radius.map(|r| 1.0 / r),
+            still,
+            per_still: still.map(|n| 1.0 / n),
+        }
+    }
+}
+
 fn instant(
     s: &Samples,
     w: &World,
+    fixed: &Fixed,
     i: usize,
     kind: Kind,
     a: &Attitude,
@@ -166,7 +198,7 @@ fn instant(
     let weight = m * (GRAVITY - sinking);
     // without a heading nothing is known of what depends on it
     let along_strip = if s.along[i].is_nan() { 0.0 } else { s.along[i] };
-    let inertia = w.wheel_inertia.map(|inertia| inertia * (1.0 + d.inertia));
+    let &Fixed { inertia, ratio, per_mass, per_length, per_radius, still, per_still, .. } = fixed;
     let free = kind == Kind::Coasting;
     let braking = matches!(kind, Kind::FrontBraking | Kind::RearBraking | Kind::CombinedBraking);
 
@@ -180,7 +212,7 @@ fn instant(
     let wheel_force = |k: usize| {
         let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
         -(w.brake_gain[k] * fading * pressure + dragging + inertia[k] * s.omegad[k][i])
-            / w.radius[k]
+            * per_radius[k]
     };
     let front = wheel_force(0);
     let whole = m * ax + drag + uphill; // tyre forces, rolling resistance included
@@ -188,13 +220,13 @@ fn instant(
     let rear = if free || braking { wheel_force(1) } else { slip_forces - front };
     let spin_rate: f64 = (0..2).map(|k| inertia[k] * s.omegad[k][i]).sum();
     let transferred = h * cos_phi * whole + cos_phi * spin_rate + d.drag_height * drag;
-    let load_rear = (weight * lf + transferred) / l;
+    let load_rear = (weight * lf + transferred) * per_length;
     let lifted = 0.5 * d.lift * v * v;
     let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
-    let still = [m * GRAVITY * lr / l, m * GRAVITY * lf / l];
-    let more = [0, 1].map(|k| load[k] / still[k] - 1.0);
+    let more = [0, 1].map(|k| load[k] * per_still[k] - 1.0);
 
-    let force_x = if free || braking { ax - (front + rear - resistance) / m } else { f64::NAN };
+    let force_x =
+        if free || braking { ax - (front + rear - resistance) * per_mass } else { f64::NAN };
 
     let mut slip = [f64::NAN; 2];
     let grip = d.grip(s.time[i], along_strip);
@@ -224,8 +256,7 @@ fn instant(
         k0 * a.tangent[k] / (1.0 + decay * g * g) * (1.0 + d.stiffness_per_load * more[k])
     });
     let lateral = m * (ay + GRAVITY * d.bank);
-    let first = [lateral * lr / l, lateral * lf / l];
-    let ratio = [0, 1].map(|k| w.side_force_ratio[k] + d.side_force_ratio[k]);
+    let first = [lateral * lr * per_length, lateral * lf * per_length];
     let mut moment = 0.0;
     for k in 0..2 {
         let by_slip = first[k] + ratio[k] * stiffness[k] * load[k] * camber[k];
@@ -239,15 +270,16 @@ fn instant(
         + h * sin_phi * whole
         + spins * spin_rate * sin_phi
         + spin * cos_phi * rolld;
-    let side_front = (lr * lateral + turning) / l;
+    let side_front = (lr * lateral + turning) * per_length;
     let side_rear = lateral - side_front;
     let side = [(side_front - front * sin_d) / cos_d, side_rear];
     let balance = [0, 1].map(|k| ratio[k] * camber[k] + side[k] / (stiffness[k] * load[k]));
 
     let roll = if cornering {
         let aside = h * sin_phi + d.rider_lean * phi;
-        let balanced = weight / m * (-aside + w.crown * a.tan_road)
-            + (w.roll_inertia * rolldd - spin * r * cos_phi) / m;
+        let balanced = (weight * (-aside + w.crown * a.tan_road) + w.roll_inertia * rolldd
+            - spin * r * cos_phi)
+            * per_mass;
         ay - balanced / (h * cos_phi) - w.roll_rate_term * rolld
     } else {
         f64::NAN

@@ -38,7 +38,7 @@ fn fitted(ride: &(Session, Machine)) -> Fitted<'_> {
 /// What diagnosis makes of a ride, with some candidates.
 fn ask(ride: &(Session, Machine), names: &[&str]) -> Diagnosis {
     let effects = names.iter().map(|n| *Effect::named(n).expect("known")).collect();
-    let settings = Settings { nulls: 10, effects };
+    let settings = Settings { nulls: 10, effects, advise: false };
     ride::diagnose(&ride.0, &ride.1.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
 }
 

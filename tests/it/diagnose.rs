@@ -30,7 +30,7 @@ fn ask(case: &Case, without: &[&str]) -> Diagnosis {
     let folder = tempfile::tempdir().expect("folder");
     let (log, bike) = case.write(folder.path()).expect("written");
     let effects = ALL.iter().filter(|e| !without.contains(&e.name)).copied().collect();
-    let settings = Settings { nulls: 20, effects };
+    let settings = Settings { nulls: 20, effects, advise: false };
     let bike = Bike::read(&bike).expect("bike");
     ride::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed")
 }
