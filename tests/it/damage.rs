@@ -62,7 +62,9 @@ fn whole(ride: &Session, folder: &Path, name: &str, format: &str) -> Vec<u8> {
                 let speed = 40.0 + f64::from(ms) * 1e-3;
                 text += &format!("susp {},{},{ms}\n", 500 + ms % 70, 480 - ms % 50);
                 if ms % 200 == 0 {
-                    text += &format!("15,{},0,0,0,{ms}\n", 3000 + ms / 10);
+                    // what the map takes for the wheel: 0.0537 m of road per radian of the motor
+                    let motor = speed / 3.6 / 0.0537 * 60.0 / std::f64::consts::TAU;
+                    text += &format!("15,{motor:.0},0,0,0,{ms}\n");
                 }
                 if ms % 1000 == 0 {
                     let at = 12_0000.0 + f64::from(ms) * 1e-3;
