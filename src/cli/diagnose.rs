@@ -229,6 +229,12 @@ fn tell(d: &Diagnosis) {
              that can be and gains enough.",
             naming.alarm
         ),
+        (true, false) if naming.causes.iter().all(|c| c.verdict == Verdict::NotIdentifiable) => {
+            say!(
+                "  This ride can show none of the {} candidates: nothing can be said of what is wrong.",
+                naming.causes.len()
+            )
+        }
         (true, false) => say!(
             "  Nothing is wrong that this ride could show: the largest score is {:.1} (19 of 20 nulls stay \
              below 1).",

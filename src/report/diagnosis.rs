@@ -26,6 +26,8 @@ pub enum Outcome {
     Null,
     /// Something is wrong and nothing explains it.
     Unexplained,
+    /// The ride can show none of the candidates.
+    Blind,
     /// The table `causes` does not know the ride.
     Unjudged,
 }
@@ -178,6 +180,7 @@ pub fn outcome(causes: &[CauseRow]) -> Outcome {
         _ if is("named") => Outcome::Named,
         _ if is("ambiguous") => Outcome::Ambiguous,
         _ if is("unexplained") => Outcome::Unexplained,
+        _ if causes.iter().all(|c| c.verdict == "not_identifiable") => Outcome::Blind,
         _ => Outcome::Null,
     }
 }
@@ -196,6 +199,7 @@ pub fn entry(ident: &Ident, href: &str, causes: &[CauseRow], rows: &[Discrepancy
             Outcome::Ambiguous => "one of several",
             Outcome::Null => "nothing that this ride could show",
             Outcome::Unexplained => "unexplained",
+            Outcome::Blind => "the ride can show nothing",
             Outcome::Unjudged => "no verdict in the tables",
         },
         findings: findings(causes),
@@ -318,6 +322,9 @@ fn verdict(outcome: Outcome, findings: &[Finding], causes: &[CauseRow]) -> (&'st
             "Yes, as far as this ride can tell.",
             "Nothing is wrong that this ride could show.".to_owned(),
         ),
+        Outcome::Blind => {
+            ("That cannot be said.", "This ride can show none of the candidates.".to_owned())
+        }
         Outcome::Unjudged => (
             "There is no verdict.",
             "The table causes has no row of this ride; what the model leaves is below.".to_owned(),

@@ -385,3 +385,11 @@ fn diagnosis_report_demo() {
     let out = std::env::var("ROADBENCH_REPORT_DEMO").expect("ROADBENCH_REPORT_DEMO");
     generate(Path::new(&out));
 }
+
+#[test]
+fn a_ride_that_can_show_nothing_is_not_called_right() {
+    use roadbench::report::diagnosis::{Outcome, outcome};
+    assert_eq!(outcome(&rest()), Outcome::Null);
+    assert_eq!(outcome(&rest()[9..]), Outcome::Blind);
+    assert_eq!(outcome(&[]), Outcome::Unjudged);
+}
