@@ -148,7 +148,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         )));
     }
     aggregate(out)?;
-    report::write(out)?;
+    report::update(out)?;
     told(start.elapsed().as_secs_f64())?;
     match &run.only {
         Some(only) => {

@@ -83,8 +83,11 @@ impl Diagnosed {
     }
 
     fn rows(&self, ident: &Ident) -> (&[CauseRow], &[DiscrepancyRow]) {
-        let own = |other: &Ident| tables::key(other) == tables::key(ident);
-        (run_of(&self.causes, |c| own(&c.ident)), run_of(&self.discrepancies, |d| own(&d.ident)))
+        let key = tables::key(ident);
+        (
+            run_of(&self.causes, key, |c| tables::key(&c.ident)),
+            run_of(&self.discrepancies, key, |d| tables::key(&d.ident)),
+        )
     }
 
     /// Writes every page into the report's folder.

@@ -8,6 +8,7 @@
 //! inside a script goes through [`figures::inline_json`].
 
 use std::collections::BTreeSet;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use minijinja::syntax::SyntaxConfig;
@@ -92,6 +93,18 @@ const MARK: &str = "<!doctype html>\n<!-- roadbench report -->";
 /// # Errors
 /// The folder holds no tables, one cannot be read, or a page cannot be written.
 pub fn write(out: &Path) -> Result<(), Error> {
+    build(out, true)
+}
+
+/// As [`write()`], but a session's page that was made of just its tables stays as it is.
+///
+/// # Errors
+/// As [`write()`].
+pub fn update(out: &Path) -> Result<(), Error> {
+    build(out, false)
+}
+
+fn build(out: &Path, all: bool) -> Result<(), Error> {
     if !SIGNS.iter().any(|table| out.join(table).is_dir()) {
         return Err(Error::NotAnOutput { path: out.to_owned() });
     }
@@ -113,11 +126,14 @@ pub fn write(out: &Path) -> Result<(), Error> {
     // pages are independent of each other: their order of writing shows nowhere
     sessions.par_iter().zip(&pages).try_for_each(|(session, name)| -> Result<(), Error> {
         let key = tables::key(&session.ident);
-        let own = |ident: &rows::Ident| tables::key(ident) == key;
-        let coefficients = run_of(&coefficients, |c| own(&c.ident));
-        let manoeuvres = run_of(&manoeuvres, |m| own(&m.ident));
-        let warnings = run_of(&warnings, |w| own(&w.ident));
-        let force_rows = run_of(&force_rows, |f| own(&f.ident));
+        let made_of = made_of(session, diagnosed.page_of(&session.ident));
+        if !all && is_made_of(&folder.join(name), &made_of) {
+            return Ok(());
+        }
+        let coefficients = run_of(&coefficients, key, |c| tables::key(&c.ident));
+        let manoeuvres = run_of(&manoeuvres, key, |m| tables::key(&m.ident));
+        let warnings = run_of(&warnings, key, |w| tables::key(&w.ident));
+        let force_rows = run_of(&force_rows, key, |f| tables::key(&f.ident));
         let files = plot_files.get(&(key.0.to_owned(), key.1.to_owned()));
         let points = tables::plots(files.map_or(&[], Vec::as_slice), key.0, key.1)?;
         let figures = figures::build(&points, manoeuvres);
@@ -132,6 +148,7 @@ pub fn write(out: &Path) -> Result<(), Error> {
             data => Value::from_safe_string(figures::inline_json(&figures)?),
             ..shared()
         })?;
+        let html = html.replacen(MARK, &format!("{MARK}\n{made_of}"), 1);
         Ok(table::write_bytes(&folder.join(name), html.as_bytes())?)
     })?;
 
@@ -169,11 +186,37 @@ fn environment() -> Result<Environment<'static>, minijinja::Error> {
     Ok(environment)
 }
 
-/// The run of rows that belong together in rows sorted so that they are neighbours.
-fn run_of<R>(rows: &[R], own: impl Fn(&R) -> bool) -> &[R] {
-    let start = rows.iter().position(&own).unwrap_or(rows.len());
-    let length = rows[start..].iter().take_while(|r| own(r)).count();
+/// The rows of a session in rows sorted by their keys.
+fn run_of<'a, R>(
+    rows: &'a [R],
+    session: (&str, &str),
+    key: impl Fn(&R) -> (&str, &str),
+) -> &'a [R] {
+    let start = rows.partition_point(|r| key(r) < session);
+    let length = rows[start..].partition_point(|r| key(r) == session);
     &rows[start..start + length]
+}
+
+/// What a session's page is made of: its tables' own provenance, its diagnosis, the templates.
+fn made_of(session: &rows::SessionRow, diagnosis: Option<&str>) -> String {
+    let provenance = &session.provenance;
+    let mut hasher = blake3::Hasher::new();
+    for part in [&provenance.input_hash, &provenance.pipeline_hash, &provenance.version] {
+        hasher.update(part.as_bytes()).update(b"\n");
+    }
+    hasher.update(session.path.as_bytes()).update(b"\n");
+    hasher.update(diagnosis.unwrap_or_default().as_bytes()).update(b"\n");
+    for text in TEMPLATES.iter().map(|(_, text)| *text).chain([STYLE, SCRIPT, UPLOT_SCRIPT]) {
+        hasher.update(text.as_bytes());
+    }
+    format!("<!-- made of {} -->", hasher.finalize().to_hex())
+}
+
+/// Whether a page is there that was made of just that.
+fn is_made_of(page: &Path, made_of: &str) -> bool {
+    let mut head = vec![0; MARK.len() + 1 + made_of.len()];
+    let read = std::fs::File::open(page).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head.starts_with(MARK.as_bytes()) && head.ends_with(made_of.as_bytes())
 }
 
 /// Takes away pages of an earlier build whose session is gone. One that cannot be removed is

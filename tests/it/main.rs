@@ -8,6 +8,7 @@ mod diagnose;
 mod diagnose_offroad;
 mod diagnose_report;
 mod dirt;
+mod disk;
 mod fit;
 mod fleet;
 mod ingest;
