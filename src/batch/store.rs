@@ -18,13 +18,14 @@ use std::path::{Path, PathBuf};
 
 use arrow::array::{Array, AsArray, RecordBatch};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use serde::{Deserialize, Serialize};
 use walkdir::WalkDir;
 
 use super::Error;
 use super::names::file_name;
+use super::tables::Schemas;
 use crate::pipeline::Outcome;
 use crate::rows::Rejected;
-use crate::schema::Table;
 use crate::table;
 
 /// Every folder below the output that a run writes to.
@@ -54,7 +55,7 @@ const PER_SESSION: &[&str] =
 const OPTIONAL: [&str; 2] = ["signals", "forces"];
 
 /// A session whose tables are in the folder.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Committed {
     /// The session.
     pub session_id: String,
@@ -81,9 +82,9 @@ pub struct Files {
 #[derive(Debug)]
 pub struct Store {
     root: PathBuf,
-    schemas: BTreeMap<&'static str, Table>,
+    schemas: Schemas,
     found: Contents,
-    _lock: File,
+    _lock: Option<File>,
 }
 
 /// The sessions of an output folder, as they are found there.
@@ -137,6 +138,14 @@ impl Contents {
         Contents { root: root.to_owned(), committed: committed(root) }
     }
 
+    /// What a session's tables were made from, if it is there once.
+    pub fn input_hash(&self, session_id: &str) -> Option<String> {
+        match self.committed.get(&file_name(session_id)).map(Vec::as_slice) {
+            Some([one]) => Some(one.input_hash.clone()),
+            _ => None,
+        }
+    }
+
     /// As [`Store::stale`].
     pub fn stale(&self, wanted: &Committed, signals: bool) -> Option<Stale> {
         let file = file_name(&wanted.session_id);
@@ -180,15 +189,35 @@ impl Store {
     pub fn open(root: &Path) -> Result<Self, Error> {
         let lock = lock(root)?;
         remove_temporaries(root)?;
-        let schemas =
-            ["sessions", "coefficients", "manoeuvres", "forces", "warnings", "plots", "rejected"]
-                .map(|name| (name, Table::embedded(name)));
         Ok(Store {
             root: root.to_owned(),
-            schemas: BTreeMap::from(schemas),
+            schemas: Schemas::load(),
             found: Contents::read(root),
-            _lock: lock,
+            _lock: Some(lock),
         })
+    }
+
+    /// A worker's hand in a folder that the process which gave it the work holds open: nothing is
+    /// locked or cleared. `there` is what that process found of the sessions this one writes.
+    pub fn join(root: &Path, there: Vec<Committed>) -> Self {
+        let mut found = Contents { root: root.to_owned(), ..Contents::default() };
+        for row in there {
+            found.committed.entry(file_name(&row.session_id)).or_default().push(row);
+        }
+        Store { root: root.to_owned(), schemas: Schemas::load(), found, _lock: None }
+    }
+
+    /// Removes what killed workers left half-written.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub fn tidy(&self) -> Result<(), Error> {
+        remove_temporaries(&self.root)
+    }
+
+    /// What was found of a session when the folder was opened.
+    pub fn there(&self, session_id: &str) -> &[Committed] {
+        self.found.committed.get(&file_name(session_id)).map(Vec::as_slice).unwrap_or_default()
     }
 
     /// The folder.
@@ -211,20 +240,12 @@ impl Store {
     /// # Errors
     /// A row does not fit its schema: our own mistake.
     pub fn encode(&self, outcome: &Outcome) -> Result<Files, table::Error> {
-        let schema = |name: &str| &self.schemas[name];
-        let mut tables = vec![
-            ("coefficients", table::to_bytes(schema("coefficients"), &outcome.coefficients)?),
-            ("manoeuvres", table::to_bytes(schema("manoeuvres"), &outcome.manoeuvres)?),
-            ("warnings", table::to_bytes(schema("warnings"), &outcome.warnings)?),
-            ("plots", table::to_bytes(schema("plots"), &outcome.plots)?),
-        ];
-        if !outcome.forces.is_empty() {
-            tables.push(("forces", table::to_bytes(schema("forces"), &outcome.forces)?));
-        }
-        if let Some(signals) = &outcome.signals {
-            tables.push(("signals", table::batch_to_bytes("signals", signals)?));
-        }
-        let marker = table::to_bytes(schema("sessions"), std::slice::from_ref(&outcome.session))?;
+        let tables = self.schemas.tables(outcome)?;
+        let mut tables = tables
+            .iter()
+            .map(|(name, batch)| Ok((*name, table::batch_to_bytes(name, batch)?)))
+            .collect::<Result<Vec<_>, table::Error>>()?;
+        let marker = tables.pop().map(|(_, bytes)| bytes).unwrap_or_default(); // `sessions`
         Ok(Files { tables, marker })
     }
 
@@ -273,7 +294,7 @@ impl Store {
     /// The folder cannot be written.
     pub fn reject(&self, row: &Rejected) -> Result<(), table::Error> {
         let rows = std::slice::from_ref(row);
-        table::write(&self.rejected(&row.path), &self.schemas["rejected"], rows)
+        table::write(&self.rejected(&row.path), self.schemas.of("rejected"), rows)
     }
 
     /// Removes the row that an input had in `rejected`.
