@@ -8,7 +8,9 @@
 //! named for what was hidden, by size in detection limits, and the false alarms.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 use clap::Parser;
 use rayon::prelude::*;
@@ -18,6 +20,7 @@ use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::ride::{self, Settings};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden::{Case, FAINT, Kind, PLANS};
+use serde::{Deserialize, Serialize};
 
 mod multibody;
 mod offroad;
@@ -51,6 +54,10 @@ struct Arguments {
     /// A line per archive.
     #[arg(long)]
     verbose: bool,
+    /// File in which what was said of each road archive is kept, a JSON object a line: those that are in it are
+    /// not asked again. A long run can be stopped and taken up.
+    #[arg(long)]
+    kept: Option<PathBuf>,
 }
 
 /// One archive: what was hidden and what was said.
@@ -70,12 +77,84 @@ struct Outcome {
     seconds: f64,
 }
 
+/// An outcome without its case, which can be drawn again.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    seed: u64,
+    sizes: Vec<f64>,
+    nulls: usize,
+    number: usize,
+    told: Vec<Told>,
+    alarm: f64,
+    unexplained: bool,
+    covariate: Option<String>,
+    limits: Vec<Option<f64>>,
+    all_limits: Vec<Option<f64>>,
+    gain: Option<f64>,
+    oracle: Option<f64>,
+    seconds: f64,
+}
+
+impl Kept {
+    fn of(outcome: &Outcome, arguments: &Arguments) -> Self {
+        // JSON knows no NaN
+        let known =
+            |x: &[f64]| x.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect::<Vec<_>>();
+        Kept {
+            seed: arguments.seed,
+            sizes: arguments.sizes.clone(),
+            nulls: arguments.nulls,
+            number: outcome.case.number,
+            told: outcome.told.clone(),
+            alarm: outcome.alarm,
+            unexplained: outcome.unexplained,
+            covariate: outcome.covariate.clone(),
+            limits: known(&outcome.limits),
+            all_limits: known(&outcome.all_limits),
+            gain: outcome.gain,
+            oracle: outcome.oracle,
+            seconds: outcome.seconds,
+        }
+    }
+
+    fn outcome(self, case: Case) -> Outcome {
+        let whole = |x: Vec<Option<f64>>| x.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect();
+        Outcome {
+            case,
+            told: self.told,
+            alarm: self.alarm,
+            unexplained: self.unexplained,
+            covariate: self.covariate,
+            limits: whole(self.limits),
+            all_limits: whole(self.all_limits),
+            gain: self.gain,
+            oracle: self.oracle,
+            seconds: self.seconds,
+        }
+    }
+}
+
+/// What a file has of this draw, by number.
+fn kept(arguments: &Arguments) -> BTreeMap<usize, Kept> {
+    let text = arguments.kept.as_ref().and_then(|path| std::fs::read_to_string(path).ok());
+    let lines = text.as_deref().unwrap_or_default().lines();
+    lines
+        // a run that was killed may have left half a line
+        .filter_map(|line| serde_json::from_str::<Kept>(line).ok())
+        .filter(|k| {
+            k.seed == arguments.seed && k.nulls == arguments.nulls && k.sizes == arguments.sizes
+        })
+        .map(|k| (k.number, k))
+        .collect()
+}
+
 /// Sizes, in detection limits, that are counted together.
 const BINS: [(f64, f64); 4] = [(0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, f64::INFINITY)];
 
+#[derive(Clone, Serialize, Deserialize)]
 struct Told {
-    name: &'static str,
-    class: Vec<&'static str>,
+    name: String,
+    class: Vec<String>,
     value: f64,
     low: f64,
     high: f64,
@@ -91,7 +170,7 @@ impl Outcome {
     }
 
     fn in_class(&self, effect: &str) -> bool {
-        self.told.iter().any(|t| t.name == effect || t.class.contains(&effect))
+        self.told.iter().any(|t| t.name == effect || t.class.iter().any(|c| c == effect))
     }
 }
 
@@ -124,13 +203,27 @@ fn main() {
         })
         .map(|(n, k)| Case::draw(arguments.seed, n, k, sizes))
         .collect();
+    let known = Mutex::new(kept(&arguments));
+    let keep = arguments.kept.as_ref().map(|path| {
+        let file = std::fs::File::options().create(true).append(true).open(path);
+        Mutex::new(file.expect("the file of --kept"))
+    });
     let outcomes: Vec<Outcome> = cases
         .into_par_iter()
         .filter_map(|case| {
+            let known = known.lock().expect("nobody panicked").remove(&case.number);
+            if let Some(known) = known {
+                return Some(known.outcome(case));
+            }
             let folder = work.path().join(case.number.to_string());
             let files = case.write(&folder).expect("archive");
             let outcome = ask(case, files, &arguments);
             std::fs::remove_dir_all(&folder).expect("cleared");
+            if let (Some(keep), Some(o)) = (&keep, &outcome) {
+                let line = serde_json::to_string(&Kept::of(o, &arguments)).expect("plain numbers");
+                let mut file = keep.lock().expect("nobody panicked");
+                writeln!(file, "{line}").expect("the file of --kept");
+            }
             if arguments.verbose
                 && let Some(o) = &outcome
             {
@@ -174,8 +267,8 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
         .map(|c| Told {
-            name: c.effect.name,
-            class: c.equivalent.clone(),
+            name: c.effect.name.to_owned(),
+            class: c.equivalent.iter().map(|&c| c.to_owned()).collect(),
             value: c.value,
             low: c.value - 1.96 * c.std_error,
             high: c.value + 1.96 * c.std_error,
@@ -310,7 +403,7 @@ fn summary(all: &[Outcome]) {
     let mut table: BTreeMap<&str, BTreeMap<&str, usize>> = BTreeMap::new();
     for o in of(Kind::Single).filter(|o| o.size(0) > 2.0) {
         let said = match o.told.first() {
-            Some(t) => t.name,
+            Some(t) => t.name.as_str(),
             None if o.unexplained => "unexplained",
             None => "nothing",
         };
@@ -396,7 +489,7 @@ fn summary(all: &[Outcome]) {
                     !o.case
                         .hidden
                         .iter()
-                        .any(|(e, _)| e.name == t.name || t.class.contains(&e.name))
+                        .any(|(e, _)| e.name == t.name || t.class.iter().any(|c| c == e.name))
                 })
                 .count()
         })

@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments, work: &Path) {
                 let known = |name: &str| {
                     TRUE.contains(&name) || o.case.hidden.iter().any(|(e, _)| e.name == name)
                 };
-                !known(t.name) && !t.class.iter().any(|name| known(name))
+                !known(&t.name) && !t.class.iter().any(|name| known(name))
             })
             .count()
     };

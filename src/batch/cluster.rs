@@ -162,6 +162,11 @@ impl Driver {
         let mut by_log: BTreeMap<String, Answer> =
             answers.into_iter().map(|a| (a.log.clone(), a)).collect();
         self.store.tidy()?;
+        for job in &self.jobs {
+            if by_log.get(&job.log).is_some_and(|a| a.state == State::Done) {
+                self.store.settle(&job.meta.session_id)?;
+            }
+        }
         let there = Contents::read(self.store.root());
         let mut run = Run {
             inputs: self.inputs,

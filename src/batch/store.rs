@@ -5,19 +5,22 @@
 //! <out>/sessions/bike=<id>/<session>.parquet       written last: the session's commit marker
 //! <out>/rejected/<log>-<hash of its path>.parquet
 //! <out>/.roadbench.lock                            held while a run writes
+//! <out>/.roadbench/writing/<session>               there while the session's tables are replaced
 //! ```
 //!
-//! A session's tables are there exactly when its `sessions` file is: it is removed first and
-//! written last. Sessions of earlier runs that are no input of this one stay as they are: the
-//! folder is the fleet's archive. A session that is an input again is replaced.
+//! Each table is replaced whole, so that whoever reads along always reads tables. A session whose mark
+//! in `writing` a killed run has left is computed again, whatever its marker says: some of its tables
+//! may be newer than others. Sessions of earlier runs that are no input of this one stay as they are:
+//! the folder is the fleet's archive. A session that is an input again is replaced.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use arrow::array::{Array, AsArray, RecordBatch};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use walkdir::WalkDir;
 
@@ -51,6 +54,8 @@ pub const TABLES: &[&str] = &[
 /// off-road.
 const PER_SESSION: &[&str] =
     &["coefficients", "manoeuvres", "forces", "warnings", "plots", "signals"];
+/// Where sessions are marked that are being written.
+const WRITING: &str = ".roadbench/writing";
 /// Those that a session need not have.
 const OPTIONAL: [&str; 2] = ["signals", "forces"];
 
@@ -93,6 +98,8 @@ pub struct Contents {
     root: PathBuf,
     /// By file name; more than one only where an interrupted run left a session under two bikes.
     committed: BTreeMap<String, Vec<Committed>>,
+    /// File names of sessions that a run was writing when it was killed.
+    torn: BTreeSet<String>,
 }
 
 /// Why a session has to be computed.
@@ -112,6 +119,8 @@ pub enum Stale {
     Version,
     /// A table of it is missing.
     Incomplete,
+    /// A run was killed while it wrote its tables.
+    Torn,
     /// It was asked for, as it is of a log that is named alone.
     Forced,
 }
@@ -127,6 +136,7 @@ impl Stale {
             Stale::Settings => "the bike file or the settings have changed",
             Stale::Version => "another version of roadbench made it",
             Stale::Incomplete => "a table of it is missing",
+            Stale::Torn => "a run was killed while it wrote its tables",
             Stale::Forced => "asked for (--force, or a log by itself)",
         }
     }
@@ -135,7 +145,7 @@ impl Stale {
 impl Contents {
     /// Reads which sessions are there; writes nothing.
     pub fn read(root: &Path) -> Self {
-        Contents { root: root.to_owned(), committed: committed(root) }
+        Contents { root: root.to_owned(), committed: committed(root), torn: torn(root) }
     }
 
     /// What a session's tables were made from, if it is there once.
@@ -155,6 +165,9 @@ impl Contents {
         };
         if there.bike_id != wanted.bike_id {
             return Some(Stale::Bike);
+        }
+        if self.torn.contains(&file) {
+            return Some(Stale::Torn);
         }
         if there.input_hash != wanted.input_hash {
             return Some(Stale::Log);
@@ -189,12 +202,35 @@ impl Store {
     pub fn open(root: &Path) -> Result<Self, Error> {
         let lock = lock(root)?;
         remove_temporaries(root)?;
-        Ok(Store {
+        let store = Store {
             root: root.to_owned(),
             schemas: Schemas::load(),
             found: Contents::read(root),
             _lock: Some(lock),
-        })
+        };
+        store.sweep()?;
+        Ok(store)
+    }
+
+    /// Removes tables that belong to no session: a run was killed before it wrote their marker, or
+    /// after it removed it.
+    fn sweep(&self) -> Result<(), Error> {
+        let output = |e: table::Error| Error::Output(e.to_string());
+        for file in &self.found.torn {
+            let mark = mark(&self.root, file);
+            let known = self.found.committed.get(file).map(Vec::as_slice).unwrap_or_default();
+            let bikes = std::fs::read_to_string(&mark).unwrap_or_default();
+            for bike_id in bikes.lines().filter(|b| known.iter().all(|k| k.bike_id != *b)) {
+                for table in PER_SESSION {
+                    remove_file(&self.path(table, bike_id, file)).map_err(output)?;
+                }
+            }
+            // one that is there stays marked until its tables are of one piece again
+            if known.is_empty() {
+                remove_file(&mark).map_err(output)?;
+            }
+        }
+        Ok(())
     }
 
     /// A worker's hand in a folder that the process which gave it the work holds open: nothing is
@@ -202,7 +238,11 @@ impl Store {
     pub fn join(root: &Path, there: Vec<Committed>) -> Self {
         let mut found = Contents { root: root.to_owned(), ..Contents::default() };
         for row in there {
-            found.committed.entry(file_name(&row.session_id)).or_default().push(row);
+            let file = file_name(&row.session_id);
+            if mark(root, &file).exists() {
+                found.torn.insert(file.clone());
+            }
+            found.committed.entry(file).or_default().push(row);
         }
         Store { root: root.to_owned(), schemas: Schemas::load(), found, _lock: None }
     }
@@ -213,6 +253,16 @@ impl Store {
     /// It cannot be removed.
     pub fn tidy(&self) -> Result<(), Error> {
         remove_temporaries(&self.root)
+    }
+
+    /// Removes a session's mark: a worker that wrote the same as the one that was heard of was
+    /// killed over it.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub fn settle(&self, session_id: &str) -> Result<(), Error> {
+        let mark = mark(&self.root, &file_name(session_id));
+        remove_file(&mark).map_err(|e| Error::Output(e.to_string()))
     }
 
     /// What was found of a session when the folder was opened.
@@ -249,10 +299,11 @@ impl Store {
         Ok(Files { tables, marker })
     }
 
-    /// Replaces a session's tables.
+    /// Replaces a session's tables, each whole, the marker last.
     ///
     /// # Errors
-    /// The folder cannot be written.
+    /// The folder cannot be written. What was there before and what is new may then be mixed; the
+    /// session counts as not done.
     pub fn commit(
         &self,
         session_id: &str,
@@ -260,17 +311,20 @@ impl Store {
         log: &str,
         files: &Files,
     ) -> Result<(), table::Error> {
-        self.remove(session_id)?;
         let file = file_name(session_id);
-        // leftovers of a run that was killed before it could commit
-        for table in OPTIONAL {
-            remove_file(&self.path(table, bike_id, &file))?;
-        }
+        let mark = mark(&self.root, &file);
+        table::write_bytes(&mark, bike_id.as_bytes())?;
         for (table, bytes) in &files.tables {
             table::write_bytes(&self.path(table, bike_id, &file), bytes)?;
         }
+        // what it had and has no more
+        for table in OPTIONAL.iter().filter(|t| files.tables.iter().all(|(name, _)| name != *t)) {
+            remove_file(&self.path(table, bike_id, &file))?;
+        }
         table::write_bytes(&self.path("sessions", bike_id, &file), &files.marker)?;
-        self.forgive(log)
+        self.remove_but(&file, Some(bike_id))?;
+        self.forgive(log)?;
+        remove_file(&mark)
     }
 
     /// Takes a session's tables out of the folder, under whatever bike they were.
@@ -279,10 +333,20 @@ impl Store {
     /// They are there and cannot be removed.
     pub fn remove(&self, session_id: &str) -> Result<(), table::Error> {
         let file = file_name(session_id);
-        for old in self.found.committed.get(&file).into_iter().flatten() {
-            remove_file(&self.path("sessions", &old.bike_id, &file))?;
+        let Some(known) = self.found.committed.get(&file) else { return Ok(()) };
+        let bikes: Vec<&str> = known.iter().map(|old| old.bike_id.as_str()).collect();
+        let mark = mark(&self.root, &file);
+        table::write_bytes(&mark, bikes.join("\n").as_bytes())?;
+        self.remove_but(&file, None)?;
+        remove_file(&mark)
+    }
+
+    fn remove_but(&self, file: &str, kept: Option<&str>) -> Result<(), table::Error> {
+        let known = self.found.committed.get(file).into_iter().flatten();
+        for old in known.filter(|old| Some(old.bike_id.as_str()) != kept) {
+            remove_file(&self.path("sessions", &old.bike_id, file))?;
             for table in PER_SESSION {
-                remove_file(&self.path(table, &old.bike_id, &file))?;
+                remove_file(&self.path(table, &old.bike_id, file))?;
             }
         }
         Ok(())
@@ -324,6 +388,18 @@ impl Store {
     }
 }
 
+/// The mark of a session that is being written.
+fn mark(root: &Path, file: &str) -> PathBuf {
+    root.join(WRITING).join(file)
+}
+
+/// The sessions whose marks are there.
+fn torn(root: &Path) -> BTreeSet<String> {
+    let entries = std::fs::read_dir(root.join(WRITING)).into_iter().flatten();
+    let names = entries.filter_map(|e| e.ok()?.file_name().into_string().ok());
+    names.filter(|name| !name.starts_with(table::TEMPORARY.0)).collect()
+}
+
 fn lock(root: &Path) -> Result<File, Error> {
     let cannot =
         |e: std::io::Error| Error::Output(format!("cannot write to --out {}: {e}", root.display()));
@@ -349,7 +425,7 @@ fn lock(root: &Path) -> Result<File, Error> {
 }
 
 fn remove_temporaries(root: &Path) -> Result<(), Error> {
-    let folders = TABLES.iter().map(|t| root.join(t)).filter(|f| f.is_dir());
+    let folders = TABLES.iter().chain([&WRITING]).map(|t| root.join(t)).filter(|f| f.is_dir());
     let files = folders.flat_map(|f| WalkDir::new(f).into_iter().filter_map(Result::ok));
     for entry in files.filter(|e| e.file_type().is_file()) {
         let name = entry.file_name().to_string_lossy();
@@ -374,16 +450,15 @@ fn remove_file(path: &Path) -> Result<(), table::Error> {
 pub(super) fn committed(root: &Path) -> BTreeMap<String, Vec<Committed>> {
     let mut out: BTreeMap<String, Vec<Committed>> = BTreeMap::new();
     let walk = WalkDir::new(root.join("sessions")).min_depth(2).max_depth(2).sort_by_file_name();
-    for entry in walk.into_iter().filter_map(Result::ok) {
-        let path = entry.path();
-        let (Some(stem), Some("parquet")) =
-            (path.file_stem().and_then(|s| s.to_str()), path.extension().and_then(|e| e.to_str()))
-        else {
-            continue;
-        };
-        match read_marker(path) {
-            Some(row) => out.entry(stem.to_owned()).or_default().push(row),
-            None => tracing::warn!("{}: not a sessions table; passed by", path.display()),
+    let paths = walk.into_iter().filter_map(|e| Some(e.ok()?.into_path()));
+    let paths: Vec<PathBuf> =
+        paths.filter(|p| p.extension().is_some_and(|e| e == "parquet")).collect();
+    // archives have tens of thousands
+    let markers: Vec<Option<Committed>> = paths.par_iter().map(|p| read_marker(p)).collect();
+    for (path, marker) in paths.iter().zip(markers) {
+        match (path.file_stem().and_then(|s| s.to_str()), marker) {
+            (Some(stem), Some(row)) => out.entry(stem.to_owned()).or_default().push(row),
+            _ => tracing::warn!("{}: not a sessions table; passed by", path.display()),
         }
     }
     out

@@ -187,7 +187,7 @@ fn instant(
 ) -> [f64; 8] {
     let d = &w.departure;
     let cornering = kind == Kind::Cornering;
-    let (m, h, l) = (w.mass, w.cg_height, w.wheelbase);
+    let (m, h) = (w.mass, w.cg_height);
     let (lf, lr) = (w.cg_to_front, w.wheelbase - w.cg_to_front);
     let &Attitude { v, r, vy, phi, sin_phi, cos_phi, sin_d, cos_d, camber, .. } = a;
     let ax = s.ax[i] - w.ax_zero;

@@ -88,10 +88,12 @@ fn workers_write_what_one_machine_writes() {
     std::fs::write(&torn, "half").expect("written");
     send(driver.terms(), &tasks[0]).expect("done");
     let answers = tasks.iter().map(|task| send(driver.terms(), task).expect("done")).collect();
+    let mark = many.join(".roadbench/writing/archive_s0001");
+    std::fs::write(&mark, "archive_01").expect("written"); // of a third that was killed over it
     let (spread, store) = driver.close(answers).expect("closed");
     drop(store);
     assert_eq!((spread.inputs, spread.done, spread.rejected.len()), (4, 2, 2));
-    assert!(!torn.exists());
+    assert!(!torn.exists() && !mark.exists());
     assert_eq!(files(&one), files(&many));
 
     // nothing has changed

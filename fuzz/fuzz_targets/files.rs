@@ -1,0 +1,16 @@
+#![no_main]
+//! The files that people write by hand: bike files, pipelines, channel maps, tyre property files.
+
+use std::path::Path;
+
+use roadbench::bike::Bike;
+use roadbench::ingest::map::ChannelMap;
+use roadbench::model::tir;
+use roadbench::pipeline::Pipeline;
+
+libfuzzer_sys::fuzz_target!(|text: &str| {
+    let _ = Bike::parse(text, "b", Path::new("b.toml"));
+    let _ = ChannelMap::parse(text, "m.toml");
+    let _ = Pipeline::parse(text, "p.toml");
+    let _ = tir::parse(text, Path::new("t.tir"));
+});

@@ -1,0 +1,199 @@
+//! Logs that were damaged at random, of every format: none stops the batch, none hangs, none is lost.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use roadbench::batch::{self, Finished, Maps, Settings, Stages, Watch};
+use roadbench::channel::Channel;
+use roadbench::ingest::{self, write_session};
+use roadbench::pipeline::Pipeline;
+use roadbench::session::{Meta, Session};
+
+/// Damaged files of each format.
+const EACH: usize = 80;
+/// Longest that a file may take, s; they are of 20 s of riding.
+const LONGEST: f64 = 10.0;
+
+/// 20 s of a bundled ride.
+fn ride() -> Session {
+    let log = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet");
+    let raw = ingest::read(&log, &[]).expect("bundled");
+    let whole = ingest::run(raw, &Pipeline::onroad().ingest).expect("bundled").0;
+    let n = (20.0 * whole.rate) as usize;
+    let mut ride = Session::new(Meta::default(), whole.rate, n);
+    for channel in whole.channels() {
+        ride.set(channel, whole.get(channel).expect("its own")[2000..2000 + n].to_vec());
+    }
+    ride
+}
+
+/// A whole file of each format, by its extension.
+fn whole(ride: &Session, folder: &Path, name: &str, format: &str) -> Vec<u8> {
+    let id = Meta { session_id: name.to_owned(), bike_id: "b1".into(), ..Meta::default() };
+    match format {
+        "parquet" => {
+            let path = folder.join("whole.parquet");
+            let mut ride = ride.clone();
+            ride.meta = id;
+            write_session(&path, &ride, false).expect("written");
+            std::fs::read(path).expect("just written")
+        }
+        "csv" => {
+            let channels: Vec<Channel> = ride.channels().collect();
+            let names: Vec<&str> = channels.iter().map(|c| c.name()).collect();
+            let mut text = format!("time,{}\n", names.join(","));
+            for i in 0..ride.len {
+                let values = channels.iter().map(|c| ride.get(*c).expect("its own")[i].to_string());
+                let row: Vec<String> =
+                    std::iter::once(ride.time(i).to_string()).chain(values).collect();
+                text += &row.join(",");
+                text.push('\n');
+            }
+            text.into_bytes()
+        }
+        _ => {
+            // a logger of lines of several kinds
+            let mut text = String::new();
+            for ms in (0..20_000).step_by(100) {
+                let speed = 40.0 + f64::from(ms) * 1e-3;
+                text += &format!("susp {},{},{ms}\n", 500 + ms % 70, 480 - ms % 50);
+                if ms % 200 == 0 {
+                    text += &format!("15,{},0,0,0,{ms}\n", 3000 + ms / 10);
+                }
+                if ms % 1000 == 0 {
+                    let at = 12_0000.0 + f64::from(ms) * 1e-3;
+                    text += &format!(
+                        "$GPGGA,{at:.3},4044.{:04},N,00150.2000,W,$GPVTG,12.5,T,,M,{:.2},N,\
+                         {speed:.2},K,{ms}\n",
+                        ms / 10,
+                        speed / 1.852
+                    );
+                }
+            }
+            text.into_bytes()
+        }
+    }
+}
+
+/// One kind of damage, in turn.
+fn damage(bytes: &mut Vec<u8>, kind: usize, random: &mut Pcg64) {
+    let n = bytes.len();
+    match kind % 10 {
+        // bits
+        0 => flip(bytes, 1, 0..n, random),
+        1 => flip(bytes, 30, 0..n, random),
+        2 => flip(bytes, 2000, 0..n, random),
+        // the lies of a header and of a footer
+        3 => flip(bytes, 3, 0..n.min(200), random),
+        4 => flip(bytes, 6, n - n.min(600)..n, random),
+        5 => bytes.truncate(random.random_range(0..n)),
+        // a block that was never written
+        6 => {
+            let from = random.random_range(0..n);
+            bytes[from..(from + 512).min(n)].fill(0);
+        }
+        // blocks in another order
+        7 => {
+            let half = n / 2;
+            let by = random.random_range(1..half);
+            bytes.rotate_left(by);
+        }
+        8 => {
+            let from = random.random_range(0..n);
+            let block = bytes[from..(from + 700).min(n)].to_vec();
+            let at = random.random_range(0..n);
+            bytes.splice(at..at, block);
+        }
+        _ => {
+            let odd: [&[u8]; 8] = [
+                b"\xff\xfe\x00\x00",
+                b"\"",
+                b"1e999999",
+                b"\r",
+                b"-9223372036854775808",
+                b",,,,,,,,,,,,,,,,",
+                b"PAR1",
+                b"\xf0\x9f\x8f\x8d nan\n",
+            ];
+            for _ in 0..5 {
+                let at = random.random_range(0..n.min(3000));
+                let odd = odd[random.random_range(0..odd.len())];
+                bytes.splice(at..at, odd.iter().copied());
+            }
+        }
+    }
+}
+
+fn flip(bytes: &mut [u8], times: usize, within: std::ops::Range<usize>, random: &mut Pcg64) {
+    for _ in 0..times {
+        let at = random.random_range(within.clone());
+        bytes[at] ^= 1 << random.random_range(0..8);
+    }
+}
+
+/// Longest time and who took it.
+#[derive(Default)]
+struct Slowest(Mutex<(f64, String)>);
+
+impl Watch for Slowest {
+    fn finished(&self, finished: &Finished<'_>) {
+        let mut slowest = self.0.lock().expect("no panic holds it");
+        if finished.seconds > slowest.0 {
+            *slowest = (finished.seconds, finished.log.to_owned());
+        }
+    }
+}
+
+#[test]
+fn two_hundred_and_forty_damaged_logs_are_each_accounted_for() {
+    let folder = tempfile::tempdir().expect("folder");
+    let root = folder.path();
+    let ride = ride();
+    let mut random = Pcg64::seed_from_u64(6);
+    let logs = root.join("logs/bike=b1");
+    std::fs::create_dir_all(&logs).expect("folder");
+    for format in ["parquet", "csv", "txt"] {
+        for number in 0..EACH {
+            let name = format!("{format}_{number:02}");
+            let mut bytes = whole(&ride, root, &name, format);
+            damage(&mut bytes, number, &mut random);
+            std::fs::write(logs.join(format!("{name}.{format}")), bytes).expect("log");
+        }
+    }
+    let bikes = root.join("bikes");
+    std::fs::create_dir_all(&bikes).expect("folder");
+    let bike = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive/bikes/archive_01.toml");
+    std::fs::copy(bike, bikes.join("b1.toml")).expect("bike");
+    let inputs: [PathBuf; 1] = [root.join("logs")];
+    let settings = Settings {
+        inputs: &inputs,
+        bikes: Some(&bikes),
+        out: &root.join("out"),
+        pipeline: &Pipeline::onroad(),
+        maps: &Maps::default(),
+        jobs: 2,
+        force: false,
+        since: None,
+        signals: false,
+    };
+    let slowest = Slowest::default();
+    let (run, _) = batch::run(&settings, &Stages, &slowest, &AtomicBool::new(false)).expect("run");
+    assert_eq!(run.inputs, 3 * EACH);
+    assert_eq!(run.done + run.rejected.len(), run.inputs);
+    let mut codes = std::collections::BTreeMap::new();
+    for row in &run.rejected {
+        *codes.entry(row.code.as_str()).or_insert(0) += 1;
+        assert_ne!(row.code, "internal_error", "{}: {}", row.path, row.message);
+        assert!(!row.message.is_empty(), "{row:?}");
+    }
+    let (seconds, who) = slowest.0.into_inner().expect("no panic holds it");
+    println!("{} through, rejected {codes:?}; the longest took {seconds:.2} s: {who}", run.done);
+    assert!(seconds < LONGEST, "{who} took {seconds} s");
+    // the corpus is neither harmless nor hopeless
+    assert!(run.done > 30 && run.rejected.len() > 60, "{} through", run.done);
+    assert!(codes.len() >= 5, "{codes:?}");
+}

@@ -1,0 +1,267 @@
+//! Stand-in stages for tests of the batch: a log here is a line that says what is to happen to it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, SystemTime};
+
+use roadbench::batch::{self, Error, Maps, Run, Settings, State, Watch, Work};
+use roadbench::bike::Bike;
+use roadbench::ingest;
+use roadbench::ingest::map::ChannelMap;
+use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
+use roadbench::rows::{Coefficient, Ident, PlotPoint, Provenance, SessionRow, Status};
+use roadbench::session::Meta;
+
+pub const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_height = 0.62\n\
+    caster_angle = 0.43\n[front]\nradius = 0.3\nwidth = 0.12\n[rear]\nradius = 0.31\nwidth = 0.18\n";
+
+/// A log is `<session id>|<bike id>|<what happens>`.
+#[derive(Default)]
+pub struct Script {
+    pub runs: AtomicUsize,
+    pub pause: Duration,
+}
+
+impl Work for Script {
+    fn identify(&self, path: &Path, _: &[ChannelMap]) -> Result<Meta, ingest::Error> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| ingest::Error { code: "unreadable", message: e.to_string() })?;
+        let parts: Vec<&str> = text.trim_end().split('|').collect();
+        let [session_id, bike_id, what] = parts[..] else {
+            return Err(ingest::Error { code: "unknown_format", message: "not a script".into() });
+        };
+        assert_ne!(what, "panic early", "as the script says");
+        Ok(Meta {
+            session_id: session_id.to_owned(),
+            bike_id: bike_id.to_owned(),
+            ..Meta::default()
+        })
+    }
+
+    fn run(&self, input: &Input<'_>, bike: &Bike, _: &Pipeline) -> Result<Outcome, Rejection> {
+        self.runs.fetch_add(1, Ordering::Relaxed);
+        std::thread::sleep(self.pause);
+        let text = std::fs::read_to_string(input.path).expect("identified");
+        let parts: Vec<&str> = text.trim_end().split('|').collect();
+        match parts[2] {
+            "panic" => panic!("as the script says"),
+            "overflow" => {
+                let numbers = [1, 2, 3];
+                let at = input.path.as_os_str().len(); // always beyond
+                return Err(rejection(&format!("{}", numbers[at])));
+            }
+            "reject" => return Err(rejection("row 7 of velocity_x is odd")),
+            _ => {}
+        }
+        let mut outcome = outcome(parts[0], &bike.bike_id, input);
+        // `ok <value> <start time>`
+        let words: Vec<&str> = parts[2].split(' ').collect();
+        if let [how, value, start] = words[..] {
+            let row = &mut outcome.coefficients[0];
+            row.value = Some(value.parse().expect("number"));
+            row.ident.start_time = Some(start.to_owned());
+            if how == "poor" {
+                row.status = Status::PoorlyDetermined;
+            }
+        }
+        Ok(outcome)
+    }
+}
+
+fn rejection(message: &str) -> Rejection {
+    Rejection { stage: "ingest", code: "scripted", message: message.to_owned() }
+}
+
+fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
+    let ident = Ident {
+        session_id: session_id.to_owned(),
+        bike_id: bike_id.to_owned(),
+        start_time: Some("2026-05-01T10:00:00Z".to_owned()),
+    };
+    let provenance = Provenance {
+        input_hash: input.input_hash.clone(),
+        pipeline_hash: input.pipeline_hash.clone(),
+        version: roadbench::VERSION.to_owned(),
+    };
+    let value = 0.3 + session_id.len() as f64 * 1e-3;
+    Outcome {
+        session: SessionRow {
+            ident: ident.clone(),
+            path: input.path.to_string_lossy().into_owned(),
+            duration: 60.0,
+            rate: 100.0,
+            n_samples: 6000,
+            distance: None,
+            channels: "velocity_x".into(),
+            n_manoeuvres: 0,
+            n_used: 0,
+            n_coefficients_ok: 1,
+            n_warnings: 0,
+            tyre_front: None,
+            tyre_rear: None,
+            site: None,
+            rider_id: None,
+            provenance: provenance.clone(),
+        },
+        manoeuvres: Vec::new(),
+        forces: Vec::new(),
+        coefficients: vec![Coefficient {
+            ident,
+            tyre: "front".into(),
+            coefficient: "effective_rolling_radius".into(),
+            symbol: "R_rol".into(),
+            value: Some(value),
+            unit: "m".into(),
+            std_error: Some(1e-3),
+            ci95_low: Some(value - 2e-3),
+            ci95_high: Some(value + 2e-3),
+            dispersion: None,
+            n_manoeuvres: 3,
+            n_samples: 300,
+            residual_scale: None,
+            outlier_fraction: None,
+            r_squared: None,
+            status: Status::Ok,
+            reason: None,
+            provenance,
+        }],
+        warnings: Vec::new(),
+        plots: (0..200)
+            .map(|i| PlotPoint {
+                session_id: session_id.to_owned(),
+                bike_id: bike_id.to_owned(),
+                plot: "coast_down".into(),
+                series: "data".into(),
+                x: f64::from(i),
+                y: Some(f64::from(i).sqrt()),
+                y_low: None,
+                y_high: None,
+                weight: Some(1.0),
+                manoeuvre_id: None,
+            })
+            .collect(),
+        signals: input.signals.then(|| {
+            let table = roadbench::schema::Table::embedded("plots");
+            roadbench::table::batch::<PlotPoint>(&table, &[]).expect("empty batch")
+        }),
+    }
+}
+
+/// Settings that own what they name.
+pub struct Setup {
+    pub inputs: Vec<PathBuf>,
+    pub bikes: Option<PathBuf>,
+    pub out: PathBuf,
+    pub maps: Vec<PathBuf>,
+    pub jobs: usize,
+    pub force: bool,
+    pub since: Option<SystemTime>,
+    pub signals: bool,
+}
+
+impl Setup {
+    /// Hands the settings on.
+    pub fn with<T>(&self, then: impl FnOnce(&Settings<'_>) -> T) -> T {
+        then(&Settings {
+            inputs: &self.inputs,
+            bikes: self.bikes.as_deref(),
+            out: &self.out,
+            pipeline: &Pipeline::onroad(),
+            maps: &Maps::read(&self.maps).expect("maps"),
+            jobs: self.jobs,
+            force: self.force,
+            since: self.since,
+            signals: self.signals,
+        })
+    }
+
+    pub fn run(&self, work: &Script, watch: &impl Watch, stop: &AtomicBool) -> Result<Run, Error> {
+        self.with(|settings| batch::run(settings, work, watch, stop)).map(|(run, _)| run)
+    }
+
+    /// What a run would do: log's name, what becomes of it, why.
+    pub fn intend(&self) -> Vec<(String, State, String)> {
+        let all = self.with(|settings| batch::intend(settings, &Script::default()));
+        let all = all.expect("intended");
+        let name =
+            |log: &str| Path::new(log).file_stem().expect("name").to_string_lossy().into_owned();
+        all.into_iter().map(|i| (name(&i.log), i.state, i.why)).collect()
+    }
+}
+
+/// A folder with logs and two bikes.
+pub struct Place {
+    pub root: tempfile::TempDir,
+}
+
+impl Place {
+    pub fn new(logs: &[(&str, &str)]) -> Self {
+        let place = Place { root: tempfile::tempdir().expect("folder") };
+        place.put("bikes/b1.toml", BIKE);
+        place.put("bikes/b2.toml", BIKE);
+        for (name, text) in logs {
+            place.put(&format!("logs/{name}.csv"), text);
+        }
+        place
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.root.path().join(name)
+    }
+
+    pub fn put(&self, name: &str, text: &str) {
+        let path = self.path(name);
+        std::fs::create_dir_all(path.parent().expect("parent")).expect("folder");
+        std::fs::write(path, text).expect("file");
+    }
+
+    pub fn setup(&self) -> Setup {
+        Setup {
+            inputs: vec![self.path("logs")],
+            bikes: Some(self.path("bikes")),
+            out: self.path("out"),
+            maps: Vec::new(),
+            jobs: 2,
+            force: false,
+            since: None,
+            signals: false,
+        }
+    }
+
+    pub fn run_with(&self, work: &Script, change: impl FnOnce(&mut Setup)) -> Result<Run, Error> {
+        let mut setup = self.setup();
+        change(&mut setup);
+        setup.run(work, &(), &AtomicBool::new(false))
+    }
+
+    pub fn run(&self) -> Run {
+        self.run_with(&Script::default(), |_| {}).expect("run")
+    }
+
+    /// Every file below the output, but for the lock, with its bytes.
+    pub fn tables(&self, out: &str) -> BTreeMap<String, Vec<u8>> {
+        let root = self.path(out);
+        walkdir::WalkDir::new(&root)
+            .into_iter()
+            .map(|e| e.expect("entry"))
+            .filter(|e| e.file_type().is_file() && e.file_name() != ".roadbench.lock")
+            .map(|e| {
+                let name = e.path().strip_prefix(&root).expect("below").to_string_lossy();
+                (name.replace('\\', "/"), std::fs::read(e.path()).expect("bytes"))
+            })
+            .collect()
+    }
+
+    pub fn names(&self) -> Vec<String> {
+        self.tables("out").into_keys().collect()
+    }
+}
+
+pub fn codes(run: &Run) -> Vec<&str> {
+    run.rejected.iter().map(|r| r.code.as_str()).collect()
+}
+
+pub fn adds_up(run: &Run) {
+    assert_eq!(run.inputs, run.done + run.unchanged + run.rejected.len() + run.left);
+}
