@@ -71,9 +71,8 @@ def run_session(
     Example:
         >>> tables = roadbench.run_session("ride.parquet", bike="bikes/mt07.toml")
         >>> tables["coefficients"]
-        <roadbench.Table coefficients: 46 rows, 20 columns>
-        >>> import duckdb, pyarrow
-        >>> coefficients = pyarrow.table(tables["coefficients"])
+        <roadbench.Table coefficients: 37 rows, 22 columns>
+        >>> coefficients = tables["coefficients"]
         >>> duckdb.sql("select symbol, value, std_error from coefficients where status = 'ok'")
     """
     return _roadbench.run_session(
