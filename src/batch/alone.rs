@@ -17,7 +17,7 @@ pub enum Log<'a> {
     /// A log file of any format.
     File(&'a Path),
     /// A table that was read already.
-    Table(Raw),
+    Table(Box<Raw>),
 }
 
 /// What `path` says in the tables of a session that came from no file.
@@ -57,7 +57,7 @@ pub fn run(
     let mut outcome = guarded("pipeline", || {
         let mut raw = match log {
             Log::File(path) => ingest::read(path, &maps.list).map_err(refuse)?,
-            Log::Table(raw) => raw,
+            Log::Table(raw) => *raw,
         };
         if raw.meta.bike_id.is_empty() {
             raw.meta.bike_id.clone_from(&bike.bike.bike_id);

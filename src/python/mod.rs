@@ -3,7 +3,7 @@
 //! Thin: arguments in, the library's own functions with the GIL released, Arrow out. Tables cross
 //! by the Arrow PyCapsule interface, so nothing here knows of pyarrow, polars or DuckDB.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -58,6 +58,6 @@ impl From<batch::Error> for PyErr {
 }
 
 /// A pipeline by the name of a built-in one, or from a file.
-fn pipeline(name: &PathBuf) -> PyResult<Pipeline> {
+fn pipeline(name: &Path) -> PyResult<Pipeline> {
     Pipeline::read(name).map_err(PyValueError::new_err)
 }

@@ -47,7 +47,7 @@ pub fn run_session<'py>(
                         message: e.message,
                     })
                 };
-                Log::Table(guarded("ingest", read)?)
+                Log::Table(Box::new(guarded("ingest", read)?))
             }
         };
         alone::run(log, &bike, &pipeline, &maps, signals)
