@@ -6,6 +6,8 @@
 //!                       duplicates
 //! ```
 //!
+//! [`cluster`] is the same over many machines, [`alone`] one session in memory.
+//!
 //! Assumes nothing of the inputs. Every one of them ends as a session in the tables or as a row
 //! of `rejected`: *sessions in = sessions out + rejected*, checked at the end of every run.
 //!
