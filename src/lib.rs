@@ -65,6 +65,8 @@ pub mod model;
 pub mod motorcycle;
 pub mod multibody;
 pub mod pipeline;
+#[cfg(feature = "python")]
+mod python;
 pub mod report;
 pub mod rows;
 pub mod schema;

@@ -159,8 +159,21 @@ pub struct Input<'a> {
 /// # Errors
 /// The first stage that cannot go on says why.
 pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Rejection> {
-    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
     let raw = ingest::read(input.path, input.maps).map_err(refuse)?;
+    run_raw(raw, input, bike, pipeline)
+}
+
+/// A log that is in memory already through every stage; `input` says where it came from, and is
+/// not opened.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_raw(
+    raw: ingest::Raw,
+    input: &Input<'_>,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Outcome, Rejection> {
     let (mut session, mut warnings) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
     if let Some(offroad) = &pipeline.offroad {
         return offroad::run(input, session, warnings, bike, pipeline, offroad);
@@ -205,6 +218,10 @@ pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcom
         session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
     let forces = Vec::new();
     Ok(Outcome { session, manoeuvres, forces, coefficients, warnings, plots, signals })
+}
+
+fn refuse(e: ingest::Error) -> Rejection {
+    Rejection { stage: "ingest", code: e.code, message: e.message }
 }
 
 /// Why the channels do not allow a coefficient, if they do not.

@@ -2,7 +2,7 @@
 //!
 //! A struct here mirrors its schema file; writing fails a test when the two differ.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::session::Meta;
 
@@ -181,7 +181,7 @@ pub struct WarningRow {
 }
 
 /// A row of `rejected`.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct Rejected {
     pub path: String,

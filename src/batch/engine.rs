@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::discover::{Found, bikes_beside, discover};
 use super::names::is_plain;
@@ -18,7 +19,8 @@ use crate::rows::{Rejected, WarningRow};
 use crate::table;
 
 /// What became of an input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum State {
     /// Computed and written.
     Done,
@@ -219,7 +221,7 @@ pub fn intend(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>
 }
 
 /// The logs and the folder of bike files.
-fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), Error> {
+pub(super) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), Error> {
     let mut found = discover(settings.inputs, settings.out)?;
     if let Some(since) = settings.since {
         // what cannot be dated is looked at
@@ -237,7 +239,7 @@ fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), Error> {
 }
 
 /// What a session's tables would be made from.
-fn wanted(job: &Job, input_hash: String) -> Committed {
+pub(super) fn wanted(job: &Job, input_hash: String) -> Committed {
     Committed {
         session_id: job.meta.session_id.clone(),
         bike_id: job.meta.bike_id.clone(),
@@ -278,7 +280,7 @@ impl Shared<'_> {
                 break;
             };
             let start = Instant::now();
-            let result = self.session(job, work);
+            let result = session(job, &self.settings, self.store, work);
             let seconds = start.elapsed().as_secs_f64();
             let mut tally = self.tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let mut finished = Finished {
@@ -319,87 +321,77 @@ impl Shared<'_> {
             }
         }
     }
-
-    /// One log from its bytes to its tables. An error is the output's; all else is in `Ended`.
-    fn session(&self, job: &Job, work: &impl Work) -> Result<Ended, Error> {
-        let input_hash = match plan::hash_file(&job.found.path) {
-            Ok(hash) => hash,
-            Err(e) => {
-                let message = format!("cannot read {}: {e}", job.log);
-                return self.refuse(job, "ingest", "unreadable", message, None);
-            }
-        };
-        let wanted = wanted(job, input_hash);
-        if !self.settings.force && self.store.stale(&wanted, self.settings.signals).is_none() {
-            self.store.forgive(&job.log).map_err(output)?;
-            return Ok(Ended::Unchanged);
-        }
-        let input = Input {
-            path: &job.found.path,
-            maps: &self.settings.maps.list,
-            input_hash: wanted.input_hash.clone(),
-            pipeline_hash: wanted.pipeline_hash.clone(),
-            signals: self.settings.signals,
-        };
-        let outcome =
-            guarded("pipeline", || work.run(&input, &job.bike.bike, self.settings.pipeline));
-        let mut outcome = match outcome {
-            Ok(outcome) => outcome,
-            Err(Rejection { stage, code, message }) => {
-                return self.refuse(job, stage, code, message, Some(wanted.input_hash));
-            }
-        };
-        if outcome.session.ident.session_id != job.meta.session_id
-            || outcome.session.ident.bike_id != job.meta.bike_id
-        {
-            let message = format!(
-                "the log was identified as session `{}` and read as `{}`; this is a mistake in \
-                 roadbench, please report it",
-                job.meta.session_id, outcome.session.ident.session_id
-            );
-            return self.refuse(job, "ingest", "internal_error", message, Some(wanted.input_hash));
-        }
-        note_unsafe_id(&mut outcome);
-        let files = match self.store.encode(&outcome) {
-            Ok(files) => files,
-            Err(e) => {
-                let message = format!("{e}; this is a mistake in roadbench, please report it");
-                return self.refuse(
-                    job,
-                    "write",
-                    "internal_error",
-                    message,
-                    Some(wanted.input_hash),
-                );
-            }
-        };
-        self.store.commit(&wanted.session_id, &wanted.bike_id, &job.log, &files).map_err(output)?;
-        Ok(Ended::Done(Box::new(outcome)))
-    }
-
-    fn refuse(
-        &self,
-        job: &Job,
-        stage: &'static str,
-        code: &'static str,
-        message: String,
-        input_hash: Option<String>,
-    ) -> Result<Ended, Error> {
-        let why = Rejection { stage, code, message };
-        let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, input_hash);
-        reject(self.store, &row)?;
-        Ok(Ended::Rejected(row))
-    }
 }
 
-enum Ended {
+/// One log from its bytes to its tables. An error is the output's; all else is in `Ended`.
+pub(super) fn session(
+    job: &Job,
+    settings: &Settings<'_>,
+    store: &Store,
+    work: &impl Work,
+) -> Result<Ended, Error> {
+    let refuse = |why: Rejection, hash: Option<String>| {
+        let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, hash);
+        reject(store, &row)?;
+        Ok(Ended::Rejected(row))
+    };
+    let input_hash = match plan::hash_file(&job.found.path) {
+        Ok(hash) => hash,
+        Err(e) => {
+            let message = format!("cannot read {}: {e}", job.log);
+            return refuse(Rejection { stage: "ingest", code: "unreadable", message }, None);
+        }
+    };
+    let wanted = wanted(job, input_hash);
+    if !settings.force && store.stale(&wanted, settings.signals).is_none() {
+        store.forgive(&job.log).map_err(output)?;
+        return Ok(Ended::Unchanged);
+    }
+    let input = Input {
+        path: &job.found.path,
+        maps: &settings.maps.list,
+        input_hash: wanted.input_hash.clone(),
+        pipeline_hash: wanted.pipeline_hash.clone(),
+        signals: settings.signals,
+    };
+    let outcome = guarded("pipeline", || work.run(&input, &job.bike.bike, settings.pipeline));
+    let mut outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(why) => return refuse(why, Some(wanted.input_hash)),
+    };
+    if outcome.session.ident.session_id != job.meta.session_id
+        || outcome.session.ident.bike_id != job.meta.bike_id
+    {
+        let message = format!(
+            "the log was identified as session `{}` and read as `{}`; this is a mistake in \
+             roadbench, please report it",
+            job.meta.session_id, outcome.session.ident.session_id
+        );
+        let why = Rejection { stage: "ingest", code: "internal_error", message };
+        return refuse(why, Some(wanted.input_hash));
+    }
+    note_unsafe_id(&mut outcome);
+    let files = match store.encode(&outcome) {
+        Ok(files) => files,
+        Err(e) => {
+            let message = format!("{e}; this is a mistake in roadbench, please report it");
+            let why = Rejection { stage: "write", code: "internal_error", message };
+            return refuse(why, Some(wanted.input_hash));
+        }
+    };
+    store.commit(&wanted.session_id, &wanted.bike_id, &job.log, &files).map_err(output)?;
+    Ok(Ended::Done(Box::new(outcome)))
+}
+
+/// What became of a log.
+pub(super) enum Ended {
     Done(Box<Outcome>),
     Unchanged,
     Rejected(Rejected),
 }
 
 /// Writes a rejection; tables that the session had from an earlier run go.
-fn reject(store: &Store, row: &Rejected) -> Result<(), Error> {
+pub(super) fn reject(store: &Store, row: &Rejected) -> Result<(), Error> {
     // a duplicate's name belongs to the log that was used
     if row.code != "duplicate_session_id" {
         let session = row.session_id.as_deref().or_else(|| store.once_was(&row.path));
@@ -423,7 +415,7 @@ fn rejection(row: &Rejected) -> Finished<'_> {
 }
 
 /// The tables keep the id as it is; whoever looks for the file has to know it is named otherwise.
-fn note_unsafe_id(outcome: &mut Outcome) {
+pub(super) fn note_unsafe_id(outcome: &mut Outcome) {
     let id = &outcome.session.ident.session_id;
     if is_plain(id) {
         return;

@@ -6,6 +6,8 @@
 //!                       duplicates
 //! ```
 //!
+//! [`cluster`] is the same over many machines, [`alone`] one session in memory.
+//!
 //! Assumes nothing of the inputs. Every one of them ends as a session in the tables or as a row
 //! of `rejected`: *sessions in = sessions out + rejected*, checked at the end of every run.
 //!
@@ -15,6 +17,8 @@
 //! [`store`]). The files' bytes depend on inputs and settings only, not on the number of
 //! workers, the time or the machine's load.
 
+pub mod alone;
+pub mod cluster;
 pub mod discover;
 pub mod engine;
 #[cfg(feature = "fleet")]
@@ -26,6 +30,7 @@ pub mod progress;
 pub mod spread;
 pub mod store;
 pub mod summary;
+pub mod tables;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -81,6 +86,7 @@ pub struct Settings<'a> {
 #[derive(Debug, Default)]
 pub struct Maps {
     list: Vec<ChannelMap>,
+    /// The hashes of the files, one after the other.
     text: Vec<u8>,
 }
 
@@ -95,12 +101,32 @@ impl Maps {
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn read(paths: &[PathBuf]) -> Result<Self, String> {
-        let mut maps = Maps::default();
-        for path in paths {
+        Self::parse(&Self::texts(paths)?)
+    }
+
+    /// The names and texts of map files.
+    ///
+    /// # Errors
+    /// One cannot be read.
+    pub fn texts(paths: &[PathBuf]) -> Result<Vec<(String, String)>, String> {
+        let text = |path: &PathBuf| {
             let name = path.display().to_string();
-            let text = std::fs::read_to_string(path)
-                .map_err(|e| format!("cannot read channel map {name}: {e}"))?;
-            maps.list.push(ChannelMap::parse(&text, &name)?);
+            match std::fs::read_to_string(path) {
+                Ok(text) => Ok((name, text)),
+                Err(e) => Err(format!("cannot read channel map {name}: {e}")),
+            }
+        };
+        paths.iter().map(text).collect()
+    }
+
+    /// From names, for messages, and texts.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn parse(texts: &[(String, String)]) -> Result<Self, String> {
+        let mut maps = Maps::default();
+        for (name, text) in texts {
+            maps.list.push(ChannelMap::parse(text, name)?);
             maps.text.extend_from_slice(blake3::hash(text.as_bytes()).as_bytes());
         }
         Ok(maps)

@@ -38,6 +38,8 @@ pub struct Job {
 pub struct BikeFile {
     /// The bike.
     pub bike: Bike,
+    /// What its file says.
+    pub text: String,
     /// BLAKE3 of the resolved pipeline, the bike file and the channel maps.
     pub pipeline_hash: String,
 }
@@ -220,13 +222,29 @@ fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, 
             return Err(refuse("bad_bike_file", format!("cannot read {}: {e}", path.display())));
         }
     };
-    let bike =
-        Bike::parse(&text, bike_id, &path).map_err(|e| refuse("bad_bike_file", e.to_string()))?;
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(salt);
-    hasher.update(text.as_bytes());
-    let pipeline_hash = hasher.finalize().to_hex().to_string();
-    Ok(Arc::new(BikeFile { bike, pipeline_hash }))
+    let bike = BikeFile::parse(text, bike_id, &path, salt)
+        .map_err(|e| refuse("bad_bike_file", e.to_string()))?;
+    Ok(Arc::new(bike))
+}
+
+impl BikeFile {
+    /// From a bike file's text; `path` is for messages, `salt` is [`salt`]'s.
+    ///
+    /// # Errors
+    /// As [`Bike::parse`].
+    pub fn parse(
+        text: String,
+        bike_id: &str,
+        path: &Path,
+        salt: &[u8],
+    ) -> Result<Self, crate::bike::Error> {
+        let bike = Bike::parse(&text, bike_id, path)?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(salt);
+        hasher.update(text.as_bytes());
+        let pipeline_hash = hasher.finalize().to_hex().to_string();
+        Ok(BikeFile { bike, text, pipeline_hash })
+    }
 }
 
 fn check_bikes(bikes: &Path) -> Result<(), Error> {
@@ -240,7 +258,10 @@ fn check_bikes(bikes: &Path) -> Result<(), Error> {
 }
 
 /// What every session's pipeline hash starts from; each part is hashed so that none can run into the next.
-fn salt(pipeline: &Pipeline, maps: &Maps) -> Result<Vec<u8>, Error> {
+///
+/// # Errors
+/// The pipeline cannot be written as text: our own mistake.
+pub fn salt(pipeline: &Pipeline, maps: &Maps) -> Result<Vec<u8>, Error> {
     let text = toml::to_string(pipeline)
         .map_err(|e| Error::Usage(format!("pipeline {}: {e}", pipeline.name)))?;
     let mut salt = blake3::hash(text.as_bytes()).as_bytes().to_vec();

@@ -21,13 +21,14 @@ use std::path::{Path, PathBuf};
 use arrow::array::{Array, AsArray, RecordBatch};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use walkdir::WalkDir;
 
 use super::Error;
 use super::names::file_name;
+use super::tables::Schemas;
 use crate::pipeline::Outcome;
 use crate::rows::Rejected;
-use crate::schema::Table;
 use crate::table;
 
 /// Every folder below the output that a run writes to.
@@ -59,7 +60,7 @@ const WRITING: &str = ".roadbench/writing";
 const OPTIONAL: [&str; 2] = ["signals", "forces"];
 
 /// A session whose tables are in the folder.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Committed {
     /// The session.
     pub session_id: String,
@@ -86,9 +87,9 @@ pub struct Files {
 #[derive(Debug)]
 pub struct Store {
     root: PathBuf,
-    schemas: BTreeMap<&'static str, Table>,
+    schemas: Schemas,
     found: Contents,
-    _lock: File,
+    _lock: Option<File>,
 }
 
 /// The sessions of an output folder, as they are found there.
@@ -147,6 +148,14 @@ impl Contents {
         Contents { root: root.to_owned(), committed: committed(root), torn: torn(root) }
     }
 
+    /// What a session's tables were made from, if it is there once.
+    pub fn input_hash(&self, session_id: &str) -> Option<String> {
+        match self.committed.get(&file_name(session_id)).map(Vec::as_slice) {
+            Some([one]) => Some(one.input_hash.clone()),
+            _ => None,
+        }
+    }
+
     /// As [`Store::stale`].
     pub fn stale(&self, wanted: &Committed, signals: bool) -> Option<Stale> {
         let file = file_name(&wanted.session_id);
@@ -193,14 +202,11 @@ impl Store {
     pub fn open(root: &Path) -> Result<Self, Error> {
         let lock = lock(root)?;
         remove_temporaries(root)?;
-        let schemas =
-            ["sessions", "coefficients", "manoeuvres", "forces", "warnings", "plots", "rejected"]
-                .map(|name| (name, Table::embedded(name)));
         let store = Store {
             root: root.to_owned(),
-            schemas: BTreeMap::from(schemas),
+            schemas: Schemas::load(),
             found: Contents::read(root),
-            _lock: lock,
+            _lock: Some(lock),
         };
         store.sweep()?;
         Ok(store)
@@ -227,6 +233,43 @@ impl Store {
         Ok(())
     }
 
+    /// A worker's hand in a folder that the process which gave it the work holds open: nothing is
+    /// locked or cleared. `there` is what that process found of the sessions this one writes.
+    pub fn join(root: &Path, there: Vec<Committed>) -> Self {
+        let mut found = Contents { root: root.to_owned(), ..Contents::default() };
+        for row in there {
+            let file = file_name(&row.session_id);
+            if mark(root, &file).exists() {
+                found.torn.insert(file.clone());
+            }
+            found.committed.entry(file).or_default().push(row);
+        }
+        Store { root: root.to_owned(), schemas: Schemas::load(), found, _lock: None }
+    }
+
+    /// Removes what killed workers left half-written.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub fn tidy(&self) -> Result<(), Error> {
+        remove_temporaries(&self.root)
+    }
+
+    /// Removes a session's mark: a worker that wrote the same as the one that was heard of was
+    /// killed over it.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub fn settle(&self, session_id: &str) -> Result<(), Error> {
+        let mark = mark(&self.root, &file_name(session_id));
+        remove_file(&mark).map_err(|e| Error::Output(e.to_string()))
+    }
+
+    /// What was found of a session when the folder was opened.
+    pub fn there(&self, session_id: &str) -> &[Committed] {
+        self.found.committed.get(&file_name(session_id)).map(Vec::as_slice).unwrap_or_default()
+    }
+
     /// The folder.
     pub fn root(&self) -> &Path {
         &self.root
@@ -247,20 +290,12 @@ impl Store {
     /// # Errors
     /// A row does not fit its schema: our own mistake.
     pub fn encode(&self, outcome: &Outcome) -> Result<Files, table::Error> {
-        let schema = |name: &str| &self.schemas[name];
-        let mut tables = vec![
-            ("coefficients", table::to_bytes(schema("coefficients"), &outcome.coefficients)?),
-            ("manoeuvres", table::to_bytes(schema("manoeuvres"), &outcome.manoeuvres)?),
-            ("warnings", table::to_bytes(schema("warnings"), &outcome.warnings)?),
-            ("plots", table::to_bytes(schema("plots"), &outcome.plots)?),
-        ];
-        if !outcome.forces.is_empty() {
-            tables.push(("forces", table::to_bytes(schema("forces"), &outcome.forces)?));
-        }
-        if let Some(signals) = &outcome.signals {
-            tables.push(("signals", table::batch_to_bytes("signals", signals)?));
-        }
-        let marker = table::to_bytes(schema("sessions"), std::slice::from_ref(&outcome.session))?;
+        let tables = self.schemas.tables(outcome)?;
+        let mut tables = tables
+            .iter()
+            .map(|(name, batch)| Ok((*name, table::batch_to_bytes(name, batch)?)))
+            .collect::<Result<Vec<_>, table::Error>>()?;
+        let marker = tables.pop().map(|(_, bytes)| bytes).unwrap_or_default(); // `sessions`
         Ok(Files { tables, marker })
     }
 
@@ -323,7 +358,7 @@ impl Store {
     /// The folder cannot be written.
     pub fn reject(&self, row: &Rejected) -> Result<(), table::Error> {
         let rows = std::slice::from_ref(row);
-        table::write(&self.rejected(&row.path), &self.schemas["rejected"], rows)
+        table::write(&self.rejected(&row.path), self.schemas.of("rejected"), rows)
     }
 
     /// Removes the row that an input had in `rejected`.

@@ -1,5 +1,6 @@
 //! The command line: one file per command, nothing here but the list and the exit codes.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -63,9 +64,15 @@ pub enum Failure {
     Output(String),
 }
 
-/// Parses the arguments, runs the command, prints what went wrong.
+/// The program.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    ExitCode::from(main_with(std::env::args_os()))
+}
+
+/// Parses the arguments, the program's name first, runs the command, prints what went wrong, and
+/// gives back the exit code.
+pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = T>) -> u8 {
+    let arguments = Arguments::parse_from(arguments);
     let bar = ProgressBar::hidden();
     logging::init(arguments.log_format, arguments.verbose, &bar);
     let result = match arguments.command {
@@ -82,8 +89,8 @@ pub fn main() -> ExitCode {
         Command::Export(a) => export::run(a),
         Command::Schema(a) => schema::run(a),
     };
-    let (code, message) = match result {
-        Ok(()) => return ExitCode::SUCCESS,
+    let (code, message): (u8, String) = match result {
+        Ok(()) => return 0,
         Err(Failure::Rejected(message)) => (1, message),
         Err(Failure::Usage(message)) => (2, message),
         Err(Failure::Output(message)) => (3, message),
@@ -93,5 +100,5 @@ pub fn main() -> ExitCode {
         LogFormat::Text => eprintln!("roadbench: {message}"),
         LogFormat::Json => tracing::error!(exit_code = code, "{message}"),
     }
-    ExitCode::from(code)
+    code
 }

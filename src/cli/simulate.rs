@@ -8,14 +8,14 @@ use crate::cli::Failure;
 use crate::cli::say::say;
 use crate::ingest::write_session;
 use crate::model::tir;
-use crate::rows::TruthSegment;
 use crate::schema::Table;
 use crate::session::Meta;
 use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
 use crate::simulate::scenario::{BUILTIN, Scenario};
+use crate::simulate::tables::{self, Known};
 use crate::simulate::tour::Tour;
-use crate::simulate::{Label, compare, ride, session, truth, truth_rows, tyre_truth};
+use crate::simulate::{compare, ride, session, tyre_truth};
 use crate::table;
 
 /// Write a synthetic archive with known truth beside it
@@ -111,19 +111,11 @@ fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Fail
                 let begin = std::time::Instant::now();
                 let ridden = motocross::ride(scenario, number);
                 let spent = begin.elapsed().as_secs_f64();
-                let meta = &ridden.session.meta;
-                let place = Place::of(meta, out);
-                write_session(&place.log, &ridden.session, scenario.float32)?;
-                let segments = segment_rows(meta, &ridden.labels);
-                table::write(
-                    &place.truth("segments"),
-                    &Table::embedded("truth_segments"),
-                    &segments,
-                )?;
-                let rows = motocross::truth_rows(&ridden, scenario.truth_rate);
-                table::write(&place.truth("offroad"), &Table::embedded("truth_offroad"), &rows)?;
-                let duration = ridden.session.duration();
-                let fall = ridden.fall.map(|f| format!("{}: {f}", meta.session_id));
+                let known = tables::of_motocross(scenario, ridden)?;
+                write(&known, scenario.float32, out)?;
+                let Known { session, fall, .. } = known;
+                let duration = session.duration();
+                let fall = fall.map(|f| format!("{}: {f}", session.meta.session_id));
                 Ok((duration, spent, fall))
             })
             .collect::<Result<Vec<_>, table::Error>>()
@@ -195,9 +187,10 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
                 let begin = std::time::Instant::now();
                 let ridden = ride::ride(tour, &skill, number);
                 let spent = begin.elapsed().as_secs_f64();
-                write_tour(tour, &ridden, &coefficients, out)?;
-                let meta = &ridden.session.meta;
-                Ok((meta.session_id.clone(), ridden.session.duration(), spent, ridden.fall))
+                let known = tables::of_tour(&coefficients, ridden)?;
+                write(&known, tour.float32, out)?;
+                let Known { session, fall, .. } = known;
+                Ok((session.meta.session_id.clone(), session.duration(), spent, fall))
             })
             .collect::<Result<Vec<_>, table::Error>>()
     });
@@ -250,36 +243,14 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Fai
     Ok(())
 }
 
-fn write_tour(
-    tour: &Tour,
-    ridden: &ride::Ridden,
-    coefficients: &[truth::True],
-    out: &Path,
-) -> Result<(), table::Error> {
-    let meta = &ridden.session.meta;
-    let place = Place::of(meta, out);
-    write_session(&place.log, &ridden.session, tour.float32)?;
-    let at = |kind: &str| place.truth(kind);
-    let truth = truth_rows(meta, coefficients);
-    table::write(&at("coefficients"), &Table::embedded("truth"), &truth)?;
-    let segments = segment_rows(meta, &ridden.labels);
-    table::write(&at("segments"), &Table::embedded("truth_segments"), &segments)?;
-    let signals = ride::truth_signals(ridden);
-    table::write(&at("signals"), &Table::embedded("truth_signals"), &signals)
-}
-
-fn segment_rows(meta: &Meta, labels: &[Label]) -> Vec<TruthSegment> {
-    labels
-        .iter()
-        .map(|&(kind, start, end, direction)| TruthSegment {
-            session_id: meta.session_id.clone(),
-            bike_id: meta.bike_id.clone(),
-            kind: kind.name().to_owned(),
-            start,
-            end,
-            direction: direction.map(|d| d.name().to_owned()),
-        })
-        .collect()
+/// A session and its truth.
+fn write(known: &Known, float32: bool, out: &Path) -> Result<(), table::Error> {
+    let place = Place::of(&known.session.meta, out);
+    write_session(&place.log, &known.session, float32)?;
+    for (kind, batch) in &known.truth {
+        table::write_batch(&place.truth(kind), batch)?;
+    }
+    Ok(())
 }
 
 /// One bike: its file, its sessions, its truth. Returns the number of sessions.
@@ -288,18 +259,10 @@ fn write_bike(scenario: &Scenario, bike: usize, out: &Path) -> Result<usize, tab
     let id = &machine.bike.bike_id;
     let file = out.join("bikes").join(format!("{id}.toml"));
     table::write_bytes(&file, machine.bike.to_toml().as_bytes())?;
-    let (truth_table, segment_table) =
-        (Table::embedded("truth"), Table::embedded("truth_segments"));
     let count = scenario.fleet.sessions_per_bike;
     for i in 0..count {
         let simulated = session(scenario, &machine, bike * count + i);
-        let meta = &simulated.session.meta;
-        let place = Place::of(meta, out);
-        write_session(&place.log, &simulated.session, scenario.float32)?;
-        let truth = truth_rows(meta, &truth::coefficients(&machine.plant, &simulated));
-        table::write(&place.truth("coefficients"), &truth_table, &truth)?;
-        let segments = segment_rows(meta, &simulated.labels);
-        table::write(&place.truth("segments"), &segment_table, &segments)?;
+        write(&tables::of_fleet(&machine, simulated)?, scenario.float32, out)?;
     }
     Ok(count)
 }

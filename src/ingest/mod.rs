@@ -30,12 +30,14 @@ mod kiro;
 pub mod map;
 mod parquet;
 mod resample;
+mod table;
 pub mod units;
 mod write;
 pub mod yaw;
 
 pub use check::check;
-pub use write::write_session;
+pub use table::read_table;
+pub use write::{session_batch, write_session};
 
 use map::ChannelMap;
 

@@ -16,7 +16,7 @@ use ::parquet::arrow::arrow_reader::{
 use ::parquet::file::metadata::ParquetMetaData;
 use arrow::array::{Array, ArrayRef, AsArray};
 use arrow::compute::cast;
-use arrow::datatypes::{DataType, Field, Float32Type, Float64Type, TimeUnit};
+use arrow::datatypes::{DataType, Field, Float32Type, Float64Type, Schema, TimeUnit};
 
 use crate::channel::Channel;
 use crate::ingest::map::{ChannelMap, Column, TimeSource, of_format};
@@ -62,22 +62,25 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let names = names_of(&metadata);
     match choose(&names, maps) {
         Some(map) => read_mapped(path, file, metadata, &names, meta, &map),
-        None => read_contract(path, file, metadata, meta),
+        None => {
+            let schema = Arc::clone(metadata.schema());
+            read_contract(path, &schema, meta, |wanted| decode(path, file, metadata, wanted))
+        }
     }
 }
 
-/// The contract's own columns.
-fn read_contract(
+/// The contract's own columns; `decode` gives those at the given places as float64.
+pub(super) fn read_contract(
     path: &Path,
-    file: File,
-    metadata: ArrowReaderMetadata,
+    schema: &Schema,
     meta: Meta,
+    decode: impl FnOnce(&[usize]) -> Result<Vec<Vec<f64>>, Error>,
 ) -> Result<Raw, Error> {
     let table = session_table();
     let mut wanted = Vec::new();
     let mut plans: Vec<(Option<Channel>, Conversion)> = Vec::new();
     let mut unknown = Vec::new();
-    for (i, field) in metadata.schema().fields().iter().enumerate() {
+    for (i, field) in schema.fields().iter().enumerate() {
         let Some(column) = table.column(field.name()) else {
             unknown.push(field.name().as_str());
             continue;
@@ -94,7 +97,7 @@ fn read_contract(
         let message = format!("not columns of session.v1, ignored: {}", unknown.join(", "));
         warnings.push(warning("unknown_column", None, unknown.len(), None, message));
     }
-    let decoded = decode(path, file, metadata, &wanted)?;
+    let decoded = decode(&wanted)?;
     let mut time = Vec::new();
     let mut channels = Vec::with_capacity(decoded.len());
     for ((channel, conversion), mut values) in plans.into_iter().zip(decoded) {
@@ -296,15 +299,7 @@ fn decode(
     wanted: &[usize],
 ) -> Result<Vec<Vec<f64>>, Error> {
     let rows = usize::try_from(metadata.metadata().file_metadata().num_rows()).unwrap_or(0);
-    for &i in wanted {
-        let field = metadata.schema().field(i);
-        let kind = field.data_type();
-        if !(kind.is_numeric() || matches!(kind, DataType::Boolean | DataType::Timestamp(..))) {
-            let message =
-                format!("{}: column `{}` holds {kind}, not numbers", path.display(), field.name());
-            return Err(Error::new("wrong_type", message));
-        }
-    }
+    check_kinds(path, metadata.schema(), wanted)?;
     guarded(path, || {
         let mask = ProjectionMask::roots(metadata.parquet_schema(), wanted.iter().copied());
         let reader = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
@@ -323,8 +318,22 @@ fn decode(
     })
 }
 
+/// The wanted columns hold numbers.
+pub(super) fn check_kinds(path: &Path, schema: &Schema, wanted: &[usize]) -> Result<(), Error> {
+    for &i in wanted {
+        let field = schema.field(i);
+        let kind = field.data_type();
+        if !(kind.is_numeric() || matches!(kind, DataType::Boolean | DataType::Timestamp(..))) {
+            let message =
+                format!("{}: column `{}` holds {kind}, not numbers", path.display(), field.name());
+            return Err(Error::new("wrong_type", message));
+        }
+    }
+    Ok(())
+}
+
 /// Adds an array's numbers to a column, moving its buffer where that is possible.
-fn append(column: &mut Vec<f64>, array: ArrayRef) -> Result<(), String> {
+pub(super) fn append(column: &mut Vec<f64>, array: ArrayRef) -> Result<(), String> {
     let start = column.len();
     let nulls = array.logical_nulls().filter(|n| n.null_count() > 0);
     match array.data_type() {
@@ -364,11 +373,14 @@ fn append(column: &mut Vec<f64>, array: ArrayRef) -> Result<(), String> {
 
 fn meta_of(path: &Path, metadata: &ParquetMetaData) -> Meta {
     let pairs = metadata.file_metadata().key_value_metadata();
-    let get = |key: &str| {
-        let pair = pairs?.iter().find(|p| p.key == key)?;
-        pair.value.clone().filter(|v| !v.is_empty())
-    };
-    let own = Meta {
+    let own = meta_from(|key| pairs?.iter().find(|p| p.key == key)?.value.clone());
+    ident::or(own, ident::from_path(path))
+}
+
+/// Who and when, from metadata by key.
+pub(super) fn meta_from(get: impl Fn(&str) -> Option<String>) -> Meta {
+    let get = |key: &str| get(key).filter(|v| !v.is_empty());
+    Meta {
         session_id: get("session_id").unwrap_or_default(),
         bike_id: get("bike_id").unwrap_or_default(),
         start_time: get("start_time"),
@@ -376,6 +388,5 @@ fn meta_of(path: &Path, metadata: &ParquetMetaData) -> Meta {
         tyre_rear: get("tyre_rear"),
         site: get("site"),
         rider_id: get("rider_id"),
-    };
-    ident::or(own, ident::from_path(path))
+    }
 }

@@ -28,23 +28,26 @@ pub fn write_session(path: &Path, session: &Session, float32: bool) -> Result<()
     table::write_bytes(path, &bytes)
 }
 
-fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, String> {
+/// A session as one Arrow batch of `session.v1`, as [`write_session`] writes it; who and when in
+/// the schema's metadata.
+///
+/// # Errors
+/// The channels do not fit together: our own mistake.
+pub fn session_batch(session: &Session, float32: bool) -> Result<RecordBatch, table::Error> {
+    let fail = |e: String| table::Error::Encode { table: "session".to_owned(), message: e };
+    let batch = to_batch(session, float32).map_err(fail)?;
+    let mut metadata = batch.schema().metadata().clone();
+    metadata.extend(pairs(&session.meta).into_iter().filter_map(|p| Some((p.key, p.value?))));
+    let schema = Arc::new(Schema::new_with_metadata(batch.schema().fields().clone(), metadata));
+    batch.with_schema(schema).map_err(|e| fail(e.to_string()))
+}
+
+fn to_batch(session: &Session, float32: bool) -> Result<RecordBatch, String> {
     let table = session_table();
     let full = table.arrow();
     let time: Vec<f64> = (0..session.len).map(|i| session.time(i)).collect();
     let mut fields = vec![full.field(0).clone()];
     let mut arrays: Vec<ArrayRef> = vec![Arc::new(Float64Array::from(time))];
-    let level = ZstdLevel::try_new(6).map_err(|e| e.to_string())?;
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::ZSTD(level))
-        .set_created_by(format!("roadbench {}", crate::VERSION))
-        .set_key_value_metadata(Some(pairs(&session.meta)))
-        .set_statistics_enabled(EnabledStatistics::Chunk)
-        // the bytes of floats compress as streams of their own, better than by a dictionary even
-        // where a sensor has few values
-        .set_dictionary_enabled(false)
-        .set_encoding(Encoding::BYTE_STREAM_SPLIT)
-        .set_max_row_group_row_count(None);
     for channel in session.channels() {
         let (Some(values), Some(column)) = (session.get(channel), table.column(channel.name()))
         else {
@@ -65,9 +68,24 @@ fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, String> {
         fields.push(field);
     }
     let schema = Arc::new(Schema::new_with_metadata(fields, full.metadata().clone()));
-    let batch = RecordBatch::try_new(Arc::clone(&schema), arrays).map_err(|e| e.to_string())?;
+    RecordBatch::try_new(schema, arrays).map_err(|e| e.to_string())
+}
+
+fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, String> {
+    let batch = to_batch(session, float32)?;
+    let level = ZstdLevel::try_new(6).map_err(|e| e.to_string())?;
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(level))
+        .set_created_by(format!("roadbench {}", crate::VERSION))
+        .set_key_value_metadata(Some(pairs(&session.meta)))
+        .set_statistics_enabled(EnabledStatistics::Chunk)
+        // the bytes of floats compress as streams of their own, better than by a dictionary even
+        // where a sensor has few values
+        .set_dictionary_enabled(false)
+        .set_encoding(Encoding::BYTE_STREAM_SPLIT)
+        .set_max_row_group_row_count(None);
     let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, schema, Some(properties.build()))
+    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties.build()))
         .map_err(|e| e.to_string())?;
     writer.write(&batch).map_err(|e| e.to_string())?;
     writer.close().map_err(|e| e.to_string())?;

@@ -29,6 +29,7 @@ pub mod ride;
 pub mod rider;
 pub mod scenario;
 pub mod sensors;
+pub mod tables;
 pub mod tour;
 pub mod truth;
 pub mod tyre_truth;

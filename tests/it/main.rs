@@ -3,6 +3,7 @@
 mod advice;
 mod batch;
 mod cli;
+mod cluster;
 mod damage;
 mod diagnose;
 mod diagnose_offroad;

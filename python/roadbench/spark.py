@@ -1,0 +1,133 @@
+"""``roadbench run`` spread over a Spark cluster.
+
+The driver finds the logs, locks the output and keeps the accounts; each Spark task takes a few
+sessions through :mod:`roadbench` and writes their tables as a run on one machine does. A killed
+worker or a task that runs twice leaves no torn and no double file: every file is written beside its
+place and renamed, and the same session always gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from roadbench import _roadbench
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    from pyspark.sql import SparkSession
+
+__all__ = ["run"]
+
+_GIVEN = "log string, task string"
+_ANSWERED = "log string, answer string"
+
+
+def run(
+    spark: SparkSession,
+    inputs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    bikes: str | os.PathLike[str] | None,
+    out: str | os.PathLike[str],
+    pipeline: str | os.PathLike[str] = "onroad",
+    *,
+    maps: Sequence[str | os.PathLike[str]] = (),
+    force: bool = False,
+    since: float | None = None,
+    signals: bool = False,
+    batch: int = 8,
+) -> dict[str, Any]:
+    """Computes the sessions of an archive on the cluster, and writes the tables of ``roadbench run``.
+
+    Logs and ``out`` must be on a file system that the driver and all workers see under the same
+    paths; bike files, maps and pipeline are read on the driver only. All machines need this wheel.
+    As on one machine, sessions that are there already and were made from the same are kept, a log
+    that cannot be used has a row in ``rejected``, and a run that was cut short is carried on by the
+    same call. Retries are Spark's own (``spark.task.maxFailures``, speculation, lost executors).
+
+    The wheel comes without polars, so the tables over the whole fleet (``fleet``, ``fleet_pooled``,
+    ``fleet_events``) are not made: ``roadbench run`` with the same inputs and output, on one
+    machine, finds every session there and makes them.
+
+    Args:
+        spark: the session of an existing cluster, or a local one.
+        inputs: logs, folders of logs or archives, glob patterns. Relative paths are made absolute.
+        bikes: folder of bike files; ``None`` takes the ``bikes`` beside an archive's sessions.
+        out: folder of the tables.
+        pipeline: ``onroad``, ``offroad``, ``paper``, or path of a pipeline file.
+        maps: paths of channel maps; none means those that come with roadbench.
+        force: compute sessions again that are there already.
+        since: only logs that were written since then, as ``time.time()`` counts.
+        signals: also write the estimated time series.
+        batch: sessions in one task: what is done again when a task is lost.
+
+    Returns:
+        What is also in ``run.json`` beside the tables: ``inputs``, ``computed``, ``unchanged``,
+        ``rejected``, ``rejected_by_code``, ``seconds`` and so on.
+
+    Raises:
+        ValueError: there is nothing to read, the bikes or the pipeline are not what they should be,
+            or another run is writing to ``out``.
+        OSError: ``out`` cannot be written, or is not the same folder on all machines.
+
+    Example:
+        >>> from pyspark.sql import SparkSession
+        >>> import roadbench.spark
+        >>> spark = SparkSession.builder.getOrCreate()
+        >>> done = roadbench.spark.run(spark, "/archive", None, "/tables")
+        >>> done["computed"], done["rejected"]
+        (1200, 3)
+    """
+    if batch < 1:
+        raise ValueError("batch: a task has at least one session")
+    if isinstance(inputs, str | os.PathLike):
+        inputs = [inputs]
+    driver = _roadbench.Driver(
+        [_absolute(path) for path in inputs],
+        None if bikes is None else _absolute(bikes),
+        _absolute(out),
+        os.fspath(pipeline),
+        [os.fspath(m) for m in maps],
+        force,
+        since,
+        signals,
+    )
+    try:
+        answers = _spread(spark, driver.terms(), driver.tasks(), batch)
+        return json.loads(driver.close(answers))
+    finally:
+        driver.abandon()  # of the output's lock
+
+
+def _absolute(path: str | os.PathLike[str]) -> str:
+    """A worker has another working folder; a URL is the same everywhere."""
+    text = os.fspath(path)
+    return text if "://" in text else os.path.abspath(text)
+
+
+def _spread(spark: SparkSession, terms: str, tasks: list[tuple[str, str]], batch: int) -> list[str]:
+    if not tasks:
+        return []
+    context = spark.sparkContext
+    count = max(-(-len(tasks) // batch), min(len(tasks), context.defaultParallelism))
+    # the largest logs come first: dealt out like cards, so that tasks are alike
+    hands = [tasks[i::count] for i in range(count)]
+    # an RDD with a hand in each partition: nothing is shuffled, so nothing is lost with a worker
+    # but the task it was at
+    given = context.parallelize(hands, count).flatMap(list)
+    answered = spark.createDataFrame(given, _GIVEN).mapInArrow(partial(_work, terms), _ANSWERED)
+    return [row.answer for row in answered.collect()]
+
+
+def _work(terms: str, batches: Iterable[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
+    """What a Spark task does."""
+    import pyarrow as pa
+
+    # a task has one core; a pool of threads per task would fight over it
+    os.environ.setdefault("RAYON_NUM_THREADS", "1")
+    worker = _roadbench.Worker(terms)
+    for given in batches:
+        for log, task in zip(given["log"].to_pylist(), given["task"].to_pylist(), strict=True):
+            yield pa.RecordBatch.from_pydict({"log": [log], "answer": [worker.run(task)]})

@@ -1,0 +1,39 @@
+//! `roadbench.simulate`.
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::table::Table;
+use crate::ingest::session_batch;
+use crate::simulate::tables::{Rideable, schema_of};
+
+/// One session of a scenario: its tables, its bike file's text, and how it fell, if it did.
+#[pyfunction]
+#[pyo3(signature = (scenario, number))]
+pub fn simulate<'py>(
+    py: Python<'py>,
+    scenario: &str,
+    number: usize,
+) -> PyResult<(Bound<'py, PyDict>, String, Option<String>)> {
+    let ours = |e: crate::table::Error| PyRuntimeError::new_err(e.to_string());
+    let (session, known, bike) = py.detach(|| {
+        let rideable = Rideable::load(scenario).map_err(PyValueError::new_err)?;
+        let count = rideable.sessions();
+        if number >= count {
+            return Err(PyValueError::new_err(format!(
+                "scenario {scenario} has {count} sessions, numbered from 0"
+            )));
+        }
+        let (known, bike) = rideable.ride(number).map_err(ours)?;
+        let session = session_batch(&known.session, rideable.float32()).map_err(ours)?;
+        Ok((session, known, bike))
+    })?;
+    let tables = PyDict::new(py);
+    tables.set_item("session", Table::new("session", session))?;
+    for (kind, batch) in known.truth {
+        let name = schema_of(kind);
+        tables.set_item(name, Table::new(name, batch))?;
+    }
+    Ok((tables, bike, known.fall))
+}

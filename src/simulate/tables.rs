@@ -1,0 +1,169 @@
+//! A simulated session and its truth as tables, whichever motorcycle rode it.
+
+use arrow::array::RecordBatch;
+use serde::Serialize;
+
+use super::motocross::{self, scenario::Motocross};
+use super::pilot::Skill;
+use super::scenario::{Machine, Scenario};
+use super::tour::Tour;
+use super::truth::{self, True};
+use super::{Label, Simulated, ride, session, truth_rows, tyre_truth};
+use crate::rows::TruthSegment;
+use crate::schema::Table;
+use crate::session::{Meta, Session};
+use crate::table;
+
+/// One session with its truth.
+#[derive(Debug)]
+pub struct Known {
+    /// What the logger recorded.
+    pub session: Session,
+    /// The truth: name of the folder in an archive, and table.
+    pub truth: Vec<(&'static str, RecordBatch)>,
+    /// How it fell, if it did: the log ends there.
+    pub fall: Option<String>,
+}
+
+/// The schema of a folder of truth.
+pub fn schema_of(kind: &str) -> &'static str {
+    match kind {
+        "segments" => "truth_segments",
+        "signals" => "truth_signals",
+        "offroad" => "truth_offroad",
+        _ => "truth",
+    }
+}
+
+fn batch<R: Serialize>(
+    kind: &'static str,
+    rows: &[R],
+) -> Result<(&'static str, RecordBatch), table::Error> {
+    Ok((kind, table::batch(&Table::embedded(schema_of(kind)), rows)?))
+}
+
+/// A session of the reduced-order motorcycle.
+///
+/// # Errors
+/// A row does not fit its schema: our own mistake.
+pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, table::Error> {
+    let meta = &simulated.session.meta;
+    let coefficients = truth_rows(meta, &truth::coefficients(&machine.plant, &simulated));
+    let segments = segment_rows(meta, &simulated.labels);
+    let truth = vec![batch("coefficients", &coefficients)?, batch("segments", &segments)?];
+    Ok(Known { session: simulated.session, truth, fall: None })
+}
+
+/// A session of the nonlinear motorcycle.
+///
+/// # Errors
+/// As [`of_fleet`].
+pub fn of_tour(coefficients: &[True], ridden: ride::Ridden) -> Result<Known, table::Error> {
+    let meta = &ridden.session.meta;
+    let truth = vec![
+        batch("coefficients", &truth_rows(meta, coefficients))?,
+        batch("segments", &segment_rows(meta, &ridden.labels))?,
+        batch("signals", &ride::truth_signals(&ridden))?,
+    ];
+    let fall = ridden.fall.as_ref().map(ToString::to_string);
+    Ok(Known { session: ridden.session, truth, fall })
+}
+
+/// A session off-road.
+///
+/// # Errors
+/// As [`of_fleet`].
+pub fn of_motocross(
+    scenario: &Motocross,
+    ridden: motocross::Ridden,
+) -> Result<Known, table::Error> {
+    let segments = segment_rows(&ridden.session.meta, &ridden.labels);
+    let forces = motocross::truth_rows(&ridden, scenario.truth_rate);
+    let truth = vec![batch("segments", &segments)?, batch("offroad", &forces)?];
+    let fall = ridden.fall.as_ref().map(ToString::to_string);
+    Ok(Known { session: ridden.session, truth, fall })
+}
+
+fn segment_rows(meta: &Meta, labels: &[Label]) -> Vec<TruthSegment> {
+    labels
+        .iter()
+        .map(|&(kind, start, end, direction)| TruthSegment {
+            session_id: meta.session_id.clone(),
+            bike_id: meta.bike_id.clone(),
+            kind: kind.name().to_owned(),
+            start,
+            end,
+            direction: direction.map(|d| d.name().to_owned()),
+        })
+        .collect()
+}
+
+/// A scenario of any kind, ready to be ridden.
+#[derive(Debug)]
+pub enum Rideable {
+    /// The reduced-order motorcycle.
+    Fleet(Box<Scenario>),
+    /// The nonlinear motorcycle, and its rider.
+    Tour(Box<(Tour, Skill)>),
+    /// Off-road.
+    Motocross(Box<Motocross>),
+}
+
+impl Rideable {
+    /// A built-in scenario or a scenario file.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn load(name_or_path: &str) -> Result<Self, String> {
+        if let Some(motocross) = Motocross::load(name_or_path)? {
+            return Ok(Rideable::Motocross(Box::new(motocross)));
+        }
+        if let Some(tour) = Tour::load(name_or_path)? {
+            let skill = Skill::learn(&tour.model, ride::period(tour.rate))
+                .map_err(|e| format!("scenario {}: {e}", tour.name))?;
+            return Ok(Rideable::Tour(Box::new((tour, skill))));
+        }
+        Ok(Rideable::Fleet(Box::new(Scenario::load(name_or_path)?)))
+    }
+
+    /// How many sessions it has.
+    pub fn sessions(&self) -> usize {
+        match self {
+            Rideable::Fleet(s) => s.fleet.bikes * s.fleet.sessions_per_bike,
+            Rideable::Tour(tour) => tour.0.sessions,
+            Rideable::Motocross(s) => s.sessions,
+        }
+    }
+
+    /// Whether its logs hold samples of seven digits.
+    pub fn float32(&self) -> bool {
+        match self {
+            Rideable::Fleet(s) => s.float32,
+            Rideable::Tour(tour) => tour.0.float32,
+            Rideable::Motocross(s) => s.float32,
+        }
+    }
+
+    /// Rides a session, counted from 0; gives the bike file's text too.
+    ///
+    /// # Errors
+    /// As [`of_fleet`].
+    pub fn ride(&self, number: usize) -> Result<(Known, String), table::Error> {
+        match self {
+            Rideable::Fleet(s) => {
+                let machine = s.machine(number / s.fleet.sessions_per_bike.max(1));
+                let known = of_fleet(&machine, session(s, &machine, number))?;
+                Ok((known, machine.bike.to_toml()))
+            }
+            Rideable::Tour(tour) => {
+                let (tour, skill) = tour.as_ref();
+                let coefficients = tyre_truth::coefficients(&tour.model);
+                let known = of_tour(&coefficients, ride::ride(tour, skill, number))?;
+                Ok((known, tour.bike.to_toml()))
+            }
+            Rideable::Motocross(s) => {
+                Ok((of_motocross(s, motocross::ride(s, number))?, s.bike.to_toml()))
+            }
+        }
+    }
+}

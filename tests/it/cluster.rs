@@ -1,0 +1,170 @@
+//! A batch over several processes, and a session in memory: both give what a run gives.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use roadbench::batch::cluster::{Answer, Driver, Task, Terms, Worker};
+use roadbench::batch::plan::{self, BikeFile};
+use roadbench::batch::{self, Error, Maps, Settings, Stages, State, alone};
+use roadbench::pipeline::Pipeline;
+use roadbench::table;
+
+fn fixtures() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive")
+}
+
+fn settings<'a>(
+    inputs: &'a [PathBuf],
+    bikes: &'a Path,
+    out: &'a Path,
+    pipeline: &'a Pipeline,
+    maps: &'a Maps,
+) -> Settings<'a> {
+    let bikes = Some(bikes);
+    let (jobs, force, since, signals) = (0, false, None, false);
+    Settings { inputs, bikes, out, pipeline, maps, jobs, force, since, signals }
+}
+
+/// The tables below a folder, but for those over the fleet.
+fn files(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    glob::glob(&format!("{}/**/*.parquet", out.display()))
+        .expect("a pattern")
+        .map(|path| path.expect("listed"))
+        .map(|path| (path.strip_prefix(out).expect("below").to_owned(), std::fs::read(&path)))
+        .map(|(name, bytes)| (name, bytes.expect("read")))
+        .collect()
+}
+
+/// A task's way to a worker and back, as it is sent.
+fn send(terms: &Terms, task: &Task) -> Result<Answer, Error> {
+    let terms = serde_json::to_string(terms).expect("json");
+    let task = serde_json::to_string(task).expect("json");
+    let worker = Worker::new(serde_json::from_str(&terms).expect("terms"))?;
+    let answer = worker.run(serde_json::from_str(&task).expect("task"), &Stages)?;
+    let answer = serde_json::to_string(&answer).expect("json");
+    Ok(serde_json::from_str(&answer).expect("answer"))
+}
+
+#[test]
+fn workers_write_what_one_machine_writes() {
+    let folder = tempfile::tempdir().expect("folder");
+    let logs = folder.path().join("logs");
+    std::fs::create_dir(&logs).expect("folder");
+    for name in [
+        "bike=archive_01/date=2026-05-01/archive_s0001",
+        "bike=archive_02/date=2026-05-04/archive_s0007",
+    ] {
+        let log = fixtures().join(format!("sessions/{name}.parquet"));
+        let to = logs.join(log.file_name().expect("name"));
+        std::fs::copy(&log, to).expect("copied");
+    }
+    let whole = std::fs::read(logs.join("archive_s0001.parquet")).expect("read");
+    std::fs::write(logs.join("cut.parquet"), &whole[..4000]).expect("written");
+    // its footer is whole, so that it is found out by a worker only
+    let mut damaged = std::fs::read(logs.join("archive_s0007.parquet")).expect("read");
+    damaged[4..20_000].fill(0xA5);
+    std::fs::write(logs.join("damaged.parquet"), with_id(&damaged)).expect("written");
+
+    let (inputs, bikes) = ([logs.clone()], fixtures().join("bikes"));
+    let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
+    let [one, many] = ["one", "many"].map(|name| folder.path().join(name));
+    let stop = AtomicBool::new(false);
+    let (run, _) =
+        batch::run(&settings(&inputs, &bikes, &one, &pipeline, &maps), &Stages, &(), &stop)
+            .expect("run");
+    assert_eq!((run.done, run.rejected.len()), (2, 2), "{:?}", run.rejected);
+
+    let at = settings(&inputs, &bikes, &many, &pipeline, &maps);
+    let driver = Driver::open(&at, Vec::new(), &Stages).expect("open");
+    let busy = Driver::open(&at, Vec::new(), &Stages).expect_err("one at a time");
+    assert!(matches!(busy, Error::Usage(_)), "{busy}");
+    let tasks = driver.tasks();
+    assert_eq!(tasks.len(), 3);
+    assert!(tasks[0].bytes >= tasks[1].bytes, "the largest first");
+    // a worker was killed while it wrote, another did the same twice
+    std::fs::create_dir_all(many.join("plots/bike=archive_01")).expect("folder");
+    let torn = many.join("plots/bike=archive_01/.roadbench-x.tmp");
+    std::fs::write(&torn, "half").expect("written");
+    send(driver.terms(), &tasks[0]).expect("done");
+    let answers = tasks.iter().map(|task| send(driver.terms(), task).expect("done")).collect();
+    let mark = many.join(".roadbench/writing/archive_s0001");
+    std::fs::write(&mark, "archive_01").expect("written"); // of a third that was killed over it
+    let (spread, store) = driver.close(answers).expect("closed");
+    drop(store);
+    assert_eq!((spread.inputs, spread.done, spread.rejected.len()), (4, 2, 2));
+    assert!(!torn.exists() && !mark.exists());
+    assert_eq!(files(&one), files(&many));
+
+    // nothing has changed
+    let driver = Driver::open(&at, Vec::new(), &Stages).expect("open");
+    let answers: Vec<Answer> =
+        driver.tasks().iter().map(|task| send(driver.terms(), task).expect("done")).collect();
+    assert_eq!(answers.iter().filter(|a| a.state == State::Unchanged).count(), 2);
+    assert_eq!(driver.close(answers).expect("closed").0.unchanged, 2);
+}
+
+/// The file under another session's name, of the same length.
+fn with_id(bytes: &[u8]) -> Vec<u8> {
+    let (from, to) = (b"archive_s0007", b"archive_sXXXX");
+    let mut bytes = bytes.to_vec();
+    for at in 0..bytes.len() - from.len() {
+        if &bytes[at..at + from.len()] == from {
+            bytes[at..at + from.len()].copy_from_slice(to);
+        }
+    }
+    bytes
+}
+
+#[test]
+fn an_answer_that_is_not_so_is_found_out() {
+    let folder = tempfile::tempdir().expect("folder");
+    let inputs = [fixtures().join("sessions/bike=archive_01/date=2026-05-01")];
+    let (bikes, out) = (fixtures().join("bikes"), folder.path().join("out"));
+    let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
+    let at = settings(&inputs, &bikes, &out, &pipeline, &maps);
+    let open = || Driver::open(&at, Vec::new(), &Stages).expect("open");
+    let lie = |task: &Task| Answer {
+        log: task.log.clone(),
+        state: State::Done,
+        rejected: None,
+        input_hash: Some("0".into()),
+        samples: 1,
+        seconds: 0.1,
+    };
+    let driver = open();
+    let lies = driver.tasks().iter().map(lie).collect();
+    let e = driver.close(lies).expect_err("nothing was written");
+    assert!(e.to_string().contains("the same on every machine"), "{e}");
+    let e = open().close(Vec::new()).expect_err("no answer");
+    assert!(e.to_string().contains("no worker says"), "{e}");
+    let mut terms = open().terms().clone();
+    terms.version = "0.0.0".into();
+    let e = Worker::new(terms).expect_err("another version");
+    assert!(e.to_string().contains("install the same wheel"), "{e}");
+}
+
+#[test]
+fn a_session_in_memory_is_what_is_written() {
+    let folder = tempfile::tempdir().expect("folder");
+    let log = fixtures().join("sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet");
+    let (bikes, out) = (fixtures().join("bikes"), folder.path().join("out"));
+    let (inputs, pipeline, maps) = ([log.clone()], Pipeline::onroad(), Maps::default());
+    let stop = AtomicBool::new(false);
+    let mut at = settings(&inputs, &bikes, &out, &pipeline, &maps);
+    at.signals = true;
+    batch::run(&at, &Stages, &(), &stop).expect("run");
+
+    let salt = plan::salt(&pipeline, &maps).expect("salt");
+    let path = bikes.join("archive_01.toml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let bike = BikeFile::parse(text, "archive_01", &path, &salt).expect("bike");
+    let tables = alone::run(alone::Log::File(&log), &bike, &pipeline, &maps, true).expect("tables");
+    let written = files(&out);
+    assert_eq!(tables.len(), written.len());
+    for (name, batch) in tables {
+        let file = PathBuf::from(name).join("bike=archive_01/archive_s0001.parquet");
+        let bytes = table::batch_to_bytes(name, &batch).expect("encoded");
+        assert_eq!(written.get(&file), Some(&bytes), "{name}");
+    }
+}
