@@ -13,6 +13,8 @@ use super::names::is_plain;
 use super::plan::{self, Job, Plan};
 use super::store::{Committed, Contents, Stale, Store};
 use super::{Error, Settings, Work, guarded};
+use crate::objects::source;
+use crate::objects::url::is_url;
 use crate::pipeline::{Input, Outcome, Rejection};
 use crate::rows::{Rejected, WarningRow};
 use crate::table;
@@ -101,8 +103,10 @@ pub fn run(
         .num_threads(threads.min(inputs).max(1))
         .build()
         .map_err(|e| Error::Usage(format!("--jobs {threads}: {e}")))?;
+    let before = seen(&found, settings.out)?;
+    let (pipeline, maps) = (settings.pipeline, settings.maps);
     let Plan { mut jobs, refused } =
-        pool.install(|| plan::plan(found, &bikes, settings.pipeline, settings.maps, work))?;
+        pool.install(|| plan::plan(found, &bikes, &before, pipeline, maps, work))?;
     let bytes = jobs.iter().map(|j| j.bytes).chain(refused.iter().map(|r| r.bytes)).sum();
     let store = Store::open(settings.out)?;
     watch.planned(inputs, bytes);
@@ -186,8 +190,9 @@ pub struct Intended {
 pub fn intend(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>, Error> {
     let (found, bikes) = inputs(settings)?;
     let force = settings.force || found.len() == 1; // as `run` does
-    let Plan { jobs, refused } = plan::plan(found, &bikes, settings.pipeline, settings.maps, work)?;
     let there = Contents::read(settings.out);
+    let (pipeline, maps) = (settings.pipeline, settings.maps);
+    let Plan { jobs, refused } = plan::plan(found, &bikes, &there, pipeline, maps, work)?;
     let refused = refused.into_iter().map(|r| Intended {
         log: r.row.path,
         session_id: r.row.session_id,
@@ -224,8 +229,7 @@ fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), Error> {
     if let Some(since) = settings.since {
         // what cannot be dated is looked at
         let old = |f: &Found| {
-            let changed = f.path.metadata().and_then(|m| m.modified());
-            changed.is_ok_and(|at| at < since)
+            f.problem.is_none() && source::stat(&f.path).is_ok_and(|stat| stat.modified < since)
         };
         found.retain(|f| !old(f));
     }
@@ -234,6 +238,14 @@ fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), Error> {
         Error::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
     })?;
     Ok((found, bikes))
+}
+
+/// The output's sessions, where logs in object stores may be spared a look on their account.
+fn seen(found: &[Found], out: &Path) -> Result<Contents, Error> {
+    match found.iter().any(|f| is_url(&f.path)) {
+        true => Ok(Contents::read(out)),
+        false => Ok(Contents::default()),
+    }
 }
 
 /// What a session's tables would be made from.

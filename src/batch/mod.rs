@@ -23,6 +23,7 @@ pub mod fleet_rows;
 pub mod names;
 pub mod plan;
 pub mod progress;
+pub mod remote;
 pub mod spread;
 pub mod store;
 pub mod summary;

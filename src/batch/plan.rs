@@ -2,15 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::discover::Found;
 use super::names::is_plain;
+use super::store::{Committed, Contents};
 use super::{Error, Maps, Work, guarded};
 use crate::bike::Bike;
+use crate::objects::place::Place;
+use crate::objects::{source, url};
 use crate::pipeline::{Pipeline, Rejection};
 use crate::rows::Rejected;
 use crate::session::Meta;
@@ -60,29 +63,37 @@ pub struct Plan {
     pub refused: Vec<Refused>,
 }
 
-/// Identifies every input and finds its bike.
+/// Identifies every input and finds its bike. A log in an object store that the output's sessions
+/// (`before`) were made from, just as it is, needs no look at it: they tell who it is.
 ///
 /// # Errors
 /// The folder of bike files cannot be used.
 pub fn plan(
     found: Vec<Found>,
     bikes: &Path,
+    before: &Contents,
     pipeline: &Pipeline,
     maps: &Maps,
     work: &impl Work,
 ) -> Result<Plan, Error> {
-    check_bikes(bikes)?;
+    let bikes = check_bikes(bikes)?;
     let salt = salt(pipeline, maps)?;
-    let identified: Vec<Result<Meta, Rejection>> =
-        found.par_iter().map(|f| identify(f, maps, work)).collect();
     let mut garage = BTreeMap::new();
+    let known = known(&found, before, |bike_id| lookup(&mut garage, &bikes, bike_id, &salt));
+    let identified: Vec<Result<Meta, Rejection>> = found
+        .par_iter()
+        .map(|f| known.get(&f.path).map_or_else(|| identify(f, maps, work), |m| Ok(m.clone())))
+        .collect();
     let mut first: BTreeMap<String, String> = BTreeMap::new();
     let mut plan = Plan::default();
     for (found, meta) in found.into_iter().zip(identified) {
         let log = found.path.to_string_lossy().into_owned();
-        let bytes = found.path.metadata().map_or(0, |m| m.len());
+        let bytes = match found.problem {
+            None => source::stat(&found.path).map_or(0, |s| s.size),
+            Some(_) => 0,
+        };
         let refuse = |log, meta, why| {
-            let hash = hash_file(&found.path).ok();
+            let hash = found.problem.is_none().then(|| hash_file(&found.path).ok()).flatten();
             Refused { row: row(log, meta, why, hash), bytes }
         };
         let meta = match meta {
@@ -93,7 +104,7 @@ pub fn plan(
             }
         };
         let bike = claim(&mut first, &meta, &log)
-            .and_then(|()| lookup(&mut garage, bikes, &meta.bike_id, &salt));
+            .and_then(|()| lookup(&mut garage, &bikes, &meta.bike_id, &salt));
         match bike {
             Ok(bike) => plan.jobs.push(Job { found, log, bytes, meta, bike }),
             Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
@@ -125,17 +136,49 @@ pub fn row(
     }
 }
 
-/// BLAKE3 of a file's bytes, as hexadecimal digits.
+/// BLAKE3 of a file's bytes, as hexadecimal digits; of a log in an object store the store's own
+/// name for its bytes ([`source::identity`]).
 ///
 /// # Errors
 /// It cannot be read.
 pub fn hash_file(path: &Path) -> std::io::Result<String> {
+    if let Some(url) = url::parse(path)? {
+        return source::identity(&url);
+    }
     if !path.is_file() {
         return Err(std::io::ErrorKind::InvalidInput.into()); // a pipe would never end
     }
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(File::open(path)?)?;
     Ok(hasher.finalize().to_hex().to_string())
+}
+
+/// Who the logs in object stores are that were read before, under the same settings.
+fn known(
+    found: &[Found],
+    before: &Contents,
+    mut bike: impl FnMut(&str) -> Result<Arc<BikeFile>, Rejection>,
+) -> BTreeMap<PathBuf, Meta> {
+    let by_path: BTreeMap<&str, &Committed> =
+        before.sessions().map(|c| (c.path.as_str(), c)).collect();
+    let mut known = BTreeMap::new();
+    for Found { path, .. } in found.iter().filter(|f| f.problem.is_none()) {
+        let Ok(Some(url)) = url::parse(path) else { continue };
+        let Some(there) = by_path.get(path.to_string_lossy().as_ref()) else { continue };
+        let same = there.version == crate::VERSION
+            && source::identity(&url).is_ok_and(|hash| hash == there.input_hash)
+            // it has the channel maps in it, which may name sessions and bikes
+            && bike(&there.bike_id).is_ok_and(|b| b.pipeline_hash == there.pipeline_hash);
+        if same {
+            let meta = Meta {
+                session_id: there.session_id.clone(),
+                bike_id: there.bike_id.clone(),
+                ..Meta::default()
+            };
+            known.insert(path.clone(), meta);
+        }
+    }
+    known
 }
 
 fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Rejection> {
@@ -173,7 +216,7 @@ type Garage = BTreeMap<String, Result<Arc<BikeFile>, Rejection>>;
 /// The bike of that id; its file is read once.
 fn lookup(
     garage: &mut Garage,
-    bikes: &Path,
+    bikes: &Place,
     bike_id: &str,
     salt: &[u8],
 ) -> Result<Arc<BikeFile>, Rejection> {
@@ -185,7 +228,7 @@ fn lookup(
     read
 }
 
-fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, Rejection> {
+fn read_bike(bikes: &Place, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, Rejection> {
     let refuse = |code, message| Rejection { stage: "discover", code, message };
     if bike_id.is_empty() {
         return Err(refuse(
@@ -205,8 +248,12 @@ fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, 
             ),
         ));
     }
-    let path = bikes.join(format!("{bike_id}.toml"));
-    let text = match std::fs::read_to_string(&path) {
+    let name = format!("{bike_id}.toml");
+    let path = bikes.path(&name);
+    let text = bikes.get(&name).and_then(|bytes| {
+        String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8 text"))
+    });
+    let text = match text {
         Ok(text) => text,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             let message = format!(
@@ -229,12 +276,20 @@ fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, 
     Ok(Arc::new(BikeFile { bike, pipeline_hash }))
 }
 
-fn check_bikes(bikes: &Path) -> Result<(), Error> {
+fn check_bikes(bikes: &Path) -> Result<Place, Error> {
     let fail = |why: String| Error::Usage(format!("--bikes {}: {why}", bikes.display()));
+    let place = Place::of(bikes).map_err(|e| fail(e.to_string()))?;
+    if let Place::Prefix(_) = &place {
+        let entries = place.list("").map_err(|e| fail(e.to_string()))?;
+        if entries.iter().any(|e| e.key.ends_with(".toml") && !e.key.contains('/')) {
+            return Ok(place);
+        }
+        return Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()));
+    }
     let entries = std::fs::read_dir(bikes).map_err(|e| fail(e.to_string()))?;
     let is_toml = |e: std::fs::DirEntry| e.path().extension().is_some_and(|x| x == "toml");
     if entries.filter_map(Result::ok).any(is_toml) {
-        return Ok(());
+        return Ok(place);
     }
     Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()))
 }

@@ -147,6 +147,11 @@ impl Contents {
         Contents { root: root.to_owned(), committed: committed(root), torn: torn(root) }
     }
 
+    /// Every session that is there.
+    pub fn sessions(&self) -> impl Iterator<Item = &Committed> {
+        self.committed.values().flatten()
+    }
+
     /// As [`Store::stale`].
     pub fn stale(&self, wanted: &Committed, signals: bool) -> Option<Stale> {
         let file = file_name(&wanted.session_id);

@@ -16,6 +16,7 @@ use crate::batch::summary::Summary;
 use crate::batch::{self, Intended, Maps, Run, Settings, Stages, State};
 use crate::cli::Failure;
 use crate::diagnose::model::Model;
+use crate::objects::url::plain;
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
 use crate::rows;
@@ -108,10 +109,13 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     }
     let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
     let stop = stop_on_signal()?;
+    let inputs: Vec<PathBuf> = arguments.inputs.iter().map(|i| plain(i)).collect();
+    let bikes = arguments.bikes.as_deref().map(plain);
+    let out = plain(&arguments.out);
     let settings = Settings {
-        inputs: &arguments.inputs,
-        bikes: arguments.bikes.as_deref(),
-        out: &arguments.out,
+        inputs: &inputs,
+        bikes: bikes.as_deref(),
+        out: &out,
         pipeline: &pipeline,
         maps: &maps,
         jobs: arguments.jobs,

@@ -16,6 +16,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::channel::Channel;
+use crate::objects::source;
 use crate::schema::Table;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
@@ -182,8 +183,8 @@ pub fn map_for(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, E
 
 fn reader(path: &Path) -> Result<&'static Reader, Error> {
     let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let mut file = std::fs::File::open(path).map_err(fail)?;
-    let size = file.metadata().map_err(fail)?.len();
+    let mut file = source::open(path).map_err(fail)?;
+    let size = file.size().map_err(fail)?;
     if size == 0 {
         return Err(Error::new("empty_file", format!("{} is empty", path.display())));
     }
@@ -192,6 +193,10 @@ fn reader(path: &Path) -> Result<&'static Reader, Error> {
         return Err(Error::new("file_too_large", message));
     }
     let mut bytes = Vec::new();
+    let named = Head { path, bytes: &bytes };
+    if let Some(reader) = READERS.first().filter(|r| (r.sniff)(&named)) {
+        return Ok(reader); // its name settles it: its first bytes need not be fetched
+    }
     file.by_ref().take(HEAD_LEN).read_to_end(&mut bytes).map_err(fail)?;
     let head = Head { path, bytes: &bytes };
     READERS.iter().find(|r| (r.sniff)(&head)).ok_or_else(|| {
