@@ -14,8 +14,7 @@ use walkdir::{DirEntry, WalkDir};
 
 use super::store::TABLES;
 use super::{Error, remote};
-use crate::objects::place::Place;
-use crate::objects::url;
+use crate::objects::{files, url};
 use crate::pipeline::Rejection;
 
 /// Extensions of files that are taken for logs when a folder is searched.
@@ -70,14 +69,11 @@ pub fn discover(inputs: &[PathBuf], out: &Path) -> Result<Vec<Found>, Error> {
 pub fn bikes_beside(inputs: &[PathBuf]) -> Result<Option<PathBuf>, Error> {
     let mut folders = Vec::new();
     for folder in inputs.iter().map(|i| i.join("bikes")) {
-        let place = Place::of(&folder).map_err(|e| Error::Usage(e.to_string()))?;
-        let there = match &place {
-            Place::Folder(folder) => folder.is_dir(),
+        let there = match url::parse(&folder).map_err(|e| Error::Usage(e.to_string()))? {
+            None => folder.is_dir(),
             // a pattern has nothing beside it
-            Place::Prefix(url) if url.key.contains(['*', '?', '[']) => false,
-            Place::Prefix(_) => {
-                !place.list("").map_err(|e| Error::Usage(e.to_string()))?.is_empty()
-            }
+            Some(url) if url.key.contains(remote::WILD) => false,
+            Some(_) => !files::list(&folder).map_err(|e| Error::Usage(e.to_string()))?.is_empty(),
         };
         if there {
             folders.push(folder);

@@ -190,7 +190,7 @@ pub struct Intended {
 pub fn intend(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>, Error> {
     let (found, bikes) = inputs(settings)?;
     let force = settings.force || found.len() == 1; // as `run` does
-    let there = Contents::read(settings.out);
+    let there = Contents::read(settings.out)?;
     let (pipeline, maps) = (settings.pipeline, settings.maps);
     let Plan { jobs, refused } = plan::plan(found, &bikes, &there, pipeline, maps, work)?;
     let refused = refused.into_iter().map(|r| Intended {
@@ -243,7 +243,7 @@ fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), Error> {
 /// The output's sessions, where logs in object stores may be spared a look on their account.
 fn seen(found: &[Found], out: &Path) -> Result<Contents, Error> {
     match found.iter().any(|f| is_url(&f.path)) {
-        true => Ok(Contents::read(out)),
+        true => Contents::read(out),
         false => Ok(Contents::default()),
     }
 }

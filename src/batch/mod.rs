@@ -15,11 +15,13 @@
 //! [`store`]). The files' bytes depend on inputs and settings only, not on the number of
 //! workers, the time or the machine's load.
 
+pub mod desk;
 pub mod discover;
 pub mod engine;
 #[cfg(feature = "fleet")]
 pub mod fleet;
 pub mod fleet_rows;
+pub mod lock;
 pub mod names;
 pub mod plan;
 pub mod progress;

@@ -12,8 +12,7 @@ use super::names::is_plain;
 use super::store::{Committed, Contents};
 use super::{Error, Maps, Work, guarded};
 use crate::bike::Bike;
-use crate::objects::place::Place;
-use crate::objects::{source, url};
+use crate::objects::{files, source, url};
 use crate::pipeline::{Pipeline, Rejection};
 use crate::rows::Rejected;
 use crate::session::Meta;
@@ -76,10 +75,10 @@ pub fn plan(
     maps: &Maps,
     work: &impl Work,
 ) -> Result<Plan, Error> {
-    let bikes = check_bikes(bikes)?;
+    check_bikes(bikes)?;
     let salt = salt(pipeline, maps)?;
     let mut garage = BTreeMap::new();
-    let known = known(&found, before, |bike_id| lookup(&mut garage, &bikes, bike_id, &salt));
+    let known = known(&found, before, |bike_id| lookup(&mut garage, bikes, bike_id, &salt));
     let identified: Vec<Result<Meta, Rejection>> = found
         .par_iter()
         .map(|f| known.get(&f.path).map_or_else(|| identify(f, maps, work), |m| Ok(m.clone())))
@@ -104,7 +103,7 @@ pub fn plan(
             }
         };
         let bike = claim(&mut first, &meta, &log)
-            .and_then(|()| lookup(&mut garage, &bikes, &meta.bike_id, &salt));
+            .and_then(|()| lookup(&mut garage, bikes, &meta.bike_id, &salt));
         match bike {
             Ok(bike) => plan.jobs.push(Job { found, log, bytes, meta, bike }),
             Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
@@ -216,7 +215,7 @@ type Garage = BTreeMap<String, Result<Arc<BikeFile>, Rejection>>;
 /// The bike of that id; its file is read once.
 fn lookup(
     garage: &mut Garage,
-    bikes: &Place,
+    bikes: &Path,
     bike_id: &str,
     salt: &[u8],
 ) -> Result<Arc<BikeFile>, Rejection> {
@@ -228,7 +227,7 @@ fn lookup(
     read
 }
 
-fn read_bike(bikes: &Place, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, Rejection> {
+fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, Rejection> {
     let refuse = |code, message| Rejection { stage: "discover", code, message };
     if bike_id.is_empty() {
         return Err(refuse(
@@ -248,9 +247,8 @@ fn read_bike(bikes: &Place, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>,
             ),
         ));
     }
-    let name = format!("{bike_id}.toml");
-    let path = bikes.path(&name);
-    let text = bikes.get(&name).and_then(|bytes| {
+    let path = bikes.join(format!("{bike_id}.toml"));
+    let text = files::read(&path).and_then(|bytes| {
         String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8 text"))
     });
     let text = match text {
@@ -276,20 +274,17 @@ fn read_bike(bikes: &Place, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>,
     Ok(Arc::new(BikeFile { bike, pipeline_hash }))
 }
 
-fn check_bikes(bikes: &Path) -> Result<Place, Error> {
+fn check_bikes(bikes: &Path) -> Result<(), Error> {
     let fail = |why: String| Error::Usage(format!("--bikes {}: {why}", bikes.display()));
-    let place = Place::of(bikes).map_err(|e| fail(e.to_string()))?;
-    if let Place::Prefix(_) = &place {
-        let entries = place.list("").map_err(|e| fail(e.to_string()))?;
-        if entries.iter().any(|e| e.key.ends_with(".toml") && !e.key.contains('/')) {
-            return Ok(place);
-        }
-        return Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()));
-    }
-    let entries = std::fs::read_dir(bikes).map_err(|e| fail(e.to_string()))?;
-    let is_toml = |e: std::fs::DirEntry| e.path().extension().is_some_and(|x| x == "toml");
-    if entries.filter_map(Result::ok).any(is_toml) {
-        return Ok(place);
+    let names: Vec<PathBuf> = if url::is_url(bikes) {
+        let there = files::list(bikes).map_err(|e| fail(e.to_string()))?;
+        there.into_iter().map(|e| e.key.into()).collect()
+    } else {
+        let there = std::fs::read_dir(bikes).map_err(|e| fail(e.to_string()))?;
+        there.filter_map(|e| Some(e.ok()?.file_name().into())).collect()
+    };
+    if names.iter().any(|n| n.extension().is_some_and(|x| x == "toml")) {
+        return Ok(());
     }
     Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()))
 }

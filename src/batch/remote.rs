@@ -10,7 +10,7 @@ use crate::objects::url::Url;
 use crate::objects::{Entry, client, source};
 
 /// Characters that make a key a pattern.
-const WILD: [char; 3] = ['*', '?', '['];
+pub(super) const WILD: [char; 3] = ['*', '?', '['];
 
 /// Every log behind an address: an object, what lies below a prefix, or what a pattern matches.
 ///

@@ -14,17 +14,20 @@
 //! the folder is the fleet's archive. A session that is an input again is replaced.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{File, TryLockError};
-use std::io::ErrorKind;
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use arrow::array::{Array, AsArray, RecordBatch};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::file::reader::ChunkReader;
 use rayon::prelude::*;
 use walkdir::WalkDir;
 
 use super::Error;
+use super::lock::Lock;
 use super::names::file_name;
+use crate::objects::{client, files, url};
 use crate::pipeline::Outcome;
 use crate::rows::Rejected;
 use crate::schema::Table;
@@ -55,6 +58,8 @@ const PER_SESSION: &[&str] =
     &["coefficients", "manoeuvres", "forces", "warnings", "plots", "signals"];
 /// Where sessions are marked that are being written.
 const WRITING: &str = ".roadbench/writing";
+/// In an object store: there while fleet and report are older than the sessions.
+const BEHIND: &str = ".roadbench/behind";
 /// Those that a session need not have.
 const OPTIONAL: [&str; 2] = ["signals", "forces"];
 
@@ -88,7 +93,9 @@ pub struct Store {
     root: PathBuf,
     schemas: BTreeMap<&'static str, Table>,
     found: Contents,
-    _lock: File,
+    lock: Lock,
+    /// Set once something over all sessions has to be made anew.
+    behind: OnceLock<()>,
 }
 
 /// The sessions of an output folder, as they are found there.
@@ -99,6 +106,8 @@ pub struct Contents {
     committed: BTreeMap<String, Vec<Committed>>,
     /// File names of sessions that a run was writing when it was killed.
     torn: BTreeSet<String>,
+    /// Of an object store: everything that is there, but the report.
+    names: Option<BTreeSet<PathBuf>>,
 }
 
 /// Why a session has to be computed.
@@ -143,8 +152,23 @@ impl Stale {
 
 impl Contents {
     /// Reads which sessions are there; writes nothing.
-    pub fn read(root: &Path) -> Self {
-        Contents { root: root.to_owned(), committed: committed(root), torn: torn(root) }
+    ///
+    /// # Errors
+    /// An object store does not tell.
+    pub fn read(root: &Path) -> Result<Self, Error> {
+        let names = names(root).map_err(|e| Error::Output(format!("--out: {e}")))?;
+        let (committed, torn) = match &names {
+            None => (committed(root), torn(root)),
+            Some(names) => (committed_there(root, names)?, torn_there(root, names)),
+        };
+        Ok(Contents { root: root.to_owned(), committed, torn, names })
+    }
+
+    fn has(&self, path: &Path) -> bool {
+        match &self.names {
+            None => path.is_file(),
+            Some(names) => names.contains(path),
+        }
     }
 
     /// Every session that is there.
@@ -180,7 +204,7 @@ impl Contents {
         let whole = PER_SESSION
             .iter()
             .filter(|&table| !OPTIONAL.contains(table) || (*table == "signals" && signals))
-            .all(|table| path(&self.root, table, &wanted.bike_id, &file).is_file());
+            .all(|table| self.has(&path(&self.root, table, &wanted.bike_id, &file)));
         (!whole).then_some(Stale::Incomplete)
     }
 }
@@ -196,7 +220,7 @@ impl Store {
     /// # Errors
     /// Another run has it, or it cannot be written.
     pub fn open(root: &Path) -> Result<Self, Error> {
-        let lock = lock(root)?;
+        let lock = Lock::take(root)?;
         remove_temporaries(root)?;
         let schemas =
             ["sessions", "coefficients", "manoeuvres", "forces", "warnings", "plots", "rejected"]
@@ -204,8 +228,9 @@ impl Store {
         let store = Store {
             root: root.to_owned(),
             schemas: BTreeMap::from(schemas),
-            found: Contents::read(root),
-            _lock: lock,
+            found: Contents::read(root)?,
+            lock,
+            behind: OnceLock::new(),
         };
         store.sweep()?;
         Ok(store)
@@ -218,10 +243,11 @@ impl Store {
         for file in &self.found.torn {
             let mark = mark(&self.root, file);
             let known = self.found.committed.get(file).map(Vec::as_slice).unwrap_or_default();
-            let bikes = std::fs::read_to_string(&mark).unwrap_or_default();
+            let bikes = files::read(&mark).unwrap_or_default();
+            let bikes = String::from_utf8_lossy(&bikes);
             for bike_id in bikes.lines().filter(|b| known.iter().all(|k| k.bike_id != *b)) {
                 for table in PER_SESSION {
-                    remove_file(&self.path(table, bike_id, file)).map_err(output)?;
+                    self.remove_file(&self.path(table, bike_id, file)).map_err(output)?;
                 }
             }
             // one that is there stays marked until its tables are of one piece again
@@ -283,13 +309,14 @@ impl Store {
     ) -> Result<(), table::Error> {
         let file = file_name(session_id);
         let mark = mark(&self.root, &file);
+        self.changes()?;
         table::write_bytes(&mark, bike_id.as_bytes())?;
         for (table, bytes) in &files.tables {
             table::write_bytes(&self.path(table, bike_id, &file), bytes)?;
         }
         // what it had and has no more
         for table in OPTIONAL.iter().filter(|t| files.tables.iter().all(|(name, _)| name != *t)) {
-            remove_file(&self.path(table, bike_id, &file))?;
+            self.remove_file(&self.path(table, bike_id, &file))?;
         }
         table::write_bytes(&self.path("sessions", bike_id, &file), &files.marker)?;
         self.remove_but(&file, Some(bike_id))?;
@@ -306,6 +333,7 @@ impl Store {
         let Some(known) = self.found.committed.get(&file) else { return Ok(()) };
         let bikes: Vec<&str> = known.iter().map(|old| old.bike_id.as_str()).collect();
         let mark = mark(&self.root, &file);
+        self.changes()?;
         table::write_bytes(&mark, bikes.join("\n").as_bytes())?;
         self.remove_but(&file, None)?;
         remove_file(&mark)
@@ -314,9 +342,9 @@ impl Store {
     fn remove_but(&self, file: &str, kept: Option<&str>) -> Result<(), table::Error> {
         let known = self.found.committed.get(file).into_iter().flatten();
         for old in known.filter(|old| Some(old.bike_id.as_str()) != kept) {
-            remove_file(&self.path("sessions", &old.bike_id, file))?;
+            self.remove_file(&self.path("sessions", &old.bike_id, file))?;
             for table in PER_SESSION {
-                remove_file(&self.path(table, &old.bike_id, file))?;
+                self.remove_file(&self.path(table, &old.bike_id, file))?;
             }
         }
         Ok(())
@@ -327,6 +355,7 @@ impl Store {
     /// # Errors
     /// The folder cannot be written.
     pub fn reject(&self, row: &Rejected) -> Result<(), table::Error> {
+        self.changes()?;
         let rows = std::slice::from_ref(row);
         table::write(&self.rejected(&row.path), &self.schemas["rejected"], rows)
     }
@@ -336,7 +365,57 @@ impl Store {
     /// # Errors
     /// It is there and cannot be removed.
     pub fn forgive(&self, log: &str) -> Result<(), table::Error> {
-        remove_file(&self.rejected(log))
+        let path = self.rejected(log);
+        if self.found.names.is_some() && self.found.has(&path) {
+            self.changes()?;
+        }
+        self.remove_file(&path)
+    }
+
+    /// Removes a file that was there when the run began; of an object store no request is spent on
+    /// one that was not.
+    fn remove_file(&self, path: &Path) -> Result<(), table::Error> {
+        match &self.found.names {
+            Some(names) if !names.contains(path) => Ok(()),
+            _ => remove_file(path),
+        }
+    }
+
+    /// Before anything changes: the lock is still ours, and, of an object store, what is made over
+    /// all sessions is known to be behind until it is made.
+    fn changes(&self) -> Result<(), table::Error> {
+        let path = || self.root.join(BEHIND);
+        self.lock.check().map_err(|source| table::Error::Io { path: path(), source })?;
+        if self.found.names.is_some() && self.behind.get().is_none() {
+            table::write_bytes(&path(), b"")?;
+            let _ = self.behind.set(()); // another worker may have been quicker
+        }
+        Ok(())
+    }
+
+    /// Whether fleet and report have to be made anew. Always, in a folder; in an object store, where
+    /// that is dear, only after a change, be it one of a run that was killed.
+    pub fn is_behind(&self) -> bool {
+        match &self.found.names {
+            None => true,
+            Some(names) => {
+                let reported = names.contains(&self.root.join("report/index.html"));
+                !reported || self.behind.get().is_some() || names.contains(&self.root.join(BEHIND))
+            }
+        }
+    }
+
+    /// They are made.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn caught_up(&self) -> Result<(), Error> {
+        match &self.found.names {
+            None => Ok(()),
+            Some(_) => {
+                remove_file(&self.root.join(BEHIND)).map_err(|e| Error::Output(e.to_string()))
+            }
+        }
     }
 
     fn rejected(&self, log: &str) -> PathBuf {
@@ -370,31 +449,58 @@ fn torn(root: &Path) -> BTreeSet<String> {
     names.filter(|name| !name.starts_with(table::TEMPORARY.0)).collect()
 }
 
-fn lock(root: &Path) -> Result<File, Error> {
-    let cannot =
-        |e: std::io::Error| Error::Output(format!("cannot write to --out {}: {e}", root.display()));
-    std::fs::create_dir_all(root).map_err(cannot)?;
-    let path = root.join(".roadbench.lock");
-    let file =
-        File::options().create(true).truncate(false).write(true).open(path).map_err(cannot)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(Error::Usage(format!(
-            "another roadbench is writing to {}; wait for it to end, or choose another --out",
-            root.display()
-        ))),
-        Err(TryLockError::Error(e)) if e.kind() == ErrorKind::Unsupported => {
-            tracing::warn!(
-                "{}: this file system has no locks; run one roadbench at a time on it",
-                root.display()
-            );
-            Ok(file)
-        }
-        Err(TryLockError::Error(e)) => Err(cannot(e)),
+/// Of an object store: every file below it, but the report's pages.
+fn names(root: &Path) -> std::io::Result<Option<BTreeSet<PathBuf>>> {
+    let Some(url) = url::parse(root)? else { return Ok(None) };
+    let mut names = BTreeSet::new();
+    for folder in PER_SESSION.iter().chain(&["sessions", "rejected", ".roadbench"]) {
+        let below = url.join(folder);
+        names.extend(client::list(&below)?.iter().map(|e| below.join(&e.key).path()));
     }
+    let index = url.join("report/index.html");
+    match client::stat(&index) {
+        Ok(_) => _ = names.insert(index.path()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
+        Err(e) => return Err(e),
+    }
+    Ok(Some(names))
+}
+
+fn torn_there(root: &Path, names: &BTreeSet<PathBuf>) -> BTreeSet<String> {
+    let marks = names.iter().filter_map(|n| n.strip_prefix(root.join(WRITING)).ok());
+    marks.map(|m| m.to_string_lossy().into_owned()).collect()
+}
+
+/// As [`committed`], of an object store. One that cannot be fetched is an error: it is whole.
+fn committed_there(
+    root: &Path,
+    names: &BTreeSet<PathBuf>,
+) -> Result<BTreeMap<String, Vec<Committed>>, Error> {
+    let fail = |e: std::io::Error| Error::Output(e.to_string());
+    let mut out: BTreeMap<String, Vec<Committed>> = BTreeMap::new();
+    let folder = root.join("sessions");
+    let paths: Vec<&PathBuf> = names
+        .iter()
+        .filter(|n| n.starts_with(&folder) && n.extension().is_some_and(|e| e == "parquet"))
+        .collect();
+    for some in paths.chunks(256) {
+        let urls = some.iter().filter_map(|p| url::parse(p).transpose());
+        let urls = urls.collect::<std::io::Result<Vec<_>>>().map_err(fail)?;
+        for (path, bytes) in some.iter().zip(client::get_many(&urls)) {
+            let row = marker(path, bytes.map_err(fail)?);
+            match (path.file_stem().and_then(|s| s.to_str()), row) {
+                (Some(stem), Some(row)) => out.entry(stem.to_owned()).or_default().push(row),
+                _ => tracing::warn!("{}: not a sessions table; passed by", path.display()),
+            }
+        }
+    }
+    Ok(out)
 }
 
 fn remove_temporaries(root: &Path) -> Result<(), Error> {
+    if url::is_url(root) {
+        return Ok(()); // what is put is put whole
+    }
     let folders = TABLES.iter().chain([&WRITING]).map(|t| root.join(t)).filter(|f| f.is_dir());
     let files = folders.flat_map(|f| WalkDir::new(f).into_iter().filter_map(Result::ok));
     for entry in files.filter(|e| e.file_type().is_file()) {
@@ -408,12 +514,7 @@ fn remove_temporaries(root: &Path) -> Result<(), Error> {
 }
 
 fn remove_file(path: &Path) -> Result<(), table::Error> {
-    match std::fs::remove_file(path) {
-        Err(source) if source.kind() != ErrorKind::NotFound => {
-            Err(table::Error::Io { path: path.to_owned(), source })
-        }
-        _ => Ok(()),
-    }
+    files::remove(path).map_err(|source| table::Error::Io { path: path.to_owned(), source })
 }
 
 /// The sessions in the folder. A file that cannot be read does not count: it is made anew.
@@ -435,7 +536,11 @@ pub(super) fn committed(root: &Path) -> BTreeMap<String, Vec<Committed>> {
 }
 
 fn read_marker(path: &Path) -> Option<Committed> {
-    let file = File::open(path).ok()?;
+    marker(path, File::open(path).ok()?)
+}
+
+/// The row of a sessions table of that name.
+fn marker(path: &Path, file: impl ChunkReader + 'static) -> Option<Committed> {
     let reader = ParquetRecordBatchReaderBuilder::try_new(file).ok()?.build().ok()?;
     let batch: RecordBatch = reader.into_iter().next()?.ok()?;
     let text = |name: &str| {

@@ -4,7 +4,7 @@
 //! url      what an address is, and how it travels through the program
 //! client   list, get, put, delete: a plain function each, one request after the other
 //! source   an open log, local or not: the readers need not know which
-//! place    a folder or a prefix that tables are written to
+//! files    reading, listing, removing by path, here or there
 //! lease    a run's lock on a prefix
 //! counts   how many requests that took
 //! ```
@@ -15,7 +15,8 @@
 //! without the feature `cloud`, every address is an error that says so.
 
 pub mod counts;
-pub mod place;
+pub mod files;
+pub mod lease;
 pub mod source;
 pub mod url;
 
