@@ -108,7 +108,7 @@ pub fn run(
     let Plan { mut jobs, refused } =
         pool.install(|| plan::plan(found, &bikes, &before, pipeline, maps, work))?;
     let bytes = jobs.iter().map(|j| j.bytes).chain(refused.iter().map(|r| r.bytes)).sum();
-    let store = Store::open(settings.out)?;
+    let store = Store::open_again(settings.out, &before)?;
     watch.planned(inputs, bytes);
 
     let mut rejected = Vec::new();

@@ -27,7 +27,7 @@ use walkdir::WalkDir;
 use super::Error;
 use super::lock::Lock;
 use super::names::file_name;
-use crate::objects::{client, files, url};
+use crate::objects::{Stat, client, files, url};
 use crate::pipeline::Outcome;
 use crate::rows::Rejected;
 use crate::schema::Table;
@@ -107,7 +107,7 @@ pub struct Contents {
     /// File names of sessions that a run was writing when it was killed.
     torn: BTreeSet<String>,
     /// Of an object store: everything that is there, but the report.
-    names: Option<BTreeSet<PathBuf>>,
+    names: Option<BTreeMap<PathBuf, Stat>>,
 }
 
 /// Why a session has to be computed.
@@ -156,10 +156,18 @@ impl Contents {
     /// # Errors
     /// An object store does not tell.
     pub fn read(root: &Path) -> Result<Self, Error> {
+        Self::read_again(root, &Contents::default())
+    }
+
+    /// Reads it once more; of an object store only the sessions that changed since.
+    ///
+    /// # Errors
+    /// As [`Contents::read`].
+    pub fn read_again(root: &Path, before: &Contents) -> Result<Self, Error> {
         let names = names(root).map_err(|e| Error::Output(format!("--out: {e}")))?;
         let (committed, torn) = match &names {
             None => (committed(root), torn(root)),
-            Some(names) => (committed_there(root, names)?, torn_there(root, names)),
+            Some(names) => (committed_there(root, names, before)?, torn_there(root, names)),
         };
         Ok(Contents { root: root.to_owned(), committed, torn, names })
     }
@@ -167,7 +175,7 @@ impl Contents {
     fn has(&self, path: &Path) -> bool {
         match &self.names {
             None => path.is_file(),
-            Some(names) => names.contains(path),
+            Some(names) => names.contains_key(path),
         }
     }
 
@@ -220,6 +228,14 @@ impl Store {
     /// # Errors
     /// Another run has it, or it cannot be written.
     pub fn open(root: &Path) -> Result<Self, Error> {
+        Self::open_again(root, &Contents::default())
+    }
+
+    /// As [`Store::open`], when it was read just before without the lock.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_again(root: &Path, before: &Contents) -> Result<Self, Error> {
         let lock = Lock::take(root)?;
         remove_temporaries(root)?;
         let schemas =
@@ -228,7 +244,7 @@ impl Store {
         let store = Store {
             root: root.to_owned(),
             schemas: BTreeMap::from(schemas),
-            found: Contents::read(root)?,
+            found: Contents::read_again(root, before)?,
             lock,
             behind: OnceLock::new(),
         };
@@ -376,7 +392,7 @@ impl Store {
     /// one that was not.
     fn remove_file(&self, path: &Path) -> Result<(), table::Error> {
         match &self.found.names {
-            Some(names) if !names.contains(path) => Ok(()),
+            Some(names) if !names.contains_key(path) => Ok(()),
             _ => remove_file(path),
         }
     }
@@ -399,8 +415,10 @@ impl Store {
         match &self.found.names {
             None => true,
             Some(names) => {
-                let reported = names.contains(&self.root.join("report/index.html"));
-                !reported || self.behind.get().is_some() || names.contains(&self.root.join(BEHIND))
+                let reported = names.contains_key(&self.root.join("report/index.html"));
+                !reported
+                    || self.behind.get().is_some()
+                    || names.contains_key(&self.root.join(BEHIND))
             }
         }
     }
@@ -450,39 +468,51 @@ fn torn(root: &Path) -> BTreeSet<String> {
 }
 
 /// Of an object store: every file below it, but the report's pages.
-fn names(root: &Path) -> std::io::Result<Option<BTreeSet<PathBuf>>> {
+fn names(root: &Path) -> std::io::Result<Option<BTreeMap<PathBuf, Stat>>> {
     let Some(url) = url::parse(root)? else { return Ok(None) };
-    let mut names = BTreeSet::new();
+    let mut names = BTreeMap::new();
     for folder in PER_SESSION.iter().chain(&["sessions", "rejected", ".roadbench"]) {
         let below = url.join(folder);
-        names.extend(client::list(&below)?.iter().map(|e| below.join(&e.key).path()));
+        names
+            .extend(client::list(&below)?.into_iter().map(|e| (below.join(&e.key).path(), e.stat)));
     }
     let index = url.join("report/index.html");
     match client::stat(&index) {
-        Ok(_) => _ = names.insert(index.path()),
+        Ok(stat) => _ = names.insert(index.path(), stat),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
         Err(e) => return Err(e),
     }
     Ok(Some(names))
 }
 
-fn torn_there(root: &Path, names: &BTreeSet<PathBuf>) -> BTreeSet<String> {
-    let marks = names.iter().filter_map(|n| n.strip_prefix(root.join(WRITING)).ok());
+fn torn_there(root: &Path, names: &BTreeMap<PathBuf, Stat>) -> BTreeSet<String> {
+    let marks = names.keys().filter_map(|n| n.strip_prefix(root.join(WRITING)).ok());
     marks.map(|m| m.to_string_lossy().into_owned()).collect()
 }
 
 /// As [`committed`], of an object store. One that cannot be fetched is an error: it is whole.
 fn committed_there(
     root: &Path,
-    names: &BTreeSet<PathBuf>,
+    names: &BTreeMap<PathBuf, Stat>,
+    before: &Contents,
 ) -> Result<BTreeMap<String, Vec<Committed>>, Error> {
     let fail = |e: std::io::Error| Error::Output(e.to_string());
     let mut out: BTreeMap<String, Vec<Committed>> = BTreeMap::new();
     let folder = root.join("sessions");
-    let paths: Vec<&PathBuf> = names
-        .iter()
-        .filter(|n| n.starts_with(&folder) && n.extension().is_some_and(|e| e == "parquet"))
-        .collect();
+    let mut known = BTreeSet::new();
+    for row in before.sessions() {
+        let file = file_name(&row.session_id);
+        let at = path(root, "sessions", &row.bike_id, &file);
+        let then = before.names.as_ref().and_then(|names| names.get(&at));
+        if then.is_some_and(|then| then.etag.is_some() && names.get(&at) == Some(then)) {
+            known.insert(at);
+            out.entry(file).or_default().push(row.clone());
+        }
+    }
+    let markers = names
+        .keys()
+        .filter(|n| n.starts_with(&folder) && n.extension().is_some_and(|e| e == "parquet"));
+    let paths: Vec<&PathBuf> = markers.filter(|n| !known.contains(*n)).collect();
     for some in paths.chunks(256) {
         let urls = some.iter().filter_map(|p| url::parse(p).transpose());
         let urls = urls.collect::<std::io::Result<Vec<_>>>().map_err(fail)?;

@@ -9,7 +9,7 @@ use object_store::aws::AmazonS3ConfigKey;
 use super::url::{Scheme, Url};
 
 /// Where a machine at Amazon is told its credentials, and how long it is waited for.
-const METADATA: (&str, Duration) = ("169.254.169.254:80", Duration::from_secs(1));
+const METADATA: (&str, u16, Duration) = ("169.254.169.254", 80, Duration::from_secs(1));
 
 /// Which variables hold the credentials.
 fn variables(scheme: Scheme) -> &'static str {
@@ -24,11 +24,12 @@ fn variables(scheme: Scheme) -> &'static str {
 pub fn passing(error: &object_store::Error) -> bool {
     match error {
         object_store::Error::Generic { .. } => {
-            // an answer that will be the same next time
+            // answers that will be the same next time: all that blame the request
             let text = error.to_string();
-            !["status code: 400", "status code: 405", "status code: 501", "redirect"]
-                .iter()
-                .any(|lasting| text.contains(lasting))
+            let refused = text.contains("status code: 4")
+                && !["408", "429"].iter().any(|n| text.contains(&format!("status code: {n}")));
+            let lasting = ["status code: 501", "redirect", "builder error", METADATA.0];
+            !refused && !lasting.iter().any(|words| text.contains(words))
         }
         _ => false,
     }
@@ -41,11 +42,11 @@ pub fn explain(url: &Url, error: object_store::Error) -> Error {
     let text = error.to_string();
     let bucket = format!("{}://{}", url.scheme.name(), url.bucket);
     let (kind, message) = match error {
-        E::NotFound { .. }
-            if text.contains("NoSuchBucket") || text.contains("ContainerNotFound") =>
-        {
-            (ErrorKind::NotFound, format!("{url}: there is no bucket {bucket}; correct the URL"))
-        }
+        _ if ["NoSuchBucket", "ContainerNotFound"].iter().any(|code| text.contains(code)) => (
+            ErrorKind::InvalidInput,
+            format!("{url}: there is no bucket {bucket}; correct the URL"),
+        ),
+        _ if text.contains(METADATA.0) => (ErrorKind::PermissionDenied, no_credentials()),
         E::NotFound { .. } => (ErrorKind::NotFound, format!("{url} does not exist")),
         E::PermissionDenied { .. } => (
             ErrorKind::PermissionDenied,
@@ -110,14 +111,18 @@ pub fn credentials_at_hand(setting: &dyn Fn(AmazonS3ConfigKey) -> Option<String>
     if unsigned || one_of.into_iter().any(|key| setting(key).is_some()) {
         return Ok(());
     }
-    let (server, patience) = METADATA;
-    let mut places = server.to_socket_addrs()?;
-    if places.any(|at| TcpStream::connect_timeout(&at, patience).is_ok()) {
+    let disabled = std::env::var("AWS_EC2_METADATA_DISABLED").is_ok_and(|v| v == "true");
+    let (server, port, patience) = METADATA;
+    let mut places = (server, port).to_socket_addrs()?;
+    if !disabled && places.any(|at| TcpStream::connect_timeout(&at, patience).is_ok()) {
         return Ok(());
     }
-    let message = format!(
+    Err(Error::new(ErrorKind::PermissionDenied, no_credentials()))
+}
+
+fn no_credentials() -> String {
+    format!(
         "no credentials for s3://: set {}, or AWS_SKIP_SIGNATURE=true for a public bucket",
         variables(Scheme::S3)
-    );
-    Err(Error::new(ErrorKind::PermissionDenied, message))
+    )
 }

@@ -36,15 +36,8 @@ pub enum Fault {
     Torn,
 }
 
-const FAULTS: [Fault; 7] = [
-    Fault::Hung,
-    Fault::Slow,
-    Fault::Broken,
-    Fault::Busy,
-    Fault::Reset,
-    Fault::Lost,
-    Fault::Torn,
-];
+const FAULTS: [Fault; 7] =
+    [Fault::Hung, Fault::Slow, Fault::Broken, Fault::Busy, Fault::Reset, Fault::Lost, Fault::Torn];
 
 /// One request, as it came.
 #[derive(Debug, Clone)]
@@ -328,7 +321,8 @@ impl State {
 
     fn put_asked(&self, request: &Request) -> Answer {
         let there = self.objects.lock().expect("lock").get(&request.key).map(|o| o.etag.clone());
-        let refused = match (request.headers.get("if-none-match"), request.headers.get("if-match")) {
+        let refused = match (request.headers.get("if-none-match"), request.headers.get("if-match"))
+        {
             (Some(_), _) => there.is_some(),
             (_, Some(wanted)) => there.as_ref() != Some(wanted),
             _ => false,
