@@ -13,6 +13,7 @@ use super::names::is_plain;
 use super::plan::{self, Job, Plan};
 use super::store::{Committed, Contents, Stale, Store};
 use super::{Error, Settings, Work, guarded};
+use crate::ingest::UNREACHABLE;
 use crate::objects::source;
 use crate::objects::url::is_url;
 use crate::pipeline::{Input, Outcome, Rejection};
@@ -412,8 +413,8 @@ enum Ended {
 
 /// Writes a rejection; tables that the session had from an earlier run go.
 fn reject(store: &Store, row: &Rejected) -> Result<(), Error> {
-    // a duplicate's name belongs to the log that was used
-    if row.code != "duplicate_session_id" {
+    // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
+    if !["duplicate_session_id", UNREACHABLE].contains(&row.code.as_str()) {
         let session = row.session_id.as_deref().or_else(|| store.once_was(&row.path));
         if let Some(session) = session {
             store.remove(session).map_err(output)?;

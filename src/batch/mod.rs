@@ -15,6 +15,7 @@
 //! [`store`]). The files' bytes depend on inputs and settings only, not on the number of
 //! workers, the time or the machine's load.
 
+pub mod contents;
 pub mod desk;
 pub mod discover;
 pub mod engine;

@@ -12,6 +12,7 @@ use super::names::is_plain;
 use super::store::{Committed, Contents};
 use super::{Error, Maps, Work, guarded};
 use crate::bike::Bike;
+use crate::ingest::UNREACHABLE;
 use crate::objects::{files, source, url};
 use crate::pipeline::{Pipeline, Rejection};
 use crate::rows::Rejected;
@@ -260,6 +261,9 @@ fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, 
                 path.display()
             );
             return Err(refuse("no_bike_file", message));
+        }
+        Err(e) if url::is_url(&path) => {
+            return Err(refuse(UNREACHABLE, format!("cannot read the bike file: {e}")));
         }
         Err(e) => {
             return Err(refuse("bad_bike_file", format!("cannot read {}: {e}", path.display())));

@@ -183,7 +183,8 @@ fn decode(
             Ok(true) => {}
             Ok(false) => break,
             Err(e) => {
-                return Err(Error::new("unreadable", format!("{}: {e}", path.display())));
+                let io = std::io::Error::other(e.to_string());
+                return Err(Error::unreadable(path, &io));
             }
         }
         for ((column, &place), bad) in columns.iter_mut().zip(places).zip(&mut bad) {

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::channel::Channel;
 use crate::objects::source;
+use crate::objects::url::is_url;
 use crate::schema::Table;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
@@ -99,13 +100,18 @@ pub struct Error {
     pub message: String,
 }
 
+/// Code of what could not be fetched from an object store: it may be in order.
+pub const UNREACHABLE: &str = "unreachable";
+
 impl Error {
     fn new(code: &'static str, message: impl Into<String>) -> Self {
         Error { code, message: message.into() }
     }
 
     fn unreadable(path: &Path, error: &std::io::Error) -> Self {
-        Error::new("unreadable", format!("cannot read {}: {error}", path.display()))
+        // a store that does not answer says nothing of the log
+        let code = if is_url(path) { UNREACHABLE } else { "unreadable" };
+        Error::new(code, format!("cannot read {}: {error}", path.display()))
     }
 }
 
