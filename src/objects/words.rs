@@ -41,6 +41,10 @@ pub fn explain(url: &Url, error: object_store::Error) -> Error {
     let names = variables(url.scheme);
     let text = error.to_string();
     let bucket = format!("{}://{}", url.scheme.name(), url.bucket);
+    // of a listing the crate tells the status in words only
+    let status = |n: &str| text.contains(&format!("status code: {n}"));
+    let denied = matches!(error, E::PermissionDenied { .. }) || status("403");
+    let unknown = matches!(error, E::Unauthenticated { .. }) || status("401");
     let (kind, message) = match error {
         _ if ["NoSuchBucket", "ContainerNotFound"].iter().any(|code| text.contains(code)) => (
             ErrorKind::InvalidInput,
@@ -48,7 +52,7 @@ pub fn explain(url: &Url, error: object_store::Error) -> Error {
         ),
         _ if text.contains(METADATA.0) => (ErrorKind::PermissionDenied, no_credentials()),
         E::NotFound { .. } => (ErrorKind::NotFound, format!("{url} does not exist")),
-        E::PermissionDenied { .. } => (
+        _ if denied => (
             ErrorKind::PermissionDenied,
             format!(
                 "{url}: permission denied (403); set credentials that may do this in {names}: \
@@ -56,7 +60,7 @@ pub fn explain(url: &Url, error: object_store::Error) -> Error {
                 reason(&text)
             ),
         ),
-        E::Unauthenticated { .. } => (
+        _ if unknown => (
             ErrorKind::PermissionDenied,
             format!("{url}: the credentials are not accepted (401); set {names}"),
         ),

@@ -32,8 +32,7 @@ const UNWANTED: usize = 24;
 const SAME: [&str; 3] = ["manoeuvres", "warnings", "plots"];
 
 /// A slow ride of some seconds, twenty samples each.
-fn ride(number: usize) -> Vec<(&'static str, Vec<f64>)> {
-    let n = 240 + 20 * (number % 5);
+fn ride(number: usize, n: usize) -> Vec<(&'static str, Vec<f64>)> {
     let mut random = Pcg64::seed_from_u64(number as u64);
     let time: Vec<f64> = (0..n).map(|i| i as f64 / 20.0).collect();
     let speed: Vec<f64> =
@@ -52,8 +51,8 @@ fn ride(number: usize) -> Vec<(&'static str, Vec<f64>)> {
     ]
 }
 
-fn parquet(number: usize) -> Vec<u8> {
-    let mut columns = ride(number);
+fn parquet(number: usize, n: usize) -> Vec<u8> {
+    let mut columns = ride(number, n);
     let rows = columns[0].1.len();
     let mut random = Pcg64::seed_from_u64(1000 + number as u64);
     // what is not wanted is most of the file, and between what is and the footer
@@ -80,7 +79,7 @@ fn parquet(number: usize) -> Vec<u8> {
 }
 
 fn csv(number: usize) -> Vec<u8> {
-    let columns = ride(number);
+    let columns = ride(number, 300);
     let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
     let mut text = names.join(",") + "\n";
     for row in 0..columns[0].1.len() {
@@ -99,7 +98,7 @@ fn archive() -> BTreeMap<String, Vec<u8>> {
     for i in 0..PARQUET + CSV {
         let folder = format!("sessions/bike=b{}/date=2026-05-{:02}", 1 + i % 2, 1 + i % 28);
         let (bytes, extension) =
-            if i < PARQUET { (parquet(i), "parquet") } else { (csv(i), "csv") };
+            if i < PARQUET { (parquet(i, 240 + 20 * (i % 5)), "parquet") } else { (csv(i), "csv") };
         files.insert(format!("{folder}/s{i:03}.{extension}"), bytes);
     }
     files.insert("sessions/bike=b1/broken.parquet".to_owned(), b"PAR1 and then nothing".to_vec());
@@ -162,14 +161,17 @@ fn assert_same(a: &Files, b: &Files) {
 }
 
 /// A table's rows without what names the log.
-fn rows(bytes: &[u8]) -> RecordBatch {
+fn rows(bytes: &[u8]) -> Vec<RecordBatch> {
     let bytes = bytes::Bytes::copy_from_slice(bytes);
     let reader = ParquetRecordBatchReaderBuilder::try_new(bytes).expect("parquet");
-    let batch = reader.build().expect("reader").next().expect("a batch").expect("rows");
-    let fields = batch.schema();
-    let kept = fields.fields().iter().enumerate();
-    let kept = kept.filter(|(_, f)| !["path", "input_hash"].contains(&f.name().as_str()));
-    batch.project(&kept.map(|(i, _)| i).collect::<Vec<_>>()).expect("columns")
+    let batches = reader.build().expect("reader").map(|batch| {
+        let batch = batch.expect("rows");
+        let fields = batch.schema();
+        let kept = fields.fields().iter().enumerate();
+        let kept = kept.filter(|(_, f)| !["path", "input_hash"].contains(&f.name().as_str()));
+        batch.project(&kept.map(|(i, _)| i).collect::<Vec<_>>()).expect("columns")
+    });
+    batches.collect()
 }
 
 fn count(seen: &[Seen], method: &str, part: &str) -> usize {
@@ -230,12 +232,20 @@ fn a_batch_on_a_failing_store_ends_like_one_on_disk() {
     assert!(failed >= 30 && kinds(&seen).len() >= 6, "{failed} {:?}", kinds(&seen));
     server.faults(0, 0.0, 0);
     assert_same(&there(&server, "out/"), &fetched);
-    let left: Vec<String> = server.below("out/.roadbench/").into_keys().collect();
-    assert!(left.is_empty(), "{left:?}");
     let told = server.below("out/run.json");
     let told: serde_json::Value = serde_json::from_slice(&told[""]).expect("json");
     assert!(told["requests"]["failed"].as_u64() > Some(10), "{told}");
     println!("run.json: {}", told["requests"]);
+
+    // A request that the client has given up may still be done, even after the next one: a mark can
+    // come back and stay. Then a session counts as torn, and the next run makes it again.
+    std::thread::sleep(Duration::from_secs(3));
+    let left: Vec<String> = server.below("out/.roadbench/").into_keys().collect();
+    println!("left behind: {left:?}");
+    let (code, said) = run(&server, &THERE);
+    assert_eq!(code, 1, "{said}");
+    assert!(server.below("out/.roadbench/").is_empty());
+    assert_same(&there(&server, "out/"), &fetched);
 }
 
 #[test]
@@ -263,19 +273,22 @@ fn what_has_not_changed_is_not_downloaded_and_only_wanted_columns_are() {
     println!("nothing changed: {} requests", seen.len());
     assert!(said.contains(&format!("unchanged={}", PARQUET + CSV)), "{said}");
 
-    // one log is others' bytes now, one more comes, earlier in order
-    let (old, new) = ("in/sessions/bike=b1/date=2026-05-03/s002.parquet", parquet(77));
-    let size = new.len();
-    server.put(old, new);
-    server.put("in/sessions/bike=b1/a000.csv", csv(78));
+    // one log is others' bytes now, a large one comes, earlier in order
+    let old = "in/sessions/bike=b1/date=2026-05-03/s002.parquet";
+    let large = parquet(78, 6000);
+    let size = large.len() as u64;
+    server.put(old, parquet(77, 300));
+    server.put("in/sessions/bike=b1/a000.parquet", large);
     let (code, said) = run(&server, &THERE);
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("computed=2"), "{said}");
     let seen = server.seen();
-    let read: Vec<&Seen> =
-        seen.iter().filter(|s| s.method == "GET" && s.key.starts_with("in/sessions")).collect();
-    assert!(read.iter().all(|s| s.key == old || s.key.ends_with("a000.csv")), "{read:?}");
-    println!("a changed log of {size} bytes: {read:?}");
+    let logs = seen.iter().filter(|s| s.method == "GET" && s.key.starts_with("in/sessions"));
+    let (old, new): (Vec<&Seen>, Vec<&Seen>) = logs.partition(|s| s.key == old);
+    assert!(!old.is_empty() && new.iter().all(|s| s.key.ends_with("a000.parquet")), "{new:?}");
+    let read: u64 = new.iter().map(|s| s.length()).sum();
+    println!("a log of {size} bytes: {read} read in {} requests", new.len());
+    assert!(read < size / 2, "{new:?}");
 }
 
 #[test]
@@ -308,7 +321,9 @@ fn a_killed_run_leaves_a_lock_that_ends_and_tables_that_are_mended() {
         assert!(server.below("out/.roadbench/").contains_key("lock"));
         // whoever reads sees whole tables
         for (name, bytes) in there(&server, "out/") {
-            assert!(!name.ends_with(".parquet") || rows(&bytes).num_rows() < 1_000_000, "{name}");
+            if name.ends_with(".parquet") {
+                rows(&bytes); // or it panics
+            }
         }
         let (code, said) = run(&server, &THERE);
         assert_eq!(code, 2, "{said}");

@@ -403,6 +403,21 @@ fn decoded(text: &str) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
+impl Seen {
+    /// Bytes of the part that was asked for.
+    pub fn length(&self) -> u64 {
+        let range = self.range.as_deref().and_then(|r| r.strip_prefix("bytes="));
+        let ends = range.and_then(|r| r.split_once('-')).map(|(a, b)| (a.parse(), b.parse()));
+        match ends {
+            Some((Ok(first), Ok(last))) => {
+                let (first, last): (u64, u64) = (first, last);
+                last + 1 - first
+            }
+            _ => u64::MAX, // all of it
+        }
+    }
+}
+
 /// The kinds of fault among requests.
 pub fn kinds(seen: &[Seen]) -> BTreeSet<Fault> {
     seen.iter().filter_map(|s| s.fault).collect()
