@@ -29,13 +29,13 @@ const LISTED: usize = 20;
 /// Turn riding logs into tyre coefficients
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Logs, folders of logs or archives, glob patterns.
+    /// Logs, folders of logs or archives, glob patterns; here or in an object store (s3://, gs://, az://).
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     /// Folder of bike files, `<bike_id>.toml`; by default the `bikes` beside an archive's sessions.
     #[arg(long, value_name = "DIR")]
     bikes: Option<PathBuf>,
-    /// Folder for the tables and the report; sessions that it holds already are kept.
+    /// Folder or URL for the tables and the report; sessions that it holds already are kept.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Settings of the stages; by default the built-in pipelines/onroad.toml.

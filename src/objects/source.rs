@@ -169,7 +169,8 @@ impl Log {
         let end = end.ok_or_else(|| Error::from(ErrorKind::UnexpectedEof))?;
         let mut here = self.here(start);
         if (here.len() as u64) < length {
-            self.fetch(&[start..end.max(start.saturating_add(AHEAD))])?;
+            let wanted = start..end.max(start.saturating_add(AHEAD));
+            self.fetch(std::slice::from_ref(&wanted))?;
             here = self.here(start);
         }
         let length = length as usize;
