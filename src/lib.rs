@@ -64,6 +64,7 @@ pub mod ingest;
 pub mod model;
 pub mod motorcycle;
 pub mod multibody;
+pub mod objects;
 pub mod pipeline;
 #[cfg(feature = "python")]
 mod python;

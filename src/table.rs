@@ -11,6 +11,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::properties::WriterProperties;
 use serde::Serialize;
 
+use crate::objects::{client, url};
 use crate::schema::Table;
 
 /// How the name of a file that is still being written starts and ends.
@@ -91,12 +92,16 @@ pub fn write<R: Serialize>(path: &Path, table: &Table, rows: &[R]) -> Result<(),
     write_batch(path, &batch(table, rows)?)
 }
 
-/// Writes bytes as a file, whole or not at all, making its folder.
+/// Writes bytes as a file, whole or not at all, making its folder; where the path is a URL, as one
+/// object.
 ///
 /// # Errors
 /// The folder cannot be made or the file not be written.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let io = |source| Error::Io { path: path.to_owned(), source };
+    if let Some(url) = url::parse(path).map_err(io)? {
+        return client::put(&url, bytes).map_err(io);
+    }
     let folder = path.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(io)?;
     let mut file = tempfile::Builder::new()

@@ -111,8 +111,14 @@ impl Driver {
     ) -> Result<Self, Error> {
         let (found, bikes) = inputs(settings)?;
         let inputs = found.len();
-        let Plan { mut jobs, refused } =
-            plan::plan(found, &bikes, settings.pipeline, settings.maps, work)?;
+        let Plan { mut jobs, refused } = plan::plan(
+            found,
+            &bikes,
+            &Contents::default(),
+            settings.pipeline,
+            settings.maps,
+            work,
+        )?;
         let bytes = jobs.iter().map(|j| j.bytes).chain(refused.iter().map(|r| r.bytes)).sum();
         let store = Store::open(settings.out)?;
         let refused: Vec<Rejected> = refused.into_iter().map(|r| r.row).collect();
@@ -167,7 +173,7 @@ impl Driver {
                 self.store.settle(&job.meta.session_id)?;
             }
         }
-        let there = Contents::read(self.store.root());
+        let there = Contents::read(self.store.root())?;
         let mut run = Run {
             inputs: self.inputs,
             rejected: self.refused,

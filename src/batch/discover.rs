@@ -1,4 +1,5 @@
-//! From what the user named to the list of logs: files, folders and glob patterns.
+//! From what the user named to the list of logs: files, folders, glob patterns, and the same in an
+//! object store ([`remote`]).
 //!
 //! A folder is searched through all its depths for files with a log's extension; anything else
 //! in it (a README, bike files) is none of our business. A folder that holds `sessions/`, as an
@@ -11,15 +12,16 @@ use std::path::{Path, PathBuf};
 
 use walkdir::{DirEntry, WalkDir};
 
-use super::Error;
 use super::store::TABLES;
+use super::{Error, remote};
+use crate::objects::{files, url};
 use crate::pipeline::Rejection;
 
 /// Extensions of files that are taken for logs when a folder is searched.
 pub const EXTENSIONS: &[&str] = &["parquet", "csv", "tsv", "txt", "log"];
 
 /// Folders beside an archive's sessions that hold no logs.
-const NOT_LOGS: &[&str] = &["truth", "bikes"];
+pub(super) const NOT_LOGS: &[&str] = &["truth", "bikes"];
 
 /// One input, or what is wrong with it before it is opened.
 #[derive(Debug, Clone)]
@@ -39,12 +41,10 @@ pub fn discover(inputs: &[PathBuf], out: &Path) -> Result<Vec<Found>, Error> {
     let mut found = Vec::new();
     for input in inputs {
         let text = input.to_string_lossy();
-        if input.exists() {
+        if let Some(url) = url::parse(input).map_err(|e| Error::Usage(e.to_string()))? {
+            remote::search(&url, &out, &mut found)?;
+        } else if input.exists() {
             search(input, &out, &mut found)?;
-        } else if text.contains("://") {
-            return Err(Error::Usage(format!(
-                "{text}: object stores cannot be read; copy the logs to a folder first"
-            )));
         } else if text.contains(['*', '?', '[']) {
             expand(&text, &out, &mut found)?;
         } else {
@@ -67,8 +67,18 @@ pub fn discover(inputs: &[PathBuf], out: &Path) -> Result<Vec<Found>, Error> {
 /// # Errors
 /// Several inputs have one each.
 pub fn bikes_beside(inputs: &[PathBuf]) -> Result<Option<PathBuf>, Error> {
-    let mut folders: Vec<PathBuf> =
-        inputs.iter().map(|i| i.join("bikes")).filter(|b| b.is_dir()).collect();
+    let mut folders = Vec::new();
+    for folder in inputs.iter().map(|i| i.join("bikes")) {
+        let there = match url::parse(&folder).map_err(|e| Error::Usage(e.to_string()))? {
+            None => folder.is_dir(),
+            // a pattern has nothing beside it
+            Some(url) if url.key.contains(remote::WILD) => false,
+            Some(_) => !files::list(&folder).map_err(|e| Error::Usage(e.to_string()))?.is_empty(),
+        };
+        if there {
+            folders.push(folder);
+        }
+    }
     folders.sort();
     folders.dedup();
     match folders.len() {
@@ -83,6 +93,9 @@ pub fn bikes_beside(inputs: &[PathBuf]) -> Result<Option<PathBuf>, Error> {
 
 /// An absolute path without links, as far as it exists.
 pub(super) fn absolute(path: &Path) -> PathBuf {
+    if let Ok(Some(url)) = url::parse(path) {
+        return url.path();
+    }
     if let Ok(path) = path.canonicalize() {
         return path;
     }
@@ -95,7 +108,7 @@ pub(super) fn absolute(path: &Path) -> PathBuf {
     }
 }
 
-fn problem(path: &Path, code: &'static str, message: String) -> Found {
+pub(super) fn problem(path: &Path, code: &'static str, message: String) -> Found {
     let problem = Some(Rejection { stage: "discover", code, message });
     Found { path: path.to_owned(), problem }
 }
@@ -136,14 +149,7 @@ fn search(input: &Path, out: &Path, found: &mut Vec<Found>) -> Result<(), Error>
     let root = if archive { sessions } else { input.to_owned() };
     refuse_tables(&root, out)?;
     let place = absolute(&root);
-    let holds_sessions = archive || root.file_name().is_some_and(|n| n == "sessions");
-    if *out == place || (holds_sessions && out.starts_with(&place)) {
-        return Err(Error::Usage(format!(
-            "--out {} lies in the logs' own folder {}; choose another",
-            out.display(),
-            root.display()
-        )));
-    }
+    apart(&root, &place, archive, out)?;
     let before = found.len();
     let walk = WalkDir::new(&root).follow_links(true).sort_by_file_name();
     for entry in walk.into_iter().filter_entry(|e| wanted(e, out)) {
@@ -159,18 +165,36 @@ fn search(input: &Path, out: &Path, found: &mut Vec<Found>) -> Result<(), Error>
         }
     }
     if found.len() == before {
-        let message = format!(
-            "{} holds no logs (looked for {})",
-            root.display(),
-            EXTENSIONS.iter().map(|e| format!("*.{e}")).collect::<Vec<_>>().join(", ")
-        );
-        found.push(problem(&root, "no_logs", message));
+        found.push(no_logs(&root));
+    }
+    Ok(())
+}
+
+pub(super) fn no_logs(root: &Path) -> Found {
+    let message = format!(
+        "{} holds no logs (looked for {})",
+        root.display(),
+        EXTENSIONS.iter().map(|e| format!("*.{e}")).collect::<Vec<_>>().join(", ")
+    );
+    problem(root, "no_logs", message)
+}
+
+/// The output may not lie in the folder of logs `root`, `place` in absolute terms: its tables
+/// would be found as logs.
+pub(super) fn apart(root: &Path, place: &Path, archive: bool, out: &Path) -> Result<(), Error> {
+    let holds_sessions = archive || root.file_name().is_some_and(|n| n == "sessions");
+    if out == place || (holds_sessions && out.starts_with(place)) {
+        return Err(Error::Usage(format!(
+            "--out {} lies in the logs' own folder {}; choose another",
+            out.display(),
+            root.display()
+        )));
     }
     Ok(())
 }
 
 /// Inputs may not lie where our tables go: they would be taken for results, and overwritten.
-fn refuse_tables(input: &Path, out: &Path) -> Result<(), Error> {
+pub(super) fn refuse_tables(input: &Path, out: &Path) -> Result<(), Error> {
     let place = absolute(input);
     match TABLES.iter().find(|t| place.starts_with(out.join(t))) {
         None => Ok(()),
@@ -196,7 +220,7 @@ fn wanted(entry: &DirEntry, out: &Path) -> bool {
     !NOT_LOGS.contains(&name.as_ref()) && absolute(entry.path()) != *out
 }
 
-fn is_log(path: &Path) -> bool {
+pub(super) fn is_log(path: &Path) -> bool {
     path.extension()
         .and_then(|e| e.to_str())
         .is_some_and(|e| EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(e)))

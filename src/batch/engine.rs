@@ -14,6 +14,9 @@ use super::names::is_plain;
 use super::plan::{self, Job, Plan};
 use super::store::{Committed, Contents, Stale, Store};
 use super::{Error, Settings, Work, guarded};
+use crate::ingest::UNREACHABLE;
+use crate::objects::source;
+use crate::objects::url::is_url;
 use crate::pipeline::{Input, Outcome, Rejection};
 use crate::rows::{Rejected, WarningRow};
 use crate::table;
@@ -103,10 +106,12 @@ pub fn run(
         .num_threads(threads.min(inputs).max(1))
         .build()
         .map_err(|e| Error::Usage(format!("--jobs {threads}: {e}")))?;
+    let before = seen(&found, settings.out)?;
+    let (pipeline, maps) = (settings.pipeline, settings.maps);
     let Plan { mut jobs, refused } =
-        pool.install(|| plan::plan(found, &bikes, settings.pipeline, settings.maps, work))?;
+        pool.install(|| plan::plan(found, &bikes, &before, pipeline, maps, work))?;
     let bytes = jobs.iter().map(|j| j.bytes).chain(refused.iter().map(|r| r.bytes)).sum();
-    let store = Store::open(settings.out)?;
+    let store = Store::open_again(settings.out, &before)?;
     watch.planned(inputs, bytes);
 
     let mut rejected = Vec::new();
@@ -188,8 +193,9 @@ pub struct Intended {
 pub fn intend(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>, Error> {
     let (found, bikes) = inputs(settings)?;
     let force = settings.force || found.len() == 1; // as `run` does
-    let Plan { jobs, refused } = plan::plan(found, &bikes, settings.pipeline, settings.maps, work)?;
-    let there = Contents::read(settings.out);
+    let there = Contents::read(settings.out)?;
+    let (pipeline, maps) = (settings.pipeline, settings.maps);
+    let Plan { jobs, refused } = plan::plan(found, &bikes, &there, pipeline, maps, work)?;
     let refused = refused.into_iter().map(|r| Intended {
         log: r.row.path,
         session_id: r.row.session_id,
@@ -226,8 +232,7 @@ pub(super) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), E
     if let Some(since) = settings.since {
         // what cannot be dated is looked at
         let old = |f: &Found| {
-            let changed = f.path.metadata().and_then(|m| m.modified());
-            changed.is_ok_and(|at| at < since)
+            f.problem.is_none() && source::stat(&f.path).is_ok_and(|stat| stat.modified < since)
         };
         found.retain(|f| !old(f));
     }
@@ -236,6 +241,14 @@ pub(super) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), E
         Error::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
     })?;
     Ok((found, bikes))
+}
+
+/// The output's sessions, where logs in object stores may be spared a look on their account.
+fn seen(found: &[Found], out: &Path) -> Result<Contents, Error> {
+    match found.iter().any(|f| is_url(&f.path)) {
+        true => Contents::read(out),
+        false => Ok(Contents::default()),
+    }
 }
 
 /// What a session's tables would be made from.
@@ -392,8 +405,8 @@ pub(super) enum Ended {
 
 /// Writes a rejection; tables that the session had from an earlier run go.
 pub(super) fn reject(store: &Store, row: &Rejected) -> Result<(), Error> {
-    // a duplicate's name belongs to the log that was used
-    if row.code != "duplicate_session_id" {
+    // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
+    if !["duplicate_session_id", UNREACHABLE].contains(&row.code.as_str()) {
         let session = row.session_id.as_deref().or_else(|| store.once_was(&row.path));
         if let Some(session) = session {
             store.remove(session).map_err(output)?;

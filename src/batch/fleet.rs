@@ -15,10 +15,10 @@ use jiff::tz::TimeZone;
 use polars::prelude::*;
 
 use super::Error;
+use super::contents::committed;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows};
 use super::names::file_name;
 use super::spread;
-use super::store::committed;
 use crate::fleet::Observation;
 use crate::rows::FleetRow;
 use crate::schema::Table;

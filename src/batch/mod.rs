@@ -19,14 +19,18 @@
 
 pub mod alone;
 pub mod cluster;
+pub mod contents;
+pub mod desk;
 pub mod discover;
 pub mod engine;
 #[cfg(feature = "fleet")]
 pub mod fleet;
 pub mod fleet_rows;
+pub mod lock;
 pub mod names;
 pub mod plan;
 pub mod progress;
+pub mod remote;
 pub mod spread;
 pub mod store;
 pub mod summary;

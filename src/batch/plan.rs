@@ -2,15 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::discover::Found;
 use super::names::is_plain;
+use super::store::{Committed, Contents};
 use super::{Error, Maps, Work, guarded};
 use crate::bike::Bike;
+use crate::ingest::UNREACHABLE;
+use crate::objects::{files, source, url};
 use crate::pipeline::{Pipeline, Rejection};
 use crate::rows::Rejected;
 use crate::session::Meta;
@@ -62,29 +65,37 @@ pub struct Plan {
     pub refused: Vec<Refused>,
 }
 
-/// Identifies every input and finds its bike.
+/// Identifies every input and finds its bike. A log in an object store that the output's sessions
+/// (`before`) were made from, just as it is, needs no look at it: they tell who it is.
 ///
 /// # Errors
 /// The folder of bike files cannot be used.
 pub fn plan(
     found: Vec<Found>,
     bikes: &Path,
+    before: &Contents,
     pipeline: &Pipeline,
     maps: &Maps,
     work: &impl Work,
 ) -> Result<Plan, Error> {
     check_bikes(bikes)?;
     let salt = salt(pipeline, maps)?;
-    let identified: Vec<Result<Meta, Rejection>> =
-        found.par_iter().map(|f| identify(f, maps, work)).collect();
     let mut garage = BTreeMap::new();
+    let known = known(&found, before, |bike_id| lookup(&mut garage, bikes, bike_id, &salt));
+    let identified: Vec<Result<Meta, Rejection>> = found
+        .par_iter()
+        .map(|f| known.get(&f.path).map_or_else(|| identify(f, maps, work), |m| Ok(m.clone())))
+        .collect();
     let mut first: BTreeMap<String, String> = BTreeMap::new();
     let mut plan = Plan::default();
     for (found, meta) in found.into_iter().zip(identified) {
         let log = found.path.to_string_lossy().into_owned();
-        let bytes = found.path.metadata().map_or(0, |m| m.len());
+        let bytes = match found.problem {
+            None => source::stat(&found.path).map_or(0, |s| s.size),
+            Some(_) => 0,
+        };
         let refuse = |log, meta, why| {
-            let hash = hash_file(&found.path).ok();
+            let hash = found.problem.is_none().then(|| hash_file(&found.path).ok()).flatten();
             Refused { row: row(log, meta, why, hash), bytes }
         };
         let meta = match meta {
@@ -127,17 +138,49 @@ pub fn row(
     }
 }
 
-/// BLAKE3 of a file's bytes, as hexadecimal digits.
+/// BLAKE3 of a file's bytes, as hexadecimal digits; of a log in an object store the store's own
+/// name for its bytes ([`source::identity`]).
 ///
 /// # Errors
 /// It cannot be read.
 pub fn hash_file(path: &Path) -> std::io::Result<String> {
+    if let Some(url) = url::parse(path)? {
+        return source::identity(&url);
+    }
     if !path.is_file() {
         return Err(std::io::ErrorKind::InvalidInput.into()); // a pipe would never end
     }
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(File::open(path)?)?;
     Ok(hasher.finalize().to_hex().to_string())
+}
+
+/// Who the logs in object stores are that were read before, under the same settings.
+fn known(
+    found: &[Found],
+    before: &Contents,
+    mut bike: impl FnMut(&str) -> Result<Arc<BikeFile>, Rejection>,
+) -> BTreeMap<PathBuf, Meta> {
+    let by_path: BTreeMap<&str, &Committed> =
+        before.sessions().map(|c| (c.path.as_str(), c)).collect();
+    let mut known = BTreeMap::new();
+    for Found { path, .. } in found.iter().filter(|f| f.problem.is_none()) {
+        let Ok(Some(url)) = url::parse(path) else { continue };
+        let Some(there) = by_path.get(path.to_string_lossy().as_ref()) else { continue };
+        let same = there.version == crate::VERSION
+            && source::identity(&url).is_ok_and(|hash| hash == there.input_hash)
+            // it has the channel maps in it, which may name sessions and bikes
+            && bike(&there.bike_id).is_ok_and(|b| b.pipeline_hash == there.pipeline_hash);
+        if same {
+            let meta = Meta {
+                session_id: there.session_id.clone(),
+                bike_id: there.bike_id.clone(),
+                ..Meta::default()
+            };
+            known.insert(path.clone(), meta);
+        }
+    }
+    known
 }
 
 fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Rejection> {
@@ -208,7 +251,10 @@ fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, 
         ));
     }
     let path = bikes.join(format!("{bike_id}.toml"));
-    let text = match std::fs::read_to_string(&path) {
+    let text = files::read(&path).and_then(|bytes| {
+        String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8 text"))
+    });
+    let text = match text {
         Ok(text) => text,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             let message = format!(
@@ -217,6 +263,9 @@ fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, 
                 path.display()
             );
             return Err(refuse("no_bike_file", message));
+        }
+        Err(e) if url::is_url(&path) => {
+            return Err(refuse(UNREACHABLE, format!("cannot read the bike file: {e}")));
         }
         Err(e) => {
             return Err(refuse("bad_bike_file", format!("cannot read {}: {e}", path.display())));
@@ -249,9 +298,14 @@ impl BikeFile {
 
 fn check_bikes(bikes: &Path) -> Result<(), Error> {
     let fail = |why: String| Error::Usage(format!("--bikes {}: {why}", bikes.display()));
-    let entries = std::fs::read_dir(bikes).map_err(|e| fail(e.to_string()))?;
-    let is_toml = |e: std::fs::DirEntry| e.path().extension().is_some_and(|x| x == "toml");
-    if entries.filter_map(Result::ok).any(is_toml) {
+    let names: Vec<PathBuf> = if url::is_url(bikes) {
+        let there = files::list(bikes).map_err(|e| fail(e.to_string()))?;
+        there.into_iter().map(|e| e.key.into()).collect()
+    } else {
+        let there = std::fs::read_dir(bikes).map_err(|e| fail(e.to_string()))?;
+        there.filter_map(|e| Some(e.ok()?.file_name().into())).collect()
+    };
+    if names.iter().any(|n| n.extension().is_some_and(|x| x == "toml")) {
         return Ok(());
     }
     Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()))

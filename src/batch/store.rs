@@ -13,20 +13,18 @@
 //! may be newer than others. Sessions of earlier runs that are no input of this one stay as they are:
 //! the folder is the fleet's archive. A session that is an input again is replaced.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{File, TryLockError};
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
-use arrow::array::{Array, AsArray, RecordBatch};
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use walkdir::WalkDir;
 
 use super::Error;
+pub use super::contents::{Committed, Contents, Stale};
+use super::contents::{OPTIONAL, PER_SESSION, WRITING, mark, path};
+use super::lock::Lock;
 use super::names::file_name;
 use super::tables::Schemas;
+use crate::objects::{files, url};
 use crate::pipeline::Outcome;
 use crate::rows::Rejected;
 use crate::table;
@@ -50,31 +48,8 @@ pub const TABLES: &[&str] = &[
     "report",
 ];
 
-/// The tables of one session but for its commit marker; `signals` only on request, `forces` only
-/// off-road.
-const PER_SESSION: &[&str] =
-    &["coefficients", "manoeuvres", "forces", "warnings", "plots", "signals"];
-/// Where sessions are marked that are being written.
-const WRITING: &str = ".roadbench/writing";
-/// Those that a session need not have.
-const OPTIONAL: [&str; 2] = ["signals", "forces"];
-
-/// A session whose tables are in the folder.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Committed {
-    /// The session.
-    pub session_id: String,
-    /// Its bike: the hive partition.
-    pub bike_id: String,
-    /// The input as it was named then.
-    pub path: String,
-    /// From what the tables were made.
-    pub input_hash: String,
-    /// From what the tables were made.
-    pub pipeline_hash: String,
-    /// The roadbench that made them.
-    pub version: String,
-}
+/// There while fleet and report are older than the sessions.
+const BEHIND: &str = ".roadbench/behind";
 
 /// One session's tables as bytes, ready to be written.
 #[derive(Debug)]
@@ -89,108 +64,9 @@ pub struct Store {
     root: PathBuf,
     schemas: Schemas,
     found: Contents,
-    _lock: Option<File>,
-}
-
-/// The sessions of an output folder, as they are found there.
-#[derive(Debug, Default)]
-pub struct Contents {
-    root: PathBuf,
-    /// By file name; more than one only where an interrupted run left a session under two bikes.
-    committed: BTreeMap<String, Vec<Committed>>,
-    /// File names of sessions that a run was writing when it was killed.
-    torn: BTreeSet<String>,
-}
-
-/// Why a session has to be computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stale {
-    /// It is not there.
-    New,
-    /// The log's bytes are others.
-    Log,
-    /// The log has another name or place.
-    Moved,
-    /// It was another motorcycle's.
-    Bike,
-    /// Bike file, pipeline, model or channel map are others.
-    Settings,
-    /// Another roadbench made it.
-    Version,
-    /// A table of it is missing.
-    Incomplete,
-    /// A run was killed while it wrote its tables.
-    Torn,
-    /// It was asked for, as it is of a log that is named alone.
-    Forced,
-}
-
-impl Stale {
-    /// In words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Stale::New => "new",
-            Stale::Log => "the log has changed",
-            Stale::Moved => "the log was renamed or moved",
-            Stale::Bike => "it was another motorcycle's",
-            Stale::Settings => "the bike file or the settings have changed",
-            Stale::Version => "another version of roadbench made it",
-            Stale::Incomplete => "a table of it is missing",
-            Stale::Torn => "a run was killed while it wrote its tables",
-            Stale::Forced => "asked for (--force, or a log by itself)",
-        }
-    }
-}
-
-impl Contents {
-    /// Reads which sessions are there; writes nothing.
-    pub fn read(root: &Path) -> Self {
-        Contents { root: root.to_owned(), committed: committed(root), torn: torn(root) }
-    }
-
-    /// What a session's tables were made from, if it is there once.
-    pub fn input_hash(&self, session_id: &str) -> Option<String> {
-        match self.committed.get(&file_name(session_id)).map(Vec::as_slice) {
-            Some([one]) => Some(one.input_hash.clone()),
-            _ => None,
-        }
-    }
-
-    /// As [`Store::stale`].
-    pub fn stale(&self, wanted: &Committed, signals: bool) -> Option<Stale> {
-        let file = file_name(&wanted.session_id);
-        let there = match self.committed.get(&file).map(Vec::as_slice) {
-            Some([one]) if one.session_id == wanted.session_id => one,
-            _ => return Some(Stale::New),
-        };
-        if there.bike_id != wanted.bike_id {
-            return Some(Stale::Bike);
-        }
-        if self.torn.contains(&file) {
-            return Some(Stale::Torn);
-        }
-        if there.input_hash != wanted.input_hash {
-            return Some(Stale::Log);
-        }
-        if there.path != wanted.path {
-            return Some(Stale::Moved);
-        }
-        if there.pipeline_hash != wanted.pipeline_hash {
-            return Some(Stale::Settings);
-        }
-        if there.version != wanted.version {
-            return Some(Stale::Version);
-        }
-        let whole = PER_SESSION
-            .iter()
-            .filter(|&table| !OPTIONAL.contains(table) || (*table == "signals" && signals))
-            .all(|table| path(&self.root, table, &wanted.bike_id, &file).is_file());
-        (!whole).then_some(Stale::Incomplete)
-    }
-}
-
-fn path(root: &Path, table: &str, bike_id: &str, file: &str) -> PathBuf {
-    root.join(table).join(format!("bike={bike_id}")).join(format!("{file}.parquet"))
+    lock: Lock,
+    /// Set once something over all sessions has to be made anew.
+    behind: OnceLock<()>,
 }
 
 impl Store {
@@ -200,13 +76,22 @@ impl Store {
     /// # Errors
     /// Another run has it, or it cannot be written.
     pub fn open(root: &Path) -> Result<Self, Error> {
-        let lock = lock(root)?;
+        Self::open_again(root, &Contents::default())
+    }
+
+    /// As [`Store::open`], when it was read just before without the lock.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_again(root: &Path, before: &Contents) -> Result<Self, Error> {
+        let lock = Lock::take(root)?;
         remove_temporaries(root)?;
         let store = Store {
             root: root.to_owned(),
             schemas: Schemas::load(),
-            found: Contents::read(root),
-            _lock: Some(lock),
+            found: Contents::read_again(root, before)?,
+            lock,
+            behind: OnceLock::new(),
         };
         store.sweep()?;
         Ok(store)
@@ -219,10 +104,11 @@ impl Store {
         for file in &self.found.torn {
             let mark = mark(&self.root, file);
             let known = self.found.committed.get(file).map(Vec::as_slice).unwrap_or_default();
-            let bikes = std::fs::read_to_string(&mark).unwrap_or_default();
+            let bikes = files::read(&mark).unwrap_or_default();
+            let bikes = String::from_utf8_lossy(&bikes);
             for bike_id in bikes.lines().filter(|b| known.iter().all(|k| k.bike_id != *b)) {
                 for table in PER_SESSION {
-                    remove_file(&self.path(table, bike_id, file)).map_err(output)?;
+                    self.remove_file(&self.path(table, bike_id, file)).map_err(output)?;
                 }
             }
             // one that is there stays marked until its tables are of one piece again
@@ -244,7 +130,13 @@ impl Store {
             }
             found.committed.entry(file).or_default().push(row);
         }
-        Store { root: root.to_owned(), schemas: Schemas::load(), found, _lock: None }
+        Store {
+            root: root.to_owned(),
+            schemas: Schemas::load(),
+            found,
+            lock: Lock::None,
+            behind: OnceLock::new(),
+        }
     }
 
     /// Removes what killed workers left half-written.
@@ -313,13 +205,14 @@ impl Store {
     ) -> Result<(), table::Error> {
         let file = file_name(session_id);
         let mark = mark(&self.root, &file);
+        self.changes()?;
         table::write_bytes(&mark, bike_id.as_bytes())?;
         for (table, bytes) in &files.tables {
             table::write_bytes(&self.path(table, bike_id, &file), bytes)?;
         }
         // what it had and has no more
         for table in OPTIONAL.iter().filter(|t| files.tables.iter().all(|(name, _)| name != *t)) {
-            remove_file(&self.path(table, bike_id, &file))?;
+            self.remove_file(&self.path(table, bike_id, &file))?;
         }
         table::write_bytes(&self.path("sessions", bike_id, &file), &files.marker)?;
         self.remove_but(&file, Some(bike_id))?;
@@ -336,6 +229,7 @@ impl Store {
         let Some(known) = self.found.committed.get(&file) else { return Ok(()) };
         let bikes: Vec<&str> = known.iter().map(|old| old.bike_id.as_str()).collect();
         let mark = mark(&self.root, &file);
+        self.changes()?;
         table::write_bytes(&mark, bikes.join("\n").as_bytes())?;
         self.remove_but(&file, None)?;
         remove_file(&mark)
@@ -344,9 +238,9 @@ impl Store {
     fn remove_but(&self, file: &str, kept: Option<&str>) -> Result<(), table::Error> {
         let known = self.found.committed.get(file).into_iter().flatten();
         for old in known.filter(|old| Some(old.bike_id.as_str()) != kept) {
-            remove_file(&self.path("sessions", &old.bike_id, file))?;
+            self.remove_file(&self.path("sessions", &old.bike_id, file))?;
             for table in PER_SESSION {
-                remove_file(&self.path(table, &old.bike_id, file))?;
+                self.remove_file(&self.path(table, &old.bike_id, file))?;
             }
         }
         Ok(())
@@ -357,8 +251,14 @@ impl Store {
     /// # Errors
     /// The folder cannot be written.
     pub fn reject(&self, row: &Rejected) -> Result<(), table::Error> {
-        let rows = std::slice::from_ref(row);
-        table::write(&self.rejected(&row.path), self.schemas.of("rejected"), rows)
+        let (path, rows) = (self.rejected(&row.path), std::slice::from_ref(row));
+        let bytes = table::to_bytes(self.schemas.of("rejected"), rows)?;
+        // it says the same every night
+        if self.found.has(&path) && files::read(&path).is_ok_and(|there| there == bytes) {
+            return Ok(());
+        }
+        self.changes()?;
+        table::write_bytes(&path, &bytes)
     }
 
     /// Removes the row that an input had in `rejected`.
@@ -366,7 +266,48 @@ impl Store {
     /// # Errors
     /// It is there and cannot be removed.
     pub fn forgive(&self, log: &str) -> Result<(), table::Error> {
-        remove_file(&self.rejected(log))
+        let path = self.rejected(log);
+        if self.found.has(&path) {
+            self.changes()?;
+        }
+        self.remove_file(&path)
+    }
+
+    /// Removes a file that was there when the run began; of an object store no request is spent on
+    /// one that was not.
+    fn remove_file(&self, path: &Path) -> Result<(), table::Error> {
+        match &self.found.names {
+            Some(names) if !names.contains_key(path) => Ok(()),
+            _ => remove_file(path),
+        }
+    }
+
+    /// Before anything changes: the lock is still ours, and what is made over all sessions is known to
+    /// be behind until it is made.
+    fn changes(&self) -> Result<(), table::Error> {
+        let path = || self.root.join(BEHIND);
+        self.lock.check().map_err(|source| table::Error::Io { path: path(), source })?;
+        if self.behind.get().is_none() {
+            table::write_bytes(&path(), b"")?;
+            let _ = self.behind.set(()); // another worker may have been quicker
+        }
+        Ok(())
+    }
+
+    /// Whether fleet and report have to be made anew: only after a change, be it one of a run that was
+    /// killed, or where they are not there.
+    pub fn is_behind(&self) -> bool {
+        let there = |name: &str| self.found.has(&self.root.join(name));
+        let fleet = !cfg!(feature = "fleet") || there("fleet/fleet.parquet");
+        self.behind.get().is_some() || there(BEHIND) || !there("report/index.html") || !fleet
+    }
+
+    /// They are made.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn caught_up(&self) -> Result<(), Error> {
+        remove_file(&self.root.join(BEHIND)).map_err(|e| Error::Output(e.to_string()))
     }
 
     fn rejected(&self, log: &str) -> PathBuf {
@@ -388,43 +329,10 @@ impl Store {
     }
 }
 
-/// The mark of a session that is being written.
-fn mark(root: &Path, file: &str) -> PathBuf {
-    root.join(WRITING).join(file)
-}
-
-/// The sessions whose marks are there.
-fn torn(root: &Path) -> BTreeSet<String> {
-    let entries = std::fs::read_dir(root.join(WRITING)).into_iter().flatten();
-    let names = entries.filter_map(|e| e.ok()?.file_name().into_string().ok());
-    names.filter(|name| !name.starts_with(table::TEMPORARY.0)).collect()
-}
-
-fn lock(root: &Path) -> Result<File, Error> {
-    let cannot =
-        |e: std::io::Error| Error::Output(format!("cannot write to --out {}: {e}", root.display()));
-    std::fs::create_dir_all(root).map_err(cannot)?;
-    let path = root.join(".roadbench.lock");
-    let file =
-        File::options().create(true).truncate(false).write(true).open(path).map_err(cannot)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(Error::Usage(format!(
-            "another roadbench is writing to {}; wait for it to end, or choose another --out",
-            root.display()
-        ))),
-        Err(TryLockError::Error(e)) if e.kind() == ErrorKind::Unsupported => {
-            tracing::warn!(
-                "{}: this file system has no locks; run one roadbench at a time on it",
-                root.display()
-            );
-            Ok(file)
-        }
-        Err(TryLockError::Error(e)) => Err(cannot(e)),
-    }
-}
-
 fn remove_temporaries(root: &Path) -> Result<(), Error> {
+    if url::is_url(root) {
+        return Ok(()); // what is put is put whole
+    }
     let folders = TABLES.iter().chain([&WRITING]).map(|t| root.join(t)).filter(|f| f.is_dir());
     let files = folders.flat_map(|f| WalkDir::new(f).into_iter().filter_map(Result::ok));
     for entry in files.filter(|e| e.file_type().is_file()) {
@@ -438,51 +346,5 @@ fn remove_temporaries(root: &Path) -> Result<(), Error> {
 }
 
 fn remove_file(path: &Path) -> Result<(), table::Error> {
-    match std::fs::remove_file(path) {
-        Err(source) if source.kind() != ErrorKind::NotFound => {
-            Err(table::Error::Io { path: path.to_owned(), source })
-        }
-        _ => Ok(()),
-    }
-}
-
-/// The sessions in the folder. A file that cannot be read does not count: it is made anew.
-pub(super) fn committed(root: &Path) -> BTreeMap<String, Vec<Committed>> {
-    let mut out: BTreeMap<String, Vec<Committed>> = BTreeMap::new();
-    let walk = WalkDir::new(root.join("sessions")).min_depth(2).max_depth(2).sort_by_file_name();
-    let paths = walk.into_iter().filter_map(|e| Some(e.ok()?.into_path()));
-    let paths: Vec<PathBuf> =
-        paths.filter(|p| p.extension().is_some_and(|e| e == "parquet")).collect();
-    // archives have tens of thousands
-    let markers: Vec<Option<Committed>> = paths.par_iter().map(|p| read_marker(p)).collect();
-    for (path, marker) in paths.iter().zip(markers) {
-        match (path.file_stem().and_then(|s| s.to_str()), marker) {
-            (Some(stem), Some(row)) => out.entry(stem.to_owned()).or_default().push(row),
-            _ => tracing::warn!("{}: not a sessions table; passed by", path.display()),
-        }
-    }
-    out
-}
-
-fn read_marker(path: &Path) -> Option<Committed> {
-    let file = File::open(path).ok()?;
-    let reader = ParquetRecordBatchReaderBuilder::try_new(file).ok()?.build().ok()?;
-    let batch: RecordBatch = reader.into_iter().next()?.ok()?;
-    let text = |name: &str| {
-        let column = batch.column_by_name(name)?.as_string_opt::<i32>()?;
-        (!column.is_empty()).then(|| column.value(0).to_owned())
-    };
-    let row = Committed {
-        session_id: text("session_id")?,
-        bike_id: text("bike_id")?,
-        path: text("path")?,
-        input_hash: text("input_hash")?,
-        pipeline_hash: text("pipeline_hash")?,
-        version: text("version")?,
-    };
-    // the row must be where its own words put it: nothing outside is ever removed on its account
-    let folder = path.parent()?.file_name()?.to_str()?;
-    let in_place = folder.strip_prefix("bike=") == Some(row.bike_id.as_str())
-        && path.file_stem()?.to_str()? == file_name(&row.session_id);
-    in_place.then_some(row)
+    files::remove(path).map_err(|source| table::Error::Io { path: path.to_owned(), source })
 }

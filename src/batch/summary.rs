@@ -10,6 +10,7 @@ use jiff::Timestamp;
 use serde::Serialize;
 
 use super::{Error, Run};
+use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;
 use crate::table;
 
@@ -34,6 +35,9 @@ pub struct Summary<'a> {
     pub left: usize,
     /// Size of the logs, bytes.
     pub bytes: u64,
+    /// Requests to object stores, where there were any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub requests: Option<Counts>,
     /// Rejections by their code.
     pub rejected_by_code: BTreeMap<&'a str, usize>,
     /// BLAKE3 of the pipeline as text.
@@ -60,6 +64,7 @@ impl<'a> Summary<'a> {
             rejected: run.rejected.len(),
             left: run.left,
             bytes: run.bytes,
+            requests: Some(counts::so_far()).filter(|c| c.requests() > 0),
             rejected_by_code,
             pipeline_hash: blake3::hash(text.as_bytes()).to_hex().to_string(),
             pipeline,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::batch::discover::{bikes_beside, discover};
 use crate::batch::names::file_name;
 use crate::batch::plan::{self, Plan};
-use crate::batch::store::Store;
+use crate::batch::store::{Contents, Store};
 use crate::batch::{Maps, Stages, guarded};
 use crate::cli::Failure;
 use crate::cli::say::say;
@@ -17,6 +17,7 @@ use crate::diagnose::levels::{self, Say};
 use crate::diagnose::name::{ALARM, Cause, Verdict};
 use crate::diagnose::offroad;
 use crate::diagnose::ride::{self, Diagnosis, Settings};
+use crate::objects::url::is_url;
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
 use crate::rows::{CauseRow, DiscrepancyRow, Ident};
@@ -74,12 +75,18 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         None => Pipeline::onroad(),
     };
     let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
+    if is_url(&arguments.out) {
+        let out = arguments.out.display();
+        let message = format!("--out {out}: diagnose writes to a folder; copy it from there");
+        return Err(Failure::Usage(message));
+    }
     let found = discover(&arguments.inputs, &arguments.out)?;
     let beside = bikes_beside(&arguments.inputs)?;
     let bikes = arguments.bikes.as_deref().or(beside.as_deref()).ok_or_else(|| {
         Failure::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
     })?;
-    let Plan { jobs, refused } = plan::plan(found, bikes, &pipeline, &maps, &Stages)?;
+    let Plan { jobs, refused } =
+        plan::plan(found, bikes, &Contents::default(), &pipeline, &maps, &Stages)?;
     let store = Store::open(&arguments.out)?;
     let output = |e: table::Error| Failure::Output(e.to_string());
     let mut rejected: Vec<_> = refused.into_iter().map(|r| r.row).collect();

@@ -11,11 +11,14 @@ use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
 
+use crate::batch::desk::Desk;
 use crate::batch::progress::Progress;
 use crate::batch::summary::Summary;
 use crate::batch::{self, Intended, Maps, Run, Settings, Stages, State};
 use crate::cli::Failure;
 use crate::diagnose::model::Model;
+use crate::objects::counts::Counts;
+use crate::objects::url::plain;
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
 use crate::rows;
@@ -26,13 +29,13 @@ const LISTED: usize = 20;
 /// Turn riding logs into tyre coefficients
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Logs, folders of logs or archives, glob patterns.
+    /// Logs, folders of logs or archives, glob patterns; here or in an object store (s3://, gs://, az://).
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     /// Folder of bike files, `<bike_id>.toml`; by default the `bikes` beside an archive's sessions.
     #[arg(long, value_name = "DIR")]
     bikes: Option<PathBuf>,
-    /// Folder for the tables and the report; sessions that it holds already are kept.
+    /// Folder or URL for the tables and the report; sessions that it holds already are kept.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Settings of the stages; by default the built-in pipelines/onroad.toml.
@@ -108,10 +111,13 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     }
     let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
     let stop = stop_on_signal()?;
+    let inputs: Vec<PathBuf> = arguments.inputs.iter().map(|i| plain(i)).collect();
+    let bikes = arguments.bikes.as_deref().map(plain);
+    let out = plain(&arguments.out);
     let settings = Settings {
-        inputs: &arguments.inputs,
-        bikes: arguments.bikes.as_deref(),
-        out: &arguments.out,
+        inputs: &inputs,
+        bikes: bikes.as_deref(),
+        out: &out,
         pipeline: &pipeline,
         maps: &maps,
         jobs: arguments.jobs,
@@ -134,8 +140,25 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         if let Some(path) = &arguments.metrics {
             summary.write_metrics(path)?;
         }
-        let Summary { inputs, computed, unchanged, rejected, left, bytes, .. } = summary;
+        let Summary { inputs, computed, unchanged, rejected, left, bytes, requests, .. } = summary;
         tracing::info!(inputs, computed, unchanged, rejected, left, bytes, seconds, "run");
+        if let Some(c) = requests {
+            let (requests, failed, read, written) =
+                (c.requests(), c.failed, c.bytes_read, c.bytes_written);
+            let Counts { get, head, list, put, delete, .. } = c;
+            tracing::info!(
+                requests,
+                get,
+                head,
+                list,
+                put,
+                delete,
+                failed,
+                read,
+                written,
+                "object stores"
+            );
+        }
         Ok(())
     };
     if run.left > 0 {
@@ -147,17 +170,29 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
             run.left
         )));
     }
-    aggregate(out)?;
-    report::update(out)?;
+    if !store.is_behind() {
+        told(start.elapsed().as_secs_f64())?;
+        print(&format!("{} sessions, nothing has changed in {}\n", run.inputs, out.display()));
+        return listed(&run);
+    }
+    let desk = Desk::of(out)?;
+    aggregate(desk.folder())?;
+    report::update(desk.folder())?;
+    desk.publish()?;
+    store.caught_up()?;
     told(start.elapsed().as_secs_f64())?;
     match &run.only {
         Some(only) => {
             print(&terminal::summary(&only.session, &only.coefficients));
             print(&report::forces::terminal(&only.forces, &only.manoeuvres));
         }
-        None => print(&overview(&run, out, start.elapsed().as_secs_f64())?),
+        None => print(&overview(&run, desk.folder(), start.elapsed().as_secs_f64())?),
     }
     tracing::info!("report: {}", out.join("report/index.html").display());
+    listed(&run)
+}
+
+fn listed(run: &Run) -> Result<(), Failure> {
     if run.rejected.is_empty() {
         return Ok(());
     }

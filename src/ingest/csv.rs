@@ -8,6 +8,7 @@ use ::csv::{ByteRecord, ReaderBuilder};
 
 use crate::ingest::map::{ChannelMap, Column, CsvLayout, TimeSource, of_format};
 use crate::ingest::{Error, HEAD_LEN, Head, Raw, Reader, ident, warning};
+use crate::objects::source::{self, Source};
 use crate::session::Meta;
 use crate::warning::Warning;
 
@@ -131,12 +132,12 @@ fn header(path: &Path, layout: &CsvLayout) -> Result<Vec<String>, Error> {
     open(path, layout).map(|(_, header)| header)
 }
 
-type Rows = ::csv::Reader<BufReader<std::fs::File>>;
+type Rows = ::csv::Reader<BufReader<Source>>;
 
 /// A reader that stands on the first row of data, and the header.
 fn open(path: &Path, layout: &CsvLayout) -> Result<(Rows, Vec<String>), Error> {
     let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let mut file = BufReader::new(std::fs::File::open(path).map_err(fail)?);
+    let mut file = BufReader::new(source::open(path).map_err(fail)?);
     let mut line = Vec::new();
     for _ in 0..=layout.skip_rows {
         line.clear();
@@ -182,7 +183,8 @@ fn decode(
             Ok(true) => {}
             Ok(false) => break,
             Err(e) => {
-                return Err(Error::new("unreadable", format!("{}: {e}", path.display())));
+                let io = std::io::Error::other(e.to_string());
+                return Err(Error::unreadable(path, &io));
             }
         }
         for ((column, &place), bad) in columns.iter_mut().zip(places).zip(&mut bad) {

@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use crate::ingest::map::{ChannelMap, Column, of_format};
 use crate::ingest::{Error, Head, Raw, Reader, ident, warning};
+use crate::objects::source;
 use crate::session::Meta;
 
 /// The format.
@@ -59,7 +60,7 @@ fn map(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
 
 fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let map = choose(path, maps)?;
-    let bytes = std::fs::read(path).map_err(|e| Error::unreadable(path, &e))?;
+    let bytes = source::read(path).map_err(|e| Error::unreadable(path, &e))?;
     let (columns, broken) = decode(&String::from_utf8_lossy(&bytes));
     let mut raw = Raw {
         meta: identify(path, maps)?,

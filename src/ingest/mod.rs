@@ -16,6 +16,8 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::channel::Channel;
+use crate::objects::source;
+use crate::objects::url::is_url;
 use crate::schema::Table;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
@@ -100,13 +102,18 @@ pub struct Error {
     pub message: String,
 }
 
+/// Code of what could not be fetched from an object store: it may be in order.
+pub const UNREACHABLE: &str = "unreachable";
+
 impl Error {
     fn new(code: &'static str, message: impl Into<String>) -> Self {
         Error { code, message: message.into() }
     }
 
     fn unreadable(path: &Path, error: &std::io::Error) -> Self {
-        Error::new("unreadable", format!("cannot read {}: {error}", path.display()))
+        // a store that does not answer says nothing of the log
+        let code = if is_url(path) { UNREACHABLE } else { "unreadable" };
+        Error::new(code, format!("cannot read {}: {error}", path.display()))
     }
 }
 
@@ -184,8 +191,8 @@ pub fn map_for(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, E
 
 fn reader(path: &Path) -> Result<&'static Reader, Error> {
     let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let mut file = std::fs::File::open(path).map_err(fail)?;
-    let size = file.metadata().map_err(fail)?.len();
+    let mut file = source::open(path).map_err(fail)?;
+    let size = file.size().map_err(fail)?;
     if size == 0 {
         return Err(Error::new("empty_file", format!("{} is empty", path.display())));
     }
@@ -194,6 +201,10 @@ fn reader(path: &Path) -> Result<&'static Reader, Error> {
         return Err(Error::new("file_too_large", message));
     }
     let mut bytes = Vec::new();
+    let named = Head { path, bytes: &bytes };
+    if let Some(reader) = READERS.first().filter(|r| (r.sniff)(&named)) {
+        return Ok(reader); // its name settles it: its first bytes need not be fetched
+    }
     file.by_ref().take(HEAD_LEN).read_to_end(&mut bytes).map_err(fail)?;
     let head = Head { path, bytes: &bytes };
     READERS.iter().find(|r| (r.sniff)(&head)).ok_or_else(|| {

@@ -3,8 +3,8 @@
 //! Only the columns that mean something are decoded, each in one piece; a float64 column's
 //! buffer becomes the track's without a copy.
 
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
@@ -22,6 +22,7 @@ use crate::channel::Channel;
 use crate::ingest::map::{ChannelMap, Column, TimeSource, of_format};
 use crate::ingest::units::{self, Conversion};
 use crate::ingest::{Error, Head, Raw, Reader, Track, ident, session_table, warning};
+use crate::objects::source::{self, Source};
 use crate::schema;
 use crate::session::Meta;
 
@@ -29,6 +30,9 @@ use crate::session::Meta;
 pub const READER: Reader = Reader { name: "parquet", sniff, identify, read, map };
 
 const MAGIC: &[u8] = b"PAR1";
+
+/// What of a log in an object store is fetched first, from its end: the footer is in it, mostly.
+const TAIL: u64 = 64 << 10;
 
 /// Most rows of one session: five hours at 1 kHz.
 const MAX_ROWS: i64 = 20_000_000;
@@ -121,7 +125,7 @@ pub(super) fn read_contract(
 /// Another table's columns through a map.
 fn read_mapped(
     path: &Path,
-    file: File,
+    file: Source,
     metadata: ArrowReaderMetadata,
     names: &[String],
     meta: Meta,
@@ -190,10 +194,11 @@ fn field_conversion(path: &Path, field: &Field, unit: &str) -> Result<Conversion
 }
 
 /// The footer, after its claims have been held against the file's size.
-fn open(path: &Path) -> Result<(File, ArrowReaderMetadata), Error> {
+fn open(path: &Path) -> Result<(Source, ArrowReaderMetadata), Error> {
     let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let mut file = File::open(path).map_err(fail)?;
-    let size = file.metadata().map_err(fail)?.len();
+    let mut file = source::open(path).map_err(fail)?;
+    let size = file.size().map_err(fail)?;
+    file.prepare(&[0..4, size.saturating_sub(TAIL)..size]).map_err(fail)?;
     let mut head = [0; 4];
     let mut tail = [0; 8];
     if size < 12 || file.read_exact(&mut head).is_err() || head != MAGIC {
@@ -213,6 +218,7 @@ fn open(path: &Path) -> Result<(File, ArrowReaderMetadata), Error> {
     if footer > size - 12 {
         return Err(bad_claim(path, &format!("claims {footer} bytes of footer"), size));
     }
+    file.prepare(std::slice::from_ref(&(size - 8 - footer..size))).map_err(fail)?;
     file.rewind().map_err(fail)?;
     let metadata = guarded(path, || {
         ArrowReaderMetadata::load(&file, ArrowReaderOptions::new()).map_err(|e| e.to_string())
@@ -294,12 +300,13 @@ fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, String>) -> Result<T
 /// The wanted top-level columns (ascending) as float64, NaN for null.
 fn decode(
     path: &Path,
-    file: File,
+    file: Source,
     metadata: ArrowReaderMetadata,
     wanted: &[usize],
 ) -> Result<Vec<Vec<f64>>, Error> {
     let rows = usize::try_from(metadata.metadata().file_metadata().num_rows()).unwrap_or(0);
     check_kinds(path, metadata.schema(), wanted)?;
+    file.prepare(&chunks(metadata.metadata(), wanted)).map_err(|e| Error::unreadable(path, &e))?;
     guarded(path, || {
         let mask = ProjectionMask::roots(metadata.parquet_schema(), wanted.iter().copied());
         let reader = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
@@ -330,6 +337,19 @@ pub(super) fn check_kinds(path: &Path, schema: &Schema, wanted: &[usize]) -> Res
         }
     }
     Ok(())
+}
+
+/// Where the wanted top-level columns are in the file.
+fn chunks(metadata: &ParquetMetaData, wanted: &[usize]) -> Vec<Range<u64>> {
+    let schema = metadata.file_metadata().schema_descr();
+    let groups = metadata.row_groups().iter().flat_map(|g| g.columns().iter().enumerate());
+    groups
+        .filter(|(leaf, _)| wanted.contains(&schema.get_column_root_idx(*leaf)))
+        .map(|(_, chunk)| {
+            let (start, length) = chunk.byte_range_checked(u64::MAX - 1);
+            start..start.saturating_add(length)
+        })
+        .collect()
 }
 
 /// Adds an array's numbers to a column, moving its buffer where that is possible.

@@ -88,6 +88,11 @@ const SIGNS: [&str; 4] = ["sessions", "rejected", "causes", "discrepancies"];
 /// First bytes of every page, by which a rebuild knows its own.
 const MARK: &str = "<!doctype html>\n<!-- roadbench report -->";
 
+/// Whether a page is one that was built here.
+pub fn is_own(page: &[u8]) -> bool {
+    page.starts_with(MARK.as_bytes())
+}
+
 /// Builds `out/report/` from the tables in `out`; pages of an earlier build go.
 ///
 /// # Errors
@@ -230,7 +235,7 @@ fn remove_stale(folder: &Path, pages: &[&str]) {
         if !name.ends_with(".html") || name == "index.html" || kept.contains(name.as_ref()) {
             continue;
         }
-        if std::fs::read(entry.path()).is_ok_and(|b| b.starts_with(MARK.as_bytes())) {
+        if std::fs::read(entry.path()).is_ok_and(|page| is_own(&page)) {
             let _ = std::fs::remove_file(entry.path());
         }
     }

@@ -15,12 +15,16 @@ mod fleet;
 mod ingest;
 mod kill;
 mod motorcycle;
+#[cfg(feature = "cloud")]
+mod objects;
 mod offroad;
 mod offroad_reference;
 mod recordings;
 mod recovery;
 mod report;
 mod riding;
+#[cfg(feature = "cloud")]
+mod s3_server;
 mod script;
 mod segment;
 mod suspicions;

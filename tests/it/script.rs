@@ -246,6 +246,8 @@ impl Place {
             .into_iter()
             .map(|e| e.expect("entry"))
             .filter(|e| e.file_type().is_file() && e.file_name() != ".roadbench.lock")
+            // fleet and report are the command's, not the batch's
+            .filter(|e| e.file_name() != "behind")
             .map(|e| {
                 let name = e.path().strip_prefix(&root).expect("below").to_string_lossy();
                 (name.replace('\\', "/"), std::fs::read(e.path()).expect("bytes"))

@@ -1,0 +1,89 @@
+//! Requests to object stores, counted as they leave: repeated ones count again.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde::Serialize;
+
+/// Requests and bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Objects, or parts of them, that were asked for.
+    pub get: u64,
+    /// Objects that were only asked about.
+    pub head: u64,
+    /// Pages of listings.
+    pub list: u64,
+    /// Objects that were sent.
+    pub put: u64,
+    /// Removals.
+    pub delete: u64,
+    /// Anything else: credentials, mostly.
+    pub other: u64,
+    /// Of all these, the ones that the store or the network failed: answers 429 and 5xx, no
+    /// answer, an answer that broke off. They were asked again.
+    pub failed: u64,
+    /// Bytes of objects received.
+    pub bytes_read: u64,
+    /// Bytes of objects sent.
+    pub bytes_written: u64,
+}
+
+impl Counts {
+    /// Every request.
+    pub fn requests(&self) -> u64 {
+        self.get + self.head + self.list + self.put + self.delete + self.other
+    }
+}
+
+/// What is counted.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Kind {
+    Get,
+    Head,
+    List,
+    Put,
+    Delete,
+    Other,
+    Failed,
+    Read,
+    Written,
+}
+
+static TALLY: [AtomicU64; 9] = [const { AtomicU64::new(0) }; 9];
+
+#[cfg_attr(not(feature = "cloud"), allow(dead_code))] // nothing leaves then
+pub(super) fn add(kind: Kind, n: u64) {
+    TALLY[kind as usize].fetch_add(n, Ordering::Relaxed);
+}
+
+/// Everything since the process began.
+pub fn so_far() -> Counts {
+    let of = |kind: Kind| TALLY[kind as usize].load(Ordering::Relaxed);
+    Counts {
+        get: of(Kind::Get),
+        head: of(Kind::Head),
+        list: of(Kind::List),
+        put: of(Kind::Put),
+        delete: of(Kind::Delete),
+        other: of(Kind::Other),
+        failed: of(Kind::Failed),
+        bytes_read: of(Kind::Read),
+        bytes_written: of(Kind::Written),
+    }
+}
+
+/// Since an earlier count.
+pub fn since(before: Counts) -> Counts {
+    let now = so_far();
+    Counts {
+        get: now.get - before.get,
+        head: now.head - before.head,
+        list: now.list - before.list,
+        put: now.put - before.put,
+        delete: now.delete - before.delete,
+        other: now.other - before.other,
+        failed: now.failed - before.failed,
+        bytes_read: now.bytes_read - before.bytes_read,
+        bytes_written: now.bytes_written - before.bytes_written,
+    }
+}

@@ -1,0 +1,307 @@
+//! An open log, wherever it is: what the readers read from.
+//!
+//! A local log is the file. Of one in an object store only what is asked for is fetched, and kept
+//! while it is open; the worker thread keeps the last one that it had open too, so that a log
+//! whose header is looked at, then its samples read, is not fetched twice. Every part is of the
+//! bytes that were listed: a log written anew meanwhile is an error, not a mixture.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::SystemTime;
+
+use bytes::{Buf, Bytes};
+use parquet::errors::{ParquetError, Result as ParquetResult};
+use parquet::file::reader::{ChunkReader, Length};
+
+use super::url::{self, Url};
+use super::{Stat, client};
+
+/// What is fetched at a time where a log is read from its start to its end.
+const BLOCK: u64 = 8 << 20;
+
+/// What is fetched at least where a reader jumps.
+const AHEAD: u64 = 64 << 10;
+
+/// What is known of a log, local or not.
+///
+/// # Errors
+/// It is not there or cannot be asked for.
+pub fn stat(path: &Path) -> Result<Stat> {
+    match url::parse(path)? {
+        Some(url) => stat_of(&url),
+        None => {
+            let meta = std::fs::metadata(path)?;
+            let modified = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            Ok(Stat { size: meta.len(), etag: None, modified })
+        }
+    }
+}
+
+/// What names a log's bytes, without a look at them: the store's ETag and the size.
+///
+/// # Errors
+/// As [`stat`].
+pub fn identity(url: &Url) -> Result<String> {
+    let stat = stat_of(url)?;
+    Ok(match &stat.etag {
+        Some(etag) => format!("etag-{etag}-{}", stat.size),
+        None => {
+            let since = stat.modified.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+            format!("written-{}-{}", since.as_millis(), stat.size)
+        }
+    })
+}
+
+type Known = Mutex<HashMap<Url, Stat>>;
+
+fn known() -> &'static Known {
+    static KNOWN: OnceLock<Known> = OnceLock::new();
+    KNOWN.get_or_init(Mutex::default)
+}
+
+/// Keeps what a listing told of a log, until it is listed again.
+pub fn remember(url: Url, stat: Stat) {
+    known().lock().unwrap_or_else(PoisonError::into_inner).insert(url, stat);
+}
+
+fn stat_of(url: &Url) -> Result<Stat> {
+    let listed = known().lock().unwrap_or_else(PoisonError::into_inner).get(url).cloned();
+    match listed {
+        Some(stat) => Ok(stat),
+        None => {
+            let stat = client::stat(url)?;
+            remember(url.clone(), stat.clone());
+            Ok(stat)
+        }
+    }
+}
+
+/// An open log.
+#[derive(Debug)]
+pub enum Source {
+    /// A file.
+    Local(File),
+    /// An object.
+    Remote(Remote),
+}
+
+/// An object and where in it the reader is.
+#[derive(Debug)]
+pub struct Remote {
+    log: Arc<Log>,
+    at: u64,
+}
+
+/// Opens a log.
+///
+/// # Errors
+/// It is not there or cannot be read.
+pub fn open(path: &Path) -> Result<Source> {
+    thread_local! {
+        static LAST: RefCell<Option<Arc<Log>>> = const { RefCell::new(None) };
+    }
+    let Some(url) = url::parse(path)? else {
+        return File::open(path).map(Source::Local);
+    };
+    let stat = stat_of(&url)?;
+    let log = LAST.with_borrow_mut(|last| match last {
+        Some(log) if log.url == url && log.stat == stat => Arc::clone(log),
+        _ => Arc::clone(last.insert(Arc::new(Log { url, stat, parts: Mutex::default() }))),
+    });
+    Ok(Source::Remote(Remote { log, at: 0 }))
+}
+
+/// The whole log.
+///
+/// # Errors
+/// As [`open`].
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// An object's parts that are here already, by where they begin.
+#[derive(Debug)]
+struct Log {
+    url: Url,
+    stat: Stat,
+    parts: Mutex<BTreeMap<u64, Bytes>>,
+}
+
+impl Log {
+    /// What is here from a place on; empty if nothing is.
+    fn here(&self, at: u64) -> Bytes {
+        let parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = parts.range(..=at).next_back();
+        before
+            .filter(|(start, part)| at - **start < part.len() as u64)
+            .map(|(start, part)| part.slice((at - start) as usize..))
+            .unwrap_or_default()
+    }
+
+    fn fetch(&self, ranges: &[Range<u64>]) -> Result<()> {
+        let missing: Vec<Range<u64>> = ranges
+            .iter()
+            .map(|r| r.start..r.end.min(self.stat.size))
+            .filter(|r| r.start < r.end && (self.here(r.start).len() as u64) < r.end - r.start)
+            .collect();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let fetched = client::get_ranges(&self.url, self.stat.etag.as_deref(), &missing)?;
+        let mut parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
+        for (start, part) in fetched {
+            if parts.get(&start).is_none_or(|old| old.len() < part.len()) {
+                parts.insert(start, part);
+            }
+        }
+        Ok(())
+    }
+
+    fn range(&self, start: u64, length: u64) -> Result<Bytes> {
+        let end = start.checked_add(length).filter(|end| *end <= self.stat.size);
+        let end = end.ok_or_else(|| Error::from(ErrorKind::UnexpectedEof))?;
+        let mut here = self.here(start);
+        if (here.len() as u64) < length {
+            let wanted = start..end.max(start.saturating_add(AHEAD));
+            self.fetch(std::slice::from_ref(&wanted))?;
+            here = self.here(start);
+        }
+        let length = length as usize;
+        if here.len() < length {
+            return Err(ErrorKind::UnexpectedEof.into());
+        }
+        Ok(here.slice(..length))
+    }
+}
+
+impl Source {
+    /// Its bytes.
+    ///
+    /// # Errors
+    /// The file cannot be asked.
+    pub fn size(&self) -> Result<u64> {
+        match self {
+            Source::Local(file) => Ok(file.metadata()?.len()),
+            Source::Remote(remote) => Ok(remote.log.stat.size),
+        }
+    }
+
+    /// Fetches what will be needed in few requests; of a file nothing.
+    ///
+    /// # Errors
+    /// The store does not give it.
+    pub fn prepare(&self, ranges: &[Range<u64>]) -> Result<()> {
+        match self {
+            Source::Local(_) => Ok(()),
+            Source::Remote(remote) => remote.log.fetch(ranges),
+        }
+    }
+}
+
+impl Read for Remote {
+    fn read(&mut self, out: &mut [u8]) -> Result<usize> {
+        if self.at >= self.log.stat.size || out.is_empty() {
+            return Ok(0);
+        }
+        let mut here = self.log.here(self.at);
+        if here.is_empty() {
+            let end = self.at.saturating_add(BLOCK);
+            self.log.fetch(std::slice::from_ref(&(self.at..end)))?;
+            here = self.log.here(self.at);
+        }
+        let n = here.len().min(out.len());
+        if n == 0 {
+            return Err(ErrorKind::UnexpectedEof.into());
+        }
+        here.copy_to_slice(&mut out[..n]);
+        self.at += n as u64;
+        Ok(n)
+    }
+}
+
+impl Seek for Remote {
+    fn seek(&mut self, to: SeekFrom) -> Result<u64> {
+        let at = match to {
+            SeekFrom::Start(at) => Some(at),
+            SeekFrom::End(by) => self.log.stat.size.checked_add_signed(by),
+            SeekFrom::Current(by) => self.at.checked_add_signed(by),
+        };
+        self.at = at.ok_or_else(|| Error::from(ErrorKind::InvalidInput))?;
+        Ok(self.at)
+    }
+}
+
+impl Read for Source {
+    fn read(&mut self, out: &mut [u8]) -> Result<usize> {
+        match self {
+            Source::Local(file) => file.read(out),
+            Source::Remote(remote) => remote.read(out),
+        }
+    }
+}
+
+impl Seek for Source {
+    fn seek(&mut self, to: SeekFrom) -> Result<u64> {
+        match self {
+            Source::Local(file) => file.seek(to),
+            Source::Remote(remote) => remote.seek(to),
+        }
+    }
+}
+
+impl Length for Source {
+    fn len(&self) -> u64 {
+        match self {
+            Source::Local(file) => Length::len(file),
+            Source::Remote(remote) => remote.log.stat.size,
+        }
+    }
+}
+
+/// Where the parquet decoder reads a page's header, then its bytes.
+#[derive(Debug)]
+pub enum Chunk {
+    /// In a file.
+    Local(<File as ChunkReader>::T),
+    /// In an object.
+    Remote(Remote),
+}
+
+impl Read for Chunk {
+    fn read(&mut self, out: &mut [u8]) -> Result<usize> {
+        match self {
+            Chunk::Local(file) => file.read(out),
+            Chunk::Remote(remote) => remote.read(out),
+        }
+    }
+}
+
+impl ChunkReader for Source {
+    type T = Chunk;
+
+    fn get_read(&self, start: u64) -> ParquetResult<Chunk> {
+        match self {
+            Source::Local(file) => file.get_read(start).map(Chunk::Local),
+            Source::Remote(remote) => {
+                Ok(Chunk::Remote(Remote { log: Arc::clone(&remote.log), at: start }))
+            }
+        }
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> ParquetResult<Bytes> {
+        match self {
+            Source::Local(file) => file.get_bytes(start, length),
+            Source::Remote(remote) => remote
+                .log
+                .range(start, length as u64)
+                .map_err(|e| ParquetError::External(Box::new(e))),
+        }
+    }
+}
