@@ -208,7 +208,7 @@ fn bad_usage_writes_nothing() {
     usage("nothing does not exist", &|s| s.inputs = vec![path("nothing")]);
     usage("holds no logs", &|s| s.inputs = vec![path("empty")]);
     usage("nothing matches", &|s| s.inputs = vec![path("logs/*.mcap")]);
-    usage("object stores", &|s| s.inputs = vec!["s3://bucket/logs".into()]);
+    usage("`ftp`", &|s| s.inputs = vec!["ftp://bucket/logs".into()]);
 }
 
 #[test]
