@@ -136,7 +136,7 @@ impl Contents {
         self.committed.values().flatten()
     }
 
-    /// As [`Store::stale`].
+    /// As `Store::stale`.
     pub fn stale(&self, wanted: &Committed, signals: bool) -> Option<Stale> {
         let file = file_name(&wanted.session_id);
         let there = match self.committed.get(&file).map(Vec::as_slice) {

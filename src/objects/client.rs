@@ -1,6 +1,6 @@
 //! Requests as plain functions: each waits for its answer.
 //!
-//! `object_store` repeats what fails on its way (see [`RETRY`] and the crate's `RetryConfig`): no
+//! `object_store` repeats what fails on its way (see `RETRY` and the crate's `RetryConfig`): no
 //! connection, 429, 5xx, a body that breaks off. What it does not repeat, an answer to a listing
 //! or a removal that breaks off, is asked again here, for a minute at most; each of these does the
 //! same when it is done twice.

@@ -3,7 +3,7 @@
 //! There is no lock that dies with its process, so it is an object with an end: made only where
 //! there is none (a conditional put), written anew long before its end, and removed by the run
 //! that made it. One that a killed run has left is taken over after its end. The machines' clocks
-//! have to agree to within a part of [`TERM`].
+//! have to agree to within a part of `TERM`.
 
 use std::io::{ErrorKind, Result};
 use std::sync::atomic::{AtomicBool, Ordering};
