@@ -270,6 +270,7 @@ impl Worker {
             bytes: task.bytes,
             meta: Meta { session_id: task.session_id, bike_id: task.bike_id, ..Meta::default() },
             bike: Arc::clone(bike),
+            hash: None,
         };
         let settings = Settings {
             inputs: &[],

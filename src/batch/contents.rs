@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use arrow::array::{Array, AsArray, RecordBatch};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -52,6 +53,8 @@ pub struct Contents {
     pub(super) torn: BTreeSet<String>,
     /// Of an object store: everything that is there, but the report.
     pub(super) names: Option<BTreeMap<PathBuf, Stat>>,
+    /// Of a folder: when its markers were written, and how long they are.
+    pub(super) stamps: BTreeMap<PathBuf, (SystemTime, u64)>,
 }
 
 /// Why a session has to be computed.
@@ -103,17 +106,21 @@ impl Contents {
         Self::read_again(root, &Contents::default())
     }
 
-    /// Reads it once more; of an object store only the sessions that changed since.
+    /// Reads it once more; only the markers that changed since.
     ///
     /// # Errors
     /// As [`Contents::read`].
     pub fn read_again(root: &Path, before: &Contents) -> Result<Self, Error> {
         let names = names(root).map_err(|e| Error::Output(format!("--out: {e}")))?;
+        let mut stamps = BTreeMap::new();
         let (committed, torn) = match &names {
-            None => (committed(root), torn(root)),
+            None => {
+                stamps = marker_stamps(root);
+                (committed(&stamps, before), torn(root))
+            }
             Some(names) => (committed_there(root, names, before)?, torn_there(root, names)),
         };
-        Ok(Contents { root: root.to_owned(), committed, torn, names })
+        Ok(Contents { root: root.to_owned(), committed, torn, names, stamps })
     }
 
     pub(super) fn has(&self, path: &Path) -> bool {
@@ -246,15 +253,36 @@ fn committed_there(
     Ok(out)
 }
 
+/// The commit markers in the folder.
+fn marker_stamps(root: &Path) -> BTreeMap<PathBuf, (SystemTime, u64)> {
+    let walk = WalkDir::new(root.join("sessions")).min_depth(2).max_depth(2);
+    let entries = walk.into_iter().filter_map(Result::ok);
+    let markers = entries.filter(|e| e.path().extension().is_some_and(|e| e == "parquet"));
+    let stamp = |e: walkdir::DirEntry| {
+        let about = e.metadata().ok()?;
+        let written = about.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+        Some((e.into_path(), (written, about.len())))
+    };
+    markers.filter_map(stamp).collect()
+}
+
 /// The sessions in the folder. A file that cannot be read does not count: it is made anew.
-pub(super) fn committed(root: &Path) -> BTreeMap<String, Vec<Committed>> {
-    let mut out: BTreeMap<String, Vec<Committed>> = BTreeMap::new();
-    let walk = WalkDir::new(root.join("sessions")).min_depth(2).max_depth(2).sort_by_file_name();
-    let paths = walk.into_iter().filter_map(|e| Some(e.ok()?.into_path()));
-    let paths: Vec<PathBuf> =
-        paths.filter(|p| p.extension().is_some_and(|e| e == "parquet")).collect();
+fn committed(
+    stamps: &BTreeMap<PathBuf, (SystemTime, u64)>,
+    before: &Contents,
+) -> BTreeMap<String, Vec<Committed>> {
+    let known: BTreeMap<PathBuf, &Committed> = before
+        .sessions()
+        .map(|row| (path(&before.root, "sessions", &row.bike_id, &file_name(&row.session_id)), row))
+        .filter(|(at, _)| stamps.contains_key(at) && before.stamps.get(at) == stamps.get(at))
+        .collect();
     // archives have tens of thousands
-    let markers: Vec<Option<Committed>> = paths.par_iter().map(|p| read_marker(p)).collect();
+    let paths: Vec<&PathBuf> = stamps.keys().collect();
+    let markers: Vec<Option<Committed>> = paths
+        .par_iter()
+        .map(|path| known.get(*path).map_or_else(|| read_marker(path), |row| Some((*row).clone())))
+        .collect();
+    let mut out: BTreeMap<String, Vec<Committed>> = BTreeMap::new();
     for (path, marker) in paths.iter().zip(markers) {
         match (path.file_stem().and_then(|s| s.to_str()), marker) {
             (Some(stem), Some(row)) => out.entry(stem.to_owned()).or_default().push(row),

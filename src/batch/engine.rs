@@ -16,7 +16,6 @@ use super::store::{Committed, Contents, Stale, Store};
 use super::{Error, Settings, Work, guarded};
 use crate::ingest::UNREACHABLE;
 use crate::objects::source;
-use crate::objects::url::is_url;
 use crate::pipeline::{Input, Outcome, Rejection};
 use crate::rows::{Rejected, WarningRow};
 use crate::table;
@@ -106,7 +105,7 @@ pub fn run(
         .num_threads(threads.min(inputs).max(1))
         .build()
         .map_err(|e| Error::Usage(format!("--jobs {threads}: {e}")))?;
-    let before = seen(&found, settings.out)?;
+    let before = Contents::read(settings.out)?;
     let (pipeline, maps) = (settings.pipeline, settings.maps);
     let Plan { mut jobs, refused } =
         pool.install(|| plan::plan(found, &bikes, &before, pipeline, maps, work))?;
@@ -205,7 +204,8 @@ pub fn intend(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>
     let jobs: Vec<Intended> = jobs
         .par_iter()
         .map(|job| {
-            let (state, why) = match plan::hash_file(&job.found.path) {
+            let hash = job.hash.clone().map_or_else(|| plan::hash_file(&job.found.path), Ok);
+            let (state, why) = match hash {
                 Err(e) => (State::Rejected, format!("cannot read {}: {e}", job.log)),
                 Ok(hash) => {
                     let stale = there
@@ -241,14 +241,6 @@ pub(super) fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, PathBuf), E
         Error::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
     })?;
     Ok((found, bikes))
-}
-
-/// The output's sessions, where logs in object stores may be spared a look on their account.
-fn seen(found: &[Found], out: &Path) -> Result<Contents, Error> {
-    match found.iter().any(|f| is_url(&f.path)) {
-        true => Contents::read(out),
-        false => Ok(Contents::default()),
-    }
 }
 
 /// What a session's tables would be made from.
@@ -348,6 +340,14 @@ pub(super) fn session(
         reject(store, &row)?;
         Ok(Ended::Rejected(row))
     };
+    if let Some(hash) = &job.hash
+        && !settings.force
+        && store.stale(&wanted(job, hash.clone()), settings.signals).is_none()
+    {
+        store.forgive(&job.log).map_err(output)?;
+        return Ok(Ended::Unchanged);
+    }
+    // what is computed is hashed again: hours may lie between the plan and its turn
     let input_hash = match plan::hash_file(&job.found.path) {
         Ok(hash) => hash,
         Err(e) => {

@@ -15,7 +15,7 @@ use jiff::tz::TimeZone;
 use polars::prelude::*;
 
 use super::Error;
-use super::contents::committed;
+use super::contents::Contents;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows};
 use super::names::file_name;
 use super::spread;
@@ -40,7 +40,7 @@ const OWN: f64 = 2.0;
 /// A coefficients table cannot be read, or the fleet's not be written.
 pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
     let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
-    let paths = paths(out).map_err(fail)?;
+    let paths = paths(out, &Contents::read(out)?).map_err(fail)?;
     let (mut rows, mut pooled, mut events) = (Vec::new(), Vec::new(), Vec::new());
     if !paths.is_empty() {
         let frame = scan(paths).map_err(fail)?;
@@ -63,9 +63,9 @@ fn save<R: serde::Serialize>(out: &Path, name: &str, rows: &[R]) -> Result<(), E
 }
 
 /// The coefficient tables of the committed sessions.
-fn paths(out: &Path) -> PolarsResult<Vec<PlRefPath>> {
+fn paths(out: &Path, there: &Contents) -> PolarsResult<Vec<PlRefPath>> {
     let mut paths = Vec::new();
-    for session in committed(out).into_values().flatten() {
+    for session in there.sessions() {
         let file = format!("{}.parquet", file_name(&session.session_id));
         let path = out.join("coefficients").join(format!("bike={}", session.bike_id)).join(file);
         if path.is_file() {

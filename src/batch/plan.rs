@@ -34,6 +34,8 @@ pub struct Job {
     pub meta: Meta,
     /// The bike it was ridden on.
     pub bike: Arc<BikeFile>,
+    /// The hash of its bytes, where it was recognised by it.
+    pub hash: Option<String>,
 }
 
 /// A bike and the hash of all that goes into its sessions besides the logs.
@@ -65,8 +67,8 @@ pub struct Plan {
     pub refused: Vec<Refused>,
 }
 
-/// Identifies every input and finds its bike. A log in an object store that the output's sessions
-/// (`before`) were made from, just as it is, needs no look at it: they tell who it is.
+/// Identifies every input and finds its bike. A log that the output's sessions (`before`) were made
+/// from, just as it is, need not be opened: they tell who it is.
 ///
 /// # Errors
 /// The folder of bike files cannot be used.
@@ -84,7 +86,10 @@ pub fn plan(
     let known = known(&found, before, |bike_id| lookup(&mut garage, bikes, bike_id, &salt));
     let identified: Vec<Result<Meta, Rejection>> = found
         .par_iter()
-        .map(|f| known.get(&f.path).map_or_else(|| identify(f, maps, work), |m| Ok(m.clone())))
+        .map(|f| match known.get(&f.path) {
+            Some(known) => Ok(known.meta.clone()),
+            None => identify(f, maps, work),
+        })
         .collect();
     let mut first: BTreeMap<String, String> = BTreeMap::new();
     let mut plan = Plan::default();
@@ -108,7 +113,10 @@ pub fn plan(
         let bike = claim(&mut first, &meta, &log)
             .and_then(|()| lookup(&mut garage, bikes, &meta.bike_id, &salt));
         match bike {
-            Ok(bike) => plan.jobs.push(Job { found, log, bytes, meta, bike }),
+            Ok(bike) => {
+                let hash = known.get(&found.path).map(|k| k.hash.clone());
+                plan.jobs.push(Job { found, log, bytes, meta, bike, hash });
+            }
             Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
         }
     }
@@ -155,32 +163,41 @@ pub fn hash_file(path: &Path) -> std::io::Result<String> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
-/// Who the logs in object stores are that were read before, under the same settings.
+/// A log that the output was made from.
+struct Known {
+    meta: Meta,
+    hash: String,
+}
+
+/// Who the logs are that were read before under the same name and settings, and have the same bytes.
 fn known(
     found: &[Found],
     before: &Contents,
     mut bike: impl FnMut(&str) -> Result<Arc<BikeFile>, Rejection>,
-) -> BTreeMap<PathBuf, Meta> {
+) -> BTreeMap<PathBuf, Known> {
     let by_path: BTreeMap<&str, &Committed> =
         before.sessions().map(|c| (c.path.as_str(), c)).collect();
-    let mut known = BTreeMap::new();
-    for Found { path, .. } in found.iter().filter(|f| f.problem.is_none()) {
-        let Ok(Some(url)) = url::parse(path) else { continue };
-        let Some(there) = by_path.get(path.to_string_lossy().as_ref()) else { continue };
+    let there = |found: &Found| by_path.get(found.path.to_str()?).copied();
+    let mut candidates = Vec::new();
+    for found in found.iter().filter(|f| f.problem.is_none()) {
+        let Some(there) = there(found) else { continue };
         let same = there.version == crate::VERSION
-            && source::identity(&url).is_ok_and(|hash| hash == there.input_hash)
             // it has the channel maps in it, which may name sessions and bikes
             && bike(&there.bike_id).is_ok_and(|b| b.pipeline_hash == there.pipeline_hash);
         if same {
-            let meta = Meta {
-                session_id: there.session_id.clone(),
-                bike_id: there.bike_id.clone(),
-                ..Meta::default()
-            };
-            known.insert(path.clone(), meta);
+            candidates.push((&found.path, there));
         }
     }
-    known
+    let recognised = candidates.into_par_iter().filter_map(|(path, there)| {
+        let hash = hash_file(path).ok().filter(|hash| *hash == there.input_hash)?;
+        let meta = Meta {
+            session_id: there.session_id.clone(),
+            bike_id: there.bike_id.clone(),
+            ..Meta::default()
+        };
+        Some((path.clone(), Known { meta, hash }))
+    });
+    recognised.collect()
 }
 
 fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Rejection> {

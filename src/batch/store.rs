@@ -50,6 +50,8 @@ pub const TABLES: &[&str] = &[
 
 /// There while fleet and report are older than the sessions.
 const BEHIND: &str = ".roadbench/behind";
+/// What it says where only the fleet's tables are: builds without them made the rest.
+const ONLY_FLEET: &[u8] = b"fleet";
 
 /// One session's tables as bytes, ready to be written.
 #[derive(Debug)]
@@ -297,17 +299,30 @@ impl Store {
     /// Whether fleet and report have to be made anew: only after a change, be it one of a run that was
     /// killed, or where they are not there.
     pub fn is_behind(&self) -> bool {
+        let mark = self.root.join(BEHIND);
         let there = |name: &str| self.found.has(&self.root.join(name));
-        let fleet = !cfg!(feature = "fleet") || there("fleet/fleet.parquet");
-        self.behind.get().is_some() || there(BEHIND) || !there("report/index.html") || !fleet
+        let makes_fleet = cfg!(feature = "fleet");
+        let marked = || {
+            self.found.has(&mark)
+                && (makes_fleet || !files::read(&mark).is_ok_and(|says| says == ONLY_FLEET))
+        };
+        self.behind.get().is_some()
+            || marked()
+            || !there("report/index.html")
+            || (makes_fleet && !there("fleet/fleet.parquet"))
     }
 
-    /// They are made.
+    /// All is made that this build makes: without the feature `fleet` its tables stay behind.
     ///
     /// # Errors
     /// The output cannot be written.
     pub fn caught_up(&self) -> Result<(), Error> {
-        remove_file(&self.root.join(BEHIND)).map_err(|e| Error::Output(e.to_string()))
+        let mark = self.root.join(BEHIND);
+        let done = match cfg!(feature = "fleet") {
+            true => remove_file(&mark),
+            false => table::write_bytes(&mark, ONLY_FLEET),
+        };
+        done.map_err(|e| Error::Output(e.to_string()))
     }
 
     fn rejected(&self, log: &str) -> PathBuf {

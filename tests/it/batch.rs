@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
+use roadbench::batch::store::Store;
 use roadbench::batch::{self, Error, State};
 
 use crate::script::{BIKE, Place, Script, Setup, adds_up, codes};
@@ -228,7 +229,7 @@ fn an_output_that_cannot_be_written_is_one_clear_error() {
 #[test]
 fn two_runs_do_not_share_an_output() {
     let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b1|ok")]);
-    let held = roadbench::batch::store::Store::open(&place.path("out")).expect("first");
+    let held = Store::open(&place.path("out")).expect("first");
     let result = place.run_with(&Script::default(), |_| {});
     assert!(matches!(&result, Err(Error::Usage(m)) if m.contains("another roadbench")));
     drop(held);
@@ -259,7 +260,6 @@ fn a_stopped_run_says_what_is_left_and_is_taken_up() {
     assert_eq!((rest.unchanged, rest.done), (run.done, run.left));
 }
 
-/// Not a test of its own: the process that the next test kills.
 impl Place {
     fn names_outside(&self) -> Vec<PathBuf> {
         let out = self.path("out");
@@ -392,4 +392,64 @@ fn since_leaves_older_logs_alone() {
     assert_eq!((run.inputs, run.done), (1, 1));
     assert!(run.sessions.contains("s-b"));
     assert!(place.names().iter().any(|n| n.contains("s-a")));
+}
+
+/// Fleet and report are made again after a change and only then: a killed run leaves them behind,
+/// and a build without the fleet's tables leaves those behind for one that makes them.
+#[test]
+fn what_is_made_over_all_sessions_is_behind_after_a_change_only() {
+    let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b1|reject")]);
+    let open = || Store::open(&place.path("out")).expect("opened");
+    let made = || {
+        place.put("out/fleet/fleet.parquet", "");
+        place.put("out/report/index.html", "");
+        open().caught_up().expect("written");
+    };
+    let fleet = place.path("out/.roadbench/behind");
+    assert!(open().is_behind(), "nothing is made yet");
+    place.run();
+    assert!(open().is_behind());
+    made();
+    assert!(!open().is_behind());
+    place.run();
+    assert!(!open().is_behind(), "the run changed nothing");
+    assert_eq!(fleet.exists(), !cfg!(feature = "fleet"), "another build has the fleet to make");
+
+    for (log, what) in [("c", "s-c|b1|ok"), ("b", "s-b|b1|ok"), ("a", "s-a|b1|reject")] {
+        place.put(&format!("logs/{log}.csv"), what);
+        place.run();
+        assert!(open().is_behind(), "{log}: {what}");
+        made();
+        assert!(!open().is_behind());
+    }
+    std::fs::remove_file(place.path("out/report/index.html")).expect("removed");
+    assert!(open().is_behind(), "no report");
+    made();
+
+    std::fs::write(&fleet, "fleet").expect("left by a build without fleet tables");
+    assert_eq!(open().is_behind(), cfg!(feature = "fleet"));
+    std::fs::write(&fleet, "").expect("left by a run that was killed");
+    assert!(open().is_behind());
+}
+
+/// A log that the output was made from is told by its bytes: it is not opened to see who it is.
+#[test]
+fn a_log_that_is_known_is_not_opened() {
+    let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b2|ok"), ("c", "s-c|b1|ok")]);
+    let work = Script::default();
+    let opened = |work: &Script| work.identified.swap(0, Ordering::Relaxed);
+    place.run_with(&work, |_| {}).expect("run");
+    assert_eq!(opened(&work), 3);
+    place.run_with(&work, |_| {}).expect("run");
+    assert_eq!(opened(&work), 0);
+
+    place.put("bikes/b2.toml", &format!("{BIKE}\n# weighed again\n"));
+    place.put("logs/a.csv", "s-a|b1|ok ");
+    place.put("logs/0.csv", "s-0|b1|ok");
+    let run = place.run_with(&work, |_| {}).expect("run");
+    assert_eq!((run.done, run.unchanged), (3, 1));
+    assert_eq!(opened(&work), 3, "a's bytes, b's bike, a late log that sorts first");
+    place.put("logs/c.csv", "s-d|b1|ok");
+    let run = place.run_with(&work, |_| {}).expect("run");
+    assert!(run.sessions.contains("s-d"), "the bytes say who it is, not its old name");
 }

@@ -20,11 +20,13 @@ pub const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_h
 #[derive(Default)]
 pub struct Script {
     pub runs: AtomicUsize,
+    pub identified: AtomicUsize,
     pub pause: Duration,
 }
 
 impl Work for Script {
     fn identify(&self, path: &Path, _: &[ChannelMap]) -> Result<Meta, ingest::Error> {
+        self.identified.fetch_add(1, Ordering::Relaxed);
         let text = std::fs::read_to_string(path)
             .map_err(|e| ingest::Error { code: "unreadable", message: e.to_string() })?;
         let parts: Vec<&str> = text.trim_end().split('|').collect();
