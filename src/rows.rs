@@ -275,6 +275,26 @@ pub struct EventRow {
     pub reason: String,
 }
 
+/// A row of `fleet_ratios`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct RatioRow {
+    pub bike_id: String,
+    pub tyre: String,
+    pub first_session: String,
+    pub last_session: String,
+    pub n_sessions: i64,
+    pub side_force_ratio: Option<f64>,
+    pub ci95_low: Option<f64>,
+    pub ci95_high: Option<f64>,
+    pub cornering_stiffness_0: Option<f64>,
+    pub scatter: Option<f64>,
+    pub variety: f64,
+    pub noise: f64,
+    pub status: String,
+    pub reason: Option<String>,
+}
+
 /// A row of `causes`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field

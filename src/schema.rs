@@ -36,6 +36,7 @@ embed!(
     "fleet",
     "fleet_pooled",
     "fleet_events",
+    "fleet_ratios",
     "discrepancies",
     "causes",
     "replays",

@@ -30,10 +30,11 @@ const READ: &[&str] = &[
     "fleet",
     "fleet_pooled",
     "fleet_events",
+    "fleet_ratios",
 ];
 
 /// What is made from them.
-const MADE: &[&str] = &["fleet", "fleet_pooled", "fleet_events", "report"];
+const MADE: &[&str] = &["fleet", "fleet_pooled", "fleet_events", "fleet_ratios", "report"];
 
 /// Objects fetched together; as many are in memory.
 const SOME: usize = 64;

@@ -16,7 +16,7 @@ use polars::prelude::*;
 
 use super::Error;
 use super::contents::Contents;
-use super::fleet_rows::{Units, complete, event_rows, pooled_rows};
+use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
 use super::names::file_name;
 use super::spread;
 use crate::fleet::Observation;
@@ -33,7 +33,7 @@ const FAR: f64 = 4.0;
 /// A session within so many of its own standard errors is never far.
 const OWN: f64 = 2.0;
 
-/// Writes the tables `fleet`, `fleet_pooled` and `fleet_events` from the coefficients in `out`;
+/// Writes the tables `fleet`, `fleet_pooled`, `fleet_events` and `fleet_ratios` from the coefficients in `out`;
 /// gives back the rows of the first.
 ///
 /// # Errors
@@ -41,7 +41,8 @@ const OWN: f64 = 2.0;
 pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
     let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
     let paths = paths(out, &Contents::read(out)?).map_err(fail)?;
-    let (mut rows, mut pooled, mut events) = (Vec::new(), Vec::new(), Vec::new());
+    let mut rows = Vec::new();
+    let (mut pooled, mut events, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     if !paths.is_empty() {
         let frame = scan(paths).map_err(fail)?;
         rows = aggregate(&frame).and_then(|frame| unpack(&frame)).map_err(fail)?;
@@ -50,10 +51,12 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
         complete(&mut rows, &bikes);
         pooled = bikes.iter().flat_map(|bike| pooled_rows(bike, &units)).collect();
         events = bikes.iter().flat_map(event_rows).collect();
+        ratios = bikes.iter().flat_map(ratio_rows).collect();
     }
     save(out, "fleet", &rows)?;
     save(out, "fleet_pooled", &pooled)?;
     save(out, "fleet_events", &events)?;
+    save(out, "fleet_ratios", &ratios)?;
     Ok(rows)
 }
 

@@ -6,8 +6,9 @@ use jiff::Timestamp;
 
 use crate::fleet::BikeAnalysis;
 use crate::fleet::events::{Event, Moved};
+use crate::fleet::ratio::Ratio;
 use crate::fleet::threshold::FALSE_ALARMS;
-use crate::rows::{EventRow, FleetRow, PooledRow};
+use crate::rows::{EventRow, FleetRow, PooledRow, RatioRow};
 
 /// Unit by tyre and coefficient.
 pub type Units = BTreeMap<(String, String), String>;
@@ -94,6 +95,39 @@ pub fn event_rows(bike: &BikeAnalysis) -> Vec<EventRow> {
         }
     };
     bike.events.iter().map(row).collect()
+}
+
+/// The rows of `fleet_ratios`.
+pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
+    let name = |i: Option<&usize>| i.map(|i| bike.history.sessions[*i].clone()).unwrap_or_default();
+    let known = |x: f64| x.is_finite().then_some(x);
+    let row = |r: &Ratio| {
+        let status = r.status();
+        let reason = (status != "ok").then(|| {
+            format!(
+                "the side force per camber differs between sessions by {:.3}, of which it is known to {:.3}; \
+                 riders who lean off differently, or wide and tight bends, would tell",
+                r.variety, r.noise
+            )
+        });
+        RatioRow {
+            bike_id: bike.bike.clone(),
+            tyre: r.tyre.to_owned(),
+            first_session: name(r.sessions.first()),
+            last_session: name(r.sessions.last()),
+            n_sessions: r.n as i64,
+            side_force_ratio: known(r.value),
+            ci95_low: known(r.low),
+            ci95_high: known(r.high),
+            cornering_stiffness_0: known(r.stiffness),
+            scatter: known(r.scatter),
+            variety: r.variety,
+            noise: r.noise,
+            status: status.to_owned(),
+            reason,
+        }
+    };
+    bike.ratios.iter().map(row).collect()
 }
 
 #[cfg(test)]

@@ -42,6 +42,7 @@ pub const TABLES: &[&str] = &[
     "fleet",
     "fleet_pooled",
     "fleet_events",
+    "fleet_ratios",
     "discrepancies",
     "causes",
     "replays",

@@ -116,6 +116,11 @@ pub fn between(part: &Part<'_>) -> Option<Components> {
     })
 }
 
+/// Only the point: [`Components::sd`].
+pub fn sd(part: &Part<'_>) -> Option<f64> {
+    root(part.most()?, |t| part.score(t)).map(f64::sqrt)
+}
+
 /// One spread for several bikes, each with its own levels: the same equation, summed over them.
 /// `None` where no bike has enough.
 pub fn common(parts: &[&Part<'_>]) -> Option<f64> {

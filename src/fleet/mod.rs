@@ -6,6 +6,7 @@
 //!                  levels   each coefficient's level, event by event
 //!                  components, drift   spread between sessions, slope, with intervals
 //!                  pool     each session's value with its siblings' help
+//!                  ratio    the side force ratio, which no session can tell
 //! ```
 //!
 //! Plain functions over slices; assumes values with standard errors that are honest, and spread
@@ -19,6 +20,7 @@ pub mod events;
 pub mod history;
 pub mod levels;
 pub mod pool;
+pub mod ratio;
 pub mod scan;
 pub mod threshold;
 
@@ -29,6 +31,7 @@ use drift::Drift;
 use events::Event;
 use history::History;
 use pool::Pooled;
+use ratio::Ratio;
 
 /// One row of the coefficient table that has a value.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +80,8 @@ pub struct BikeAnalysis {
     pub series: Vec<Series>,
     /// Per coefficient and session: pooled values.
     pub pooled: Vec<Vec<Option<Pooled>>>,
+    /// Side force ratio of each tyre that was on it.
+    pub ratios: Vec<Ratio>,
 }
 
 /// All statistics, bike by bike in order of name.
@@ -128,7 +133,8 @@ fn analyse_bike(bike: &str, rows: &[&Observation], limits: &mut threshold::Limit
         pooled.push(pool::pool(&history, c, &part.columns, components.as_ref()));
         series.push(Series { components, fleet_sd: None, drift, apart: events::apart(&events, c) });
     }
-    BikeAnalysis { bike: bike.to_owned(), history, events, series, pooled }
+    let ratios = ratio::ratios(&history, &events);
+    BikeAnalysis { bike: bike.to_owned(), history, events, series, pooled, ratios }
 }
 
 /// Median; the values are reordered. `None` of nothing.

@@ -9,6 +9,9 @@ use roadbench::fit::chain::{ALL, Data, solve};
 use roadbench::fit::coefficients::name;
 use roadbench::fleet::events::Kind;
 use roadbench::fleet::{self, Observation};
+use roadbench::ingest::write_session;
+use roadbench::pipeline::{self, Input, Pipeline};
+use roadbench::rows::Status;
 use roadbench::simulate::random::Random;
 use roadbench::simulate::scenario::Scenario;
 use roadbench::simulate::session;
@@ -283,4 +286,55 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
     // 1000 sessions with these errors know a spread to 3.8 %: three in two hundred lie beyond 10 %
     // by chance, so that no single one is asked to lie within
     assert!(rms < 0.05 && beyond * 50 <= offs.len() && worst < 0.15, "{rms} {beyond} {worst}");
+}
+
+/// Three riders on one motorcycle, one who leans out, one who leans in: its side force ratios are 0.04 and 0.03
+/// larger than its file says, no ride knows it, and together they tell.
+#[test]
+fn the_side_force_ratio_comes_out_of_riders_that_differ() {
+    let text = include_str!("../../pipelines/scenarios/archive.toml");
+    let folder = tempfile::tempdir().expect("folder");
+    let mut observations = Vec::new();
+    for (rider, lean) in [-0.1, 0.0, 0.1].into_iter().enumerate() {
+        let effects = format!(
+            "\n[effects]\nrider_lean = {lean}\nside_force_ratio_front = 0.04\nside_force_ratio_rear = 0.03\n"
+        );
+        let scenario = Scenario::parse(&(text.to_owned() + &effects), "riders").expect("scenario");
+        let machine = scenario.machine(0);
+        for number in 4 * rider..4 * rider + 4 {
+            let path = folder.path().join(format!("{number}.parquet"));
+            write_session(&path, &session(&scenario, &machine, number).session, true).expect("log");
+            let input = Input {
+                path: &path,
+                maps: &[],
+                input_hash: String::new(),
+                pipeline_hash: String::new(),
+                signals: false,
+            };
+            let outcome = pipeline::run(&input, &machine.bike, &Pipeline::onroad()).expect("rode");
+            observations.extend(outcome.coefficients.iter().filter_map(|c| {
+                Some(Observation {
+                    bike: c.ident.bike_id.clone(),
+                    tyre: c.tyre.clone(),
+                    coefficient: c.coefficient.clone(),
+                    session: c.ident.session_id.clone(),
+                    day: None,
+                    value: c.value?,
+                    error: c.std_error?,
+                    sure: c.status == Status::Ok,
+                })
+            }));
+        }
+    }
+    let plant = Scenario::parse(text, "riders").expect("scenario").machine(0).plant;
+    let found = fleet::analyse(&observations);
+    let ratios = &found[0].ratios;
+    assert_eq!(ratios.len(), 2, "{ratios:?}");
+    for (k, more) in [0.04, 0.03].into_iter().enumerate() {
+        let (ratio, truth) = (&ratios[k], plant.tyres[k].side_force_ratio + more);
+        println!("{} {truth:.3}: {ratio:?}", ratio.tyre);
+        assert!(ratio.low <= truth && truth <= ratio.high, "{truth}: {ratio:?}");
+        assert!((ratio.value / truth - 1.0).abs() < 0.3, "{truth}: {ratio:?}");
+        assert_ne!(ratio.status(), "not_available");
+    }
 }

@@ -1,0 +1,348 @@
+//! The side force ratio `C` from the variety of a bike's sessions.
+//!
+//! One steady course cannot tell it: slip angle, camber and side force grow together. But each
+//! session has a point (`ct`, `c1`), and for one tyre they all lie on a line, (39) for vanishing camber:
+//!
+//! ```text
+//! c1 = -C - ct / k_alpha0        x = -ct,  y = c1:   y = -C + x / k_alpha0
+//! ```
+//!
+//! What moves a session along the line is how much side force goes with a camber: riders who hang off or
+//! lean out, wide and tight bends, the wheels' gyroscopic moment at speed. Both axes have errors; the
+//! measured `x` are drawn back towards their mean by as much as is noise ("regression calibration", Fuller,
+//! *Measurement Error Models*, 1987, section 1.2), and what scatters about the line beyond the errors widens the
+//! interval. The spread of the true `x` is itself only known to an interval: `C` and its bounds are computed
+//! at the ends of that too. Where the spread may be nothing, `C` may be anything.
+//!
+//! Whatever shifts slip angles in proportion to camber in every session alike (a velocity sensor's
+//! place, say) shifts `C` by as much; no variety of riding shows that.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::components::{self, Part};
+use super::events::{Event, Kind};
+use super::history::History;
+use super::levels;
+use super::scan::Shape;
+
+/// Fewest sessions that a line is laid through.
+const SESSIONS: usize = 6;
+/// A session so many standard deviations off the line is left out.
+const FAR: f64 = 4.0;
+/// Half-width of the interval, as a share of the value, up to which it is called determined.
+const DETERMINED: f64 = 0.5;
+
+/// The ratio of one tyre.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ratio {
+    /// `front` or `rear`.
+    pub tyre: &'static str,
+    /// Sessions on that tyre, as positions in the history, those left out too.
+    pub sessions: Vec<usize>,
+    /// How many the line goes through.
+    pub n: usize,
+    /// Spread of `ct` between sessions beyond its errors.
+    pub variety: f64,
+    /// Root mean square of the standard errors of `ct`.
+    pub noise: f64,
+    /// `C` with its 95 % interval; an end that nothing bounds is infinite.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// `k_alpha0` of the same line, 1/rad.
+    pub stiffness: f64,
+    /// Standard deviation of sessions about the line beyond their errors.
+    pub scatter: f64,
+}
+
+impl Ratio {
+    /// `ok`, `poorly_determined` or `not_available`, as in the coefficient table.
+    pub fn status(&self) -> &'static str {
+        let half = 0.5 * (self.high - self.low);
+        match () {
+            () if !half.is_finite() || !self.value.is_finite() => "not_available",
+            () if half <= DETERMINED * self.value.abs() => "ok",
+            () => "poorly_determined",
+        }
+    }
+}
+
+/// The ratios of a bike's tyres, each tyre that was swapped for itself; none of fewer than six sessions.
+pub fn ratios(history: &History, events: &[Event]) -> Vec<Ratio> {
+    let mut out = Vec::new();
+    for tyre in ["front", "rear"] {
+        let column = |name: &str| {
+            let key = |k: &(String, String)| k.0 == tyre && k.1 == name;
+            let c = history.keys.iter().position(key)?;
+            Some((&history.values[c], &history.errors[c]))
+        };
+        let (Some((ct, ct_error)), Some((c1, c1_error))) =
+            (column("lateral_friction_ct"), column("slip_camber_c1"))
+        else {
+            continue;
+        };
+        for sessions in tyres(history, events, tyre) {
+            let take = |column: &[f64], sign: f64| -> Vec<f64> {
+                sessions.iter().map(|&i| sign * column[i]).collect()
+            };
+            let points = Points {
+                x: take(ct, -1.0),
+                x_error: take(ct_error, 1.0),
+                y: take(c1, 1.0),
+                y_error: take(c1_error, 1.0),
+            };
+            if let Some(line) = points.line() {
+                out.push(Ratio { tyre, sessions, ..line });
+            }
+        }
+    }
+    out
+}
+
+/// The sessions of each tyre that was on an axle: those that the same swaps concern. A change without
+/// the radius is no other tyre here: another rider moves `ct` too, and that is what is wanted.
+fn tyres(history: &History, events: &[Event], tyre: &str) -> Vec<Vec<usize>> {
+    let swaps: Vec<(usize, usize)> = events
+        .iter()
+        .filter(|e| e.kind == Kind::TyreSwap && [tyre, "both"].contains(&e.tyre))
+        .filter(|e| {
+            e.moved.iter().any(|m| {
+                let (of, name) = &history.keys[m.coefficient];
+                of == tyre && name == "effective_rolling_radius"
+            })
+        })
+        .filter_map(|e| match e.shape {
+            Shape::Stretch(a, b) => Some((a, b)),
+            Shape::Line => None,
+        })
+        .collect();
+    let mut groups: Vec<(Vec<bool>, Vec<usize>)> = Vec::new();
+    for i in 0..history.sessions.len() {
+        let key: Vec<bool> = swaps.iter().map(|(a, b)| (*a..*b).contains(&i)).collect();
+        match groups.iter_mut().find(|(k, _)| *k == key) {
+            Some((_, sessions)) => sessions.push(i),
+            None => groups.push((key, vec![i])),
+        }
+    }
+    groups.into_iter().map(|(_, sessions)| sessions).collect()
+}
+
+/// Sessions in the plane of `-ct` and `c1`; NaN where one has no value.
+struct Points {
+    x: Vec<f64>,
+    x_error: Vec<f64>,
+    y: Vec<f64>,
+    y_error: Vec<f64>,
+}
+
+/// A line at one assumed spread of the true `x`.
+struct Line {
+    /// Where it meets `x = 0`: `-C`.
+    at_zero: f64,
+    error: f64,
+    slope: f64,
+    scatter: f64,
+    /// By session, in standard deviations.
+    residuals: Vec<f64>,
+}
+
+impl Points {
+    /// The line and what it says of `C`; once more without what is far off it.
+    fn line(mut self) -> Option<Ratio> {
+        for i in 0..self.x.len() {
+            if !(self.x[i] * self.y[i] * self.x_error[i] * self.y_error[i]).is_finite() {
+                self.leave_out(i);
+            }
+        }
+        let first = self.at(self.variety()?.sd.max(f64::MIN_POSITIVE))?;
+        for (i, far) in first.residuals.iter().enumerate() {
+            if far.abs() > FAR {
+                self.leave_out(i);
+            }
+        }
+        let n = self.x.iter().filter(|x| x.is_finite()).count();
+        if n < SESSIONS {
+            return None;
+        }
+        let variety = self.variety()?;
+        let noise = self.x_error.iter().zip(&self.x).filter(|(_, x)| x.is_finite());
+        let noise = (noise.map(|(e, _)| e * e).sum::<f64>() / n as f64).sqrt();
+        let mut ratio = Ratio {
+            tyre: "",
+            sessions: Vec::new(),
+            n,
+            variety: variety.sd,
+            noise,
+            value: f64::NAN,
+            low: f64::NEG_INFINITY,
+            high: f64::INFINITY,
+            stiffness: f64::NAN,
+            scatter: f64::NAN,
+        };
+        if variety.low <= 0.0 {
+            return Some(ratio);
+        }
+        let best = self.at(variety.sd)?;
+        let t = StudentsT::new(0.0, 1.0, (n - 2) as f64).ok()?.inverse_cdf(0.975);
+        let ends = [variety.low, variety.sd, variety.high].map(|sd| self.at(sd));
+        ratio.value = -best.at_zero;
+        ratio.stiffness = 1.0 / best.slope;
+        ratio.scatter = best.scatter;
+        let ends = || ends.iter().flatten();
+        ratio.low = ends().map(|l| -l.at_zero - t * l.error).fold(f64::INFINITY, f64::min);
+        ratio.high = ends().map(|l| -l.at_zero + t * l.error).fold(f64::NEG_INFINITY, f64::max);
+        Some(ratio)
+    }
+
+    fn leave_out(&mut self, i: usize) {
+        self.x[i] = f64::NAN;
+        self.y[i] = f64::NAN;
+    }
+
+    /// Spread of the true `x`.
+    fn variety(&self) -> Option<components::Components> {
+        let columns = vec![vec![1.0; self.x.len()]];
+        components::between(&Part { values: &self.x, errors: &self.x_error, columns })
+    }
+
+    fn at(&self, variety: f64) -> Option<Line> {
+        let n = self.x.len();
+        let spread = variety * variety;
+        let x_variance: Vec<f64> = self.x_error.iter().map(|e| spread + e * e).collect();
+        let mean = levels::fit(&self.x, &x_variance, &[vec![1.0; n]])?.theta[0];
+        let real: Vec<f64> = x_variance.iter().map(|v| spread / v).collect();
+        // one row more, at x = 0: there the line is -C
+        let calibrated = |i: usize| mean + real[i] * (self.x[i] - mean);
+        let column = (0..n).map(|i| if self.x[i].is_finite() { calibrated(i) } else { 0.0 });
+        let columns = [vec![1.0; n + 1], column.chain([0.0]).collect()];
+        let y: Vec<f64> = self.y.iter().copied().chain([f64::NAN]).collect();
+        let (mut slope, mut scatter) = (0.0, 0.0);
+        let mut line = None;
+        // the errors of x count by the slope, which they help to find
+        for _ in 0..10 {
+            let own = |i: usize| {
+                (self.y_error[i].powi(2) + slope * slope * spread * (1.0 - real[i])).sqrt()
+            };
+            let errors: Vec<f64> = (0..n).map(own).chain([1.0]).collect();
+            let part = Part { values: &y, errors: &errors, columns: columns.to_vec() };
+            let found = components::sd(&part)?;
+            let variances: Vec<f64> = errors.iter().map(|e| e * e + found * found).collect();
+            let level = levels::fit(&y, &variances, &columns)?;
+            let settled = (level.theta[1] - slope).abs() <= 1e-4 * slope.abs();
+            (slope, scatter) = (level.theta[1], found);
+            line = Some((level, variances));
+            if settled {
+                break;
+            }
+        }
+        let (level, variances) = line?;
+        let residuals = (0..n).map(|i| (y[i] - level.fitted[i]) / variances[i].sqrt());
+        Some(Line {
+            at_zero: level.fitted[n],
+            error: level.variance[n].sqrt(),
+            slope,
+            scatter,
+            residuals: residuals.collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+
+    /// Sessions of a tyre with `C` 0.11 and `k_alpha0` 13, their true `ct` spread by `variety`.
+    fn points(seed: u64, n: usize, variety: f64) -> Points {
+        let mut random = Pcg64::seed_from_u64(seed);
+        let mut draw = |sd: f64| -> f64 {
+            let z: f64 = StandardNormal.sample(&mut random);
+            sd * z
+        };
+        let mut p = Points { x: vec![], x_error: vec![], y: vec![], y_error: vec![] };
+        for i in 0..n {
+            let (sx, sy) = ([0.004, 0.01, 0.02][i % 3], [0.003, 0.005, 0.008][i % 3]);
+            let x = 0.85 + draw(variety);
+            p.x.push(x + draw(sx));
+            p.y.push(-0.11 + x / 13.0 + draw(sy) + draw(0.002));
+            p.x_error.push(sx);
+            p.y_error.push(sy);
+        }
+        p
+    }
+
+    /// Of 100 fleets each: the interval holds the truth as often as it says, and more riders narrow it.
+    #[test]
+    fn the_interval_holds_the_truth() {
+        let mut widths = Vec::new();
+        for (n, variety) in [(12, 0.12), (50, 0.05), (50, 0.12)] {
+            let (mut held, mut width, mut off) = (0, Vec::new(), Vec::new());
+            for seed in 0..100 {
+                let found = points(seed, n, variety).line().expect("a line");
+                held += usize::from(found.low <= 0.11 && 0.11 <= found.high);
+                width.push(found.high - found.low);
+                off.push(found.value - 0.11);
+            }
+            let off = super::super::median(&mut off).expect("some");
+            let width = super::super::median(&mut width).expect("some");
+            assert!(held >= 90, "{n} {variety}: {held} of 100");
+            assert!(off.abs() < 0.05 * width, "{n} {variety}: {off} of {width}");
+            widths.push(width);
+        }
+        assert!(widths[2] < 0.7 * widths[0] && widths[2] < 0.7 * widths[1], "{widths:?}");
+    }
+
+    #[test]
+    fn the_same_riding_every_time_says_nothing() {
+        for seed in 0..30 {
+            let found = points(seed, 40, 0.0).line().expect("looked at");
+            assert_ne!(found.status(), "ok", "{seed}: {found:?}");
+        }
+        let none = (0..30).filter_map(|seed| points(seed, 40, 0.0).line());
+        assert!(none.filter(|r| r.status() == "not_available").count() >= 26);
+        assert_eq!(points(1, 5, 0.1).line(), None, "too few");
+    }
+
+    /// One rear tyre until session 20, another from there on, with `C` 0.11 and 0.16: two lines. A session
+    /// that is off by a lot is left out.
+    #[test]
+    fn each_tyre_for_itself() {
+        let mut p = points(3, 40, 0.1);
+        p.y.iter_mut().skip(20).for_each(|y| *y -= 0.05);
+        p.y[5] += 0.2;
+        let key = |name: &str| ("rear".to_owned(), name.to_owned());
+        let history = History {
+            sessions: (0..40).map(|i| format!("s{i:02}")).collect(),
+            days: vec![None; 40],
+            keys: ["effective_rolling_radius", "lateral_friction_ct", "slip_camber_c1"]
+                .map(key)
+                .to_vec(),
+            values: vec![vec![0.3; 40], p.x.iter().map(|x| -x).collect(), p.y],
+            errors: vec![vec![1e-4; 40], p.x_error, p.y_error],
+            ..History::default()
+        };
+        let moved = super::super::events::Moved { coefficient: 0, size: 0.01, score: 30.0 };
+        let swap = Event {
+            kind: Kind::TyreSwap,
+            tyre: "rear",
+            shape: Shape::Stretch(20, 40),
+            n: 40,
+            moved: vec![moved],
+            score: 30.0,
+            reason: String::new(),
+        };
+        let found = ratios(&history, std::slice::from_ref(&swap));
+        assert_eq!(found.len(), 2);
+        assert_eq!((found[0].sessions.len(), found[0].n), (20, 19));
+        for (ratio, truth) in found.iter().zip([0.11, 0.16]) {
+            assert!(ratio.low < truth && truth < ratio.high, "{ratio:?}");
+            assert_eq!(ratio.status(), "ok", "{ratio:?}");
+        }
+        assert_eq!(ratios(&history, &[]).len(), 1);
+    }
+}
