@@ -108,7 +108,17 @@ impl Calibration {
             // two degrees of freedom gain two by chance
             .map(|k| (terms.iter().map(|t| t[k].gain).sum::<f64>() / n).max(2.0))
             .collect();
-        let tops: Vec<f64> = terms.iter().map(|t| self.largest(t).1).collect();
+        // each null is held against the others, as a ride is against all of them: its own gain would
+        // count in the mean that it is measured by, and the threshold come out too low
+        let sums: Vec<f64> = (0..count).map(|k| terms.iter().map(|t| t[k].gain).sum()).collect();
+        let unusual = |own: &Vec<Term>| {
+            let times = (0..count).map(|k| {
+                let others = (sums[k] - own[k].gain) / (n - 1.0).max(1.0);
+                own[k].gain / others.max(2.0)
+            });
+            times.fold(0.0, f64::max)
+        };
+        let tops: Vec<f64> = terms.iter().map(unusual).collect();
         self.structure = quantile(tops);
     }
 
