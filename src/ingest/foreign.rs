@@ -13,6 +13,7 @@
 //! what it can: [`fit`] checks a map's names and units against a [`Listing`] made from its header
 //! and its row of units, and a [`Look`] lets `inspect` show it and propose a map.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use crate::ingest::map::{self, ChannelMap, Column, Entry, of_format};
@@ -333,6 +334,19 @@ fn read<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let mut all = listing.warnings;
     all.extend(warnings);
     Ok(Raw { meta, tracks: map.apply(&columns)?, warnings: all, euler_yaw: map.euler_yaw })
+}
+
+/// A library that reads damaged bytes may panic; that is an unreadable log, not our end.
+pub(super) fn guarded<T>(
+    path: &Path,
+    work: impl FnOnce() -> Result<T, String>,
+) -> Result<T, Error> {
+    let damaged =
+        |what: &str| Error::new("unreadable", format!("{} is damaged: {what}", path.display()));
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(done) => done.map_err(|message| damaged(&message)),
+        Err(_) => Err(damaged("its parts make no sense")),
+    }
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ mod gaps;
 mod ident;
 mod kiro;
 pub mod map;
+mod mdf;
 mod parquet;
 pub mod propose;
 mod resample;
@@ -141,7 +142,8 @@ pub struct Reader {
 }
 
 /// Every format, the most particular first.
-pub const READERS: &[Reader] = &[parquet::READER, kiro::READER, csv::READER];
+pub const READERS: &[Reader] =
+    &[parquet::READER, foreign::reader::<mdf::Mdf>(), kiro::READER, csv::READER];
 
 /// What a format is recognised by.
 #[derive(Debug)]
@@ -250,6 +252,22 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
 fn session_table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
     TABLE.get_or_init(|| Table::embedded("session"))
+}
+
+/// Takes what a log says of who and when in the contract's words; whether it is one of them.
+fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
+    let value = || Some(value.trim().to_owned());
+    match key.trim() {
+        "session_id" => meta.session_id = value().unwrap_or_default(),
+        "bike_id" => meta.bike_id = value().unwrap_or_default(),
+        "start_time" => meta.start_time = value(),
+        "tyre_front" => meta.tyre_front = value(),
+        "tyre_rear" => meta.tyre_rear = value(),
+        "site" => meta.site = value(),
+        "rider_id" => meta.rider_id = value(),
+        _ => return false,
+    }
+    true
 }
 
 /// A warning of this stage.
