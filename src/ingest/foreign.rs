@@ -48,6 +48,8 @@ pub trait Format {
 pub struct Aids {
     /// Texts of CAN databases (DBC).
     pub dbc: Vec<String>,
+    /// Their names, for people.
+    pub names: Vec<String>,
 }
 
 impl Aids {
@@ -56,8 +58,9 @@ impl Aids {
     /// # Errors
     /// A sentence that names the file.
     pub fn read(dbc: &[PathBuf]) -> Result<Self, String> {
+        let names = dbc.iter().map(|path| path.display().to_string()).collect();
         let dbc = dbc.iter().map(|path| map::read_dbc(path)).collect::<Result<_, String>>()?;
-        Ok(Aids { dbc })
+        Ok(Aids { dbc, names })
     }
 }
 

@@ -23,6 +23,7 @@ use crate::schema::Table;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
 
+mod can;
 mod check;
 mod clean;
 mod clock;
@@ -32,6 +33,7 @@ mod gaps;
 mod ident;
 mod kiro;
 pub mod map;
+mod mcap;
 mod mdf;
 mod parquet;
 pub mod propose;
@@ -142,8 +144,14 @@ pub struct Reader {
 }
 
 /// Every format, the most particular first.
-pub const READERS: &[Reader] =
-    &[parquet::READER, foreign::reader::<mdf::Mdf>(), kiro::READER, csv::READER];
+pub const READERS: &[Reader] = &[
+    parquet::READER,
+    foreign::reader::<mdf::Mdf>(),
+    foreign::reader::<mcap::Mcap>(),
+    foreign::reader::<can::Can>(),
+    kiro::READER,
+    csv::READER,
+];
 
 /// What a format is recognised by.
 #[derive(Debug)]

@@ -122,6 +122,10 @@ pub(super) fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
         entries.push(entry);
     }
     entries.sort_by_key(|e| e.channel);
+    let dbc = match file.dbc {
+        OneOrMore::One(path) => vec![path],
+        OneOrMore::More(paths) => paths,
+    };
     Ok(ChannelMap {
         name: file.name,
         format: file.format,
@@ -140,11 +144,8 @@ pub(super) fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
         euler_yaw: file.yaw_convention == YawConvention::Euler,
         optional: file.optional,
         entries,
-        dbc: match file.dbc {
-            OneOrMore::One(path) => vec![path],
-            OneOrMore::More(paths) => paths,
-        },
-        aids: Aids { dbc: file.dbc_text },
+        aids: Aids { dbc: file.dbc_text, names: dbc.clone() },
+        dbc,
         text: text.to_owned(),
     })
 }
