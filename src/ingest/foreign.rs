@@ -300,6 +300,17 @@ fn choose<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<(ChannelMap, Li
         Some((_, listing)) => listing,
         None => F::list(path, &Aids::default())?,
     };
+    if listing.channels.is_empty() {
+        let facts: Vec<String> =
+            listing.facts.iter().map(|(name, value)| format!("{name}: {value}")).collect();
+        let message = format!(
+            "no channel can be read from {} ({}){}",
+            path.display(),
+            F::NAME,
+            if facts.is_empty() { String::new() } else { format!("; {}", facts.join("; ")) }
+        );
+        return Err(Error::new("no_channel_map", message.chars().take(600).collect::<String>()));
+    }
     let tried: Vec<&str> = candidates.iter().map(|m| m.name.as_str()).collect();
     let tried = if tried.is_empty() { "none" } else { &tried.join(", ") };
     Err(Error::new(

@@ -92,7 +92,14 @@ pub fn mend(bytes: &dyn ByteSource, unfinished: bool) -> Result<Mended, String> 
             budget = budget.checked_sub(1).ok_or("its blocks make no sense")?;
             let place = at + LEAST + 8 * i;
             let Some(target) = number(bytes, place).filter(|target| *target != 0) else { continue };
-            let Some(found) = block_at(bytes, target, unfinished) else {
+            let found = block_at(bytes, target, unfinished);
+            // the header's first link is to the first group of channels
+            if (at, i) == (HEADER, 0) && found.is_none() {
+                return Err("it is cut off before the description of its channels, which this \
+                            writer puts behind the samples: nothing can be read"
+                    .to_owned());
+            }
+            let Some(found) = found else {
                 mended.patches.insert(place, 0);
                 mended.lost += 1;
                 continue;
