@@ -22,7 +22,8 @@ fn groups(file: &Mf4File) -> Vec<(String, &ChannelGroup)> {
         .data_groups()
         .iter()
         .flat_map(|dg| &dg.channel_groups)
-        .filter(|cg| clock(cg).is_some() && !cg.is_vlsd())
+        // of a bus the frames are read, not the parts that they are logged in
+        .filter(|cg| clock(cg).is_some() && !cg.is_vlsd() && !cg.is_bus_event())
         .collect();
     let named = |cg: &&ChannelGroup| match &cg.source {
         _ if !cg.acquisition_name.trim().is_empty() => cg.acquisition_name.clone(),
