@@ -255,7 +255,12 @@ fn one_broken_block_costs_itself() {
         ("ride.asc", "ride_can.toml", can, "bad_frame"),
     ] {
         let mut bytes = std::fs::read(sample(name)).expect("bundled");
-        let middle = bytes.len() / 2;
+        let mut middle = bytes.len() / 2;
+        if name.contains("mcap") {
+            // within the next packed block: there are indices between them that are not needed
+            let zstd = b"\x28\xB5\x2F\xFD";
+            middle += 200 + bytes[middle..].windows(4).position(|w| w == zstd).expect("a block");
+        }
         bytes[middle..middle + 40].fill(b'~');
         let raw = read_bytes(&bytes, name, &map(map_name)).expect(name);
         assert!(codes(&raw).contains(&code), "{name}: {:?}", raw.warnings);
