@@ -1,7 +1,6 @@
 //! `roadbench inspect`.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,8 +8,10 @@ use serde::Serialize;
 use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::cli::Failure;
+use crate::cli::inspect_source::{Form, print, show};
 use crate::estimate::needs::{NEEDS, OFFROAD};
-use crate::ingest::map::ChannelMap;
+use crate::ingest::foreign::Aids;
+use crate::ingest::map::{self, ChannelMap};
 use crate::ingest::{self, Raw, Track};
 use crate::pipeline::Pipeline;
 use crate::schema::Table;
@@ -28,6 +29,15 @@ pub struct Arguments {
     /// Channel map to use; may be repeated. Without it the shipped maps are tried.
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
+    /// CAN database that the log's frames are read by; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    dbc: Vec<PathBuf>,
+    /// Show the log's own channels, even where a channel map fits it.
+    #[arg(long)]
+    source: bool,
+    /// Print a draft of a channel map for the log and nothing else.
+    #[arg(long, conflicts_with = "json")]
+    propose: bool,
     /// Pipeline file; without it the built-in one.
     #[arg(long, value_name = "FILE")]
     pipeline: Option<PathBuf>,
@@ -114,13 +124,29 @@ struct Estimate {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
+    let maps = map::with_aids(maps, &aids);
     let pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
-    let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
+    let form = match (arguments.propose, arguments.json) {
+        (true, _) => Form::Draft,
+        (_, true) => Form::Json,
+        _ => Form::Text,
+    };
+    if arguments.source || arguments.propose {
+        return show(&arguments.log, &aids, form, None);
+    }
+    let raw = match ingest::read(&arguments.log, &maps) {
+        Ok(raw) => raw,
+        Err(e) if e.code == "no_channel_map" && arguments.map.is_empty() => {
+            return show(&arguments.log, &aids, form, Some(e));
+        }
+        Err(e) => return Err(rejected(e)),
+    };
     let bike = match &arguments.bikes {
         Some(folder) => Some(read_bike(folder, &raw.meta)?),
         None => None,
@@ -132,13 +158,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     } else {
         inspection.to_text()
     };
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // whoever reads may stop reading
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            return Err(Failure::Output(format!("cannot write to stdout: {e}")));
-        }
-        _ => {}
-    }
+    print(&text)?;
     match inspection.rejected {
         Some(reason) => Err(Failure::Rejected(format!("{} ({})", reason.message, reason.code))),
         None => Ok(()),
@@ -384,7 +404,7 @@ fn write_channels(channels: &[ChannelFacts], out: &mut String) -> std::fmt::Resu
 }
 
 /// Four digits that fit a column.
-fn number(value: Option<f64>) -> String {
+pub(super) fn number(value: Option<f64>) -> String {
     match value {
         None => "-".into(),
         Some(v) if v != 0.0 && !(1e-3..1e7).contains(&v.abs()) => format!("{v:.2e}"),

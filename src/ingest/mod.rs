@@ -6,8 +6,9 @@
 //!      -> check: channels against physics, given the bike
 //! ```
 //!
-//! A new format is one file with a `read` and one line in [`READERS`]. A new source of a
-//! known format is one channel map ([`map`]), no code.
+//! A new format is one file (mostly a [`foreign::Format`]: what is in the log, and the wanted
+//! channels of it) and one line in [`READERS`]. A new source of a known format is one channel map
+//! ([`map`]), no code; [`propose`] drafts one.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -22,16 +23,22 @@ use crate::schema::Table;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
 
+mod can;
 mod check;
 mod clean;
 mod clock;
 mod csv;
+pub mod foreign;
 mod gaps;
 mod ident;
 mod kiro;
 pub mod map;
+mod mcap;
+mod mdf;
 mod parquet;
+pub mod propose;
 mod resample;
+pub mod survey;
 mod table;
 pub mod units;
 mod write;
@@ -130,10 +137,21 @@ pub struct Reader {
     pub read: fn(&Path, &[ChannelMap]) -> Result<Raw, Error>,
     /// The channel map that `read` goes through, if it needs one.
     pub map: fn(&Path, &[ChannelMap]) -> Result<Option<ChannelMap>, Error>,
+    /// Whether its logs bring their own clocks, so that its maps need no `[time]`.
+    pub own_clock: bool,
+    /// How a log is looked at without a map, if that is possible.
+    pub look: Option<foreign::Look>,
 }
 
 /// Every format, the most particular first.
-pub const READERS: &[Reader] = &[parquet::READER, kiro::READER, csv::READER];
+pub const READERS: &[Reader] = &[
+    parquet::READER,
+    foreign::reader::<mdf::Mdf>(),
+    foreign::reader::<mcap::Mcap>(),
+    foreign::reader::<can::Can>(),
+    kiro::READER,
+    csv::READER,
+];
 
 /// What a format is recognised by.
 #[derive(Debug)]
@@ -189,7 +207,11 @@ pub fn map_for(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, E
     (reader(path)?.map)(path, maps)
 }
 
-fn reader(path: &Path) -> Result<&'static Reader, Error> {
+/// The format of a log.
+///
+/// # Errors
+/// The file cannot be read or is of no known kind.
+pub fn reader(path: &Path) -> Result<&'static Reader, Error> {
     let fail = |e: std::io::Error| Error::unreadable(path, &e);
     let mut file = source::open(path).map_err(fail)?;
     let size = file.size().map_err(fail)?;
@@ -238,6 +260,22 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
 fn session_table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
     TABLE.get_or_init(|| Table::embedded("session"))
+}
+
+/// Takes what a log says of who and when in the contract's words; whether it is one of them.
+fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
+    let value = || Some(value.trim().to_owned());
+    match key.trim() {
+        "session_id" => meta.session_id = value().unwrap_or_default(),
+        "bike_id" => meta.bike_id = value().unwrap_or_default(),
+        "start_time" => meta.start_time = value(),
+        "tyre_front" => meta.tyre_front = value(),
+        "tyre_rear" => meta.tyre_rear = value(),
+        "site" => meta.site = value(),
+        "rider_id" => meta.rider_id = value(),
+        _ => return false,
+    }
+    true
 }
 
 /// A warning of this stage.
