@@ -354,6 +354,20 @@ pub fn closest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Opt
         .map(|(_, c)| c)
 }
 
+/// As [`closest`], whatever the case, and else a name that the word is a part of or has in it.
+pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    let named: Vec<(String, &str)> = candidates.map(|c| (c.to_lowercase(), c)).collect();
+    let near = closest(&lower, named.iter().map(|(l, _)| l.as_str())).map(str::to_owned);
+    let within =
+        |l: &str| l.len().min(lower.len()) > 2 && (l.contains(&lower) || lower.contains(l));
+    let found = match near {
+        Some(near) => named.iter().find(|(l, _)| *l == near),
+        None => named.iter().find(|(l, _)| within(l)),
+    };
+    found.map(|(_, c)| *c)
+}
+
 /// Levenshtein distance of two short words.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();

@@ -113,13 +113,7 @@ impl Maps {
     /// # Errors
     /// One cannot be read.
     pub fn texts(paths: &[PathBuf]) -> Result<Vec<(String, String)>, String> {
-        let text = |path: &PathBuf| {
-            let name = path.display().to_string();
-            match std::fs::read_to_string(path) {
-                Ok(text) => Ok((name, text)),
-                Err(e) => Err(format!("cannot read channel map {name}: {e}")),
-            }
-        };
+        let text = |path: &PathBuf| Ok((path.display().to_string(), ChannelMap::text_of(path)?));
         paths.iter().map(text).collect()
     }
 

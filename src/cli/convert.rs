@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use crate::channel::Channel;
 use crate::cli::Failure;
 use crate::cli::say::{put, say};
-use crate::ingest::map::{ChannelMap, TimeSource};
+use crate::ingest::foreign::Aids;
+use crate::ingest::map::{self, ChannelMap, TimeSource};
 use crate::ingest::{self, Raw};
 use crate::schema::Table;
 use crate::session::Session;
@@ -20,6 +21,9 @@ pub struct Arguments {
     /// Channel map to use; may be repeated. Without it the shipped maps are tried.
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
+    /// CAN database that the log's frames are read by; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    dbc: Vec<PathBuf>,
     /// The Parquet file to write.
     #[arg(long, value_name = "FILE", required_unless_present = "dry_run")]
     out: Option<PathBuf>,
@@ -42,7 +46,9 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
+    let maps = map::with_aids(maps, &aids);
     let mut config = ingest::Config::default();
     for (name, given, slot) in [
         ("--rate", arguments.rate, &mut config.rate),
@@ -58,6 +64,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
     if arguments.dry_run {
         let map = ingest::map_for(&arguments.log, &maps).map_err(rejected)?;
+        for warning in &raw.warnings {
+            eprintln!("warning: {}: {}", warning.code, warning.message);
+        }
         put!("{}", mapping(&raw, map.as_ref()));
         return Ok(());
     }

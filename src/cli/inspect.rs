@@ -9,8 +9,11 @@ use serde::Serialize;
 use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::cli::Failure;
+use crate::cli::inspect_source::SourceInspection;
 use crate::estimate::needs::{NEEDS, OFFROAD};
-use crate::ingest::map::ChannelMap;
+use crate::ingest::foreign::Aids;
+use crate::ingest::map::{self, ChannelMap};
+use crate::ingest::survey::survey;
 use crate::ingest::{self, Raw, Track};
 use crate::pipeline::Pipeline;
 use crate::schema::Table;
@@ -28,6 +31,15 @@ pub struct Arguments {
     /// Channel map to use; may be repeated. Without it the shipped maps are tried.
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
+    /// CAN database that the log's frames are read by; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    dbc: Vec<PathBuf>,
+    /// Show the log's own channels, even where a channel map fits it.
+    #[arg(long)]
+    source: bool,
+    /// Print a draft of a channel map for the log and nothing else.
+    #[arg(long, conflicts_with = "json")]
+    propose: bool,
     /// Pipeline file; without it the built-in one.
     #[arg(long, value_name = "FILE")]
     pipeline: Option<PathBuf>,
@@ -114,13 +126,24 @@ struct Estimate {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
+    let maps = map::with_aids(maps, &aids);
     let pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
-    let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
+    if arguments.source || arguments.propose {
+        return show_source(&arguments, &aids, None);
+    }
+    let raw = match ingest::read(&arguments.log, &maps) {
+        Ok(raw) => raw,
+        Err(e) if e.code == "no_channel_map" && arguments.map.is_empty() => {
+            return show_source(&arguments, &aids, Some(e));
+        }
+        Err(e) => return Err(rejected(e)),
+    };
     let bike = match &arguments.bikes {
         Some(folder) => Some(read_bike(folder, &raw.meta)?),
         None => None,
@@ -132,17 +155,53 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     } else {
         inspection.to_text()
     };
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // whoever reads may stop reading
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            return Err(Failure::Output(format!("cannot write to stdout: {e}")));
-        }
-        _ => {}
-    }
+    print(&text)?;
     match inspection.rejected {
         Some(reason) => Err(Failure::Rejected(format!("{} ({})", reason.message, reason.code))),
         None => Ok(()),
     }
+}
+
+fn print(text: &str) -> Result<(), Failure> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // whoever reads may stop reading
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Output(format!("cannot write to stdout: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The log as its logger wrote it; `why` is what keeps it from being read as a session.
+fn show_source(
+    arguments: &Arguments,
+    aids: &Aids,
+    why: Option<ingest::Error>,
+) -> Result<(), Failure> {
+    let path = &arguments.log;
+    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    let Some(survey) = survey(path, aids).map_err(rejected)? else {
+        return Err(why.map_or_else(
+            || {
+                let what = "is of a format that can only be read through a channel map";
+                Failure::Usage(format!("{} {what}", path.display()))
+            },
+            rejected,
+        ));
+    };
+    let found = SourceInspection::new(path, &survey);
+    if arguments.json {
+        let json = serde_json::to_string_pretty(&found);
+        return print(&(json.map_err(|e| Failure::Output(e.to_string()))? + "\n"));
+    }
+    if arguments.propose {
+        return print(&found.proposed_map);
+    }
+    print(&found.to_text(path))?;
+    if why.is_some() {
+        eprintln!("none of the channel maps that come with roadbench fits this log");
+    }
+    Ok(())
 }
 
 fn read_bike(folder: &Path, meta: &Meta) -> Result<(PathBuf, Bike), Failure> {
@@ -384,7 +443,7 @@ fn write_channels(channels: &[ChannelFacts], out: &mut String) -> std::fmt::Resu
 }
 
 /// Four digits that fit a column.
-fn number(value: Option<f64>) -> String {
+pub(super) fn number(value: Option<f64>) -> String {
     match value {
         None => "-".into(),
         Some(v) if v != 0.0 && !(1e-3..1e7).contains(&v.abs()) => format!("{v:.2e}"),

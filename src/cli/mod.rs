@@ -12,6 +12,7 @@ pub mod convert;
 pub mod diagnose;
 pub mod export;
 pub mod inspect;
+pub mod inspect_source;
 pub mod logging;
 pub mod modes;
 pub mod plan;

@@ -13,7 +13,8 @@ use crate::session::Meta;
 use crate::warning::Warning;
 
 /// The format.
-pub const READER: Reader = Reader { name: "csv", sniff, identify, read, map };
+pub const READER: Reader =
+    Reader { name: "csv", sniff, identify, read, map, own_clock: false, look: None };
 
 /// Share of a column's cells that may be unreadable before the log is refused.
 const BAD_CELLS: f64 = 0.01;
@@ -59,7 +60,7 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let needed = map.needed();
     let places = needed
         .iter()
-        .map(|name| header.iter().position(|h| h == name).ok_or_else(|| map.missing(name)))
+        .map(|name| header.iter().position(|h| h == name).ok_or_else(|| map.missing(name, &header)))
         .collect::<Result<Vec<usize>, Error>>()?;
     let (mut decoded, mut warnings) = decode(path, &map.csv, &needed, &places)?;
     let rows = decoded.first().map_or(0, Vec::len);

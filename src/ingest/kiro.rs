@@ -21,7 +21,8 @@ use crate::objects::source;
 use crate::session::Meta;
 
 /// The format.
-pub const READER: Reader = Reader { name: "kiro", sniff, identify, read, map };
+pub const READER: Reader =
+    Reader { name: "kiro", sniff, identify, read, map, own_clock: true, look: None };
 
 const GPS: [&str; 4] = ["gps_speed", "gps_course", "gps_latitude", "gps_longitude"];
 const MOTOR: [&str; 1] = ["motor_speed"];

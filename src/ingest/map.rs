@@ -17,8 +17,10 @@ use std::sync::{Arc, OnceLock};
 use serde::Deserialize;
 
 use crate::channel::Channel;
-use crate::ingest::units::Conversion;
-use crate::ingest::{Error, Track};
+use crate::ingest::foreign::Aids;
+use crate::ingest::units::{self, Conversion};
+use crate::ingest::{Error, Track, session_table};
+use crate::schema;
 use crate::session::Meta;
 
 mod form;
@@ -28,7 +30,7 @@ mod form;
 pub struct ChannelMap {
     /// Its name, unique among maps.
     pub name: String,
-    /// Name of the reader it belongs to: `csv`, `parquet`, `kiro`.
+    /// Name of the reader it belongs to: `csv`, `parquet`, `mdf4`, ...
     pub format: String,
     /// How the text is laid out, for `csv`.
     pub csv: CsvLayout,
@@ -44,6 +46,10 @@ pub struct ChannelMap {
     pub optional: bool,
     /// What feeds which channel, in schema order.
     pub entries: Vec<Entry>,
+    /// Paths of CAN databases, as the map has them: relative to its own file.
+    pub dbc: Vec<String>,
+    /// What is needed beside a log to understand it.
+    pub aids: Aids,
     /// The file's text: part of what a result was made from.
     pub text: String,
 }
@@ -104,8 +110,12 @@ pub struct Entry {
     pub channel: Channel,
     /// Source columns; more than one are averaged.
     pub from: Vec<String>,
-    /// Unit of the source, after `scale` and `offset`.
+    /// Unit of the source, after `scale` and `offset`; the contract's if the map gives none.
     pub unit: String,
+    /// Whether the map gives it.
+    pub unit_given: bool,
+    /// A unit that the log itself gives wrongly.
+    pub file_unit: Option<String>,
     /// Factor on the source's number.
     pub scale: f64,
     /// Added after `scale`, in the source's unit.
@@ -147,9 +157,31 @@ impl ChannelMap {
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn read(path: &Path) -> Result<Self, String> {
+        Self::parse(&Self::text_of(path)?, &path.display().to_string())
+    }
+
+    /// A map file's text with the CAN databases that it names in it (as `dbc_text`): all that
+    /// the map means, wherever it is read.
+    ///
+    /// # Errors
+    /// A sentence that names the file.
+    pub fn text_of(path: &Path) -> Result<String, String> {
+        let name = path.display().to_string();
         let text = std::fs::read_to_string(path)
-            .map_err(|e| format!("cannot read channel map {}: {e}", path.display()))?;
-        Self::parse(&text, &path.display().to_string())
+            .map_err(|e| format!("cannot read channel map {name}: {e}"))?;
+        let map = Self::parse(&text, &name)?;
+        if map.dbc.is_empty() {
+            return Ok(text);
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let texts = map
+            .dbc
+            .iter()
+            .map(|file| read_dbc(&folder.join(file)).map(toml::Value::String))
+            .collect::<Result<Vec<_>, String>>()
+            .map_err(|e| format!("channel map {name}: {e}"))?;
+        // in front, where it belongs to no table
+        Ok(format!("dbc_text = {}\n{text}", toml::Value::Array(texts)))
     }
 
     /// Checks a map's text; `name` is for messages.
@@ -202,7 +234,10 @@ impl ChannelMap {
                 .from
                 .iter()
                 .map(|name| {
-                    columns.iter().find(|c| &c.name == name).ok_or_else(|| self.missing(name))
+                    columns.iter().find(|c| &c.name == name).ok_or_else(|| {
+                        let names: Vec<String> = columns.iter().map(|c| c.name.clone()).collect();
+                        self.missing(name, &names)
+                    })
                 })
                 .collect::<Result<Vec<&Column>, Error>>()?;
             let Some(first) = sources.first() else { continue };
@@ -231,15 +266,59 @@ impl ChannelMap {
         Ok(tracks)
     }
 
-    /// The error for a source column that is not there.
-    pub(super) fn missing(&self, name: &str) -> Error {
+    /// The error for a source column that is not among those that are there.
+    pub(super) fn missing(&self, name: &str, there: &[String]) -> Error {
+        let near = schema::nearest(name, there.iter().map(String::as_str));
+        let near = near.map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
         let message = format!(
-            "column `{name}`, which channel map {} reads, is not in the log; correct the map's \
-             `from` or take the entry out",
+            "column `{name}`, which channel map {} reads, is not in the log{near}; correct the \
+             map's `from` or take the entry out",
             self.name
         );
         Error::new("missing_column", message)
     }
+}
+
+impl Entry {
+    /// The conversion of a source's numbers in `unit`, all in one.
+    ///
+    /// # Errors
+    /// The unit is unknown or of another dimension.
+    pub fn converted(&self, unit: &str) -> Result<Conversion, String> {
+        let si = si_unit(self.channel);
+        // a surface speed in m/s over the radius is the spin in rad/s
+        let target = if self.radius.is_some() { "m/s" } else { si };
+        let divisor = self.radius.unwrap_or(1.0) * self.ratio.unwrap_or(1.0);
+        let Conversion { factor, offset } = units::conversion(unit, target)?;
+        Ok(Conversion {
+            factor: self.sign * factor * self.scale / divisor,
+            offset: self.sign * (factor * self.offset + offset) / divisor,
+        })
+    }
+
+    /// Sets `to_si` from everything else.
+    pub(super) fn convert(&mut self) -> Result<(), String> {
+        self.to_si = self.converted(&self.unit)?;
+        Ok(())
+    }
+}
+
+/// The contract's unit of a channel.
+fn si_unit(channel: Channel) -> &'static str {
+    session_table().column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("1")
+}
+
+/// The text of a CAN database. Old ones are not UTF-8; their names and numbers are plain ASCII.
+///
+/// # Errors
+/// A sentence that names the file.
+pub fn read_dbc(path: &Path) -> Result<String, String> {
+    let bytes =
+        std::fs::read(path).map_err(|e| format!("cannot read DBC {}: {e}", path.display()))?;
+    Ok(match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(e) => e.into_bytes().into_iter().map(char::from).collect(),
+    })
 }
 
 /// A clock that was shifted.
@@ -285,6 +364,16 @@ pub fn shipped() -> &'static [ChannelMap] {
         };
         SHIPPED.iter().map(parse).collect()
     })
+}
+
+/// Maps that bring these aids instead of their own, if any are given; of none, the shipped ones.
+pub fn with_aids(maps: Vec<ChannelMap>, aids: &Aids) -> Vec<ChannelMap> {
+    if *aids == Aids::default() {
+        return maps;
+    }
+    let mut maps = if maps.is_empty() { shipped().to_vec() } else { maps };
+    maps.iter_mut().for_each(|map| map.aids = aids.clone());
+    maps
 }
 
 /// The maps of one format among those given, or among the shipped ones if none are given.

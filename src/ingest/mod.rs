@@ -6,8 +6,9 @@
 //!      -> check: channels against physics, given the bike
 //! ```
 //!
-//! A new format is one file with a `read` and one line in [`READERS`]. A new source of a
-//! known format is one channel map ([`map`]), no code.
+//! A new format is one file (mostly a [`foreign::Format`]: what is in the log, and the wanted
+//! channels of it) and one line in [`READERS`]. A new source of a known format is one channel map
+//! ([`map`]), no code; [`propose`] drafts one.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -26,12 +27,15 @@ mod check;
 mod clean;
 mod clock;
 mod csv;
+pub mod foreign;
 mod gaps;
 mod ident;
 mod kiro;
 pub mod map;
 mod parquet;
+pub mod propose;
 mod resample;
+pub mod survey;
 mod table;
 pub mod units;
 mod write;
@@ -130,6 +134,10 @@ pub struct Reader {
     pub read: fn(&Path, &[ChannelMap]) -> Result<Raw, Error>,
     /// The channel map that `read` goes through, if it needs one.
     pub map: fn(&Path, &[ChannelMap]) -> Result<Option<ChannelMap>, Error>,
+    /// Whether its logs bring their own clocks, so that its maps need no `[time]`.
+    pub own_clock: bool,
+    /// How a log is looked at without a map, if that is possible.
+    pub look: Option<foreign::Look>,
 }
 
 /// Every format, the most particular first.
@@ -189,7 +197,11 @@ pub fn map_for(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, E
     (reader(path)?.map)(path, maps)
 }
 
-fn reader(path: &Path) -> Result<&'static Reader, Error> {
+/// The format of a log.
+///
+/// # Errors
+/// The file cannot be read or is of no known kind.
+pub fn reader(path: &Path) -> Result<&'static Reader, Error> {
     let fail = |e: std::io::Error| Error::unreadable(path, &e);
     let mut file = source::open(path).map_err(fail)?;
     let size = file.size().map_err(fail)?;

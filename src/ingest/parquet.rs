@@ -27,7 +27,8 @@ use crate::schema;
 use crate::session::Meta;
 
 /// The format.
-pub const READER: Reader = Reader { name: "parquet", sniff, identify, read, map };
+pub const READER: Reader =
+    Reader { name: "parquet", sniff, identify, read, map, own_clock: false, look: None };
 
 const MAGIC: &[u8] = b"PAR1";
 
@@ -134,14 +135,14 @@ fn read_mapped(
     let needed = map.needed();
     let mut wanted = needed
         .iter()
-        .map(|name| names.iter().position(|n| n == name).ok_or_else(|| map.missing(name)))
+        .map(|name| names.iter().position(|n| n == name).ok_or_else(|| map.missing(name, names)))
         .collect::<Result<Vec<usize>, Error>>()?;
     wanted.sort_unstable();
     let mut decoded = decode(path, file, metadata, &wanted)?;
     let time = match &map.time {
         TimeSource::Column { name, factor, .. } => {
             let at = wanted.iter().position(|&i| &names[i] == name);
-            let at = at.ok_or_else(|| map.missing(name))?;
+            let at = at.ok_or_else(|| map.missing(name, names))?;
             wanted.remove(at);
             let mut stamps = decoded.remove(at);
             stamps.iter_mut().for_each(|t| *t *= factor);

@@ -90,6 +90,19 @@ pub fn conversion(from: &str, to: &str) -> Result<Conversion, String> {
     })
 }
 
+/// Whether two spellings mean the same unit; `None` if one of them is unknown.
+pub fn same(a: &str, b: &str) -> Option<bool> {
+    if a == b {
+        return Some(true);
+    }
+    Some(lookup(a)? == lookup(b)?)
+}
+
+/// What a unit measures (`speed`, `angle`, ...); `None` if it is unknown.
+pub fn dimension(unit: &str) -> Option<&'static str> {
+    lookup(unit).map(|u| u.dimension)
+}
+
 /// The known spellings of a dimension, for messages.
 fn known(dimension: &str) -> String {
     let names: Vec<&str> =

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{ChannelMap, CsvLayout, Entry, TimeSource};
+use super::{ChannelMap, CsvLayout, Entry, TimeSource, si_unit};
 use crate::channel::Channel;
+use crate::ingest::foreign::Aids;
 use crate::ingest::units::{self, Conversion};
-use crate::ingest::{READERS, session_table};
-use crate::schema::{self, Table};
+use crate::ingest::{READERS, Reader};
+use crate::schema;
 use crate::session::Meta;
 
 #[derive(Deserialize)]
@@ -26,11 +27,30 @@ struct File {
     #[serde(default)]
     csv: CsvLayout,
     #[serde(default)]
+    dbc: OneOrMore,
+    /// Not for people: the databases' texts, once they were read.
+    #[serde(default)]
+    dbc_text: Vec<String>,
+    #[serde(default)]
     detect: FileDetect,
     #[serde(default)]
     meta: FileMeta,
     time: Option<FileTime>,
     channel: BTreeMap<String, FileEntry>,
+}
+
+/// A text or a list of texts.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum OneOrMore {
+    One(String),
+    More(Vec<String>),
+}
+
+impl Default for OneOrMore {
+    fn default() -> Self {
+        OneOrMore::More(Vec::new())
+    }
 }
 
 #[derive(Deserialize, Default, PartialEq)]
@@ -72,6 +92,7 @@ struct FileTime {
 struct FileEntry {
     from: toml::Value,
     unit: Option<String>,
+    file_unit: Option<String>,
     scale: Option<f64>,
     offset: Option<f64>,
     sign: Option<f64>,
@@ -84,24 +105,20 @@ struct FileEntry {
 pub(super) fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
     let fail = |message: String| format!("channel map {name}: {message}");
     let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
-    let formats: Vec<&str> = READERS.iter().map(|r| r.name).collect();
-    if !formats.contains(&file.format.as_str()) {
-        return Err(fail(format!(
-            "unknown format `{}`; known are {}",
-            file.format,
-            formats.join(", ")
-        )));
-    }
+    let Some(reader) = READERS.iter().find(|r| r.name == file.format) else {
+        let formats: Vec<&str> = READERS.iter().map(|r| r.name).collect();
+        let message = format!("unknown format `{}`; known are {}", file.format, formats.join(", "));
+        return Err(fail(message));
+    };
     if !(file.csv.delimiter.is_ascii() && matches!(file.csv.decimal, '.' | ',')) {
         return Err(fail("`csv.delimiter` must be ASCII and `csv.decimal` `.` or `,`".into()));
     }
-    let time = time_source(file.time, &file.format).map_err(fail)?;
-    let table = session_table();
+    let time = time_source(file.time, reader).map_err(fail)?;
     let mut entries = Vec::new();
     for (column, entry) in file.channel {
         let channel = channel_named(&column).map_err(fail)?;
-        let entry = entry_of(channel, entry, table)
-            .map_err(|e| fail(format!("[channel.{column}]: {e}")))?;
+        let entry =
+            entry_of(channel, entry).map_err(|e| fail(format!("[channel.{column}]: {e}")))?;
         entries.push(entry);
     }
     entries.sort_by_key(|e| e.channel);
@@ -123,6 +140,11 @@ pub(super) fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
         euler_yaw: file.yaw_convention == YawConvention::Euler,
         optional: file.optional,
         entries,
+        dbc: match file.dbc {
+            OneOrMore::One(path) => vec![path],
+            OneOrMore::More(paths) => paths,
+        },
+        aids: Aids { dbc: file.dbc_text },
         text: text.to_owned(),
     })
 }
@@ -137,12 +159,15 @@ fn channel_named(column: &str) -> Result<Channel, String> {
     })
 }
 
-fn time_source(time: Option<FileTime>, format: &str) -> Result<TimeSource, String> {
-    let Some(time) = time else {
-        return match format {
-            "kiro" => Ok(TimeSource::Own),
-            _ => Err("missing `[time]`; give `column` and `unit`, or `rate`".into()),
-        };
+fn time_source(time: Option<FileTime>, reader: &Reader) -> Result<TimeSource, String> {
+    let time = match (time, reader.own_clock) {
+        (None, true) => return Ok(TimeSource::Own),
+        (None, false) => return Err("missing `[time]`; give `column` and `unit`, or `rate`".into()),
+        (Some(_), true) => {
+            let format = reader.name;
+            return Err(format!("a {format} log brings its own clocks; take `[time]` out"));
+        }
+        (Some(time), false) => time,
     };
     match (time.column, time.rate) {
         (Some(name), None) => {
@@ -156,7 +181,7 @@ fn time_source(time: Option<FileTime>, format: &str) -> Result<TimeSource, Strin
     }
 }
 
-fn entry_of(channel: Channel, entry: FileEntry, table: &Table) -> Result<Entry, String> {
+fn entry_of(channel: Channel, entry: FileEntry) -> Result<Entry, String> {
     let from = match entry.from {
         toml::Value::String(name) => vec![name],
         toml::Value::Array(names) if !names.is_empty() => names
@@ -165,31 +190,39 @@ fn entry_of(channel: Channel, entry: FileEntry, table: &Table) -> Result<Entry, 
             .collect::<Result<Vec<_>, _>>()?,
         _ => return Err("`from` must be a column's name or a list of names".into()),
     };
-    let si = table.column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("1");
+    let si = si_unit(channel);
+    let unit_given = entry.unit.is_some();
     let unit = entry.unit.unwrap_or_else(|| si.to_owned());
     let (sign, delay) = (entry.sign.unwrap_or(1.0), entry.delay.unwrap_or(0.0));
     if sign.abs() != 1.0 {
         return Err(format!("`sign` = {sign} must be 1 or -1"));
     }
-    let mut divisor = 1.0;
     for (key, value) in [("radius", entry.radius), ("ratio", entry.ratio)] {
         let Some(value) = value else { continue };
         if si != "rad/s" || !(value > 0.0 && value.is_finite()) {
             return Err(format!("`{key}` must be positive, and is for wheel speeds only"));
         }
-        divisor *= value;
     }
-    // a surface speed in m/s over the radius is the spin in rad/s
-    let target = if entry.radius.is_some() { "m/s" } else { si };
-    let unit_to_si = units::conversion(&unit, target)?;
     let (scale, offset) = (entry.scale.unwrap_or(1.0), entry.offset.unwrap_or(0.0));
     if !(scale.is_finite() && scale != 0.0 && offset.is_finite() && delay.is_finite()) {
         return Err("`scale` must not be 0, and every number finite".into());
     }
-    let to_si = Conversion {
-        factor: sign * unit_to_si.factor * scale / divisor,
-        offset: sign * (unit_to_si.factor * offset + unit_to_si.offset) / divisor,
+    let (radius, ratio, file_unit) = (entry.radius, entry.ratio, entry.file_unit);
+    let to_si = Conversion::IDENTITY;
+    let mut entry = Entry {
+        channel,
+        from,
+        unit,
+        unit_given,
+        file_unit,
+        scale,
+        offset,
+        sign,
+        radius,
+        ratio,
+        delay,
+        to_si,
     };
-    let (radius, ratio) = (entry.radius, entry.ratio);
-    Ok(Entry { channel, from, unit, scale, offset, sign, radius, ratio, delay, to_si })
+    entry.convert()?;
+    Ok(entry)
 }

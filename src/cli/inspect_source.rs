@@ -1,0 +1,149 @@
+//! `roadbench inspect` of a log as its logger wrote it, and the draft of a channel map for it.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::ingest::foreign::SourceChannel;
+use crate::ingest::propose::propose;
+use crate::ingest::survey::{Seen, Survey};
+
+/// A log's own channels and the map that is proposed for them.
+#[derive(Debug, Serialize)]
+pub struct SourceInspection {
+    format: &'static str,
+    facts: Vec<(String, String)>,
+    channels: Vec<SourceFacts>,
+    warnings: Vec<(&'static str, String)>,
+    /// TOML, ready to save.
+    pub proposed_map: String,
+}
+
+#[derive(Debug, Serialize)]
+struct SourceFacts {
+    group: String,
+    name: String,
+    unit: Option<String>,
+    /// Hz
+    rate: Option<f64>,
+    samples: usize,
+    missing: usize,
+    gaps: usize,
+    /// s
+    longest_gap: f64,
+    min: Option<f64>,
+    median: Option<f64>,
+    max: Option<f64>,
+}
+
+impl SourceInspection {
+    /// Of a log that was looked at.
+    pub fn new(path: &Path, survey: &Survey) -> Self {
+        let Survey { format, own_clock, listing, seen } = survey;
+        let meta = &listing.meta;
+        let known = [
+            ("session", Some(&meta.session_id).filter(|t| !t.is_empty())),
+            ("bike", Some(&meta.bike_id).filter(|t| !t.is_empty())),
+            ("started", meta.start_time.as_ref()),
+            ("site", meta.site.as_ref()),
+            ("rider", meta.rider_id.as_ref()),
+        ];
+        let known = known.into_iter().filter_map(|(k, v)| Some((k.to_owned(), v?.clone())));
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        SourceInspection {
+            format,
+            facts: known.chain(listing.facts.iter().cloned()).collect(),
+            channels: listing.channels.iter().zip(seen).map(|(c, s)| facts(c, s)).collect(),
+            warnings: listing.warnings.iter().map(|w| (w.code, w.message.clone())).collect(),
+            proposed_map: propose(&name, format, *own_clock, listing),
+        }
+    }
+
+    /// For people.
+    pub fn to_text(&self, path: &Path) -> String {
+        let mut out = String::new();
+        // writing to a String cannot fail
+        let _ = self.write(path, &mut out);
+        out
+    }
+
+    fn write(&self, path: &Path, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "{} ({}), {} channels", path.display(), self.format, self.channels.len())?;
+        for (name, value) in &self.facts {
+            writeln!(out, "  {name}: {value}")?;
+        }
+        let longest = self.channels.iter().map(|c| c.full().chars().count()).max().unwrap_or(0);
+        let width = longest.clamp(8, 44) + 2;
+        writeln!(
+            out,
+            "\n{:<width$}{:>8}{:>9}{:>9}{:>9}{:>6}{:>9}{:>11}{:>11}{:>11}",
+            "channel",
+            "unit",
+            "rate Hz",
+            "samples",
+            "missing",
+            "gaps",
+            "longest",
+            "min",
+            "median",
+            "max"
+        )?;
+        for c in &self.channels {
+            let rate = c.rate.map(|r| format!("{r:.1}")).unwrap_or_default();
+            let longest =
+                if c.gaps > 0 { format!("{:.1} s", c.longest_gap) } else { String::new() };
+            writeln!(
+                out,
+                "{:<width$}{:>8}{rate:>9}{:>9}{:>9}{:>6}{longest:>9}{:>11}{:>11}{:>11}",
+                c.full(),
+                c.unit.as_deref().unwrap_or("-"),
+                c.samples,
+                c.missing,
+                c.gaps,
+                super::inspect::number(c.min),
+                super::inspect::number(c.median),
+                super::inspect::number(c.max),
+            )?;
+        }
+        if !self.warnings.is_empty() {
+            writeln!(out, "\nWarnings")?;
+        }
+        for (code, message) in &self.warnings {
+            writeln!(out, "  {code}: {message}")?;
+        }
+        writeln!(
+            out,
+            "\nA channel map for it (`--propose` prints it alone; save it, check it, then \
+             `roadbench convert LOG --map FILE`)\n\n{}",
+            self.proposed_map
+        )
+    }
+}
+
+impl SourceFacts {
+    fn full(&self) -> String {
+        if self.group.is_empty() {
+            self.name.clone()
+        } else {
+            format!("{}/{}", self.group, self.name)
+        }
+    }
+}
+
+fn facts(channel: &SourceChannel, seen: &Seen) -> SourceFacts {
+    let at = |i: usize| seen.extent.map(|e| e[i]);
+    SourceFacts {
+        group: channel.group.clone(),
+        name: channel.name.clone(),
+        unit: channel.unit.clone(),
+        rate: seen.rate.or(channel.rate),
+        samples: seen.samples,
+        missing: seen.missing,
+        gaps: seen.gaps,
+        longest_gap: seen.longest_gap,
+        min: at(0),
+        median: at(1),
+        max: at(2),
+    }
+}

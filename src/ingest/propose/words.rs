@@ -1,0 +1,177 @@
+//! What people call the columns of `session.v1`.
+
+use crate::channel::Channel;
+
+use Channel::*;
+
+/// How a column is recognised.
+pub struct Rule {
+    /// The column.
+    pub channel: Channel,
+    /// What its unit measures.
+    pub dimension: &'static str,
+    /// Sets of words; all of one of them must be in the name. The one of most words counts.
+    sets: &'static [&'static str],
+    /// Words that must not be in the name.
+    not: &'static str,
+    /// What its owner ought to know.
+    pub hint: Option<&'static str>,
+}
+
+const fn rule(
+    channel: Channel,
+    dimension: &'static str,
+    sets: &'static [&'static str],
+    not: &'static str,
+) -> Rule {
+    Rule { channel, dimension, sets, not, hint: None }
+}
+
+impl Rule {
+    const fn hint(self, hint: &'static str) -> Rule {
+        Rule { hint: Some(hint), ..self }
+    }
+
+    /// How many words of the name are its own; `None` if it is not meant.
+    pub fn score(&self, words: &[String]) -> Option<usize> {
+        if self.not.split(' ').any(|n| has(words, n)) {
+            return None;
+        }
+        let fits = |set: &&&str| set.split(' ').all(|word| has(words, word));
+        self.sets.iter().filter(fits).map(|set| 1 + set.split(' ').count()).max()
+    }
+
+    /// Whether it is a wheel's spin.
+    pub fn is_wheel(&self) -> bool {
+        matches!(self.channel, WheelSpeedFront | WheelSpeedRear)
+    }
+}
+
+const LEVEL: &str = "in the level frame, without gravity; a sensor that leans measures another";
+const EULER: &str = "the Euler angle's rate; a gyroscope on a leaning bike measures another";
+
+/// One for each column that loggers have, in schema order.
+#[rustfmt::skip]
+pub const RULES: &[Rule] = &[
+    rule(VelocityX, "speed", &["velocity x", "vel x", "vx", "v x", "gps speed", "gps velocity",
+        "ground speed", "vehicle speed", "speed", "velocity"],
+        "wheel whl front rear fl fr rl rr engine motor wind lateral vertical y z vy vz north east \
+         down accuracy error max min angular limit drive"),
+    rule(VelocityY, "speed", &["velocity y", "vel y", "vy", "v y", "lateral velocity", "lateral speed"],
+        "angular wind accuracy"),
+    rule(AccelerationX, "acceleration", &["acceleration x", "accel x", "acc x", "ax", "longitudinal acceleration",
+        "long acc", "long accel", "inline acc", "g long", "g force long", "acc long"],
+        "angular fork shock chassis head tail front rear").hint(LEVEL),
+    rule(AccelerationY, "acceleration", &["acceleration y", "accel y", "acc y", "ay", "lateral acceleration",
+        "lat acc", "lat accel", "g lat", "g force lat", "acc lat"],
+        "angular fork shock chassis head tail front rear").hint(LEVEL),
+    rule(Roll, "angle", &["roll", "roll angle", "lean", "lean angle", "bank angle"], "rate gyro acc velocity vel"),
+    rule(Pitch, "angle", &["pitch", "pitch angle"], "rate gyro acc velocity vel"),
+    rule(Yaw, "angle", &["yaw", "yaw angle", "heading", "course"], "rate gyro acc velocity vel accuracy")
+        .hint("positive to the left: a compass course needs `sign = -1`"),
+    rule(RollRate, "angular rate", &["roll rate", "roll velocity", "gyro x", "gyr x", "angular velocity x",
+        "rate x", "lean rate"], "acc").hint(EULER),
+    rule(PitchRate, "angular rate", &["pitch rate", "pitch velocity", "gyro y", "gyr y", "angular velocity y",
+        "rate y"], "acc").hint(EULER),
+    rule(YawRate, "angular rate", &["yaw rate", "yaw velocity", "gyro z", "gyr z", "angular velocity z", "rate z"],
+        "acc").hint(EULER),
+    rule(SteerAngle, "angle", &["steer", "steering", "steer angle", "steering angle", "handlebar"], "rate torque velocity"),
+    rule(WheelSpeedFront, "angular rate", &["wheel speed front", "wheel front", "wheel speed f", "speed front",
+        "whl f", "speed f", "wheel f"], "pressure temp brake susp fl fr torque acc"),
+    rule(WheelSpeedRear, "angular rate", &["wheel speed rear", "wheel rear", "wheel speed r", "speed rear",
+        "whl r", "speed r", "wheel r"], "pressure temp brake susp rl rr torque acc"),
+    rule(BrakePressureFront, "pressure", &["brake pressure front", "brake pressure f", "brake press front",
+        "brake press f", "brake front", "brake f"], "temp rear tyre tire"),
+    rule(BrakePressureRear, "pressure", &["brake pressure rear", "brake pressure r", "brake press rear",
+        "brake press r", "brake rear", "brake r"], "temp front tyre tire"),
+    rule(Throttle, "ratio", &["throttle", "throttle position", "tps", "aps", "grip", "accelerator"], "rate target desired"),
+    rule(Gear, "ratio", &["gear", "gear position"], "ratio shift"),
+    rule(Latitude, "angle", &["latitude", "lat", "gps lat", "gps latitude"], "acc accel g accuracy std covariance"),
+    rule(Longitude, "angle", &["longitude", "lon", "lng", "long", "gps lon", "gps long", "gps longitude"],
+        "acc accel g accuracy std covariance"),
+    rule(Altitude, "length", &["altitude", "alt", "gps altitude", "height"], "accuracy std covariance ride"),
+    rule(AirTemperature, "temperature", &["air temperature", "air temp", "ambient temp", "ambient temperature", "ambient"],
+        "intake tyre tire"),
+    rule(TyreTemperatureFront, "temperature", &["tyre temp front", "tire temp front", "tyre temp f", "tire temp f",
+        "tyre temperature front", "tire temperature front"], "rear"),
+    rule(TyreTemperatureRear, "temperature", &["tyre temp rear", "tire temp rear", "tyre temp r", "tire temp r",
+        "tyre temperature rear", "tire temperature rear"], "front"),
+    rule(ForkTravel, "length", &["fork", "fork travel", "fork position", "suspension front", "susp front", "susp f",
+        "damper front", "front travel"], "acc accel velocity rear"),
+    rule(ShockTravel, "length", &["shock", "shock travel", "shock position", "suspension rear", "susp rear", "susp r",
+        "damper rear", "rear travel"], "acc accel velocity front"),
+];
+
+/// The words of a name, in lower case: `WheelSpeed_Front2` is `wheel`, `speed`, `front`, `2`.
+pub fn words(name: &str) -> Vec<String> {
+    let letters: Vec<char> = name.chars().collect();
+    let mut words = vec![String::new()];
+    for (i, &c) in letters.iter().enumerate() {
+        let before = i.checked_sub(1).map(|i| letters[i]);
+        let after = letters.get(i + 1);
+        let starts = before.is_some_and(|b| {
+            (c.is_uppercase() && b.is_lowercase())
+                || (c.is_ascii_digit() != b.is_ascii_digit())
+                // the last capital of `GPSSpeed` begins a word
+                || (c.is_uppercase() && b.is_uppercase() && after.is_some_and(|a| a.is_lowercase()))
+        });
+        if starts || !c.is_alphanumeric() {
+            words.push(String::new());
+        }
+        if c.is_alphanumeric()
+            && let Some(word) = words.last_mut()
+        {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.retain(|w| !w.is_empty());
+    words
+}
+
+/// Whether a word is among a name's: as it is, and longer ones as the beginning of another or
+/// anywhere in a name that is written in one.
+fn has(words: &[String], word: &str) -> bool {
+    words.iter().any(|w| {
+        w == word
+            || (word.len() >= 4 && w.starts_with(word))
+            || (word.len() >= 5 && w.contains(word))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_fall_into_words() {
+        assert_eq!(words("WheelSpeed_Front2"), ["wheel", "speed", "front", "2"]);
+        assert_eq!(words("GPSSpeed (km/h)"), ["gps", "speed", "km", "h"]);
+        assert_eq!(words("angular_velocity.z"), ["angular", "velocity", "z"]);
+        assert!(words("__").is_empty());
+    }
+
+    #[test]
+    fn names_of_real_loggers_are_recognised() {
+        let of = |name: &str| {
+            let words = words(name);
+            let best = RULES.iter().filter_map(|r| Some((r.score(&words)?, r.channel)));
+            best.max_by_key(|(score, _)| *score).map(|(_, c)| c)
+        };
+        for (name, channel) in [
+            ("GPS Speed", VelocityX),
+            ("wheelspeedfront", WheelSpeedFront),
+            ("Brake Pressure Rear", BrakePressureRear),
+            ("angular_velocity.z", YawRate),
+            ("linear_acceleration.x", AccelerationX),
+            ("G Force Lat", AccelerationY),
+            ("Throttle Pos", Throttle),
+            ("latitude", Latitude),
+            ("Lean", Roll),
+        ] {
+            assert_eq!(of(name), Some(channel), "{name}");
+        }
+        for name in ["Engine RPM", "Coolant Temp", "Battery", "wind speed"] {
+            assert_eq!(of(name), None, "{name}");
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! A log without a channel map: what its channels hold.
+//!
+//! Every channel is decoded once and described; of the samples only so many are in memory at a
+//! time ([`BUDGET`]), however many channels the log has.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::ingest::foreign::{Aids, Decoded, Listing, Look, SourceChannel};
+use crate::ingest::map::Column;
+use crate::ingest::{Error, reader};
+
+/// Samples that are decoded at a time, about.
+const BUDGET: u64 = 16 << 20;
+
+/// Samples of a channel that does not tell.
+const UNTOLD: u64 = 1 << 20;
+
+/// A step between samples is a gap when it is as long as so many usual ones, and ...
+const GAP_STEPS: f64 = 2.5;
+
+/// ... at least as long as this, s.
+const GAP: f64 = 0.25;
+
+/// A log's channels, described.
+#[derive(Debug)]
+pub struct Survey {
+    /// Name of the format.
+    pub format: &'static str,
+    /// Whether its logs bring their own clocks.
+    pub own_clock: bool,
+    /// The channels, as the log tells them.
+    pub listing: Listing,
+    /// What each holds.
+    pub seen: Vec<Seen>,
+}
+
+/// What a channel holds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Seen {
+    /// Samples with a number.
+    pub samples: usize,
+    /// Samples without one.
+    pub missing: usize,
+    /// From the usual step, Hz.
+    pub rate: Option<f64>,
+    /// Steps much longer than the usual one.
+    pub gaps: usize,
+    /// s
+    pub longest_gap: f64,
+    /// First and last stamp, s.
+    pub span: Option<(f64, f64)>,
+    /// Least, middle and largest number, in the log's own unit.
+    pub extent: Option<[f64; 3]>,
+}
+
+/// Looks at every channel of a log; `None` for formats that cannot be read without a map.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn survey(path: &Path, aids: &Aids) -> Result<Option<Survey>, Error> {
+    let reader = reader(path)?;
+    let Some(Look { list, decode }) = reader.look else { return Ok(None) };
+    let mut listing = list(path, aids)?;
+    let mut seen = Vec::with_capacity(listing.channels.len());
+    let mut warnings = Vec::new();
+    for part in parts(&listing.channels) {
+        let wanted: Vec<&SourceChannel> = part.iter().collect();
+        let Decoded { columns, warnings: more } = decode(path, aids, &wanted)?;
+        seen.extend(columns.par_iter().map(look).collect::<Vec<Seen>>());
+        for warning in more {
+            if !warnings.contains(&warning) {
+                warnings.push(warning);
+            }
+        }
+    }
+    seen.resize(listing.channels.len(), Seen::default());
+    listing.warnings.extend(warnings);
+    Ok(Some(Survey { format: reader.name, own_clock: reader.own_clock, listing, seen }))
+}
+
+/// Channels in parts that fit the budget, each of neighbours.
+fn parts(channels: &[SourceChannel]) -> Vec<&[SourceChannel]> {
+    let mut parts = Vec::new();
+    let (mut start, mut sum) = (0, 0);
+    for (i, channel) in channels.iter().enumerate() {
+        let samples = channel.samples.unwrap_or(UNTOLD);
+        if i > start && sum + samples > BUDGET {
+            parts.push(&channels[start..i]);
+            (start, sum) = (i, 0);
+        }
+        sum += samples;
+    }
+    if start < channels.len() {
+        parts.push(&channels[start..]);
+    }
+    parts
+}
+
+fn look(column: &Column) -> Seen {
+    let there = column.time.iter().zip(&column.values);
+    let there = there.filter(|(t, v)| t.is_finite() && v.is_finite());
+    let (stamps, mut values): (Vec<f64>, Vec<f64>) = there.map(|(t, v)| (*t, *v)).unzip();
+    let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.retain(|d| *d > 0.0);
+    let period = median(&mut steps);
+    let least = period.map_or(f64::INFINITY, |p| GAP.max(GAP_STEPS * p));
+    let gaps = steps.iter().filter(|d| **d > least);
+    Seen {
+        samples: values.len(),
+        missing: column.values.len() - values.len(),
+        rate: period.map(|p| 1.0 / p),
+        gaps: gaps.clone().count(),
+        longest_gap: gaps.copied().fold(0.0, f64::max),
+        span: stamps.first().copied().zip(stamps.last().copied()),
+        extent: median(&mut values).map(|middle| {
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            [low, middle, high]
+        }),
+    }
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    #[test]
+    fn a_channel_is_described_by_what_it_holds() {
+        let mut time: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.01).collect();
+        time[500..].iter_mut().for_each(|t| *t += 2.0);
+        let mut values: Vec<f64> = time.clone();
+        values[3] = f64::NAN;
+        let seen = look(&Column { name: "x".into(), time: Arc::new(time), values });
+        assert_eq!((seen.samples, seen.missing, seen.gaps), (999, 1, 1));
+        assert!((seen.longest_gap - 2.01).abs() < 1e-9);
+        assert!((seen.rate.expect("a rate") - 100.0).abs() < 1e-6);
+        assert_eq!(seen.extent.expect("numbers")[0], 0.0);
+        let empty = Column { name: "x".into(), time: Arc::default(), values: Vec::new() };
+        assert_eq!(look(&empty), Seen::default());
+    }
+
+    #[test]
+    fn parts_hold_every_channel_once() {
+        let channel = |samples| SourceChannel { samples, ..SourceChannel::default() };
+        let big = Some(BUDGET - 10);
+        let channels: Vec<SourceChannel> =
+            [big, Some(5), None, Some(3), big, big].into_iter().map(channel).collect();
+        let lengths: Vec<usize> = parts(&channels).iter().map(|p| p.len()).collect();
+        assert_eq!(lengths, [2, 2, 1, 1]);
+        assert!(parts(&[]).is_empty());
+    }
+}
