@@ -27,11 +27,14 @@ mod check;
 mod clean;
 mod clock;
 mod csv;
+mod ctrk;
+mod dialect;
 pub mod foreign;
 mod gaps;
 mod ident;
 mod kiro;
 pub mod map;
+mod motec;
 mod parquet;
 pub mod propose;
 mod resample;
@@ -141,7 +144,17 @@ pub struct Reader {
 }
 
 /// Every format, the most particular first.
-pub const READERS: &[Reader] = &[parquet::READER, kiro::READER, csv::READER];
+pub const READERS: &[Reader] = &[
+    parquet::READER,
+    foreign::reader::<motec::Ld>(),
+    foreign::reader::<ctrk::Ctrk>(),
+    foreign::reader::<dialect::Motec>(),
+    foreign::reader::<dialect::Aim>(),
+    foreign::reader::<dialect::RaceChrono>(),
+    foreign::reader::<dialect::xsens::Xsens>(),
+    kiro::READER,
+    csv::READER,
+];
 
 /// What a format is recognised by.
 #[derive(Debug)]

@@ -54,6 +54,30 @@ pub fn read(
     writing: Writing<'_>,
     rows: usize,
 ) -> Result<Cells, Error> {
+    cells_of(path, reader, wanted, writing, rows, BAD_CELLS)
+}
+
+/// Reads columns of which nothing is known: what is no number is missing, however much it is.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn read_all(
+    path: &Path,
+    reader: &mut Reader<impl Read>,
+    wanted: &[Wanted<'_>],
+    writing: Writing<'_>,
+) -> Result<Cells, Error> {
+    cells_of(path, reader, wanted, writing, usize::MAX, f64::INFINITY)
+}
+
+fn cells_of(
+    path: &Path,
+    reader: &mut Reader<impl Read>,
+    wanted: &[Wanted<'_>],
+    writing: Writing<'_>,
+    rows: usize,
+    most_bad: f64,
+) -> Result<Cells, Error> {
     let mut columns = vec![Vec::new(); wanted.len()];
     let mut bad: Vec<Bad> = vec![None; wanted.len()];
     let mut record = ByteRecord::new();
@@ -93,20 +117,25 @@ pub fn read(
     }
     for (&(name, _), bad) in wanted.iter().zip(bad) {
         if let Some(bad) = bad {
-            read.warnings.push(judged(name, bad, count)?);
+            read.warnings.push(judged(name, bad, count, most_bad)?);
         }
     }
     Ok(read)
 }
 
 /// Unreadable cells are a warning as long as they are few.
-fn judged(name: &str, (bad, line, text): (usize, u64, String), rows: usize) -> Result<Warning, Error> {
+fn judged(
+    name: &str,
+    (bad, line, text): (usize, u64, String),
+    rows: usize,
+    most: f64,
+) -> Result<Warning, Error> {
     let text: String = text.chars().take(40).collect();
     let message = format!(
         "column `{name}`: {bad} of {rows} cells are not numbers, the first is `{text}` in line \
          {line}"
     );
-    if bad as f64 > BAD_CELLS * rows as f64 {
+    if bad as f64 > most * rows as f64 {
         let hint = "; name it in the map's `csv.missing` if it means no sample";
         return Err(Error::new("bad_cell", message + hint));
     }

@@ -11,6 +11,9 @@ use crate::ingest::map::Column;
 /// A channel is slower than its table when its samples are so many rows apart.
 const SLOWER: f64 = 1.5;
 
+/// Fewer samples than this tell nothing of a channel's rate.
+const FEW: usize = 6;
+
 /// Columns of one table, each on its own clock.
 ///
 /// `together` says which columns must share a clock whatever their samples (those that are
@@ -28,7 +31,11 @@ pub fn apart(
     for (i, (name, values)) in columns.iter().enumerate() {
         let others: Vec<usize> = (0..columns.len()).filter(|&k| together(i, k)).collect();
         if !slow[i] || others.iter().any(|&k| !slow[k]) {
-            out.push(Column { name: name.clone(), time: Arc::clone(&whole), values: values.clone() });
+            out.push(Column {
+                name: name.clone(),
+                time: Arc::clone(&whole),
+                values: values.clone(),
+            });
             continue;
         }
         let mut there: Vec<bool> = values.iter().map(|v| !v.is_nan()).collect();
@@ -39,7 +46,8 @@ pub fn apart(
             from.iter().zip(&there).filter(|(_, t)| **t).map(|(x, _)| *x).collect()
         };
         let values = chosen(values);
-        let known = clocks.iter().find(|(pattern, _)| *pattern == there).map(|(_, t)| Arc::clone(t));
+        let known =
+            clocks.iter().find(|(pattern, _)| *pattern == there).map(|(_, t)| Arc::clone(t));
         let time = known.unwrap_or_else(|| {
             let time = Arc::new(chosen(&whole));
             clocks.push((there.clone(), Arc::clone(&time)));
@@ -53,6 +61,9 @@ pub fn apart(
 /// Whether a column's samples are by nature further apart than the rows.
 fn is_slow(time: &[f64], values: &[f64], row: Option<f64>) -> bool {
     let there = time.iter().zip(values).filter(|(_, v)| !v.is_nan()).map(|(t, _)| *t);
+    if there.clone().count() < FEW {
+        return false;
+    }
     match (median_step(there), row) {
         (Some(own), Some(row)) => own > SLOWER * row,
         _ => false,
@@ -60,7 +71,7 @@ fn is_slow(time: &[f64], values: &[f64], row: Option<f64>) -> bool {
 }
 
 /// Middle one of the steps ahead.
-fn median_step(stamps: impl Iterator<Item = f64>) -> Option<f64> {
+pub fn median_step(stamps: impl Iterator<Item = f64>) -> Option<f64> {
     let mut last = f64::NAN;
     let mut steps = Vec::new();
     for t in stamps.filter(|t| t.is_finite()) {

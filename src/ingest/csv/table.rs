@@ -63,8 +63,7 @@ pub fn open(path: &Path, begin: &[&str], notes: usize) -> Result<Table, Error> {
         }
         lines.push(line.to_owned());
         if lines.len() > MOST_LINES {
-            let message =
-                format!("{}: no row of numbers in {MOST_LINES} lines", path.display());
+            let message = format!("{}: no row of numbers in {MOST_LINES} lines", path.display());
             return Err(Error::new("no_table", message));
         }
     }
@@ -105,8 +104,7 @@ fn names_row(lines: &[String], begin: &[&str], notes: usize) -> Option<usize> {
     };
     let blank = |line: &&String| line.chars().all(|c| ",;\t\" ".contains(c));
     lines.iter().rposition(named).or_else(|| {
-        let words: Vec<usize> =
-            (0..lines.len()).rev().filter(|&i| !blank(&&lines[i])).collect();
+        let words: Vec<usize> = (0..lines.len()).rev().filter(|&i| !blank(&&lines[i])).collect();
         words.get(notes).copied()
     })
 }

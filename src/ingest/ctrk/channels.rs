@@ -60,8 +60,12 @@ const FRAMES: &[(u16, usize, &[Field])] = &[
 ];
 
 /// Channels of the GPS.
-const GPS: [(&str, &str); 4] =
-    [("latitude", "deg"), ("longitude", "deg"), ("gps_speed_kmh", "km/h"), ("gps_course_deg", "deg")];
+const GPS: [(&str, &str); 4] = [
+    ("latitude", "deg"),
+    ("longitude", "deg"),
+    ("gps_speed_kmh", "km/h"),
+    ("gps_course_deg", "deg"),
+];
 
 /// The column that counts: each frame tells how much since the last one.
 const COUNTED: &str = "fuel_cc";
@@ -140,7 +144,8 @@ impl Fix {
             return None;
         }
         let cells: Vec<&str> = body.split(',').collect();
-        let ["GPRMC", time, status, latitude, ns, longitude, ew, knots, course, date, ..] = cells[..]
+        let ["GPRMC", time, status, latitude, ns, longitude, ew, knots, course, date, ..] =
+            cells[..]
         else {
             return None;
         };
@@ -239,7 +244,9 @@ mod tests {
         assert_eq!(value(0x0268, &[0, 0, 0, 0, 1, 0], "r_abs"), 1.0);
         assert_eq!(value(0x0268, &[0, 0, 0, 0, 1, 0], "f_abs"), 0.0);
         let full = 8.192 * 84.96;
-        assert!((value(0x0215, &(full as u16).to_be_bytes().repeat(4), "throttle") - 100.0).abs() < 0.2);
+        assert!(
+            (value(0x0215, &(full as u16).to_be_bytes().repeat(4), "throttle") - 100.0).abs() < 0.2
+        );
         assert!(values(0x0250, &[0x1b]).is_empty(), "too short");
         assert!(values(0x0999, &[1, 2, 3]).is_empty(), "unknown");
     }
@@ -252,7 +259,9 @@ mod tests {
         assert_eq!(value(0x0258, little, "lean_deg"), 0.0);
         assert!((value(0x0258, little, "lean_raw_deg") - 1.0).abs() < 1e-12);
         assert_eq!(value(0x0258, little, "pitch_deg_s"), 0.0);
-        for (raw, degrees) in [(12_000, 30.0), (6_000, -30.0), (9_499, 0.0), (9_599, 5.0), (8_401, -5.0)] {
+        for (raw, degrees) in
+            [(12_000, 30.0), (6_000, -30.0), (9_499, 0.0), (9_599, 5.0), (8_401, -5.0)]
+        {
             assert_eq!(shown(raw), degrees, "{raw}");
         }
     }

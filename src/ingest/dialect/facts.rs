@@ -1,14 +1,16 @@
 //! What the lines above a table say of the log.
 
+use crate::ingest::warning;
 use crate::session::Meta;
+use crate::warning::Warning;
 
 /// Which of a source's words mean what.
 #[derive(Debug)]
 pub struct Words {
     /// The vehicle: the bike.
     pub vehicle: &'static str,
-    /// Who rode.
-    pub driver: &'static str,
+    /// Who rode; the first that is there.
+    pub driver: &'static [&'static str],
     /// Where.
     pub venue: &'static str,
     /// Day and time of day; together they are the start.
@@ -66,7 +68,7 @@ impl Facts {
         let start: Option<Vec<&str>> = words.start.iter().map(|key| self.get(key)).collect();
         Meta {
             bike_id: self.get(words.vehicle).map(name).unwrap_or_default(),
-            rider_id: text(words.driver),
+            rider_id: words.driver.iter().find_map(|key| text(key)),
             site: text(words.venue),
             start_time: start.filter(|s| !s.is_empty()).and_then(|s| moment(&s.join(" "))),
             ..Meta::default()
@@ -78,17 +80,27 @@ impl Facts {
 pub fn name(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-');
     let words: Vec<&str> = text.split(|c| !plain(c)).filter(|w| !w.is_empty()).collect();
-    words.join("_").trim_start_matches('.').to_owned()
+    words.join("_").trim_start_matches(['.', '_', '-']).to_owned()
 }
 
 /// Days as loggers write them; the day stands before the month where both could be meant.
 const DAYS: &[&str] = &[
-    "%d/%m/%Y", "%m/%d/%Y", "%Y-%m-%d", "%Y/%m/%d", "%d.%m.%Y", "%d-%b-%y", "%d-%b-%Y",
-    "%A, %B %d, %Y", "%A %B %d %Y", "%B %d, %Y", "%A, %d %B %Y", "%d %B %Y",
+    "%d/%m/%Y",
+    "%m/%d/%Y",
+    "%Y-%m-%d",
+    "%Y/%m/%d",
+    "%d.%m.%Y",
+    "%d-%b-%y",
+    "%d-%b-%Y",
+    "%A, %B %d, %Y",
+    "%A %B %d %Y",
+    "%B %d, %Y",
+    "%A, %d %B %Y",
+    "%d %B %Y",
 ];
 
 /// Times of day likewise.
-const HOURS: &[&str] = &["%H:%M:%S", "%H:%M:%S%.f", "%H:%M", "%I:%M:%S %p", "%I:%M %p"];
+const HOURS: &[&str] = &["%H:%M:%S", "%H:%M:%S%.f", "%H:%M", "%H.%M.%S", "%I:%M:%S %p", "%I:%M %p"];
 
 /// A day and a time of day as RFC 3339. No logger tells its time zone here: the clock on the wall
 /// is written as if it were UTC.
@@ -107,6 +119,16 @@ pub fn moment(text: &str) -> Option<String> {
     None
 }
 
+/// The warning that goes with such a start.
+pub fn wall_clock(start: &str) -> Warning {
+    let message = format!(
+        "the start {} is the logger's own clock, whose time zone is not told; it is kept as if it \
+         were UTC",
+        start.trim_end_matches('Z')
+    );
+    warning("local_time", None, 1, None, message)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -123,7 +145,8 @@ mod tests {
         assert_eq!(facts.get("session"), Some("FP1"));
         assert_eq!(facts.get("Driver"), None);
         assert_eq!(facts.number("Sample Rate"), Some(100.0));
-        let comments = ["// General information:", "//  Update Rate: 40.0Hz", "// Start Time: Unknown"];
+        let comments =
+            ["// General information:", "//  Update Rate: 40.0Hz", "// Start Time: Unknown"];
         let facts = Facts::of_comments(comments.into_iter());
         assert_eq!(facts.0.len(), 2);
         assert_eq!(facts.number("Update Rate"), Some(40.0));

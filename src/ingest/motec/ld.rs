@@ -21,6 +21,8 @@ use std::io::{Read, Result, Seek, SeekFrom};
 const HEADER: usize = 0x664;
 /// Bytes of a channel's description that are read.
 const CHANNEL: usize = 84;
+/// Bytes of an event's description.
+const EVENT: usize = 1152;
 /// More channels than any logger has; a longer list is damage.
 const MOST_CHANNELS: usize = 10_000;
 /// Samples that are read at a time, bytes.
@@ -74,6 +76,14 @@ pub struct Channel {
     kind: Kind,
     factor: f64,
     offset: f64,
+}
+
+impl Channel {
+    /// How many samples a file of that size has of those it says.
+    pub fn there(&self, size: u64) -> u64 {
+        let room = size.saturating_sub(self.place) / self.kind.bytes() as u64;
+        u64::from(self.samples).min(room)
+    }
 }
 
 impl Kind {
@@ -147,6 +157,30 @@ pub fn list(file: &mut (impl Read + Seek), size: u64) -> Result<Option<Log>> {
     Ok(Some(log))
 }
 
+/// What else the file says of itself, for people.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn about(file: &mut (impl Read + Seek), size: u64) -> Result<Vec<(String, String)>> {
+    let mut head = vec![0; HEADER];
+    file.seek(SeekFrom::Start(0))?;
+    file.read_exact(&mut head)?;
+    let mut said = vec![
+        ("device".to_owned(), text(&head[0x4a..0x52])),
+        ("session".to_owned(), text(&head[0x5e4..0x624])),
+        ("comment".to_owned(), text(&head[0x624..0x664])),
+    ];
+    let place = u64::from(u32_at(&head, 0x24));
+    if place != 0 && place + EVENT as u64 <= size {
+        let mut event = [0; EVENT];
+        file.seek(SeekFrom::Start(place))?;
+        file.read_exact(&mut event)?;
+        said.push(("event".to_owned(), text(&event[..64])));
+        said.push(("event comment".to_owned(), text(&event[128..])));
+    }
+    Ok(said)
+}
+
 /// A channel of its description; a sentence if it cannot be read.
 fn channel(block: &[u8; CHANNEL]) -> std::result::Result<Channel, String> {
     let name = text(&block[32..64]);
@@ -194,14 +228,9 @@ fn number_twins(channels: &mut [Channel]) {
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn samples(
-    file: &mut (impl Read + Seek),
-    size: u64,
-    channel: &Channel,
-) -> Result<Vec<f64>> {
+pub fn samples(file: &mut (impl Read + Seek), size: u64, channel: &Channel) -> Result<Vec<f64>> {
     let bytes = channel.kind.bytes();
-    let there = size.saturating_sub(channel.place) / bytes as u64;
-    let mut left = u64::from(channel.samples).min(there) as usize;
+    let mut left = channel.there(size) as usize;
     let mut out = Vec::with_capacity(left);
     file.seek(SeekFrom::Start(channel.place))?;
     let mut block = vec![0; BLOCK];
@@ -259,11 +288,16 @@ mod tests {
 
     use super::*;
 
-    /// A file with channels of every kind; `(kind, bytes, [shift, multiplier, scale, decimals], raw)`.
-    fn file(channels: &[(&str, u16, u16, [i16; 4], Vec<u8>)]) -> Vec<u8> {
+    /// Name, kind, bytes, shift, multiplier, scale and decimals, samples.
+    type Made<'a> = (&'a str, u16, u16, [i16; 4], Vec<u8>);
+
+    /// A file with channels of every kind.
+    fn file(channels: &[Made<'_>]) -> Vec<u8> {
         let mut out = vec![0; HEADER];
         out[0] = 64;
-        for (at, text) in [(0x5e, "23/11/2005"), (0x7e, "09:53:00"), (0xde, "11A"), (0x15e, "Calder")] {
+        for (at, text) in
+            [(0x5e, "23/11/2005"), (0x7e, "09:53:00"), (0xde, "11A"), (0x15e, "Calder")]
+        {
             out[at..at + text.len()].copy_from_slice(text.as_bytes());
         }
         let first = out.len();
@@ -296,8 +330,11 @@ mod tests {
         let size = bytes.len() as u64;
         let mut cursor = Cursor::new(bytes);
         let log = list(&mut cursor, size).expect("in memory").expect("a header");
-        let values =
-            log.channels.iter().map(|c| samples(&mut cursor, size, c).expect("in memory")).collect();
+        let values = log
+            .channels
+            .iter()
+            .map(|c| samples(&mut cursor, size, c).expect("in memory"))
+            .collect();
         (log, values)
     }
 
@@ -343,7 +380,8 @@ mod tests {
 
     #[test]
     fn lists_that_lie_end() {
-        let whole = file(&[("a", 3, 2, [0, 1, 1, 0], vec![1, 0]), ("a", 3, 2, [0, 1, 1, 0], vec![2, 0])]);
+        let whole =
+            file(&[("a", 3, 2, [0, 1, 1, 0], vec![1, 0]), ("a", 3, 2, [0, 1, 1, 0], vec![2, 0])]);
         let (log, values) = read(&whole);
         assert_eq!([log.channels[0].name.as_str(), log.channels[1].name.as_str()], ["a", "a #2"]);
         assert_eq!(values, [[1.0], [2.0]]);
