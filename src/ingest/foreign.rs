@@ -13,6 +13,7 @@
 //! what it can: [`fit`] checks a map's names and units against a [`Listing`] made from its header
 //! and its row of units, and a [`Look`] lets `inspect` show it and propose a map.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use crate::ingest::map::{self, ChannelMap, Column, Entry, of_format};
@@ -47,6 +48,8 @@ pub trait Format {
 pub struct Aids {
     /// Texts of CAN databases (DBC).
     pub dbc: Vec<String>,
+    /// Their names, for people.
+    pub names: Vec<String>,
 }
 
 impl Aids {
@@ -55,8 +58,9 @@ impl Aids {
     /// # Errors
     /// A sentence that names the file.
     pub fn read(dbc: &[PathBuf]) -> Result<Self, String> {
+        let names = dbc.iter().map(|path| path.display().to_string()).collect();
         let dbc = dbc.iter().map(|path| map::read_dbc(path)).collect::<Result<_, String>>()?;
-        Ok(Aids { dbc })
+        Ok(Aids { dbc, names })
     }
 }
 
@@ -314,6 +318,17 @@ fn choose<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<(ChannelMap, Li
         Some((_, listing)) => listing,
         None => F::list(path, &Aids::default())?,
     };
+    if listing.channels.is_empty() {
+        let facts: Vec<String> =
+            listing.facts.iter().map(|(name, value)| format!("{name}: {value}")).collect();
+        let message = format!(
+            "no channel can be read from {} ({}){}",
+            path.display(),
+            F::NAME,
+            if facts.is_empty() { String::new() } else { format!("; {}", facts.join("; ")) }
+        );
+        return Err(Error::new("no_channel_map", message.chars().take(600).collect::<String>()));
+    }
     let tried: Vec<&str> = candidates.iter().map(|m| m.name.as_str()).collect();
     let tried = if tried.is_empty() { "none" } else { &tried.join(", ") };
     Err(Error::new(
@@ -351,6 +366,19 @@ fn read<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let mut all = listing.warnings;
     all.extend(warnings);
     Ok(Raw { meta, tracks: map.apply(&columns)?, warnings: all, euler_yaw: map.euler_yaw })
+}
+
+/// A library that reads damaged bytes may panic; that is an unreadable log, not our end.
+pub(super) fn guarded<T>(
+    path: &Path,
+    work: impl FnOnce() -> Result<T, String>,
+) -> Result<T, Error> {
+    let damaged =
+        |what: &str| Error::new("unreadable", format!("{} is damaged: {what}", path.display()));
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(done) => done.map_err(|message| damaged(&message)),
+        Err(_) => Err(damaged("its parts make no sense")),
+    }
 }
 
 #[cfg(test)]

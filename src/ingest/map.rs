@@ -362,6 +362,9 @@ macro_rules! ship {
 /// Name and text of the maps that come with the program.
 pub const SHIPPED: &[(&str, &str)] = ship!(
     "session_csv",
+    "session_mdf",
+    "session_mcap",
+    "session_can",
     "indy_av21_car",
     "tudelft_bicycle",
     "kiro",

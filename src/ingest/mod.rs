@@ -23,6 +23,7 @@ use crate::schema::Table;
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
 
+mod can;
 mod check;
 mod clean;
 mod clock;
@@ -34,6 +35,8 @@ mod gaps;
 mod ident;
 mod kiro;
 pub mod map;
+mod mcap;
+mod mdf;
 mod motec;
 mod parquet;
 pub mod propose;
@@ -146,6 +149,9 @@ pub struct Reader {
 /// Every format, the most particular first.
 pub const READERS: &[Reader] = &[
     parquet::READER,
+    foreign::reader::<mdf::Mdf>(),
+    foreign::reader::<mcap::Mcap>(),
+    foreign::reader::<can::Can>(),
     foreign::reader::<motec::Ld>(),
     foreign::reader::<ctrk::Ctrk>(),
     foreign::reader::<dialect::Motec>(),
@@ -263,6 +269,22 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
 fn session_table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
     TABLE.get_or_init(|| Table::embedded("session"))
+}
+
+/// Takes what a log says of who and when in the contract's words; whether it is one of them.
+fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
+    let value = || Some(value.trim().to_owned());
+    match key.trim() {
+        "session_id" => meta.session_id = value().unwrap_or_default(),
+        "bike_id" => meta.bike_id = value().unwrap_or_default(),
+        "start_time" => meta.start_time = value(),
+        "tyre_front" => meta.tyre_front = value(),
+        "tyre_rear" => meta.tyre_rear = value(),
+        "site" => meta.site = value(),
+        "rider_id" => meta.rider_id = value(),
+        _ => return false,
+    }
+    true
 }
 
 /// A warning of this stage.

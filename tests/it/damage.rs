@@ -19,6 +19,15 @@ const EACH: usize = 80;
 /// Logs of racing loggers, and damaged files of each.
 const RACING: [&str; 6] = ["ld", "CTRK", "motec", "aim", "racechrono", "xsens"];
 const OF_RACING: usize = 20;
+/// The same of those that other software wrote: samples of fixtures/formats.
+const FOREIGN: [(&str, &str); 5] = [
+    ("mf4", "ride_logger.mf4"),
+    ("mdf", "ride.mdf"),
+    ("mcap", "ride_json.mcap"),
+    ("blf", "ride.blf"),
+    ("asc", "ride.asc"),
+];
+const EACH_FOREIGN: usize = 40;
 /// Longest that a file may take, s; they are of 20 s of riding.
 const LONGEST: f64 = 10.0;
 
@@ -161,6 +170,19 @@ impl Watch for Slowest {
     }
 }
 
+/// The maps that come with roadbench and those of the samples.
+fn maps() -> Maps {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut paths: Vec<PathBuf> = ["pipelines/maps", "fixtures/formats"]
+        .into_iter()
+        .flat_map(|folder| std::fs::read_dir(root.join(folder)).expect("ours"))
+        .map(|entry| entry.expect("ours").path())
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    paths.sort();
+    Maps::read(&paths).expect("ours")
+}
+
 #[test]
 fn damaged_logs_are_each_accounted_for() {
     let folder = tempfile::tempdir().expect("folder");
@@ -183,6 +205,15 @@ fn damaged_logs_are_each_accounted_for() {
             std::fs::write(logs.join(format!("{name}.{extension}")), bytes).expect("log");
         }
     }
+    for (format, sample) in FOREIGN {
+        let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/formats").join(sample);
+        for number in 0..EACH_FOREIGN {
+            let mut bytes = std::fs::read(&sample).expect("bundled");
+            damage(&mut bytes, number, &mut random);
+            std::fs::write(logs.join(format!("{format}_{number:02}.{format}")), bytes)
+                .expect("log");
+        }
+    }
     let bikes = root.join("bikes");
     std::fs::create_dir_all(&bikes).expect("folder");
     let bike = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive/bikes/archive_01.toml");
@@ -193,7 +224,7 @@ fn damaged_logs_are_each_accounted_for() {
         bikes: Some(&bikes),
         out: &root.join("out"),
         pipeline: &Pipeline::onroad(),
-        maps: &Maps::default(),
+        maps: &maps(),
         jobs: 2,
         force: false,
         since: None,
@@ -201,7 +232,8 @@ fn damaged_logs_are_each_accounted_for() {
     };
     let slowest = Slowest::default();
     let (run, _) = batch::run(&settings, &Stages, &slowest, &AtomicBool::new(false)).expect("run");
-    assert_eq!(run.inputs, 3 * EACH + RACING.len() * OF_RACING);
+    let foreign = FOREIGN.len() * EACH_FOREIGN;
+    assert_eq!(run.inputs, 3 * EACH + RACING.len() * OF_RACING + foreign);
     assert_eq!(run.done + run.rejected.len(), run.inputs);
     let mut codes = std::collections::BTreeMap::new();
     for row in &run.rejected {

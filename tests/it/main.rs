@@ -12,6 +12,7 @@ mod dirt;
 mod disk;
 mod fit;
 mod fleet;
+mod formats;
 mod ingest;
 mod kill;
 mod motorcycle;

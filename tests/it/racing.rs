@@ -25,7 +25,8 @@ fn read(name: &str) -> Raw {
 
 /// First sample, and rate in Hz, of a channel.
 fn first(raw: &Raw, channel: Channel) -> (f64, f64) {
-    let track = raw.tracks.iter().find(|t| t.channel == channel).expect(channel.name());
+    let track =
+        raw.tracks.iter().find(|t| t.channel == channel).unwrap_or_else(|| panic!("{channel}"));
     let (n, time) = (track.time.len(), &track.time);
     (track.values[0], (n - 1) as f64 / (time[n - 1] - time[0]))
 }

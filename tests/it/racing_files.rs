@@ -102,9 +102,13 @@ pub fn aim_csv(session: &Session) -> String {
          \"Sample Rate\";\"{}\"\n\n\"Time\"",
         session.rate
     );
-    channels.iter().for_each(|c| drop(write!(text, ";\"{}\"", c.name)));
+    for c in &channels {
+        let _ = write!(text, ";\"{}\"", c.name);
+    }
     text += "\n\"s\"";
-    channels.iter().for_each(|c| drop(write!(text, ";\"{}\"", c.unit)));
+    for c in &channels {
+        let _ = write!(text, ";\"{}\"", c.unit);
+    }
     text += "\n\n";
     for i in 0..session.len {
         text += &cell(session.time(i), 3, ',');
@@ -128,9 +132,13 @@ pub fn racechrono_v3(session: &Session) -> String {
         let (device, name) = c.name.split_once('/').expect("device/name");
         (device.to_owned(), name.to_owned())
     };
-    channels.iter().for_each(|c| drop(write!(text, ",{}", split(c).1)));
+    for c in &channels {
+        let _ = write!(text, ",{}", split(c).1);
+    }
     text += "\nunix time,,,s";
-    channels.iter().for_each(|c| drop(write!(text, ",{}", c.unit.replace("°C", ".C"))));
+    for c in &channels {
+        let _ = write!(text, ",{}", c.unit.replace("°C", ".C"));
+    }
     text += "\n,,,";
     for c in &channels {
         let number = if split(c).0 == "gps" { 100 } else { 300 };
@@ -275,7 +283,7 @@ pub fn ctrk(session: &Session) -> Vec<u8> {
             0x0250,
             &[raw((of(AccelerationX, i) / 9.80665 + 7.0) * 1e3), raw(7e3), [0; 2], [0; 2]].concat(),
         );
-        if (session.time(i) * 1e3).round() as u64 % 1000 == 0 {
+        if ms.is_multiple_of(1000) {
             let s = ms / 1000;
             let body = format!(
                 "GPRMC,12{:02}{:02}.000,A,4757.0410,N,00012.5240,E,{:.3},334.60,290725,,,A",

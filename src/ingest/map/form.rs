@@ -136,6 +136,7 @@ pub(super) fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
         entries.push(entry);
     }
     entries.sort_by_key(|e| e.channel);
+    let dbc = file.dbc.all();
     Ok(ChannelMap {
         name: file.name,
         format: file.format,
@@ -154,8 +155,8 @@ pub(super) fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
         euler_yaw: file.yaw_convention == YawConvention::Euler,
         optional: file.optional,
         entries,
-        dbc: file.dbc.all(),
-        aids: Aids { dbc: file.dbc_text },
+        aids: Aids { dbc: file.dbc_text, names: dbc.clone() },
+        dbc,
         text: text.to_owned(),
     })
 }

@@ -1,0 +1,6 @@
+#![no_main]
+//! CAN logs: BLF, ASC, candump. Seeds are in fixtures/formats.
+
+mod log;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| log::read(bytes, ".blf"));

@@ -1,0 +1,107 @@
+//! Frames, whatever they were logged in.
+
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use super::{blf, text};
+use crate::ingest::Error;
+use crate::objects::source;
+
+/// One frame with data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame<'a> {
+    /// s, since the log's start or since 1970.
+    pub time: f64,
+    /// Which bus, as the log numbers them.
+    pub bus: u16,
+    /// Identifier, without flags.
+    pub id: u32,
+    /// Whether it has 29 bits.
+    pub extended: bool,
+    /// At most 8 bytes, with CAN FD 64.
+    pub data: &'a [u8],
+}
+
+/// What is known once all frames came by.
+#[derive(Debug, Default)]
+pub struct Scan {
+    /// When the log was begun, RFC 3339.
+    pub start: Option<String>,
+    /// Frames that could not be read.
+    pub bad: usize,
+    /// Where the first of them is.
+    pub first_bad: String,
+    /// Whether the log ends within something.
+    pub cut: bool,
+}
+
+impl Scan {
+    /// One more that could not be read.
+    pub fn bad(&mut self, place: impl FnOnce() -> String) {
+        if self.bad == 0 {
+            self.first_bad = place();
+        }
+        self.bad += 1;
+    }
+}
+
+/// The formats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// Vector's binary logging format.
+    Blf,
+    /// Vector's text.
+    Asc,
+    /// Linux can-utils' text, as a log or as shown on the screen.
+    Candump,
+}
+
+/// What a log is, by its first bytes.
+pub fn kind(head: &[u8]) -> Option<Kind> {
+    if head.starts_with(b"LOGG") {
+        return Some(Kind::Blf);
+    }
+    let start = &head[..head.len().min(4096)];
+    if start.contains(&0) {
+        return None;
+    }
+    let start = String::from_utf8_lossy(start);
+    let mut lines = start.trim_start_matches('\u{feff}').lines().map(str::trim);
+    let mut lines = lines.by_ref().filter(|l| !l.is_empty() && !l.starts_with("//"));
+    let first = lines.next()?;
+    if text::candump(first).is_some() {
+        return Some(Kind::Candump);
+    }
+    let is_base = |line: &str| text::Base::parse(line).is_some();
+    let asc = is_base(first) || (first.starts_with("date ") && lines.take(4).any(is_base));
+    asc.then_some(Kind::Asc)
+}
+
+/// Every data frame in turn. Error frames, remote frames and other events are passed over.
+pub fn each(path: &Path, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan, Error> {
+    let fail = |e: std::io::Error| Error::unreadable(path, &e);
+    let mut log = BufReader::with_capacity(1 << 18, source::open(path).map_err(fail)?);
+    let mut head = Vec::new();
+    log.by_ref().take(4096).read_to_end(&mut head).map_err(fail)?;
+    let kind = kind(&head).ok_or_else(|| {
+        Error::new("unknown_format", format!("{} is no CAN log any more", path.display()))
+    })?;
+    let mut whole = head.chain(log);
+    match kind {
+        Kind::Blf => blf::each(&mut whole, take),
+        Kind::Asc => text::each_asc(&mut whole, take),
+        Kind::Candump => text::each_candump(&mut whole, take),
+    }
+    .map_err(fail)
+}
+
+/// Lets a vector go before a reader.
+trait Chained {
+    fn chain<R: Read>(self, rest: R) -> BufReader<std::io::Chain<std::io::Cursor<Vec<u8>>, R>>;
+}
+
+impl Chained for Vec<u8> {
+    fn chain<R: Read>(self, rest: R) -> BufReader<std::io::Chain<std::io::Cursor<Vec<u8>>, R>> {
+        BufReader::with_capacity(1 << 16, Read::chain(std::io::Cursor::new(self), rest))
+    }
+}

@@ -1,0 +1,178 @@
+//! ASAM MDF, versions 3 and 4: groups of channels, each on its group's clock.
+//!
+//! Version 4 is read a window of records at a time, so that only the wanted channels are ever in
+//! memory; version 3 a group at a time. A file that was cut off or never closed is read up to
+//! there ([`mend`]); samples whose invalidation bit is set are missing.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use falcon_mdf::io::range::read_seek_source;
+use falcon_mdf::io::{ByteSlice, ByteSource};
+use falcon_mdf::mdf3::Mdf3File;
+use falcon_mdf::{Mf4Error, Mf4File};
+
+use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel, guarded};
+use crate::ingest::{Error, Head, warning};
+use crate::objects::source;
+use crate::warning::Warning;
+
+mod mend;
+mod v3;
+mod v4;
+
+/// The format.
+pub struct Mdf;
+
+impl Format for Mdf {
+    const NAME: &'static str = "mdf";
+
+    fn sniff(head: &Head<'_>) -> bool {
+        head.bytes.starts_with(b"MDF     ") || head.bytes.starts_with(b"UnFinMF ")
+    }
+
+    fn list(path: &Path, _aids: &Aids) -> Result<Listing, Error> {
+        let (file, warnings) = open(path)?;
+        let mut listing = match &file {
+            File::Four(file) => v4::list(file),
+            File::Three(file) => v3::list(file),
+        };
+        listing.warnings.extend(warnings);
+        Ok(listing)
+    }
+
+    fn decode(path: &Path, _aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+        let (file, _) = open(path)?;
+        guarded(path, || {
+            Ok(match &file {
+                File::Four(file) => v4::decode(file, wanted),
+                File::Three(file) => v3::decode(file, wanted),
+            })
+        })
+    }
+}
+
+/// An open file.
+enum File {
+    Three(Box<Mdf3File>),
+    Four(Box<Mf4File>),
+}
+
+/// Bytes of a file with some eight of them replaced.
+struct Patched {
+    bytes: Arc<dyn ByteSource>,
+    /// Place and new value, ascending.
+    patches: Vec<(u64, u64)>,
+}
+
+impl ByteSource for Patched {
+    fn len(&self) -> u64 {
+        self.bytes.len()
+    }
+
+    fn read_bytes(&self, offset: u64, len: usize) -> Result<ByteSlice<'_>, Mf4Error> {
+        let read = self.bytes.read_bytes(offset, len)?;
+        let end = offset.saturating_add(len as u64);
+        let first = self.patches.partition_point(|(at, _)| at.saturating_add(8) <= offset);
+        let here = self.patches[first..].iter().take_while(|(at, _)| *at < end);
+        let mut here = here.peekable();
+        if here.peek().is_none() {
+            return Ok(read);
+        }
+        let mut own = read.into_owned();
+        for (at, value) in here {
+            for (place, byte) in (*at..).zip(value.to_le_bytes()) {
+                let index = place.checked_sub(offset).and_then(|i| usize::try_from(i).ok());
+                if let Some(slot) = index.and_then(|i| own.get_mut(i)) {
+                    *slot = byte;
+                }
+            }
+        }
+        Ok(ByteSlice::owned(own))
+    }
+}
+
+fn open(path: &Path) -> Result<(File, Vec<Warning>), Error> {
+    let log = source::open(path).map_err(|e| Error::unreadable(path, &e))?;
+    guarded(path, || {
+        let bytes: Arc<dyn ByteSource> =
+            Arc::new(read_seek_source(log).map_err(|e| e.to_string())?);
+        let id = bytes.read_bytes(0, 64).map_err(|_| "its first block is cut off".to_owned())?;
+        let unfinished = id.starts_with(b"UnFinMF ") || id[60..62] != [0, 0];
+        let version = u16::from_le_bytes([id[28], id[29]]);
+        drop(id);
+        if version < 400 {
+            let file = Mdf3File::from_source(bytes).map_err(|e| e.to_string())?;
+            return Ok((File::Three(Box::new(file)), Vec::new()));
+        }
+        if !unfinished && let Ok(file) = Mf4File::from_source(Arc::clone(&bytes)) {
+            return Ok((File::Four(Box::new(file)), Vec::new()));
+        }
+        let mended = mend::mend(bytes.as_ref(), unfinished)?;
+        let warnings = mended.warnings(unfinished);
+        let patched = Patched { bytes, patches: mended.patches.into_iter().collect() };
+        let file = Mf4File::from_source(Arc::new(patched)).map_err(|e| e.to_string())?;
+        Ok((File::Four(Box::new(file)), warnings))
+    })
+}
+
+/// Names for groups that tell them apart.
+fn group_names(named: Vec<String>) -> Vec<String> {
+    let only = named.len() == 1;
+    let mut seen: HashMap<String, usize> = HashMap::new();
+    let mut name = |(i, name): (usize, String)| {
+        let name = match name.trim() {
+            "" if only => return String::new(),
+            "" => format!("group {}", i + 1),
+            name => name.to_owned(),
+        };
+        let count = seen.entry(name.clone()).or_insert(0);
+        *count += 1;
+        if *count == 1 { name } else { format!("{name} #{count}") }
+    };
+    named.into_iter().enumerate().map(&mut name).collect()
+}
+
+/// A unit as the log gives it; an empty one is none.
+fn unit(text: &str) -> Option<String> {
+    let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
+    (!text.is_empty()).then(|| text.to_owned())
+}
+
+/// A group that could not be read to its end.
+fn broken(group: &str, samples: usize, last: Option<f64>, error: &Mf4Error) -> Warning {
+    let until = last.map(|t| format!(", until {t:.2} s")).unwrap_or_default();
+    let group = if group.is_empty() { "its channels" } else { group };
+    let message =
+        format!("{group}: only the first {samples} samples could be read{until}: {error}");
+    warning("damaged", None, 1, None, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use falcon_mdf::io::memory::MemorySource;
+
+    #[test]
+    fn patches_show_wherever_they_are_read() {
+        let bytes: Arc<dyn ByteSource> = Arc::new(MemorySource::new(vec![7; 40]));
+        let patches = vec![(4, u64::from_le_bytes([1; 8])), (20, u64::from_le_bytes([2; 8]))];
+        let patched = Patched { bytes, patches };
+        let whole = patched.read_bytes(0, 40).expect("there");
+        for at in 0..40 {
+            for len in 0..=(40 - at) {
+                let part = patched.read_bytes(at as u64, len).expect("there");
+                assert_eq!(part[..], whole[at..at + len], "{at} {len}");
+            }
+        }
+        assert_eq!(whole[3..13], [7, 1, 1, 1, 1, 1, 1, 1, 1, 7]);
+    }
+
+    #[test]
+    fn groups_get_names_of_their_own() {
+        let names = |n: &[&str]| group_names(n.iter().map(|n| (*n).to_owned()).collect());
+        assert_eq!(names(&[""]), [""]);
+        assert_eq!(names(&["", "IMU", "IMU"]), ["group 1", "IMU", "IMU #2"]);
+    }
+}

@@ -1,0 +1,377 @@
+//! Logs that other software wrote, against the session that it was given (`fixtures/formats`).
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use assert_cmd::Command;
+use roadbench::channel::Channel;
+use roadbench::ingest::map::ChannelMap;
+use roadbench::ingest::{self, Raw, Track};
+use roadbench::pipeline::Pipeline;
+
+use Channel::*;
+
+/// The first row of the session that is in the samples, as `ride.py` has it.
+const FIRST: usize = 14_000;
+/// Rows per second.
+const RATE: f64 = 100.0;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A sample, or one that was written anew: `.ci/formats` says where.
+fn sample(name: &str) -> PathBuf {
+    let folder = std::env::var_os("ROADBENCH_FORMATS").map(PathBuf::from);
+    folder.unwrap_or_else(|| root().join("fixtures/formats")).join(name)
+}
+
+fn map(name: &str) -> Vec<ChannelMap> {
+    vec![ChannelMap::read(&sample(name)).expect("bundled")]
+}
+
+/// The session that the samples were made from.
+fn original() -> Raw {
+    let path = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
+    ingest::read(&root().join(path), &[]).expect("bundled")
+}
+
+/// A channel of the original at the stamps of a track.
+fn at_stamps(original: &Raw, track: &Track) -> Vec<f64> {
+    let of = original.tracks.iter().find(|t| t.channel == track.channel).expect("original");
+    let row = |t: &f64| of.values[FIRST + (t * RATE).round() as usize];
+    track.time.iter().map(row).collect()
+}
+
+/// Half a step of what the file can tell, in SI.
+type Steps = fn(Channel) -> f64;
+
+/// Single precision, and the pressures' own steps.
+fn mdf(channel: Channel) -> f64 {
+    match channel {
+        BrakePressureFront | BrakePressureRear => 2500.0,
+        _ => 0.0,
+    }
+}
+
+fn can(channel: Channel) -> f64 {
+    match channel {
+        Roll | Pitch => 0.000_25,
+        Yaw => 0.000_05,
+        WheelSpeedFront => 0.0005,
+        WheelSpeedRear => 0.005 * std::f64::consts::PI / 30.0,
+        BrakePressureFront | BrakePressureRear => 2500.0,
+        AccelerationX | AccelerationY => 0.0025,
+        RollRate => 0.0025_f64.to_radians(),
+        YawRate => 0.000_25,
+        SteerAngle => 0.0002,
+        Throttle => 0.0005,
+        _ => 0.0,
+    }
+}
+
+fn exact(_: Channel) -> f64 {
+    0.0
+}
+
+/// Every sample of every channel is the original's; returns samples per channel.
+fn compare(name: &str, raw: &Raw, step: Steps) -> Vec<(Channel, usize)> {
+    let original = original();
+    let mut counts = Vec::new();
+    for track in &raw.tracks {
+        let channel = track.channel;
+        for t in track.time.iter() {
+            // BLF and CDR have nanoseconds, ASC and candump microseconds
+            let off = (t * RATE - (t * RATE).round()).abs() / RATE;
+            assert!(off < 2e-6, "{name}: {channel} at {t}");
+        }
+        let expected = at_stamps(&original, track);
+        let mut missing = 0;
+        for ((t, got), wanted) in track.time.iter().zip(&track.values).zip(&expected) {
+            if got.is_nan() {
+                missing += 1;
+                continue;
+            }
+            let near = step(channel) * 1.000_001 + 1e-6 * wanted.abs().max(1.0);
+            assert!((got - wanted).abs() <= near, "{name}: {channel} at {t}: {got}, not {wanted}");
+        }
+        counts.push((channel, track.values.len() - missing));
+    }
+    // and the session that comes of it is that of the original at the same stamps
+    let config = Pipeline::onroad().ingest;
+    let tracks = raw.tracks.iter().map(|track| {
+        let mut values = at_stamps(&original, track);
+        let lost = values.iter_mut().zip(&track.values).filter(|(_, got)| got.is_nan());
+        lost.for_each(|(v, _)| *v = f64::NAN);
+        Track { channel: track.channel, time: Arc::clone(&track.time), values }
+    });
+    let same = Raw { tracks: tracks.collect(), meta: raw.meta.clone(), ..Raw::default() };
+    let (wanted, _) = ingest::run(same, &config).expect(name);
+    let (got, _) = ingest::run(raw.clone(), &config).expect(name);
+    assert_eq!((got.len, got.rate), (wanted.len, wanted.rate), "{name}");
+    let mut apart = 0;
+    for channel in wanted.channels() {
+        let pairs = got.get(channel).expect(name).iter().zip(wanted.get(channel).expect(name));
+        for (got, wanted) in pairs {
+            // a cubic between quantised samples may go a little beyond them
+            let near = 2.0 * step(channel) + 2e-6 * wanted.abs().max(1.0);
+            apart += usize::from((got - wanted).abs() > near || got.is_nan() != wanted.is_nan());
+        }
+    }
+    assert_eq!(apart, 0, "{name}: samples of the session that differ");
+    counts
+}
+
+fn count(counts: &[(Channel, usize)], channel: Channel) -> usize {
+    counts.iter().find(|(c, _)| *c == channel).map_or(0, |(_, n)| *n)
+}
+
+fn codes(raw: &Raw) -> Vec<&'static str> {
+    raw.warnings.iter().map(|w| w.code).collect()
+}
+
+#[test]
+fn mdf_of_asammdf_is_the_session_that_it_was_given() {
+    for (name, rows, invalid) in [
+        ("ride.mf4", 2000, 50),
+        ("ride_420.mf4", 2000, 0),
+        ("ride.mdf", 600, 0),
+        ("ride_logger.mf4", 600, 50),
+        ("ride_unfinalised.mf4", 600, 50),
+    ] {
+        let raw = ingest::read(&sample(name), &[]).expect(name);
+        let counts = compare(name, &raw, mdf);
+        assert_eq!(counts.len(), 16, "{name}");
+        assert_eq!(count(&counts, Roll), rows, "{name}");
+        assert_eq!(count(&counts, VelocityX), rows / 5, "{name}: its own clock");
+        assert_eq!(count(&counts, SteerAngle), rows / 2 - invalid, "{name}: invalidation bits");
+        assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"), "{name}");
+        let unfinalised = codes(&raw).contains(&"unfinalised");
+        assert_eq!(unfinalised, name == "ride_unfinalised.mf4", "{:?}", raw.warnings);
+    }
+}
+
+#[test]
+fn mcap_of_its_own_package_is_the_session_that_it_was_given() {
+    for (name, map_name, rows) in [
+        ("ride_json.mcap", "ride_json.toml", 800),
+        ("ride_json_lz4.mcap", "ride_json.toml", 400),
+        ("ride_ros2.mcap", "ride_ros2.toml", 800),
+    ] {
+        let raw = ingest::read(&sample(name), &map(map_name)).expect(name);
+        let counts = compare(name, &raw, exact);
+        assert_eq!(counts.len(), 10, "{name}");
+        assert_eq!(count(&counts, YawRate), rows, "{name}");
+        assert_eq!(count(&counts, BrakePressureRear), rows / 2, "{name}");
+        assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"), "{name}");
+        assert_eq!(raw.meta.rider_id.as_deref(), name.contains("json").then_some("r7"), "{name}");
+    }
+}
+
+#[test]
+fn can_logs_of_python_can_are_the_session_that_it_was_given() {
+    for (name, rows) in [("ride.blf", 2000), ("ride.asc", 400), ("ride_candump.log", 400)] {
+        let raw = ingest::read(&sample(name), &map("ride_can.toml")).expect(name);
+        let counts = compare(name, &raw, can);
+        assert_eq!(counts.len(), 16, "{name}");
+        for (channel, every) in [
+            (Roll, 1),
+            (WheelSpeedRear, 2),
+            (BrakePressureFront, 4),
+            (BrakePressureRear, 4),
+            (VelocityY, 4),
+            (Gear, 10),
+        ] {
+            assert_eq!(count(&counts, channel), rows / every, "{name}: {channel}");
+        }
+        assert!(raw.warnings.is_empty(), "{name}: {:?}", raw.warnings);
+        let start = raw.meta.start_time.as_deref();
+        assert!(start.is_some_and(|s| s.starts_with("2026-05-01T12:02:04")), "{name}: {start:?}");
+    }
+}
+
+/// A sample's first bytes, read through its map.
+fn cut(name: &str, maps: &[ChannelMap], share: f64) -> Result<Raw, ingest::Error> {
+    let mut bytes = std::fs::read(sample(name)).expect("bundled");
+    bytes.truncate((bytes.len() as f64 * share) as usize);
+    read_bytes(&bytes, name, maps)
+}
+
+fn read_bytes(bytes: &[u8], name: &str, maps: &[ChannelMap]) -> Result<Raw, ingest::Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).expect("written");
+    ingest::read(&path, maps)
+}
+
+#[test]
+fn what_was_cut_off_is_read_up_to_there_and_said() {
+    for (name, map_name, step, kept) in [
+        ("ride_logger.mf4", "", mdf as Steps, None),
+        ("ride_unfinalised.mf4", "", mdf, Some("unfinalised")),
+        ("ride_json.mcap", "ride_json.toml", exact, Some("truncated")),
+        ("ride_ros2.mcap", "ride_ros2.toml", exact, Some("truncated")),
+        ("ride.blf", "ride_can.toml", can, Some("truncated")),
+    ] {
+        let maps = if map_name.is_empty() { Vec::new() } else { map(map_name) };
+        let whole = ingest::read(&sample(name), &maps).expect(name);
+        let raw = cut(name, &maps, 0.8).expect(name);
+        let counts = compare(name, &raw, step);
+        let said = codes(&raw);
+        assert!(said.contains(&kept.unwrap_or("truncated")), "{name}: {:?}", raw.warnings);
+        let samples = |raw: &Raw| raw.tracks.iter().map(|t| t.values.len()).sum::<usize>();
+        let share = samples(&raw) as f64 / samples(&whole) as f64;
+        println!(
+            "{name}: {:.0} % of the samples, {} channels, {said:?}",
+            100.0 * share,
+            counts.len()
+        );
+        assert!((0.5..1.0).contains(&share), "{name}: {share}");
+    }
+    // the description is at the end of what asammdf writes
+    let error = cut("ride.mf4", &[], 0.8).expect_err("nothing is left");
+    assert!(error.message.contains("description of its channels"), "{error}");
+}
+
+#[test]
+fn one_broken_block_costs_itself() {
+    // a byte in the middle of the samples of compressed formats
+    for (name, map_name, step, code) in [
+        ("ride_json.mcap", "ride_json.toml", exact as Steps, "damaged"),
+        ("ride.blf", "ride_can.toml", can, "bad_frame"),
+        ("ride.asc", "ride_can.toml", can, "bad_frame"),
+    ] {
+        let mut bytes = std::fs::read(sample(name)).expect("bundled");
+        let middle = bytes.len() / 2;
+        bytes[middle..middle + 40].fill(b'~');
+        let raw = read_bytes(&bytes, name, &map(map_name)).expect(name);
+        assert!(codes(&raw).contains(&code), "{name}: {:?}", raw.warnings);
+        let counts = compare(name, &raw, step);
+        let channel = if name.contains("json") { YawRate } else { Roll };
+        let whole = ingest::read(&sample(name), &map(map_name)).expect(name);
+        let all = whole.tracks.iter().find(|t| t.channel == channel).expect("mapped").values.len();
+        let left = count(&counts, channel);
+        println!("{name}: {left} of {all} samples left");
+        assert!(left * 3 > all && left < all, "{name}: {left} of {all}");
+    }
+}
+
+#[test]
+fn no_cut_and_no_flipped_bit_stops_a_reader() {
+    let can = map("ride_can.toml");
+    let (json, ros2) = (map("ride_json.toml"), map("ride_ros2.toml"));
+    let mut state = 1_u32;
+    let mut random = |n: usize| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as usize % n
+    };
+    for (name, maps) in [
+        ("ride.mf4", &[][..]),
+        ("ride.mdf", &[]),
+        ("ride_420.mf4", &[]),
+        ("ride_logger.mf4", &[]),
+        ("ride_unfinalised.mf4", &[]),
+        ("ride_json_lz4.mcap", &json),
+        ("ride_ros2.mcap", &ros2),
+        ("ride.blf", &can),
+        ("ride.asc", &can),
+        ("ride_candump.log", &can),
+    ] {
+        let whole = std::fs::read(sample(name)).expect("bundled");
+        let (mut read, mut refused) = (0, 0);
+        for round in 0..30 {
+            let mut bytes = whole.clone();
+            match round % 3 {
+                0 => bytes.truncate(random(whole.len())),
+                1 => (0..3).for_each(|_| bytes[random(whole.len())] ^= 1 << random(8)),
+                // where the lengths and links are
+                _ => (0..3).for_each(|_| {
+                    let near =
+                        if round % 2 == 0 { random(2000) } else { whole.len() - 1 - random(2000) };
+                    bytes[near] ^= 1 << random(8);
+                }),
+            }
+            let began = Instant::now();
+            match read_bytes(&bytes, name, maps) {
+                Ok(_) => read += 1,
+                Err(e) => {
+                    assert!(!e.message.is_empty());
+                    refused += 1;
+                }
+            }
+            assert!(began.elapsed() < Duration::from_secs(5), "{name}, round {round}");
+        }
+        println!("{name}: {read} read, {refused} refused");
+    }
+}
+
+fn roadbench(arguments: &[&str]) -> (bool, String, String) {
+    let mut command = Command::cargo_bin("roadbench").expect("built");
+    let output = command.current_dir(root()).args(arguments).output().expect("run");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.success(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn inspect_shows_a_log_without_a_map_and_proposes_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (log, more, channels) in [
+        (
+            "fixtures/formats/ride_json.mcap",
+            &[][..],
+            &["/attitude/roll", "/wheels/speed.front"][..],
+        ),
+        ("fixtures/formats/ride_ros2.mcap", &[], &["/imu/angular_velocity.z"]),
+        ("fixtures/formats/ride.blf", &["--dbc", "fixtures/formats/ride.dbc"], &["Attitude/roll"]),
+        ("fixtures/formats/ride.mf4", &["--source"], &["IMU/roll", "GPS/velocity_x"]),
+    ] {
+        let (done, out, err) = roadbench(&[&["inspect", log], more].concat());
+        assert!(done, "{log}: {err}");
+        for channel in channels {
+            assert!(out.contains(channel), "{log}: {out}");
+        }
+        let wanted = [&["inspect", log, "--propose"], more].concat();
+        let (done, draft, err) = roadbench(&wanted);
+        assert!(done && out.contains(&draft), "{log}: {err}");
+        let path = folder.path().join("draft.toml");
+        let draft =
+            draft.replace("fixtures/formats/ride.dbc", &sample("ride.dbc").display().to_string());
+        std::fs::write(&path, &draft).expect("written");
+        ChannelMap::read(&path).expect(&draft);
+    }
+    let (done, out, _) = roadbench(&["inspect", "fixtures/formats/ride.blf"]);
+    assert!(done && out.contains("0x123 (2000 frames at 100.0 Hz, 8 bytes)"), "{out}");
+}
+
+#[test]
+fn convert_shows_the_mapping_and_names_what_is_misspelt() {
+    let log = "fixtures/formats/ride.blf";
+    let (done, out, err) =
+        roadbench(&["convert", log, "--map", "fixtures/formats/ride_can.toml", "--dry-run"]);
+    assert!(done && out.contains("Attitude/roll") && out.contains("Wheels/rear"), "{out}{err}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("wrong.toml");
+    let text = std::fs::read_to_string(sample("ride_can.toml")).expect("bundled");
+    let text = text.replace("ride.dbc", &sample("ride.dbc").display().to_string());
+    std::fs::write(&path, text.replace("Wheels.front\"\n", "Weels.front\"\n")).expect("written");
+    let file = path.display().to_string();
+    let (done, _, err) = roadbench(&["convert", log, "--map", &file, "--dry-run"]);
+    assert!(!done && err.contains("did you mean `Wheels/front`"), "{err}");
+    let unit = text.replace("from = \"roll\"", "from = \"roll\"\nunit = \"deg\"");
+    std::fs::write(&path, unit).expect("written");
+    let (done, _, err) = roadbench(&["convert", log, "--map", &file, "--dry-run"]);
+    assert!(!done && err.contains("in rad") && err.contains("file_unit"), "{err}");
+    std::fs::write(&path, text.replace("ride.dbc", "gone.dbc")).expect("written");
+    let (done, _, err) = roadbench(&["convert", log, "--map", &file, "--dry-run"]);
+    assert!(!done && err.contains("gone.dbc"), "{err}");
+}
+
+#[test]
+fn a_map_takes_its_database_along() {
+    let text = ChannelMap::text_of(&sample("ride_can.toml")).expect("bundled");
+    let map = ChannelMap::parse(&text, "elsewhere").expect("it is all there");
+    let raw = ingest::read(&sample("ride.blf"), &[map]).expect("read");
+    assert_eq!(raw.tracks.len(), 16);
+    assert!(Path::new(&sample("ride.dbc")).exists());
+}
