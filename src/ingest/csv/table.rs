@@ -42,7 +42,8 @@ pub struct Table {
 /// Opens a text.
 ///
 /// The names stand in the last row above the numbers whose first cell is one of `begin`; if there
-/// is none, in the one before the last `notes` rows above the numbers.
+/// is none, in the one before the last `notes` rows above the numbers. Numbers begin where the
+/// first cell is one; of a text of which nothing is known (no `begin`) where most cells are.
 ///
 /// # Errors
 /// The file cannot be read, or has no such row.
@@ -57,8 +58,9 @@ pub fn open(path: &Path, begin: &[&str], notes: usize) -> Result<Table, Error> {
         (&mut text).take(HEAD_LEN).read_until(b'\n', &mut first).map_err(fail)?;
         let line = decoded(&first);
         let line = line.trim_end_matches(['\r', '\n']);
+        let numbers = begins_with_number(line) || (begin.is_empty() && mostly_numbers(line));
         // numbers before any line of words belong to those words
-        if first.is_empty() || (!lines.is_empty() && begins_with_number(line)) {
+        if first.is_empty() || (!lines.is_empty() && numbers) {
             break;
         }
         lines.push(line.to_owned());
@@ -66,6 +68,10 @@ pub fn open(path: &Path, begin: &[&str], notes: usize) -> Result<Table, Error> {
             let message = format!("{}: no row of numbers in {MOST_LINES} lines", path.display());
             return Err(Error::new("no_table", message));
         }
+    }
+    if first.is_empty() && begin.is_empty() {
+        let message = format!("{} has no row of numbers", path.display());
+        return Err(Error::new("no_table", message));
     }
     let first_line = lines.len() as u64 + 1;
     let Some(at) = names_row(&lines, begin, notes) else {
@@ -162,6 +168,14 @@ fn begins_with_number(line: &str) -> bool {
     cell.contains(|c: char| c.is_ascii_digit()) && number(cell, ',').is_some()
 }
 
+/// Whether most of a line's cells are numbers.
+fn mostly_numbers(line: &str) -> bool {
+    let cells = cells(line, delimiter(line));
+    let filled: Vec<&String> = cells.iter().filter(|c| !c.is_empty()).collect();
+    let numbers = filled.iter().filter(|c| number(c, ',').is_some()).count();
+    filled.len() > 1 && 2 * numbers > filled.len()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -205,6 +219,10 @@ mod tests {
         assert_eq!(table(b"words\n", &["Time"], 1).err().expect("none").code, "no_table");
         let many = "words and words\n".repeat(MOST_LINES + 2);
         assert_eq!(table(many.as_bytes(), &["Time"], 1).err().expect("none").code, "no_table");
+        assert_eq!(table(b"a, b\nc, d\n", &[], 0).err().expect("prose").code, "no_table");
+        // a first column of words
+        let text = b"mode,v,w\non,1,2\noff,2,3\n";
+        assert_eq!(table(text, &[], 0).expect("a table").names, ["mode", "v", "w"]);
         // cut before the first number
         let cut = table(b"Time,v\ns,m/s\n", &["Time"], 1).expect("names at least");
         assert_eq!(cut.names, ["Time", "v"]);
