@@ -1,7 +1,6 @@
 //! `roadbench inspect`.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,11 +8,10 @@ use serde::Serialize;
 use crate::bike::Bike;
 use crate::channel::Channel;
 use crate::cli::Failure;
-use crate::cli::inspect_source::SourceInspection;
+use crate::cli::inspect_source::{Form, print, show};
 use crate::estimate::needs::{NEEDS, OFFROAD};
 use crate::ingest::foreign::Aids;
 use crate::ingest::map::{self, ChannelMap};
-use crate::ingest::survey::survey;
 use crate::ingest::{self, Raw, Track};
 use crate::pipeline::Pipeline;
 use crate::schema::Table;
@@ -134,13 +132,18 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         None => Pipeline::onroad(),
     };
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    let form = match (arguments.propose, arguments.json) {
+        (true, _) => Form::Draft,
+        (_, true) => Form::Json,
+        _ => Form::Text,
+    };
     if arguments.source || arguments.propose {
-        return show_source(&arguments, &aids, None);
+        return show(&arguments.log, &aids, form, None);
     }
     let raw = match ingest::read(&arguments.log, &maps) {
         Ok(raw) => raw,
         Err(e) if e.code == "no_channel_map" && arguments.map.is_empty() => {
-            return show_source(&arguments, &aids, Some(e));
+            return show(&arguments.log, &aids, form, Some(e));
         }
         Err(e) => return Err(rejected(e)),
     };
@@ -160,48 +163,6 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Some(reason) => Err(Failure::Rejected(format!("{} ({})", reason.message, reason.code))),
         None => Ok(()),
     }
-}
-
-fn print(text: &str) -> Result<(), Failure> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // whoever reads may stop reading
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::Output(format!("cannot write to stdout: {e}")))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// The log as its logger wrote it; `why` is what keeps it from being read as a session.
-fn show_source(
-    arguments: &Arguments,
-    aids: &Aids,
-    why: Option<ingest::Error>,
-) -> Result<(), Failure> {
-    let path = &arguments.log;
-    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
-    let Some(survey) = survey(path, aids).map_err(rejected)? else {
-        return Err(why.map_or_else(
-            || {
-                let what = "is of a format that can only be read through a channel map";
-                Failure::Usage(format!("{} {what}", path.display()))
-            },
-            rejected,
-        ));
-    };
-    let found = SourceInspection::new(path, &survey);
-    if arguments.json {
-        let json = serde_json::to_string_pretty(&found);
-        return print(&(json.map_err(|e| Failure::Output(e.to_string()))? + "\n"));
-    }
-    if arguments.propose {
-        return print(&found.proposed_map);
-    }
-    print(&found.to_text(path))?;
-    if why.is_some() {
-        eprintln!("none of the channel maps that come with roadbench fits this log");
-    }
-    Ok(())
 }
 
 fn read_bike(folder: &Path, meta: &Meta) -> Result<(PathBuf, Bike), Failure> {

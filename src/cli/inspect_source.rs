@@ -1,13 +1,15 @@
 //! `roadbench inspect` of a log as its logger wrote it, and the draft of a channel map for it.
 
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
 
-use crate::ingest::foreign::SourceChannel;
-use crate::ingest::propose::propose;
-use crate::ingest::survey::{Seen, Survey};
+use crate::cli::Failure;
+use crate::ingest::foreign::{Aids, SourceChannel};
+use crate::ingest::survey::{Seen, Survey, survey};
+use crate::ingest::{self, propose::propose};
 
 /// A log's own channels and the map that is proposed for them.
 #[derive(Debug, Serialize)]
@@ -35,6 +37,66 @@ struct SourceFacts {
     min: Option<f64>,
     median: Option<f64>,
     max: Option<f64>,
+}
+
+/// What is printed of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Form {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
+    /// The draft of a channel map alone.
+    Draft,
+}
+
+/// The log as its logger wrote it; `why` is what keeps it from being read as a session.
+///
+/// # Errors
+/// It cannot be read without a channel map, or stdout not be written.
+pub fn show(
+    path: &Path,
+    aids: &Aids,
+    form: Form,
+    why: Option<ingest::Error>,
+) -> Result<(), Failure> {
+    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    let Some(survey) = survey(path, aids).map_err(rejected)? else {
+        return Err(why.map_or_else(
+            || {
+                let what = "is of a format that can only be read through a channel map";
+                Failure::Usage(format!("{} {what}", path.display()))
+            },
+            rejected,
+        ));
+    };
+    let found = SourceInspection::new(path, &survey);
+    match form {
+        Form::Json => {
+            let json = serde_json::to_string_pretty(&found);
+            return print(&(json.map_err(|e| Failure::Output(e.to_string()))? + "\n"));
+        }
+        Form::Draft => return print(&found.proposed_map),
+        Form::Text => print(&found.to_text(path))?,
+    }
+    if why.is_some() {
+        eprintln!("none of the channel maps that come with roadbench fits this log");
+    }
+    Ok(())
+}
+
+/// Writes to stdout.
+///
+/// # Errors
+/// It cannot be written.
+pub fn print(text: &str) -> Result<(), Failure> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // whoever reads may stop reading
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Output(format!("cannot write to stdout: {e}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl SourceInspection {

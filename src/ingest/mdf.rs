@@ -13,11 +13,13 @@ use falcon_mdf::io::{ByteSlice, ByteSource};
 use falcon_mdf::mdf3::Mdf3File;
 use falcon_mdf::{Mf4Error, Mf4File};
 
+use crate::ingest::can::database::Database;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel, guarded};
 use crate::ingest::{Error, Head, warning};
 use crate::objects::source;
 use crate::warning::Warning;
 
+mod bus;
 mod mend;
 mod v3;
 mod v4;
@@ -32,23 +34,47 @@ impl Format for Mdf {
         head.bytes.starts_with(b"MDF     ") || head.bytes.starts_with(b"UnFinMF ")
     }
 
-    fn list(path: &Path, _aids: &Aids) -> Result<Listing, Error> {
+    fn list(path: &Path, aids: &Aids) -> Result<Listing, Error> {
+        let database = Database::read(aids)?;
         let (file, warnings) = open(path)?;
-        let mut listing = match &file {
-            File::Four(file) => v4::list(file),
-            File::Three(file) => v3::list(file),
-        };
-        listing.warnings.extend(warnings);
-        Ok(listing)
+        guarded(path, || {
+            let mut listing = match &file {
+                File::Four(file) => {
+                    let mut listing = v4::list(file);
+                    bus::list(file, &database, &mut listing);
+                    listing
+                }
+                File::Three(file) => v3::list(file),
+            };
+            listing.warnings.extend(warnings);
+            Ok(listing)
+        })
     }
 
-    fn decode(path: &Path, _aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+    fn decode(path: &Path, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
         let (file, _) = open(path)?;
+        let file = match file {
+            File::Three(file) => return guarded(path, || Ok(v3::decode(&file, wanted))),
+            File::Four(file) => file,
+        };
+        let (signals, stored): (Vec<&SourceChannel>, Vec<&SourceChannel>) =
+            wanted.iter().partition(|channel| bus::is_signal(channel));
+        if signals.is_empty() {
+            return guarded(path, || Ok(v4::decode(&file, wanted)));
+        }
+        let database = Database::read(aids)?;
         guarded(path, || {
-            Ok(match &file {
-                File::Four(file) => v4::decode(file, wanted),
-                File::Three(file) => v3::decode(file, wanted),
-            })
+            let mut decoded = v4::decode(&file, &stored);
+            let of_frames = bus::decode(&file, &database, &signals);
+            decoded.warnings.extend(of_frames.warnings);
+            let mut columns = decoded.columns.into_iter();
+            let mut of_frames = of_frames.columns.into_iter();
+            // back into the order asked for
+            let next = |channel: &&SourceChannel| {
+                if bus::is_signal(channel) { of_frames.next() } else { columns.next() }
+            };
+            let columns = wanted.iter().filter_map(next).collect();
+            Ok(Decoded { columns, warnings: decoded.warnings })
         })
     }
 }

@@ -83,14 +83,14 @@ pub fn survey(path: &Path, aids: &Aids) -> Result<Option<Survey>, Error> {
 /// Channels in parts that fit the budget, each of neighbours.
 fn parts(channels: &[SourceChannel]) -> Vec<&[SourceChannel]> {
     let mut parts = Vec::new();
-    let (mut start, mut sum) = (0, 0);
+    let (mut start, mut sum) = (0, 0_u64);
     for (i, channel) in channels.iter().enumerate() {
         let samples = channel.samples.unwrap_or(UNTOLD);
-        if i > start && sum + samples > BUDGET {
+        if i > start && samples.saturating_add(sum) > BUDGET {
             parts.push(&channels[start..i]);
             (start, sum) = (i, 0);
         }
-        sum += samples;
+        sum = samples.saturating_add(sum);
     }
     if start < channels.len() {
         parts.push(&channels[start..]);

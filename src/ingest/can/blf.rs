@@ -5,7 +5,8 @@
 //! object = "LOBJ" sizes type | body          not keep to the containers' ends
 //! ```
 //!
-//! Behind what makes no sense the next object is looked for.
+//! A container that does not unpack, by its checksum, is left out; behind what makes no sense the
+//! next object is looked for.
 
 use std::io::{BufRead, Read, Result};
 
@@ -67,8 +68,15 @@ pub fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<S
         std::io::copy(&mut log.take(padding as u64), &mut std::io::sink())?;
         at += padding as u64;
         if kind == LOG_CONTAINER {
+            let before = inner.len();
+            // of one that is cut off what is there is right; of a damaged one nothing is sure
             if !unpack(&body, &mut inner) && !scan.cut {
                 scan.bad(|| format!("in a container before byte {at}"));
+                inner.truncate(before);
+                objects(&inner, &mut scan, take);
+                // the rest of its last object is lost
+                inner.clear();
+                continue;
             }
         } else {
             // an object that stands by itself
@@ -123,7 +131,7 @@ fn fill(log: &mut dyn BufRead, out: &mut [u8]) -> Result<bool> {
     }
 }
 
-/// Adds a container's content; of a broken one what comes before the break. Whether it is whole.
+/// Adds a container's content, as far as it can be unpacked; whether it is whole.
 fn unpack(body: &[u8], out: &mut Vec<u8>) -> bool {
     let Some((head, packed)) = body.split_at_checked(16) else { return false };
     match u16_at(head, 0) {

@@ -55,8 +55,11 @@ pub fn each_asc(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Resu
             base = said;
             return;
         }
-        if let Some(date) = line.strip_prefix("date ") {
-            scan.start = start(date);
+        // the first is when the file was begun, the second when the measurement was
+        if let Some(date) =
+            ["date ", "Begin Triggerblock "].iter().find_map(|p| line.strip_prefix(p))
+        {
+            scan.start = start(date).or_else(|| scan.start.take());
             return;
         }
         let mut words = line.split_whitespace();
@@ -270,7 +273,7 @@ mod tests {
     #[test]
     fn asc_of_several_writers() {
         let text = "date Fri May 01 12:02:04.5 pm 2026\nbase hex  timestamps absolute\n\
-            internal events logged\nBegin Triggerblock Fri May 01\n 0.000000 Start of measurement\n\
+            internal events logged\nBegin Triggerblock Fri May 01 12:02:03.25 2026\n 0.000000 Start of measurement\n\
             0.010000 1  1A3             Rx   d 3 01 02 FF\n\
             0.020000 2  18FF1234x       Tx   d 1 07  Length = 0 BitCount = 0\n\
             0.030000 CANFD   1 Rx        123  Name  1 0 9 12 00 01 02 03 04 05 06 07 08 09 0A 0B 0 0\n\
@@ -283,7 +286,11 @@ mod tests {
         assert_eq!(frames[2].4, (0..12).collect::<Vec<u8>>());
         assert_eq!(frames[3].4, [0, 1, 2, 3]);
         assert_eq!((scan.bad, scan.first_bad.as_str()), (1, "in line 12"));
-        assert_eq!(scan.start.as_deref(), Some("2026-05-01T12:02:04.5Z"));
+        assert_eq!(scan.start.as_deref(), Some("2026-05-01T12:02:03.25Z"));
+        assert_eq!(
+            start("Fri May 1 12:02:04.5 am 2026").as_deref(),
+            Some("2026-05-01T00:02:04.5Z")
+        );
     }
 
     #[test]

@@ -16,13 +16,17 @@ use crate::warning::Warning;
 /// Records that are decoded at a time.
 const WINDOW: usize = 1 << 16;
 
+/// Most samples that room is made for before they are read.
+const RESERVED: usize = 1 << 22;
+
 /// The groups that have samples over time, with a name for each.
 fn groups(file: &Mf4File) -> Vec<(String, &ChannelGroup)> {
     let groups: Vec<&ChannelGroup> = file
         .data_groups()
         .iter()
         .flat_map(|dg| &dg.channel_groups)
-        .filter(|cg| clock(cg).is_some() && !cg.is_vlsd())
+        // of a bus the frames are read, not the parts that they are logged in
+        .filter(|cg| clock(cg).is_some() && !cg.is_vlsd() && !cg.is_bus_event())
         .collect();
     let named = |cg: &&ChannelGroup| match &cg.source {
         _ if !cg.acquisition_name.trim().is_empty() => cg.acquisition_name.clone(),
@@ -157,7 +161,8 @@ fn read(
     let computed = |c: &&Channel| {
         matches!(c.channel_type, ChannelType::VirtualMaster | ChannelType::VirtualData)
     };
-    let samples = group.sample_count as usize;
+    // a damaged file may claim any number
+    let samples = usize::try_from(group.sample_count).unwrap_or(0).min(RESERVED);
     time.reserve(samples);
     values.iter_mut().for_each(|v| v.reserve(samples));
     let mut columns: Vec<&mut Vec<f64>> = std::iter::once(time).chain(values).collect();
