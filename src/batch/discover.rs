@@ -19,7 +19,7 @@ use crate::pipeline::Rejection;
 
 /// Extensions of files that are taken for logs when a folder is searched.
 pub const EXTENSIONS: &[&str] =
-    &["parquet", "csv", "tsv", "txt", "log", "mf4", "mdf", "mcap", "blf", "asc"];
+    &["parquet", "csv", "tsv", "txt", "log", "mf4", "mdf", "mcap", "blf", "asc", "ld", "ctrk"];
 
 /// Folders beside an archive's sessions that hold no logs.
 pub(super) const NOT_LOGS: &[&str] = &["truth", "bikes"];

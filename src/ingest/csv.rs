@@ -2,47 +2,51 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::sync::Arc;
 
 use ::csv::{ByteRecord, ReaderBuilder};
 
-use crate::ingest::map::{ChannelMap, Column, CsvLayout, TimeSource, of_format};
+use crate::ingest::foreign::{Listing, SourceChannel, fit};
+use crate::ingest::map::{ChannelMap, CsvLayout, TimeSource, of_format};
 use crate::ingest::{Error, HEAD_LEN, Head, Raw, Reader, ident, warning};
 use crate::objects::source::{self, Source};
 use crate::session::Meta;
-use crate::warning::Warning;
+
+pub(super) mod cells;
+pub(super) mod clocks;
+mod plain;
+pub(super) mod table;
+pub(super) mod text;
+
+use text::{Text, decoded};
 
 /// The format.
 pub const READER: Reader =
-    Reader { name: "csv", sniff, identify, read, map, own_clock: false, look: None };
-
-/// Share of a column's cells that may be unreadable before the log is refused.
-const BAD_CELLS: f64 = 0.01;
+    Reader { name: "csv", sniff, identify, read, map, own_clock: false, look: Some(plain::LOOK) };
 
 /// Text of any encoding: no control characters but tabs and line ends.
 fn sniff(head: &Head<'_>) -> bool {
-    head.bytes.iter().all(|b| !b.is_ascii_control() || matches!(b, b'\t' | b'\r' | b'\n'))
+    let plain = |b: &u8| !b.is_ascii_control() || matches!(b, b'\t' | b'\r' | b'\n');
+    text::is_utf16(head.bytes) || head.bytes.iter().all(plain)
 }
 
 fn identify(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {
-    let (map, columns) = choose(path, maps)?;
+    let (map, header) = choose(path, maps)?;
     let mut meta = ident::or(ident::from_path(path), map.meta.clone());
     if let TimeSource::Column { name, factor, epoch: true } = &map.time {
-        let (mut reader, _) = open(path, &map.csv)?;
-        let mut record = ByteRecord::new();
-        let at = columns.iter().position(|c| c == name);
-        if let Some(at) = at
-            && reader.read_byte_record(&mut record).unwrap_or(false)
-            && let Some(Cell::Number(stamp)) = record.get(at).map(|c| cell(c, &map.csv))
-        {
-            meta.start_time = start_time(stamp * factor).or(meta.start_time);
+        let mut rows = open(path, &map.csv)?;
+        let at = header.names.iter().position(|c| c == name);
+        if let Some(at) = at {
+            let writing = rows.writing(map);
+            let first = cells::read(path, &mut rows.reader, &[(name, at)], writing, 1);
+            let stamp = first.ok().and_then(|r| r.columns.first()?.first().copied());
+            meta.start_time = stamp.and_then(|t| start_time(t * factor)).or(meta.start_time);
         }
     }
     Ok(meta)
 }
 
 /// Unix seconds as RFC 3339, to the millisecond.
-fn start_time(seconds: f64) -> Option<String> {
+pub(super) fn start_time(seconds: f64) -> Option<String> {
     let ms = (seconds * 1e3).round();
     if !(0.0..4e12).contains(&ms) {
         return None;
@@ -51,18 +55,38 @@ fn start_time(seconds: f64) -> Option<String> {
 }
 
 fn map(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
-    choose(path, maps).map(|(map, header)| Some(map.fitted(&header)))
+    let (map, header) = choose(path, maps)?;
+    fitted(map, &header).map(Some)
+}
+
+/// The map as it is for this log; where the log has a row of units, they are checked.
+fn fitted(map: &ChannelMap, header: &Header) -> Result<ChannelMap, Error> {
+    if header.units.is_empty() {
+        return Ok(map.fitted(&header.names));
+    }
+    let channel = |(place, name): (usize, &String)| SourceChannel {
+        name: name.clone(),
+        unit: header.units.get(place).cloned().filter(|u| !u.is_empty()),
+        place: [place, 0, 0],
+        ..SourceChannel::default()
+    };
+    let channels = header.names.iter().enumerate().map(channel).collect();
+    fit(map, &Listing { channels, ..Listing::default() })
 }
 
 fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let (map, header) = choose(path, maps)?;
-    let map = map.fitted(&header);
+    let map = fitted(map, &header)?;
     let needed = map.needed();
+    let place = |name: &str| header.names.iter().position(|h| h == name);
     let places = needed
         .iter()
-        .map(|name| header.iter().position(|h| h == name).ok_or_else(|| map.missing(name, &header)))
-        .collect::<Result<Vec<usize>, Error>>()?;
-    let (mut decoded, mut warnings) = decode(path, &map.csv, &needed, &places)?;
+        .map(|name| place(name).map(|p| (*name, p)).ok_or_else(|| map.missing(name, &header.names)))
+        .collect::<Result<Vec<cells::Wanted<'_>>, Error>>()?;
+    let mut rows = open(path, &map.csv)?;
+    let writing = rows.writing(&map);
+    let cells::Cells { columns: mut decoded, mut warnings } =
+        cells::read(path, &mut rows.reader, &places, writing, usize::MAX)?;
     let rows = decoded.first().map_or(0, Vec::len);
     let time = match &map.time {
         TimeSource::Rate(rate) => (0..rows).map(|i| i as f64 / rate).collect(),
@@ -75,15 +99,16 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
             return Err(Error::new("no_time", format!("channel map {}: no `[time]`", map.name)));
         }
     };
-    let time = Arc::new(time);
     let names = if matches!(map.time, TimeSource::Rate(_)) { &needed[..] } else { &needed[1..] };
-    let columns: Vec<Column> = names
-        .iter()
-        .zip(decoded)
-        .map(|(name, values)| Column { name: (*name).into(), time: Arc::clone(&time), values })
-        .collect();
+    let columns = names.iter().map(|n| (*n).to_owned()).zip(decoded).collect();
+    // what is averaged shares a clock
+    let together = |a: usize, b: usize| {
+        let both = |from: &[String]| [a, b].iter().all(|&i| from.iter().any(|f| *f == names[i]));
+        a != b && map.entries.iter().any(|e| both(&e.from))
+    };
+    let columns = clocks::apart(time, columns, together);
     let unread: Vec<&str> =
-        header.iter().map(String::as_str).filter(|h| !needed.contains(h)).collect();
+        header.names.iter().map(String::as_str).filter(|h| !needed.contains(h)).collect();
     if !unread.is_empty() {
         warnings.push(warning(
             "unknown_column",
@@ -102,12 +127,12 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
 }
 
 /// The map for a file and the file's header under that map's layout.
-fn choose<'a>(path: &Path, maps: &'a [ChannelMap]) -> Result<(&'a ChannelMap, Vec<String>), Error> {
+fn choose<'a>(path: &Path, maps: &'a [ChannelMap]) -> Result<(&'a ChannelMap, Header), Error> {
     let candidates = of_format(maps, "csv");
-    let mut seen = Vec::new();
+    let mut seen = Header::default();
     for &map in &candidates {
-        let header = header(path, &map.csv)?;
-        if map.detects(&header) {
+        let header = open(path, &map.csv)?.header;
+        if map.detects(&header.names) {
             return Ok((map, header));
         }
         seen = header;
@@ -120,130 +145,79 @@ fn choose<'a>(path: &Path, maps: &'a [ChannelMap]) -> Result<(&'a ChannelMap, Ve
     Err(Error::new(
         "no_channel_map",
         format!(
-            "no channel map fits {} (tried {}); its header is `{}`; write a map for it, see \
-             `roadbench schema channel_map`",
+            "no channel map fits {} (tried {}); its header is `{}`; `roadbench inspect` proposes a \
+             map for it, `roadbench schema channel_map` lists every key",
             path.display(),
             tried.join(", "),
-            seen.join(", ").chars().take(300).collect::<String>()
+            seen.names.join(", ").chars().take(300).collect::<String>()
         ),
     ))
 }
 
-fn header(path: &Path, layout: &CsvLayout) -> Result<Vec<String>, Error> {
-    open(path, layout).map(|(_, header)| header)
+/// The names and the units of a file's columns.
+#[derive(Debug, Default)]
+struct Header {
+    names: Vec<String>,
+    /// Empty if the layout knows no row of them.
+    units: Vec<String>,
 }
 
-type Rows = ::csv::Reader<BufReader<Source>>;
+/// A file that is open at its first row of data.
+struct Rows {
+    header: Header,
+    reader: ::csv::Reader<BufReader<Text<Source>>>,
+}
 
-/// A reader that stands on the first row of data, and the header.
-fn open(path: &Path, layout: &CsvLayout) -> Result<(Rows, Vec<String>), Error> {
+impl Rows {
+    fn writing<'a>(&self, map: &'a ChannelMap) -> cells::Writing<'a> {
+        cells::Writing {
+            decimal: map.csv.decimal,
+            missing: &map.csv.missing,
+            first_line: (map.csv.skip_rows + map.csv.rows_after_header + 2) as u64,
+            width: self.header.names.len(),
+        }
+    }
+}
+
+fn open(path: &Path, layout: &CsvLayout) -> Result<Rows, Error> {
     let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let mut file = BufReader::new(source::open(path).map_err(fail)?);
+    let file = source::open(path).map_err(fail)?;
+    let mut file = BufReader::new(Text::new(file).map_err(fail)?);
     let mut line = Vec::new();
+    let mut next = |line: &mut Vec<u8>| -> Result<(), Error> {
+        line.clear();
+        (&mut file).take(HEAD_LEN).read_until(b'\n', line).map_err(fail)?;
+        Ok(())
+    };
     for _ in 0..=layout.skip_rows {
-        line.clear();
-        (&mut file).take(HEAD_LEN).read_until(b'\n', &mut line).map_err(fail)?;
+        next(&mut line)?;
     }
-    let text = String::from_utf8_lossy(&line);
-    let text = text.trim_start_matches('\u{feff}').trim();
-    let text = text.strip_prefix(layout.header_prefix.as_str()).unwrap_or(text);
-    let header: Vec<String> = builder(layout)
-        .from_reader(text.as_bytes())
-        .records()
-        .next()
-        .and_then(Result::ok)
-        .map(|r| r.iter().map(|cell| cell.trim().to_owned()).collect())
-        .unwrap_or_default();
-    for _ in 0..layout.rows_after_header {
-        line.clear();
-        (&mut file).take(HEAD_LEN).read_until(b'\n', &mut line).map_err(fail)?;
+    let text = decoded(&line);
+    let text = text.trim();
+    let names = cells_of(text.strip_prefix(layout.header_prefix.as_str()).unwrap_or(text), layout);
+    let mut units = Vec::new();
+    for row in 1..=layout.rows_after_header {
+        next(&mut line)?;
+        if row == layout.units_row {
+            units = cells_of(decoded(&line).trim_end_matches(['\r', '\n']), layout);
+        }
     }
-    Ok((builder(layout).from_reader(file), header))
+    Ok(Rows { header: Header { names, units }, reader: builder(layout).from_reader(file) })
+}
+
+fn cells_of(line: &str, layout: &CsvLayout) -> Vec<String> {
+    let mut record = ByteRecord::new();
+    let mut reader = builder(layout).from_reader(line.as_bytes());
+    match reader.read_byte_record(&mut record) {
+        Ok(true) => record.iter().map(|cell| decoded(cell).trim().to_owned()).collect(),
+        _ => Vec::new(),
+    }
 }
 
 fn builder(layout: &CsvLayout) -> ReaderBuilder {
     let mut builder = ReaderBuilder::new();
     builder.has_headers(false).flexible(true).delimiter(layout.delimiter as u8);
     builder
-}
-
-/// The columns at `places`, decoded; NaN where there is no number.
-fn decode(
-    path: &Path,
-    layout: &CsvLayout,
-    names: &[&str],
-    places: &[usize],
-) -> Result<(Vec<Vec<f64>>, Vec<Warning>), Error> {
-    let (mut reader, _) = open(path, layout)?;
-    let first_line = layout.skip_rows + layout.rows_after_header + 2;
-    let mut columns = vec![Vec::new(); places.len()];
-    let mut bad: Vec<Option<(usize, u64, String)>> = vec![None; places.len()];
-    let mut record = ByteRecord::new();
-    loop {
-        match reader.read_byte_record(&mut record) {
-            Ok(true) => {}
-            Ok(false) => break,
-            Err(e) => {
-                let io = std::io::Error::other(e.to_string());
-                return Err(Error::unreadable(path, &io));
-            }
-        }
-        for ((column, &place), bad) in columns.iter_mut().zip(places).zip(&mut bad) {
-            let value = match record.get(place).map_or(Cell::Missing, |c| cell(c, layout)) {
-                Cell::Number(x) => x,
-                Cell::Missing => f64::NAN,
-                Cell::Bad => {
-                    let line = record.position().map_or(0, |p| p.line() - 1) + first_line as u64;
-                    let text = || String::from_utf8_lossy(&record[place]).into_owned();
-                    bad.get_or_insert_with(|| (0, line, text())).0 += 1;
-                    f64::NAN
-                }
-            };
-            column.push(value);
-        }
-    }
-    let rows = columns.first().map_or(0, Vec::len);
-    let mut warnings = Vec::new();
-    for (name, bad) in names.iter().zip(bad) {
-        let Some((count, line, text)) = bad else { continue };
-        let text: String = text.chars().take(40).collect();
-        let message = format!(
-            "column `{name}`: {count} of {rows} cells are not numbers, the first is `{text}` in \
-             line {line}"
-        );
-        if count as f64 > BAD_CELLS * rows as f64 {
-            let hint = "; name it in the map's `csv.missing` if it means no sample";
-            return Err(Error::new("bad_cell", message + hint));
-        }
-        let message = message + "; taken as missing";
-        warnings.push(warning("bad_cell", None, count, None, message));
-    }
-    Ok((columns, warnings))
-}
-
-enum Cell {
-    Number(f64),
-    Missing,
-    Bad,
-}
-
-/// One cell. Infinities are no measurement, so they are missing.
-fn cell(bytes: &[u8], layout: &CsvLayout) -> Cell {
-    let Ok(text) = std::str::from_utf8(bytes) else { return Cell::Bad };
-    let text = text.trim();
-    if text.is_empty() || layout.missing.iter().any(|m| m == text) {
-        return Cell::Missing;
-    }
-    let parsed = if layout.decimal == ',' && text.contains(',') {
-        text.replace(',', ".").parse::<f64>()
-    } else {
-        text.parse::<f64>()
-    };
-    match parsed {
-        Ok(x) if x.is_finite() => Cell::Number(x),
-        Ok(_) => Cell::Missing,
-        Err(_) => Cell::Bad,
-    }
 }
 
 #[cfg(test)]

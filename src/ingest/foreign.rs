@@ -155,6 +155,9 @@ impl Listing {
     /// # Errors
     /// `missing_column`, `ambiguous_column`: a sentence about the name.
     pub fn find(&self, name: &str) -> Result<&SourceChannel, Error> {
+        if let Some(exact) = self.channels.iter().find(|c| c.full() == name) {
+            return Ok(exact);
+        }
         let mut called = self.channels.iter().filter(|c| c.is_called(name));
         let Some(first) = called.next() else {
             return Err(Error::new("missing_column", self.unknown(name)));
@@ -181,7 +184,8 @@ impl Listing {
 
     /// Whether a map was written for logs like this one.
     fn is_for(&self, map: &ChannelMap) -> bool {
-        let there = |name: &String| self.channels.iter().any(|c| c.is_called(name));
+        // `*` is every log of the format
+        let there = |name: &String| name == "*" || self.channels.iter().any(|c| c.is_called(name));
         !map.detect.is_empty() && map.detect.iter().all(there)
     }
 
@@ -206,9 +210,7 @@ pub fn fit(map: &ChannelMap, listing: &Listing) -> Result<ChannelMap, Error> {
             let place = format!("channel map {}, [channel.{}]", map.name, entry.channel);
             Error::new(e.code, format!("{place}: {}", e.message))
         };
-        let found: Result<Vec<&SourceChannel>, Error> =
-            entry.from.iter().map(|name| listing.find(name)).collect();
-        let found = match found {
+        let found = match first_of(entry, listing) {
             Ok(found) => found,
             Err(e) if map.optional && e.code == "missing_column" => continue,
             Err(e) => return Err(fail(e)),
@@ -220,6 +222,22 @@ pub fn fit(map: &ChannelMap, listing: &Listing) -> Result<ChannelMap, Error> {
         return Err(Error::new("no_channel_map", message));
     }
     Ok(fitted)
+}
+
+/// What an entry is `from`, or the first of `or` that the log has.
+fn first_of<'a>(entry: &Entry, listing: &'a Listing) -> Result<Vec<&'a SourceChannel>, Error> {
+    let all = |names: &[String]| -> Result<Vec<&'a SourceChannel>, Error> {
+        names.iter().map(|name| listing.find(name)).collect()
+    };
+    let missing = |found: &Result<_, Error>| {
+        found.as_ref().is_err_and(|e: &Error| e.code == "missing_column")
+    };
+    let from = all(&entry.from);
+    if !missing(&from) {
+        return from;
+    }
+    let others = entry.or.iter().map(|name| all(std::slice::from_ref(name)));
+    others.into_iter().find(|found| !missing(found)).unwrap_or(from)
 }
 
 fn entry_for(entry: &Entry, found: &[&SourceChannel]) -> Result<Entry, Error> {

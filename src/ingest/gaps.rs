@@ -49,7 +49,8 @@ struct Gaps {
 pub fn report(session: &Session, limits: &[(Channel, f64)], warnings: &mut Vec<Warning>) {
     let mut groups: Vec<(Gaps, f64, Vec<Channel>)> = Vec::new();
     for &(channel, limit) in limits {
-        let Some(gaps) = session.get(channel).and_then(find) else { continue };
+        let ends = limit * session.rate;
+        let Some(gaps) = session.get(channel).and_then(|v| find(v, ends)) else { continue };
         match groups.iter_mut().find(|(g, l, _)| *g == gaps && *l == limit) {
             Some((_, _, channels)) => channels.push(channel),
             None => groups.push((gaps, limit, vec![channel])),
@@ -74,8 +75,14 @@ pub fn report(session: &Session, limits: &[(Channel, f64)], warnings: &mut Vec<W
     }
 }
 
-fn find(values: &[f64]) -> Option<Gaps> {
-    let first = values.iter().position(|v| v.is_nan())?;
+/// Before the first and after the last sample less than `ends` samples are no gap: that a slower
+/// channel begins and ends later and earlier than the others is its rate, not a loss.
+fn find(values: &[f64], ends: f64) -> Option<Gaps> {
+    let missing = |run: usize| if (run as f64) < ends { run } else { 0 };
+    let before = missing(values.iter().take_while(|v| v.is_nan()).count());
+    let after = missing(values.iter().rev().take_while(|v| v.is_nan()).count());
+    let values = values.get(..values.len() - after)?;
+    let first = before + values.get(before..)?.iter().position(|v| v.is_nan())?;
     let mut gaps = Gaps { count: 0, samples: 0, first, longest: 0 };
     let mut run = 0;
     for v in values[first..].iter().chain([&0.0]) {
@@ -110,6 +117,16 @@ mod tests {
         assert!((values[3] - 9.0).abs() < 1e-12, "{}", values[3]);
         assert!(values[9..13].iter().all(|v| v.is_nan()));
         assert!((values[18] - 324.0).abs() < 1.0);
+    }
+
+    #[test]
+    fn a_slow_channel_ends_before_the_others_without_a_gap() {
+        let values = [NAN, NAN, 1.0, NAN, NAN, NAN, 1.0, NAN, NAN, NAN];
+        let gaps = find(&values, 3.0).expect("inside, and after");
+        assert_eq!((gaps.count, gaps.samples, gaps.first), (2, 6, 3));
+        assert_eq!(find(&values, 4.0).expect("inside").samples, 3);
+        assert_eq!(find(&[NAN, 1.0, 1.0, NAN], 2.0), None);
+        assert_eq!(find(&[NAN; 3], 10.0), None);
     }
 
     #[test]

@@ -68,6 +68,8 @@ pub struct CsvLayout {
     pub skip_rows: usize,
     /// Lines between header and data (units, say).
     pub rows_after_header: usize,
+    /// Which of them holds the units, from 1; 0 if none does.
+    pub units_row: usize,
     /// Cells that mean "no sample", besides empty ones and `nan`.
     pub missing: Vec<String>,
 }
@@ -80,6 +82,7 @@ impl Default for CsvLayout {
             header_prefix: "#".into(),
             skip_rows: 0,
             rows_after_header: 0,
+            units_row: 0,
             missing: Vec::new(),
         }
     }
@@ -110,6 +113,8 @@ pub struct Entry {
     pub channel: Channel,
     /// Source columns; more than one are averaged.
     pub from: Vec<String>,
+    /// Names to look for where that is not in the log, the first first.
+    pub or: Vec<String>,
     /// Unit of the source, after `scale` and `offset`; the contract's if the map gives none.
     pub unit: String,
     /// Whether the map gives it.
@@ -201,6 +206,13 @@ impl ChannelMap {
     /// read others.
     pub fn fitted(&self, columns: &[String]) -> ChannelMap {
         let mut map = self.clone();
+        for entry in &mut map.entries {
+            if entry.from.iter().any(|name| !columns.contains(name))
+                && let Some(other) = entry.or.iter().find(|name| columns.contains(name))
+            {
+                entry.from = vec![other.clone()];
+            }
+        }
         if map.optional {
             map.entries.retain(|e| e.from.iter().all(|name| columns.contains(name)));
         }
@@ -355,7 +367,14 @@ pub const SHIPPED: &[(&str, &str)] = ship!(
     "session_can",
     "indy_av21_car",
     "tudelft_bicycle",
-    "kiro"
+    "kiro",
+    "motec_ld",
+    "motec_csv",
+    "aim_csv",
+    "racechrono_v3",
+    "racechrono_v2",
+    "xsens_mt_manager",
+    "ytrac_ctrk",
 );
 
 /// The maps that come with the program.

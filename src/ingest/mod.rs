@@ -28,6 +28,8 @@ mod check;
 mod clean;
 mod clock;
 mod csv;
+mod ctrk;
+mod dialect;
 pub mod foreign;
 mod gaps;
 mod ident;
@@ -35,6 +37,7 @@ mod kiro;
 pub mod map;
 mod mcap;
 mod mdf;
+mod motec;
 mod parquet;
 pub mod propose;
 mod resample;
@@ -149,6 +152,12 @@ pub const READERS: &[Reader] = &[
     foreign::reader::<mdf::Mdf>(),
     foreign::reader::<mcap::Mcap>(),
     foreign::reader::<can::Can>(),
+    foreign::reader::<motec::Ld>(),
+    foreign::reader::<ctrk::Ctrk>(),
+    foreign::reader::<dialect::Motec>(),
+    foreign::reader::<dialect::Aim>(),
+    foreign::reader::<dialect::RaceChrono>(),
+    foreign::reader::<dialect::xsens::Xsens>(),
     kiro::READER,
     csv::READER,
 ];

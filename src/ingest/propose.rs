@@ -84,14 +84,16 @@ fn write_map(
     Ok(())
 }
 
+/// Whether a channel seems to hold the stamps of the others.
+pub(super) fn is_time(channel: &SourceChannel) -> bool {
+    let known = channel.unit.as_deref().and_then(units::dimension);
+    let words = words(&channel.name);
+    let named = words.iter().any(|w| matches!(w.as_str(), "time" | "timestamp" | "t"));
+    named && known.is_none_or(|d| d == "time")
+}
+
 fn write_time(out: &mut String, listing: &Listing) -> std::fmt::Result {
-    let is_time = |c: &&SourceChannel| {
-        let known = c.unit.as_deref().and_then(units::dimension);
-        let words = words(&c.name);
-        let named = words.iter().any(|w| matches!(w.as_str(), "time" | "timestamp" | "t"));
-        named && known.is_none_or(|d| d == "time")
-    };
-    let Some(time) = listing.channels.iter().find(is_time) else {
+    let Some(time) = listing.channels.iter().find(|c| is_time(c)) else {
         return writeln!(out, "\n# [time]\n# column = \"...\"\n# unit = \"s\" # or rate = 100");
     };
     writeln!(out, "\n[time]\ncolumn = {}", quoted(&called(time, listing)))?;

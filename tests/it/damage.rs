@@ -12,8 +12,13 @@ use roadbench::ingest::{self, write_session};
 use roadbench::pipeline::Pipeline;
 use roadbench::session::{Meta, Session};
 
+use crate::racing_files;
+
 /// Damaged files of each format.
 const EACH: usize = 80;
+/// Logs of racing loggers, and damaged files of each.
+const RACING: [&str; 6] = ["ld", "CTRK", "motec", "aim", "racechrono", "xsens"];
+const OF_RACING: usize = 20;
 /// The same of those that other software wrote: samples of fixtures/formats.
 const FOREIGN: [(&str, &str); 5] = [
     ("mf4", "ride_logger.mf4"),
@@ -64,6 +69,12 @@ fn whole(ride: &Session, folder: &Path, name: &str, format: &str) -> Vec<u8> {
             }
             text.into_bytes()
         }
+        "ld" => racing_files::motec_ld(ride),
+        "CTRK" => racing_files::ctrk(ride),
+        "motec" => racing_files::motec_csv(ride).into_bytes(),
+        "aim" => racing_files::aim_csv(ride).into_bytes(),
+        "racechrono" => racing_files::racechrono_v3(ride).into_bytes(),
+        "xsens" => racing_files::xsens(ride).into_bytes(),
         _ => {
             // a logger of lines of several kinds
             let mut text = String::new();
@@ -173,19 +184,25 @@ fn maps() -> Maps {
 }
 
 #[test]
-fn four_hundred_and_forty_damaged_logs_are_each_accounted_for() {
+fn damaged_logs_are_each_accounted_for() {
     let folder = tempfile::tempdir().expect("folder");
     let root = folder.path();
     let ride = ride();
     let mut random = Pcg64::seed_from_u64(6);
     let logs = root.join("logs/bike=b1");
     std::fs::create_dir_all(&logs).expect("folder");
-    for format in ["parquet", "csv", "txt"] {
-        for number in 0..EACH {
+    let formats = ["parquet", "csv", "txt"].map(|f| (f, EACH)).into_iter();
+    for (format, each) in formats.chain(RACING.map(|f| (f, OF_RACING))) {
+        for number in 0..each {
             let name = format!("{format}_{number:02}");
             let mut bytes = whole(&ride, root, &name, format);
             damage(&mut bytes, number, &mut random);
-            std::fs::write(logs.join(format!("{name}.{format}")), bytes).expect("log");
+            let extension = match format {
+                "motec" | "aim" | "racechrono" => "csv",
+                "xsens" => "txt",
+                other => other,
+            };
+            std::fs::write(logs.join(format!("{name}.{extension}")), bytes).expect("log");
         }
     }
     for (format, sample) in FOREIGN {
@@ -215,7 +232,8 @@ fn four_hundred_and_forty_damaged_logs_are_each_accounted_for() {
     };
     let slowest = Slowest::default();
     let (run, _) = batch::run(&settings, &Stages, &slowest, &AtomicBool::new(false)).expect("run");
-    assert_eq!(run.inputs, 3 * EACH + FOREIGN.len() * EACH_FOREIGN);
+    let foreign = FOREIGN.len() * EACH_FOREIGN;
+    assert_eq!(run.inputs, 3 * EACH + RACING.len() * OF_RACING + foreign);
     assert_eq!(run.done + run.rejected.len(), run.inputs);
     let mut codes = std::collections::BTreeMap::new();
     for row in &run.rejected {

@@ -20,6 +20,8 @@ mod motorcycle;
 mod objects;
 mod offroad;
 mod offroad_reference;
+mod racing;
+mod racing_files;
 mod recordings;
 mod recovery;
 mod report;

@@ -47,6 +47,15 @@ enum OneOrMore {
     More(Vec<String>),
 }
 
+impl OneOrMore {
+    fn all(self) -> Vec<String> {
+        match self {
+            OneOrMore::One(text) => vec![text],
+            OneOrMore::More(texts) => texts,
+        }
+    }
+}
+
 impl Default for OneOrMore {
     fn default() -> Self {
         OneOrMore::More(Vec::new())
@@ -91,6 +100,8 @@ struct FileTime {
 #[serde(deny_unknown_fields)]
 struct FileEntry {
     from: toml::Value,
+    #[serde(default)]
+    or: OneOrMore,
     unit: Option<String>,
     file_unit: Option<String>,
     scale: Option<f64>,
@@ -113,6 +124,9 @@ pub(super) fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
     if !(file.csv.delimiter.is_ascii() && matches!(file.csv.decimal, '.' | ',')) {
         return Err(fail("`csv.delimiter` must be ASCII and `csv.decimal` `.` or `,`".into()));
     }
+    if file.csv.units_row > file.csv.rows_after_header {
+        return Err(fail("`csv.units_row` must be one of the `csv.rows_after_header`".into()));
+    }
     let time = time_source(file.time, reader).map_err(fail)?;
     let mut entries = Vec::new();
     for (column, entry) in file.channel {
@@ -122,10 +136,7 @@ pub(super) fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
         entries.push(entry);
     }
     entries.sort_by_key(|e| e.channel);
-    let dbc = match file.dbc {
-        OneOrMore::One(path) => vec![path],
-        OneOrMore::More(paths) => paths,
-    };
+    let dbc = file.dbc.all();
     Ok(ChannelMap {
         name: file.name,
         format: file.format,
@@ -193,7 +204,9 @@ fn entry_of(channel: Channel, entry: FileEntry) -> Result<Entry, String> {
     };
     let si = si_unit(channel);
     let unit_given = entry.unit.is_some();
-    let unit = entry.unit.unwrap_or_else(|| si.to_owned());
+    // what is said with a radius is a surface speed
+    let usual = if entry.radius.is_some() { "m/s" } else { si };
+    let unit = entry.unit.unwrap_or_else(|| usual.to_owned());
     let (sign, delay) = (entry.sign.unwrap_or(1.0), entry.delay.unwrap_or(0.0));
     if sign.abs() != 1.0 {
         return Err(format!("`sign` = {sign} must be 1 or -1"));
@@ -213,6 +226,7 @@ fn entry_of(channel: Channel, entry: FileEntry) -> Result<Entry, String> {
     let mut entry = Entry {
         channel,
         from,
+        or: entry.or.all(),
         unit,
         unit_given,
         file_unit,

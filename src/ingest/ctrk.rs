@@ -1,0 +1,89 @@
+//! Yamaha Y-Trac `.CTRK` logs: [`records`] has the bytes, [`channels`] what they mean.
+//!
+//! Read by the published specification and its examples; no file of a real logger could be had to
+//! try it on.
+
+use std::path::Path;
+
+use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
+use crate::ingest::map::Column;
+use crate::ingest::{Error, Head, warning};
+use crate::objects::source;
+use crate::session::Meta;
+use crate::warning::Warning;
+
+mod channels;
+mod records;
+
+use records::Contents;
+
+/// Yamaha Y-Trac `.CTRK`.
+#[derive(Debug)]
+pub struct Ctrk;
+
+/// Before this a logger's clock was never set, ms since 1970: it begins at 2000-01-01.
+const CLOCK_SET: i64 = 1_262_304_000_000;
+
+impl Format for Ctrk {
+    const NAME: &'static str = "ytrac_ctrk";
+
+    fn sniff(head: &Head<'_>) -> bool {
+        records::is(head.bytes)
+    }
+
+    fn list(path: &Path, _: &Aids) -> Result<Listing, Error> {
+        let bytes = source::read(path).map_err(|e| Error::unreadable(path, &e))?;
+        let contents = records::split(&bytes);
+        let columns = columns(path, &contents)?;
+        let channel = |(column, unit): &(Column, &'static str)| SourceChannel {
+            name: column.name.clone(),
+            unit: Some((*unit).to_owned()),
+            samples: Some(column.values.len() as u64),
+            ..SourceChannel::default()
+        };
+        let first = contents.records.first().map(|r| r.stamp).filter(|s| *s > CLOCK_SET);
+        let start = first.or_else(|| channels::start_by_gps(&contents));
+        let start = start.and_then(|ms| jiff::Timestamp::from_millisecond(ms).ok());
+        let said = |key: &str| contents.footer.get(key).filter(|v| !v.is_empty()).cloned();
+        let meta = Meta {
+            start_time: start.map(|t| t.to_string()),
+            site: said("CircuitName"),
+            rider_id: said("User"),
+            ..Meta::default()
+        };
+        Ok(Listing {
+            channels: columns.iter().map(channel).collect(),
+            meta,
+            facts: contents.footer.clone().into_iter().filter(|(_, v)| !v.is_empty()).collect(),
+            warnings: broken(&contents),
+            layout: String::new(),
+        })
+    }
+
+    fn decode(path: &Path, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+        let bytes = source::read(path).map_err(|e| Error::unreadable(path, &e))?;
+        let contents = records::split(&bytes);
+        let columns = columns(path, &contents)?;
+        let find = |c: &&SourceChannel| columns.iter().find(|(col, _)| col.name == c.name);
+        let columns = wanted.iter().filter_map(find).map(|(c, _)| c.clone()).collect();
+        Ok(Decoded { columns, warnings: Vec::new() })
+    }
+}
+
+fn columns(path: &Path, contents: &Contents<'_>) -> Result<Vec<(Column, &'static str)>, Error> {
+    let columns = channels::columns(contents);
+    if columns.is_empty() {
+        let why = contents.broken.as_deref().map(|b| format!(": {b}")).unwrap_or_default();
+        let message = format!("{} has no records of known channels{why}", path.display());
+        return Err(Error::new("no_channels", message));
+    }
+    Ok(columns)
+}
+
+fn broken(contents: &Contents<'_>) -> Vec<Warning> {
+    let told = |why: &String| {
+        let message = format!("{why}; what stands before is read");
+        warning("cut_off", None, 1, None, message)
+    };
+    contents.broken.iter().map(told).collect()
+}
