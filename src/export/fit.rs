@@ -79,8 +79,22 @@ fn start(c: &Characterised) -> MfMc {
         lag_x: c.tyre.longitudinal_relaxation,
         rolling: t.rolling_resistance,
         camber_scale: 1.0,
-        overturning: Some([t.overturning_stiffness / radius, 0.0]),
+        overturning: Some({
+            let arm = linear(grid::Ends::of(c).camber) * t.overturning_stiffness / radius;
+            [arm, 0.0, arm]
+        }),
     }
+}
+
+/// The slope of the line that stays closest to `tan` up to an angle: the form is linear in camber.
+pub fn linear(most: f64) -> f64 {
+    let off = |slope: f64| {
+        let angles = (1..=50).map(|i| most * f64::from(i) / 50.0);
+        angles.map(|g| (g.tan() - slope * g).abs()).fold(0.0, f64::max)
+    };
+    let top = most.tan() / most;
+    let slope = |i: i32| 1.0 + (top - 1.0) * f64::from(i) / 200.0;
+    (0..=200).map(slope).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(1.0)
 }
 
 /// Stiffness over load at the nominal load for `pKy1` = 1.

@@ -70,9 +70,9 @@ pub fn combined(tyre: &Characterised, load: f64) -> Vec<Input> {
     let ends = Ends::of(tyre);
     let most = tyre.ridden_side() * load * (1.0 + 1e-9);
     let mut out = Vec::new();
-    for s in steps(ends.slip_ratio, 17) {
-        for g in steps([-ends.camber, ends.camber], 9) {
-            for a in steps([-ends.slip_angle, ends.slip_angle], 9) {
+    for s in steps(ends.slip_ratio, 13) {
+        for g in steps([-ends.camber, ends.camber], 7) {
+            for a in steps([-ends.slip_angle, ends.slip_angle], 7) {
                 let pure = tyre.tyre.tyre.forces(&tyre.input(0.0, a, g, load));
                 if pure.force_y.abs() <= most {
                     out.push(tyre.input(s, a, g, load));

@@ -54,23 +54,22 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -
     f.number("LONGVL", 16.7, "placeholder: reference speed, m/s");
     f.number("VXLOW", 1.0, "placeholder");
     file::body(&mut f, fitted, c, setting);
-    f.section("RELAXATION");
+    f.section("ROADBENCH");
+    f.comment("keys that no other reader knows");
+    let note = "overturning_stiffness and the deflection at the nominal load, m";
+    f.number("CROWN_RADIUS", set.carcass.crown, note);
     let length = c.tyre.tyre.relaxation_length;
     let note = format!(
-        "relaxation length {} m ({}) over cornering stiffness; read by roadbench",
+        "relaxation length {} m ({}) over cornering stiffness",
         short(length),
         row("relaxation_length")
     );
     f.number("LAG_C0", set.lag[0], &note);
-    f.number(
-        "LAG_X",
-        set.lag_x,
-        "placeholder: relaxation length of the slip ratio, m; read by roadbench",
-    );
+    f.number("LAG_X", set.lag_x, "placeholder: relaxation length of the slip ratio, m");
     file::ranges(&mut f, c, c.with_bike);
 
     longitudinal(&mut f, set, &row);
-    overturning(&mut f, fitted, tyre, set);
+    overturning(&mut f, c, set, &row);
     lateral(&mut f, c, set, &row);
     f.section("ROLLING_COEFFICIENTS");
     f.coefficient("QSY1", fitted.value("vehicle", "rolling_resistance"), 1.0);
@@ -94,10 +93,18 @@ fn longitudinal(f: &mut File, set: &MfMc, row: &dyn Fn(&str) -> String) {
     f.number("RCX1", set.rCx1, note);
 }
 
-fn overturning(f: &mut File, fitted: &Fitted, tyre: &str, set: &MfMc) {
+fn overturning(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(&str) -> String) {
+    let k_x = c.tyre.tyre.overturning_stiffness;
     f.section("OVERTURNING_COEFFICIENTS");
     f.number("QSX1", 0.0, "set: no offset");
-    f.coefficient("QSX2", fitted.value(tyre, "overturning_stiffness"), 1.0 / set.R0);
+    let [arm, ..] = set.overturning.unwrap_or_default();
+    let note = format!(
+        "from overturning_stiffness = {} m ({}), times {:.3}: the form has camber for its tangent",
+        short(k_x),
+        row("overturning_stiffness"),
+        arm * set.R0 / k_x
+    );
+    f.number("QSX2", arm, &note);
     f.number("QSX3", 0.0, "set");
 }
 
@@ -160,6 +167,11 @@ fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(&str) -> S
     }
     let note = format!("from twisting_stiffness ({})", row("twisting_stiffness"));
     f.number("QDZ8", set.qDzr[0], &note);
+    let [.., arm] = set.overturning.unwrap_or_default();
+    for key in ["SSZ1", "SSZ2", "SSZ4"] {
+        f.number(key, 0.0, "set");
+    }
+    f.number("SSZ3", arm, "as QSX2: the contact moves sideways under the wheel plane");
     for key in ["QDZ9", "QDZ10", "QDZ11", "QEZ1", "QEZ2", "QEZ5", "QHZ1", "QHZ2", "QHZ3", "QHZ4"] {
         f.number(key, 0.0, "set");
     }

@@ -12,7 +12,7 @@
 //!
 //! A property file of the format `PAC_MC` (MF-MCTyre) is in ISO 8855 already (`PKY1` is negative),
 //! scales its moments by the unloaded radius, acts where the wheel plane meets the road and has an
-//! overturning moment of its own (`QSX2`, `QSX3`).
+//! overturning moment of its own (`QSX2`, `QSX3`) and an arm of the longitudinal force (`SSZ3`).
 #![allow(non_snake_case)] // symbols keep the capitals of the source
 
 use super::tir::{Keys, Missing};
@@ -58,8 +58,9 @@ pub struct MfMc {
     pub rolling: f64,
     /// Factor on the camber stiffness.
     pub camber_scale: f64,
-    /// `qSx2, qSx3` of a file that has an overturning moment of its own; such a file is in ISO 8855.
-    pub overturning: Option<[f64; 2]>,
+    /// `qSx2, qSx3, sSz3` of a file that has an overturning moment of its own, and the arm of `Fx` by
+    /// camber; such a file is in ISO 8855.
+    pub overturning: Option<[f64; 3]>,
 }
 
 /// `sign` that is zero at zero.
@@ -84,6 +85,8 @@ impl MfMc {
             std::array::from_fn(|i| list[i])
         }
         let own = keys.text("PROPERTY_FILE_FORMAT") == Some("PAC_MC");
+        // such a file may say that it has one rolling radius at every load
+        let constant = own && ["DREFF", "FREFF"].iter().all(|k| keys.number(k) == Ok(0.0));
         let crown = match own {
             true => keys.or("CROWN_RADIUS", 0.5 * keys.or("WIDTH", 0.0)),
             false => k("CROWN_RADIUS")?,
@@ -96,7 +99,8 @@ impl MfMc {
                 crown,
                 stiffness: k("VERTICAL_STIFFNESS")?,
                 damping: k("VERTICAL_DAMPING")?,
-                deflection_share: keys.or("EFFECTIVE_RADIUS_SHARE", 1.0 / 3.0),
+                deflection_share: keys
+                    .or("EFFECTIVE_RADIUS_SHARE", if constant { 0.0 } else { 1.0 / 3.0 }),
             },
             pCx1: k("PCX1")?,
             pDx: fixed(list("PDX1 PDX2")?),
@@ -123,7 +127,7 @@ impl MfMc {
             lag_x: if own { keys.or("LAG_X", 0.1) } else { k("LAG_X")? },
             rolling: keys.or("QSY1", 0.0),
             camber_scale: keys.or("LKYC", 1.0),
-            overturning: own.then(|| [keys.or("QSX2", 0.0), keys.or("QSX3", 0.0)]),
+            overturning: own.then(|| ["QSX2", "QSX3", "SSZ3"].map(|key| keys.or(key, 0.0))),
         })
     }
 
@@ -211,8 +215,9 @@ impl TyreModel for MfMc {
         let Mz = -t * Gy * Fy00 + Mzr;
         match self.overturning {
             None => Output { force_x: Fx, force_y: -Fy, moment_x: 0.0, moment_z: -Mz },
-            Some([q2, q3]) => {
+            Some([q2, q3, s3]) => {
                 let Mx = self.R0 * Fz * (q3 * Fy / self.Fz0 - q2 * g);
+                let Mz = Mz + self.R0 * s3 * g * Fx;
                 Output { force_x: Fx, force_y: Fy, moment_x: Mx, moment_z: Mz }
             }
         }

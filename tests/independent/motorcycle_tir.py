@@ -90,7 +90,8 @@ class Motorcycle:
         trail = (load * r0 / fz0 * (p["QDZ1"] + p["QDZ2"] * dfz)
                  * cos(bend(p["QCZ1"], p["QEZ1"], p["QBZ1"] * equivalent)) * cos(atan(alpha)))
         residual = load * r0 * p["QDZ8"] * gamma * cos(atan(p["QBZ9"] * alpha)) * cos(atan(alpha))
-        mz = -trail * weight * upright + residual
+        arm = r0 * (p["SSZ1"] + p["SSZ2"] * fy / fz0 + (p["SSZ3"] + p["SSZ4"] * dfz) * gamma)
+        mz = -trail * weight * upright + residual + arm * fx
         return fx, fy, mx, mz
 
 

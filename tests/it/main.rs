@@ -10,6 +10,7 @@ mod diagnose_offroad;
 mod diagnose_report;
 mod dirt;
 mod disk;
+mod export;
 mod fit;
 mod fleet;
 mod ingest;
