@@ -2,8 +2,10 @@
 
 mod advice;
 mod batch;
+mod book;
 mod cli;
 mod cluster;
+mod commands;
 mod damage;
 mod diagnose;
 mod diagnose_offroad;
