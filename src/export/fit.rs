@@ -27,6 +27,8 @@ const PEAK: [f64; 2] = [1.15, 1.8];
 pub fn motorcycle(tyre: &Characterised) -> Result<MfMc, String> {
     let mut set = start(tyre);
     lateral(tyre, &mut set)?;
+    let length = tyre.tyre.tyre.relaxation_length;
+    set.lag = [length / set.Kya(tyre.load(), 0.0).abs(), 0.0, 0.0];
     if tyre.with_bike {
         combined(tyre, &mut set)?;
     }
@@ -75,7 +77,7 @@ fn start(c: &Characterised) -> MfMc {
         qDzr: [-t.twisting_stiffness / radius, 0.0, 0.0, 0.0],
         qEz: [0.0; 3],
         qHz: [0.0; 2],
-        lag: [t.relaxation_length / (k_alpha * load).abs(), 0.0, 0.0],
+        lag: [0.0; 3],
         lag_x: c.tyre.longitudinal_relaxation,
         rolling: t.rolling_resistance,
         camber_scale: 1.0,

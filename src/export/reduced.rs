@@ -147,7 +147,9 @@ fn lateral(file: &mut File, fitted: &Fitted, c: &Characterised, k_alpha: f64) {
     file.number("PKY2", PKY2, "set: stiffness proportional to load");
     file.number("PKY3", 0.0, "set: at small camber; the change with camber is in the toml export");
     file.number("PKY4", 2.0, "set");
-    file.number("PKY6", -k_alpha * t.side_force_ratio, &row("camber_stiffness_0"));
+    let k_gamma = fitted.value(c.axle.name(), "camber_stiffness_0").map(|(value, _)| value);
+    let k_gamma = k_gamma.unwrap_or(k_alpha * t.side_force_ratio);
+    file.number("PKY6", -k_gamma, &row("camber_stiffness_0"));
     for key in ["PDY2", "PDY3", "PEY2", "PEY3", "PEY4", "PKY5", "PKY7", "PHY1", "PHY2"] {
         file.number(key, 0.0, "set: no load dependence per load, no offset");
     }

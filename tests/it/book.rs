@@ -166,7 +166,8 @@ fn commands_are_those_of_the_program() {
         .filter(|name| *name != "help")
         .collect();
     assert!(commands.len() >= 15, "{commands:?}");
-    let mut text = format!("# Commands\n\nWhat `--help` says.\n\n## roadbench\n\n```text\n{top}```\n");
+    let mut text =
+        format!("# Commands\n\nWhat `--help` says.\n\n## roadbench\n\n```text\n{top}```\n");
     for name in commands {
         let _ = write!(text, "\n## roadbench {name}\n\n```text\n{}```\n", help(&[name]));
     }
@@ -187,7 +188,10 @@ fn links_and_named_files_are_there() {
         }
         let name = path.strip_prefix(book("")).expect("below").to_string_lossy().replace('\\', "/");
         let text = std::fs::read_to_string(path).expect("page");
-        assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name}: not in the summary");
+        assert!(
+            name == "SUMMARY.md" || summary.contains(&format!("({name})")),
+            "{name}: not in the summary"
+        );
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             if !link.contains("://") && !link.starts_with('#') {
                 let target = path.parent().expect("folder").join(link);
@@ -199,7 +203,11 @@ fn links_and_named_files_are_there() {
             for span in text.split('`').skip(1).step_by(2) {
                 let first = span.split('/').next().unwrap_or_default();
                 let plain = !span.contains(|c: char| c.is_whitespace() || "<*{\"".contains(c));
-                if plain && span.contains('/') && ["src", "tests", "pipelines", "fixtures", "schemas", "examples"].contains(&first) {
+                if plain
+                    && span.contains('/')
+                    && ["src", "tests", "pipelines", "fixtures", "schemas", "examples"]
+                        .contains(&first)
+                {
                     assert!(root.join(span).exists(), "{name}: there is no {span}");
                 }
             }

@@ -22,6 +22,7 @@ mod motorcycle;
 mod objects;
 mod offroad;
 mod offroad_reference;
+mod polish;
 mod recordings;
 mod recovery;
 mod report;
