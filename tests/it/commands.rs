@@ -22,7 +22,7 @@ const NOT_RUN: [(&str, &str); 8] = [
 const REAL: &str = "kiro/";
 
 /// Places of a server that are folders of the copy here.
-const MOVED: [(&str, &str); 2] = [("/archive/", "archive/"), ("/var/lib/node_exporter/", "")];
+const MOVED: [(&str, &str); 2] = [(" /archive/", " archive/"), (" /var/lib/node_exporter/", " ")];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
