@@ -57,6 +57,7 @@ pub mod channel;
 pub mod cli;
 pub mod diagnose;
 pub mod estimate;
+pub mod export;
 pub mod filter;
 pub mod fit;
 pub mod fleet;

@@ -82,11 +82,9 @@ impl Pipeline {
         }
         let text = std::fs::read_to_string(path).map_err(|e| {
             let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
-            format!(
-                "cannot read pipeline {}: {e}; built in are {}",
-                path.display(),
-                names.join(", ")
-            )
+            let word = path.to_string_lossy();
+            let meant = crate::schema::meant(&word, names.iter().copied());
+            format!("cannot read pipeline {word}: {e}{meant}; built in are {}", names.join(", "))
         })?;
         Self::parse(&text, &path.display().to_string())
     }
@@ -96,8 +94,9 @@ impl Pipeline {
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, String> {
-        let pipeline: Pipeline =
-            toml::from_str(text).map_err(|e| format!("pipeline {name}: {e}"))?;
+        let pipeline: Pipeline = toml::from_str(text).map_err(|e| {
+            format!("pipeline {name}: {}", crate::schema::with_hint(&e.to_string()))
+        })?;
         let fail = |e: String| format!("pipeline {name}: {e}");
         pipeline.estimate.check().map_err(fail)?;
         pipeline.fit.check().map_err(fail)?;

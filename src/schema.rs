@@ -369,6 +369,30 @@ pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Opt
     found.map(|(_, c)| *c)
 }
 
+/// `; did you mean ...?` where a candidate is near to a misspelt word, else nothing.
+pub fn meant<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> String {
+    closest(word, candidates).map(|c| format!("; did you mean `{c}`?")).unwrap_or_default()
+}
+
+/// The message of a TOML reader about an unknown key or word, with the nearest of those that it
+/// says it expected.
+pub fn with_hint(message: &str) -> String {
+    let quoted = |text: &str| -> Vec<String> {
+        text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+    };
+    let line =
+        message.lines().find(|l| l.contains("unknown field") || l.contains("unknown variant"));
+    let Some((unknown, expected)) = line.and_then(|l| l.split_once("expected")) else {
+        return message.to_owned();
+    };
+    let (unknown, expected) = (quoted(unknown), quoted(expected));
+    let word = unknown.first().map_or("", String::as_str);
+    match closest(word, expected.iter().map(String::as_str)) {
+        Some(near) => format!("{}\ndid you mean `{near}`?", message.trim_end()),
+        None => message.to_owned(),
+    }
+}
+
 /// Levenshtein distance of two short words.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();

@@ -57,6 +57,26 @@ pub struct Arguments {
     /// Print the rows of `causes` as JSON, one object a line, instead of words.
     #[arg(long)]
     json: bool,
+    /// Whether the results are not to be printed: the demo tells them.
+    #[arg(skip)]
+    quiet: bool,
+}
+
+impl Arguments {
+    /// An archive into an output folder, without a word on stdout.
+    pub(super) fn quietly(archive: PathBuf, out: PathBuf) -> Self {
+        Arguments {
+            inputs: vec![archive],
+            bikes: None,
+            out,
+            pipeline: None,
+            map: Vec::new(),
+            nulls: 24,
+            advise: false,
+            json: false,
+            quiet: true,
+        }
+    }
 }
 
 /// Runs the command.
@@ -139,7 +159,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
                         }
                     }
                     store.forgive(&job.log).map_err(output)?;
-                    if arguments.json {
+                    if arguments.quiet {
+                        // the caller reads the tables
+                    } else if arguments.json {
                         for row in causes {
                             let text = serde_json::to_string(row)
                                 .map_err(|e| Failure::Output(e.to_string()))?;
@@ -179,7 +201,7 @@ fn pooled(says: &BTreeMap<&'static str, Vec<Say>>, arguments: &Arguments) -> Res
     }
     table::write(&path, &Table::embedded("causes"), &rows)
         .map_err(|e| Failure::Output(e.to_string()))?;
-    for row in &rows {
+    for row in rows.iter().filter(|_| !arguments.quiet) {
         if arguments.json {
             let text = serde_json::to_string(row).map_err(|e| Failure::Output(e.to_string()))?;
             say!("{text}");

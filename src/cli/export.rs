@@ -7,12 +7,12 @@ use clap::ValueEnum;
 
 use crate::bike::{Axle, Bike};
 use crate::cli::Failure;
-use crate::model::custom::Custom;
-use crate::report::tir::{self, Setting};
-use crate::report::tyre::Fitted;
+use crate::export::fitted::Fitted;
+use crate::export::tyre::{Characterised, Setting};
+use crate::export::{csv, header, motorcycle, reduced};
 use crate::table;
 
-/// Write a fitted tyre for other simulators
+/// Write a fitted tyre for other programs
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// The folder that `roadbench run --out` wrote.
@@ -23,19 +23,23 @@ pub struct Arguments {
     /// Its bike, where two bikes have a session of that name.
     #[arg(long)]
     bike: Option<String>,
-    /// Property file for Magic Formula tyre models, or our own coefficients with intervals.
+    /// What to write.
     #[arg(long, value_enum)]
     format: Format,
-    /// Which tyre; a tir file holds one, toml both where this is not given.
+    /// Which tyre; a tir or simulator file holds one, the others both where this is not given.
     #[arg(long, value_enum)]
     tyre: Option<End>,
-    /// Folder of bike files: fills dimensions and static load of a tir file.
+    /// Folder of bike files: dimensions, static load, and what no ride gives. A c or simulator file
+    /// needs it; a tir file has placeholders and no combined slip without it.
     #[arg(long)]
     bikes: Option<PathBuf>,
-    /// Road friction of the ride, for a simulator's tyre.
+    /// Which set of coefficients a tir file has; the reduced one where the ride gave half of a tyre.
+    #[arg(long, value_enum, default_value = "motorcycle")]
+    set: Set,
+    /// Road friction of the ride.
     #[arg(long, default_value_t = 1.0)]
     friction: f64,
-    /// Nominal load of a tir file, N.
+    /// Nominal load instead of the bike's static one, N.
     #[arg(long)]
     load: Option<f64>,
     /// Where to write; stdout without it.
@@ -43,14 +47,26 @@ pub struct Arguments {
     file: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// Magic Formula property file.
+    /// Magic Formula property file, fitted over the ridden ranges.
     Tir,
-    /// Coefficients with intervals and status.
+    /// Coefficients with intervals, status and ranges.
     Toml,
+    /// Look-up tables of forces and moments.
+    Csv,
+    /// C99 header that evaluates the tyre.
+    C,
     /// The tyre as `roadbench simulate --front-tyre` and `--rear-tyre` take it.
     Simulator,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Set {
+    /// Motorcycle Magic Formula (FITTYP 52, PAC_MC): right over the ridden camber.
+    Motorcycle,
+    /// A few coefficients of MF 6.2 (FITTYP 62): right at small angles, known to more readers.
+    Reduced,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -58,6 +74,9 @@ enum End {
     Front,
     Rear,
 }
+
+/// Beyond this share of the peak a property file is not the tyre it was made of.
+const FAITHFUL: f64 = 0.02;
 
 /// Runs the command.
 ///
@@ -88,57 +107,79 @@ fn text(arguments: &Arguments) -> Result<String, String> {
     {
         return Err(format!("--load {load} must be a positive force in N"));
     }
+    if !(0.01..=3.0).contains(&arguments.friction) {
+        return Err(format!("--friction {} is not between 0.01 and 3", arguments.friction));
+    }
     let fitted = Fitted::read(&arguments.out, &arguments.session, arguments.bike.as_deref())?;
+    if arguments.format == Format::Toml {
+        return fitted.to_toml(axle.map(Axle::name));
+    }
+    let bike = match &arguments.bikes {
+        None => None,
+        Some(folder) => Some(bike_file(folder, &fitted.session.ident.bike_id)?),
+    };
+    let setting =
+        Setting { bike: bike.as_ref(), load: arguments.load, friction: arguments.friction };
+    let one = || axle.ok_or("this file holds one tyre: say --tyre front or --tyre rear".to_owned());
+    let needs = |what: &str| match &bike {
+        Some(_) => Ok(()),
+        None => Err(format!("{what} needs the bike file's stiffness and load: say --bikes FOLDER")),
+    };
+    let tyres = || -> Result<Vec<Characterised>, String> {
+        let all = axle.map_or(vec![Axle::Front, Axle::Rear], |one| vec![one]);
+        all.into_iter().map(|axle| Characterised::new(&fitted, axle, &setting)).collect()
+    };
     match arguments.format {
         Format::Toml => fitted.to_toml(axle.map(Axle::name)),
+        Format::Csv => Ok(csv::write(&fitted, &tyres()?)),
+        Format::C => {
+            needs("a C header")?;
+            header::write(&fitted, &tyres()?)
+        }
         Format::Simulator => {
-            let axle = axle.ok_or("a tyre file holds one tyre: say --tyre front or --tyre rear")?;
-            let folder = arguments.bikes.as_ref().ok_or(
-                "a tyre to simulate needs the bike file's stiffness and load: say --bikes FOLDER",
-            )?;
-            if !(0.01..=3.0).contains(&arguments.friction) {
-                return Err(format!("--friction {} is not between 0.01 and 3", arguments.friction));
-            }
-            let bike = bike_file(folder, &fitted.session.ident.bike_id)?;
-            simulator(&fitted, axle, &bike, arguments)
+            let axle = one()?;
+            needs("a tyre to simulate")?;
+            simulator(&fitted, &Characterised::new(&fitted, axle, &setting)?)
         }
         Format::Tir => {
-            let axle = axle.ok_or("a tir file holds one tyre: say --tyre front or --tyre rear")?;
-            let bike = match &arguments.bikes {
-                None => None,
-                Some(folder) => Some(bike_file(folder, &fitted.session.ident.bike_id)?),
-            };
-            tir::write(&fitted, axle, &Setting { bike: bike.as_ref(), load: arguments.load })
+            let tyre = Characterised::new(&fitted, one()?, &setting)?;
+            property_file(&fitted, &tyre, &setting, arguments.set)
         }
     }
 }
 
-/// The paper's tyre with all that a simulator needs.
-fn simulator(
+fn property_file(
     fitted: &Fitted,
-    axle: Axle,
-    bike: &Bike,
-    arguments: &Arguments,
+    tyre: &Characterised,
+    setting: &Setting<'_>,
+    set: Set,
 ) -> Result<String, String> {
-    let behind = match axle {
-        Axle::Front => bike.cg_to_rear(),
-        Axle::Rear => bike.cg_to_front,
+    let (text, worst) = match (set, tyre.missing_half()) {
+        (Set::Motorcycle, None) => {
+            let (text, worst) = motorcycle::write(fitted, tyre, setting)?;
+            (text, Some(worst))
+        }
+        _ => reduced::write(fitted, tyre, setting)?,
     };
-    let load = arguments.load.unwrap_or(bike.mass * crate::GRAVITY * behind / bike.wheelbase);
-    let value = |tyre: &str, name: &str| fitted.row(tyre, name).and_then(|c| c.value);
-    let rolling = value("vehicle", "rolling_resistance").unwrap_or(bike.rolling_resistance);
-    let custom = Custom::characterised(
-        |name| value(axle.name(), name),
-        bike.wheel(axle),
-        load,
-        rolling,
-        arguments.friction,
-    )
-    .map_err(|e| format!("session `{}`: {e}", fitted.session.ident.session_id))?;
-    let text = toml::to_string(&custom).map_err(|e| format!("cannot write TOML: {e}"))?;
+    if let Some(off) = worst.map(|w| w.forces()).filter(|off| *off > FAITHFUL) {
+        tracing::warn!(
+            "the file's forces are up to {:.1} % of their peak off the fitted tyre within the ridden \
+             ranges; its head says where",
+            100.0 * off
+        );
+    }
+    Ok(text)
+}
+
+/// The paper's tyre with all that a simulator needs.
+fn simulator(fitted: &Fitted, tyre: &Characterised) -> Result<String, String> {
+    if let Some(half) = tyre.missing_half() {
+        return Err(half);
+    }
+    let text = toml::to_string(&tyre.tyre).map_err(|e| format!("cannot write TOML: {e}"))?;
     Ok(format!(
         "# {} tyre of session {} on {}, characterised by roadbench {}. SI units.\n{text}",
-        axle.name(),
+        tyre.axle.name(),
         fitted.session.ident.session_id,
         fitted.session.ident.bike_id,
         crate::VERSION

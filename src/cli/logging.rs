@@ -32,7 +32,11 @@ pub fn init(format: LogFormat, verbose: bool, bar: &ProgressBar) {
     let builder = fmt().with_max_level(level).with_writer(writer);
     // a second initialisation (in tests) keeps the first
     let _ = match format {
-        LogFormat::Text => builder.with_target(false).with_ansi(false).without_time().try_init(),
+        LogFormat::Text => builder
+            .with_target(false)
+            .with_ansi(super::colour::on_stderr())
+            .without_time()
+            .try_init(),
         LogFormat::Json => builder
             .json()
             .flatten_event(true)

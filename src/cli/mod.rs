@@ -8,8 +8,11 @@ use indicatif::ProgressBar;
 
 use logging::LogFormat;
 
+pub mod colour;
 pub mod convert;
+pub mod demo;
 pub mod diagnose;
+pub mod examples;
 pub mod export;
 pub mod inspect;
 pub mod inspect_source;
@@ -21,12 +24,14 @@ pub mod report;
 pub mod run;
 pub mod say;
 pub mod schema;
+pub mod shell;
 pub mod simulate;
 pub mod tyre;
 
 /// Motorcycle tyre coefficients, with honest uncertainty, from recorded riding logs.
 #[derive(Debug, Parser)]
 #[command(name = "roadbench", version, about, max_term_width = 100)]
+#[command(after_help = examples::ROADBENCH)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -40,18 +45,36 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    #[command(after_help = examples::RUN)]
     Run(run::Arguments),
+    #[command(after_help = examples::DIAGNOSE)]
     Diagnose(diagnose::Arguments),
+    #[command(after_help = examples::PLAN)]
     Plan(plan::Arguments),
+    #[command(after_help = examples::SIMULATE)]
     Simulate(simulate::Arguments),
+    #[command(after_help = examples::MODES)]
     Modes(modes::Arguments),
+    #[command(after_help = examples::REPLAY)]
     Replay(replay::Arguments),
+    #[command(after_help = examples::TYRE)]
     Tyre(tyre::Arguments),
+    #[command(after_help = examples::INSPECT)]
     Inspect(inspect::Arguments),
+    #[command(after_help = examples::CONVERT)]
     Convert(convert::Arguments),
+    #[command(after_help = examples::REPORT)]
     Report(report::Arguments),
+    #[command(after_help = examples::EXPORT)]
     Export(export::Arguments),
+    #[command(after_help = examples::SCHEMA)]
     Schema(schema::Arguments),
+    #[command(after_help = examples::DEMO)]
+    Demo(demo::Arguments),
+    #[command(after_help = examples::COMPLETIONS)]
+    Completions(shell::Completions),
+    #[command(after_help = examples::MAN)]
+    Man(shell::Man),
 }
 
 /// Why a command did not do what it was asked; each has its exit code.
@@ -89,6 +112,9 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Command::Report(a) => report::run(a),
         Command::Export(a) => export::run(a),
         Command::Schema(a) => schema::run(a),
+        Command::Demo(a) => demo::run(&a, bar),
+        Command::Completions(a) => shell::completions(&a),
+        Command::Man(a) => shell::man(&a),
     };
     let (code, message): (u8, String) = match result {
         Ok(()) => return 0,
@@ -98,8 +124,45 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     };
     match arguments.log_format {
         _ if message.is_empty() => {}
-        LogFormat::Text => eprintln!("roadbench: {message}"),
+        LogFormat::Text => {
+            eprintln!("{} {message}", colour::red("roadbench:", colour::on_stderr()));
+        }
         LogFormat::Json => tracing::error!(exit_code = code, "{message}"),
     }
     code
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    /// The words of a line as a shell would hand them over; nothing behind a redirection or a
+    /// remark after three spaces.
+    fn words(line: &str) -> Vec<String> {
+        let line = line.split(" > ").next().unwrap_or(line);
+        let line = line.split("   ").next().unwrap_or(line);
+        line.split_whitespace().map(|w| w.trim_matches('\'').to_owned()).collect()
+    }
+
+    #[test]
+    fn every_command_shows_examples_that_parse() {
+        let mut program = Arguments::command();
+        program.build();
+        let commands = program.get_subcommands().filter(|c| c.get_name() != "help");
+        for command in std::iter::once(&program).chain(commands) {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let lines: Vec<&str> =
+                help.lines().map(str::trim).filter(|l| l.starts_with("roadbench ")).collect();
+            assert!(!lines.is_empty(), "`{}` shows no example", command.get_name());
+            for line in lines {
+                if let Err(e) = Arguments::try_parse_from(words(line)) {
+                    panic!("{line}\n{e}");
+                }
+                let own = command.get_name() == "roadbench"
+                    || line.starts_with(&format!("roadbench {}", command.get_name()));
+                assert!(own, "`{line}` in the help of `{}`", command.get_name());
+            }
+        }
+    }
 }

@@ -69,6 +69,31 @@ pub struct Arguments {
     /// Only tell what would be done with each log, and why; nothing is written.
     #[arg(long)]
     dry_run: bool,
+    /// Whether the results are not to be printed: the demo tells them.
+    #[arg(skip)]
+    quiet: bool,
+}
+
+impl Arguments {
+    /// An archive into an output folder, without a word on stdout.
+    pub(super) fn quietly(archive: PathBuf, out: PathBuf) -> Self {
+        Arguments {
+            inputs: vec![archive],
+            bikes: None,
+            out,
+            pipeline: None,
+            model: None,
+            map: Vec::new(),
+            jobs: 0,
+            progress: Show::Never,
+            signals: false,
+            force: false,
+            since: None,
+            metrics: None,
+            dry_run: false,
+            quiet: true,
+        }
+    }
 }
 
 /// A date is its first moment, UTC.
@@ -172,7 +197,9 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     }
     if !store.is_behind() {
         told(start.elapsed().as_secs_f64())?;
-        print(&format!("{} sessions, nothing has changed in {}\n", run.inputs, out.display()));
+        if !arguments.quiet {
+            print(&format!("{} sessions, nothing has changed in {}\n", run.inputs, out.display()));
+        }
         return listed(&run);
     }
     let desk = Desk::of(out)?;
@@ -182,6 +209,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     store.caught_up()?;
     told(start.elapsed().as_secs_f64())?;
     match &run.only {
+        _ if arguments.quiet => {}
         Some(only) => {
             print(&terminal::summary(&only.session, &only.coefficients));
             print(&report::forces::terminal(&only.forces, &only.manoeuvres));

@@ -29,7 +29,11 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
         None => {
             let names: Vec<&str> = schema::FILES.iter().map(|(n, _)| *n).collect();
-            Err(Failure::Usage(format!("no schema `{name}`; there are {}", names.join(", "))))
+            let meant = schema::meant(&name, names.iter().copied());
+            Err(Failure::Usage(format!(
+                "no schema `{name}`{meant}; there are {}",
+                names.join(", ")
+            )))
         }
     }
 }

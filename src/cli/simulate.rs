@@ -21,7 +21,7 @@ use crate::table;
 /// Write a synthetic archive with known truth beside it
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A built-in scenario (archive, perfect, paper, naturalistic; characterise, lane_change,
+    /// A built-in scenario (archive, perfect, paper, naturalistic, demo; characterise, lane_change,
     /// grip_limit with the nonlinear motorcycle; motocross off-road) or a scenario file.
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
@@ -254,7 +254,11 @@ fn write(known: &Known, float32: bool, out: &Path) -> Result<(), table::Error> {
 }
 
 /// One bike: its file, its sessions, its truth. Returns the number of sessions.
-fn write_bike(scenario: &Scenario, bike: usize, out: &Path) -> Result<usize, table::Error> {
+pub(super) fn write_bike(
+    scenario: &Scenario,
+    bike: usize,
+    out: &Path,
+) -> Result<usize, table::Error> {
     let machine = scenario.machine(bike);
     let id = &machine.bike.bike_id;
     let file = out.join("bikes").join(format!("{id}.toml"));

@@ -6,9 +6,13 @@
 //! Fy0 = Dy sin{Cy atan[By b - Ey(By b - atan By b)] + Cg atan[Bg g - Eg(Bg g - atan Bg g)]}
 //! ```
 //!
-//! `b` is the slip angle, `g` the camber; the set's own sense has a force to the right for
-//! both, so `Fy` and `Mz` turn their sign into ISO 8855. There is no overturning moment: it comes
-//! from the contact point that moves round the crown.
+//! `b` is the slip angle, `g` the camber. The published sets' own sense has a force to the right
+//! for both, so `Fy` and `Mz` turn their sign into ISO 8855. There is no overturning moment: it
+//! comes from the contact point that moves round the crown.
+//!
+//! A property file of the format `PAC_MC` (MF-MCTyre) is in ISO 8855 already (`PKY1` is negative),
+//! scales its moments by the unloaded radius, acts where the wheel plane meets the road and has an
+//! overturning moment of its own (`QSX2`, `QSX3`) and an arm of the longitudinal force (`SSZ3`).
 #![allow(non_snake_case)] // symbols keep the capitals of the source
 
 use super::tir::{Keys, Missing};
@@ -54,6 +58,9 @@ pub struct MfMc {
     pub rolling: f64,
     /// Factor on the camber stiffness.
     pub camber_scale: f64,
+    /// `qSx2, qSx3, sSz3` of a file that has an overturning moment of its own, and the arm of `Fx` by
+    /// camber; such a file is in ISO 8855.
+    pub overturning: Option<[f64; 3]>,
 }
 
 /// `sign` that is zero at zero.
@@ -77,15 +84,23 @@ impl MfMc {
         fn fixed<const M: usize>(list: Vec<f64>) -> [f64; M] {
             std::array::from_fn(|i| list[i])
         }
+        let own = keys.text("PROPERTY_FILE_FORMAT") == Some("PAC_MC");
+        // such a file may say that it has one rolling radius at every load
+        let constant = own && ["DREFF", "FREFF"].iter().all(|k| keys.number(k) == Ok(0.0));
+        let crown = match own {
+            true => keys.or("CROWN_RADIUS", 0.5 * keys.or("WIDTH", 0.0)),
+            false => k("CROWN_RADIUS")?,
+        };
         Ok(MfMc {
             Fz0: k("FNOMIN")?,
-            R0: k("CROWN_RADIUS")?,
+            R0: if own { k("UNLOADED_RADIUS")? } else { crown },
             carcass: Carcass {
                 radius: k("UNLOADED_RADIUS")?,
-                crown: k("CROWN_RADIUS")?,
+                crown,
                 stiffness: k("VERTICAL_STIFFNESS")?,
                 damping: k("VERTICAL_DAMPING")?,
-                deflection_share: keys.or("EFFECTIVE_RADIUS_SHARE", 1.0 / 3.0),
+                deflection_share: keys
+                    .or("EFFECTIVE_RADIUS_SHARE", if constant { 0.0 } else { 1.0 / 3.0 }),
             },
             pCx1: k("PCX1")?,
             pDx: fixed(list("PDX1 PDX2")?),
@@ -105,10 +120,14 @@ impl MfMc {
             qDzr: fixed(list("QDZ8 QDZ9 QDZ10 QDZ11")?),
             qEz: fixed(list("QEZ1 QEZ2 QEZ5")?),
             qHz: fixed(list("QHZ3 QHZ4")?),
-            lag: fixed(list("LAG_C0 LAG_C1 LAG_C2")?),
-            lag_x: k("LAG_X")?,
+            lag: match own {
+                true => [keys.or("LAG_C0", 0.0), keys.or("LAG_C1", 0.0), keys.or("LAG_C2", 0.0)],
+                false => fixed(list("LAG_C0 LAG_C1 LAG_C2")?),
+            },
+            lag_x: if own { keys.or("LAG_X", 0.1) } else { k("LAG_X")? },
             rolling: keys.or("QSY1", 0.0),
             camber_scale: keys.or("LKYC", 1.0),
+            overturning: own.then(|| ["QSX2", "QSX3", "SSZ3"].map(|key| keys.or(key, 0.0))),
         })
     }
 
@@ -194,12 +213,23 @@ impl TyreModel for MfMc {
             / away;
         let Mzr = Dr * (Br * with_slip(b + SHr)).atan().cos();
         let Mz = -t * Gy * Fy00 + Mzr;
-        Output { force_x: Fx, force_y: -Fy, moment_x: 0.0, moment_z: -Mz }
+        match self.overturning {
+            None => Output { force_x: Fx, force_y: -Fy, moment_x: 0.0, moment_z: -Mz },
+            Some([q2, q3, s3]) => {
+                let Mx = self.R0 * Fz * (q3 * Fy / self.Fz0 - q2 * g);
+                let Mz = Mz + self.R0 * s3 * g * Fx;
+                Output { force_x: Fx, force_y: Fy, moment_x: Mx, moment_z: Mz }
+            }
+        }
     }
 
     fn relaxation(&self, load: f64, speed: f64) -> Relaxation {
         let [c0, c1, c2] = self.lag;
-        let lateral = self.Kya(load, 0.0) * (c0 + c1 * speed + c2 * speed * speed);
+        let per_stiffness = c0 + c1 * speed + c2 * speed * speed;
+        let lateral = match self.overturning.is_some() && self.lag == [0.0; 3] {
+            true => self.R0, // the file does not say: about a radius is usual
+            false => self.Kya(load, 0.0).abs() * per_stiffness,
+        };
         Relaxation { longitudinal: self.lag_x, lateral, camber: None }
     }
 
@@ -215,7 +245,10 @@ impl TyreModel for MfMc {
     }
 
     fn reference(&self) -> Reference {
-        Reference::Carcass
+        match self.overturning {
+            None => Reference::Carcass,
+            Some(_) => Reference::WheelPlane,
+        }
     }
 
     fn boxed_clone(&self) -> Box<dyn TyreModel> {

@@ -17,16 +17,18 @@ use super::mf_62::Mf62;
 use super::mf_mc::MfMc;
 use super::published;
 use super::tyre_model::TyreModel;
-use crate::schema::closest;
+use crate::schema::{closest, meant};
 
 /// What can be wrong with a tyre file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Neither a published set nor a file.
-    #[error("no tyre `{name}`: give a .tir or .toml file, or one of {known}")]
+    #[error("no tyre `{name}`{meant}; give a .tir or .toml file, or one of {known}")]
     Unknown {
         /// What was asked for.
         name: String,
+        /// What may have been meant, as a part of the sentence.
+        meant: String,
         /// What there is.
         known: String,
     },
@@ -106,7 +108,11 @@ pub fn load(name_or_path: &str) -> Result<Box<dyn TyreModel>, Error> {
     let path = Path::new(name_or_path);
     if !path.exists() && path.extension().is_none() {
         let known: Vec<&str> = published::SETS.iter().map(|(n, _)| *n).collect();
-        return Err(Error::Unknown { name: name_or_path.into(), known: known.join(", ") });
+        return Err(Error::Unknown {
+            name: name_or_path.into(),
+            meant: meant(name_or_path, known.iter().copied()),
+            known: known.join(", "),
+        });
     }
     let bytes =
         std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;

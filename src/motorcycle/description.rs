@@ -32,10 +32,12 @@ pub enum Error {
         source: std::io::Error,
     },
     /// Neither a built-in motorcycle nor a file.
-    #[error("no motorcycle `{name}`: give a file, or one of {known}")]
+    #[error("no motorcycle `{name}`{meant}; give a file, or one of {known}")]
     Unknown {
         /// What was asked for.
         name: String,
+        /// What may have been meant, as a part of the sentence.
+        meant: String,
         /// What there is.
         known: String,
     },
@@ -166,7 +168,11 @@ impl Motorcycle {
         let path = Path::new(name_or_path);
         if !path.exists() && path.extension().is_none() {
             let known: Vec<&str> = BUILTIN.iter().map(|(n, _)| *n).collect();
-            return Err(Error::Unknown { name: name_or_path.into(), known: known.join(", ") });
+            return Err(Error::Unknown {
+                name: name_or_path.into(),
+                meant: crate::schema::meant(name_or_path, known.iter().copied()),
+                known: known.join(", "),
+            });
         }
         let text = std::fs::read_to_string(path)
             .map_err(|source| Error::Read { path: path.to_owned(), source })?;

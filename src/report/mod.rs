@@ -35,8 +35,6 @@ pub mod svg;
 pub mod tables;
 pub mod tables_diagnosis;
 pub mod terminal;
-pub mod tir;
-pub mod tyre;
 pub mod words;
 pub mod words_diagnosis;
 

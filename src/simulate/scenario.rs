@@ -19,7 +19,7 @@ use crate::channel::Channel;
 use crate::diagnose::effects::Effect;
 use crate::model::departure::Departure;
 use crate::model::{MagicFormula, Stiffness, Tyre};
-use crate::schema::closest;
+use crate::schema::{closest, meant};
 
 /// Built-in scenarios by name.
 pub const BUILTIN: &[(&str, &str)] = &[
@@ -27,6 +27,7 @@ pub const BUILTIN: &[(&str, &str)] = &[
     ("perfect", include_str!("../../pipelines/scenarios/perfect.toml")),
     ("paper", include_str!("../../pipelines/scenarios/paper.toml")),
     ("naturalistic", include_str!("../../pipelines/scenarios/naturalistic.toml")),
+    ("demo", include_str!("../../pipelines/scenarios/demo.toml")),
 ];
 
 /// What the bike file cannot say and the simulation must know, with defaults: dotted path,
@@ -140,7 +141,9 @@ impl Scenario {
     pub fn builtin(name: &str) -> Result<Self, String> {
         let (_, text) = BUILTIN.iter().find(|(n, _)| *n == name).ok_or_else(|| {
             let names: Vec<&str> = BUILTIN.iter().map(|(n, _)| *n).collect();
-            format!("no scenario `{name}`; give a file, or one of {}", names.join(", "))
+            let others = ["characterise", "lane_change", "grip_limit", "motocross"];
+            let meant = meant(name, names.iter().copied().chain(others));
+            format!("no scenario `{name}`{meant}; give a file, or one of {}", names.join(", "))
         })?;
         Self::parse(text, name)
     }
@@ -165,7 +168,8 @@ impl Scenario {
     /// A sentence that names the key.
     pub fn parse(text: &str, source: &str) -> Result<Self, String> {
         let fail = |message: String| format!("scenario {source}: {message}");
-        let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        let file: File =
+            toml::from_str(text).map_err(|e| fail(crate::schema::with_hint(&e.to_string())))?;
         if !(10.0..=1000.0).contains(&file.rate) {
             return Err(fail(format!("`rate` = {} Hz is not between 10 and 1000", file.rate)));
         }

@@ -2,14 +2,17 @@
 
 mod advice;
 mod batch;
+mod book;
 mod cli;
 mod cluster;
+mod commands;
 mod damage;
 mod diagnose;
 mod diagnose_offroad;
 mod diagnose_report;
 mod dirt;
 mod disk;
+mod export;
 mod fit;
 mod fleet;
 mod formats;
@@ -20,6 +23,7 @@ mod motorcycle;
 mod objects;
 mod offroad;
 mod offroad_reference;
+mod polish;
 mod racing;
 mod racing_files;
 mod recordings;

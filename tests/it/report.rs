@@ -4,8 +4,11 @@
 use std::path::{Path, PathBuf};
 
 use roadbench::bike::{Axle, Bike};
-use roadbench::report::tir::{self, Setting};
-use roadbench::report::tyre::Fitted;
+use roadbench::export::{
+    fitted::Fitted,
+    reduced,
+    tyre::{Characterised, Setting},
+};
 use roadbench::report::{figures, names, tables, terminal, words};
 use roadbench::rows::{
     Coefficient, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status, WarningRow,
@@ -458,7 +461,7 @@ fn a_property_file_gives_the_fitted_tyre_back() {
     }
     let get = |name: &str| fitted.value("front", name).expect(name).0;
     let (b, c, d, e1) = (get("mf_b"), get("mf_c"), get("mf_d"), get("mf_e1"));
-    let file = tir::write(&fitted, Axle::Front, &Setting::default()).expect("tir");
+    let file = property_file(&fitted, &Setting::default());
     let k = keys(&file);
     for slip in [-0.3, -0.1, -0.02, 0.05, 0.2] {
         // eq. 28 of the paper
@@ -518,8 +521,8 @@ fn the_bike_file_fills_the_static_load() {
     let folder = tempfile::tempdir().expect("folder");
     generate(folder.path());
     let fitted = Fitted::read(folder.path(), "2024-05-03_lap-1", None).expect("session");
-    let setting = Setting { bike: Some(&bike), load: None };
-    let file = tir::write(&fitted, Axle::Front, &setting).expect("tir");
+    let setting = Setting { bike: Some(&bike), ..Setting::default() };
+    let file = property_file(&fitted, &setting);
     // half of 260 kg on each wheel: 260 * 9.80665 / 2 = 1274.8645 N
     assert!((keys(&file)["FNOMIN"] - 1274.8645).abs() < 1e-3, "{file}");
     assert!(file.contains("WIDTH                = 0.12 "), "{file}");
@@ -557,9 +560,23 @@ fn export_says_what_is_missing() {
         c.status = Status::NotAvailable;
         c.reason = Some("no braking".into());
     }
-    let message =
-        tir::write(&fitted, Axle::Rear, &Setting::default()).expect_err("mf_b is missing");
+    // half of a tyre is written as such, nothing of one is not
+    let rear = |fitted: &Fitted| Characterised::new(fitted, Axle::Rear, &Setting::default());
+    let half = rear(&fitted).expect("the lateral half");
+    let (file, _) = reduced::write(&fitted, &half, &Setting::default()).expect("a file");
+    assert!(file.contains("USE_MODE             = 12.0") && !file.contains("PCX1"), "{file}");
+    assert!(half.missing_half().is_some_and(|m| m.contains("longitudinal")));
+    for c in fitted.coefficients.iter_mut().filter(|c| c.coefficient == "slip_camber_c1") {
+        c.value = None;
+    }
+    let message = rear(&fitted).expect_err("mf_b is missing");
     assert!(message.contains("`mf_b`") && message.contains("no braking"), "{message}");
+}
+
+/// The reduced property file of the front tyre.
+fn property_file(fitted: &Fitted, setting: &Setting<'_>) -> String {
+    let tyre = Characterised::new(fitted, Axle::Front, setting).expect("a tyre");
+    reduced::write(fitted, &tyre, setting).expect("tir").0
 }
 
 /// Keeps a generated folder to look at: `ROADBENCH_REPORT_DEMO=<folder> cargo test demo -- --ignored`.

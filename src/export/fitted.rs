@@ -1,10 +1,12 @@
-//! One session's fitted tyres, looked up for export: what other simulators ask for.
+//! One session's fitted tyres, looked up for export, and as TOML with everything that is known.
 
 use std::path::Path;
 
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
+use super::ranges::Ranges;
+use crate::bike::Axle;
 use crate::report::{tables, words};
 use crate::rows::{Coefficient, SessionRow, Status};
 
@@ -15,6 +17,8 @@ pub struct Fitted {
     pub session: SessionRow,
     /// Its coefficients, in the contract's order.
     pub coefficients: Vec<Coefficient>,
+    /// What was ridden, front and rear: where the coefficients hold.
+    pub ranges: [Ranges; 2],
 }
 
 impl Fitted {
@@ -53,7 +57,13 @@ impl Fitted {
             .into_iter()
             .filter(|c| tables::key(&c.ident) == tables::key(&session.ident))
             .collect();
-        Ok(Fitted { session, coefficients })
+        let ranges = Ranges::read(out, &session.ident).map_err(|e| e.to_string())?;
+        Ok(Fitted { session, coefficients, ranges })
+    }
+
+    /// What was ridden of one tyre.
+    pub fn ridden(&self, axle: Axle) -> &Ranges {
+        &self.ranges[usize::from(axle == Axle::Rear)]
     }
 
     /// A coefficient's row.
@@ -110,12 +120,18 @@ impl Fitted {
                 tyre.map(|t| format!(" for `{t}`")).unwrap_or_default()
             ));
         }
-        let document = Document { session: Head::of(&self.session), sections };
+        let ranges = [("front", &self.ranges[0]), ("rear", &self.ranges[1])]
+            .into_iter()
+            .filter(|(name, _)| tyre.is_none_or(|t| t == *name))
+            .collect();
+        let document = Document { session: Head::of(&self.session), sections, ranges };
         let body = toml::to_string(&document).map_err(|e| format!("cannot write TOML: {e}"))?;
         Ok(format!(
-            "# Tyre coefficients fitted by roadbench. SI units, ISO 8855 axes.\n\
+            "# Tyre coefficients fitted by roadbench. SI units, ISO 8855 axes: in a left-hand corner\n\
+             # camber is negative and the side force positive; a slip ratio is positive driving.\n\
              # status: ok = fitted; assumed = from the bike file; poorly_determined = do not \
-             rely on it;\n# not_available = the ride cannot give it (see reason).\n\n{body}"
+             rely on it;\n# not_available = the ride cannot give it (see reason).\n\
+             # ranges: what was ridden, least and largest; beyond them the coefficients are a guess.\n\n{body}"
         ))
     }
 }
@@ -181,6 +197,13 @@ struct Entry<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     dispersion: Option<f64>,
     n_manoeuvres: i64,
+    n_samples: i64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    residual_scale: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outlier_fraction: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    r_squared: Option<f64>,
     status: Status,
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<&'a str>,
@@ -197,6 +220,10 @@ impl<'a> Entry<'a> {
             ci95_high: c.ci95_high,
             dispersion: c.dispersion,
             n_manoeuvres: c.n_manoeuvres,
+            n_samples: c.n_samples,
+            residual_scale: c.residual_scale,
+            outlier_fraction: c.outlier_fraction,
+            r_squared: c.r_squared,
             status: c.status,
             reason: c.reason.as_deref(),
         }
@@ -207,6 +234,7 @@ impl<'a> Entry<'a> {
 struct Document<'a> {
     session: Head<'a>,
     sections: Vec<(&'static str, Vec<&'a Coefficient>)>,
+    ranges: Vec<(&'static str, &'a Ranges)>,
 }
 
 impl Serialize for Document<'_> {
@@ -216,6 +244,8 @@ impl Serialize for Document<'_> {
         for (name, rows) in &self.sections {
             map.serialize_entry(name, &Section(rows))?;
         }
+        let ranges: std::collections::BTreeMap<_, _> = self.ranges.iter().copied().collect();
+        map.serialize_entry("ranges", &ranges)?;
         map.end()
     }
 }

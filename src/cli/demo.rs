@@ -1,0 +1,186 @@
+//! `roadbench demo`: a ride on which something is wrong, and what comes out of it.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+
+use crate::cli::say::say;
+use crate::cli::{Failure, colour, diagnose, run, simulate};
+use crate::diagnose::effects::Effect;
+use crate::report::{tables, tables_diagnosis};
+use crate::rows::{CauseRow, Coefficient, Status};
+use crate::simulate::scenario::{BUILTIN, Scenario};
+use crate::simulate::{session, truth};
+use crate::table;
+
+/// Simulate rides on which something is wrong, find the tyres and the fault, open the report
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Folder for the rides and the results.
+    #[arg(long, value_name = "DIR", default_value = "roadbench-demo")]
+    out: PathBuf,
+    /// Do not open the report.
+    #[arg(long)]
+    no_open: bool,
+}
+
+/// Coefficients that the story shows.
+const SHOWN: [(&str, &str, usize); 8] = [
+    ("front", "mf_d", 3),
+    ("front", "cornering_stiffness_0", 1),
+    ("front", "camber_stiffness_0", 2),
+    ("rear", "mf_d", 3),
+    ("rear", "cornering_stiffness_0", 1),
+    ("rear", "camber_stiffness_0", 2),
+    ("vehicle", "drag", 3),
+    ("vehicle", "overturning_stiffness", 4),
+];
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
+    let scenario = Scenario::builtin("demo").map_err(Failure::Usage)?;
+    let (archive, out) = (arguments.out.join("archive"), arguments.out.join("tables"));
+    let begin = Instant::now();
+    let step = |what: &str, from: Instant| {
+        say!("{what:<62} {:5.1} s", from.elapsed().as_secs_f64());
+        Instant::now()
+    };
+    let colours = colour::on_stdout();
+    say!("{}\n", colour::bold("A motorcycle that never was, ridden by numbers", colours));
+    let rides =
+        simulate::write_bike(&scenario, 0, &archive).map_err(|e| Failure::Output(e.to_string()))?;
+    let text = BUILTIN.iter().find(|(name, _)| *name == "demo").map_or("", |(_, text)| text);
+    table::write_bytes(&archive.join("scenario.toml"), text.as_bytes())
+        .map_err(|e| Failure::Output(e.to_string()))?;
+    let at = step(&format!("simulate: {rides} rides with the sensors of a real one"), begin);
+    run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar)?;
+    let at = step("run: the coefficients of both tyres, with intervals", at);
+    diagnose::run(diagnose::Arguments::quietly(archive.clone(), out.clone()))?;
+    step("diagnose: is anything wrong with these rides?", at);
+
+    tyres(&scenario, &out, colours)?;
+    causes(text, &out, colours)?;
+    let report = out.join("report/index.html");
+    say!("\nRides in {}, tables in {}", archive.display(), out.display());
+    say!("{} {}", colour::bold("Report:", colours), report.display());
+    if !arguments.no_open {
+        open(&report);
+    }
+    say!("{:.1} s in all", begin.elapsed().as_secs_f64());
+    Ok(())
+}
+
+/// What the first ride gives of the tyres, beside the truth.
+fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> {
+    let machine = scenario.machine(0);
+    let known = truth::coefficients(&machine.plant, &session(scenario, &machine, 0));
+    let rows = tables::coefficients(out).map_err(|e| Failure::Output(e.to_string()))?;
+    let Some(first) = rows.first().map(|r| r.ident.session_id.clone()) else { return Ok(()) };
+    let of = |tyre: &str, name: &str| {
+        let own = |r: &&Coefficient| {
+            r.ident.session_id == first && r.tyre == tyre && r.coefficient == name
+        };
+        rows.iter().find(own)
+    };
+    let (mut held, mut all) = (0, 0);
+    for (tyre, name, value, _) in &known {
+        if let Some(row) = of(tyre, name).filter(|r| r.status == Status::Ok)
+            && let (Some(low), Some(high)) = (row.ci95_low, row.ci95_high)
+        {
+            all += 1;
+            held += usize::from((low..=high).contains(value));
+        }
+    }
+    let title = format!("The tyres, from ride {first}");
+    say!("\n{}", colour::bold(&title, colours));
+    say!("{:39} {:>8} {:>8}   95 % interval", "", "true", "found");
+    for (tyre, name, decimals) in SHOWN {
+        let (Some(row), Some(true_row)) =
+            (of(tyre, name), known.iter().find(|k| k.0 == tyre && k.1 == name))
+        else {
+            continue;
+        };
+        let figure = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.decimals$}"));
+        let words = format!("{}, {}", name.trim_end_matches("_0").replace('_', " "), row.unit);
+        let interval = match (row.ci95_low, row.ci95_high) {
+            (Some(low), Some(high)) => format!("{} to {}", figure(Some(low)), figure(Some(high))),
+            _ => "-".to_owned(),
+        };
+        say!(
+            "{tyre:8} {words:30} {:>8} {:>8}   {interval}",
+            figure(Some(true_row.2)),
+            figure(row.value)
+        );
+    }
+    say!("{held} of the {all} intervals of this ride hold the truth; 95 % of many would.");
+    Ok(())
+}
+
+/// What was hidden, and what `diagnose` says.
+fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
+    let hidden = hidden(scenario);
+    let rows = tables_diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
+    let named: Vec<&CauseRow> =
+        rows.iter().filter(|r| matches!(r.verdict.as_str(), "named" | "ambiguous")).collect();
+    say!("\n{}", colour::bold("Hidden in these rides, and not told to `diagnose`", colours));
+    for (effect, value) in &hidden {
+        say!("{:24} {value:8.4} {:4} {}", effect.name, effect.unit, effect.sentence);
+    }
+    say!("\n{}", colour::bold("Named by `diagnose`", colours));
+    for row in &named {
+        let (Some(value), Some(low), Some(high)) = (row.value, row.ci95_low, row.ci95_high) else {
+            continue;
+        };
+        let right = match hidden.iter().find(|(e, _)| e.name == row.effect) {
+            None => "not hidden: a false name",
+            Some((_, truth)) if (low..=high).contains(truth) => "right, the interval holds it",
+            Some(_) => "right, but the interval misses its size",
+        };
+        say!(
+            "{:24} {value:8.4} {:4} 95 % interval {low:.4} to {high:.4}; ride {}: {right}",
+            row.effect,
+            row.unit,
+            row.ident.session_id
+        );
+    }
+    for (effect, _) in &hidden {
+        if !named.iter().any(|r| r.effect == effect.name) {
+            say!("{:24} was not found", effect.name);
+        }
+    }
+    Ok(())
+}
+
+/// The effects of a scenario and, as one of them, the delay of its velocities.
+fn hidden(scenario: &str) -> Vec<(Effect, f64)> {
+    let table: toml::Table = scenario.parse().unwrap_or_default();
+    let mut found = Vec::new();
+    let effects = table.get("effects").and_then(toml::Value::as_table);
+    for (name, value) in effects.into_iter().flatten() {
+        if let (Ok(effect), Some(value)) = (Effect::named(name), value.as_float()) {
+            found.push((*effect, value));
+        }
+    }
+    let latency = || table.get("sensors")?.get("velocity_x")?.get("latency")?.as_float();
+    if let (Some(value), Ok(effect)) = (latency(), Effect::named("latency")) {
+        found.push((*effect, value));
+    }
+    found
+}
+
+/// Opens the report where there is somebody to see it.
+fn open(report: &Path) {
+    let has = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+    let display = !cfg!(target_os = "linux") || has("DISPLAY") || has("WAYLAND_DISPLAY");
+    if !(display && std::io::stdout().is_terminal()) {
+        return;
+    }
+    if let Err(e) = open::that_detached(report) {
+        tracing::warn!("cannot open the report: {e}");
+    }
+}

@@ -1,0 +1,99 @@
+//! What `--help` shows at its end: each command as it is typed. A test parses every line.
+
+/// The program's own.
+pub const ROADBENCH: &str = "\
+Examples:
+  roadbench demo                                          what it does, in a minute
+  roadbench run fixtures/archive --out out                an archive in, tables and a report out
+  roadbench inspect ride.parquet --bikes bikes            what a log holds, what it can give
+Exit codes: 0 all done; 1 some logs rejected, or stopped; 2 bad usage; 3 the output cannot be written.";
+
+/// Of `run`.
+pub const RUN: &str = "\
+Examples:
+  roadbench run ride.parquet --bikes bikes --out out
+  roadbench run /archive/sessions --out /archive/tables --log-format json
+  roadbench run 's3://fleet/archive/sessions/bike=b1*/**/*.parquet' --bikes bikes --out tables
+  roadbench run fixtures/archive --out out --dry-run";
+
+/// Of `diagnose`.
+pub const DIAGNOSE: &str = "\
+Examples:
+  roadbench diagnose ride.parquet --bikes bikes --out out
+  roadbench diagnose fixtures/archive --out out --advise --json";
+
+/// Of `plan`.
+pub const PLAN: &str = "\
+Examples:
+  roadbench plan paper
+  roadbench plan my_scenario.toml --json";
+
+/// Of `simulate`.
+pub const SIMULATE: &str = "\
+Examples:
+  roadbench simulate archive --out archive
+  roadbench simulate lane_change --front-tyre sharp2004_front_120_70 --compare --out lane";
+
+/// Of `modes`.
+pub const MODES: &str = "\
+Example:
+  roadbench modes sports_touring";
+
+/// Of `replay`.
+pub const REPLAY: &str = "\
+Example:
+  roadbench replay ride.parquet --motorcycle sports_touring --bikes bikes --out replayed";
+
+/// Of `tyre`.
+pub const TYRE: &str = "\
+Examples:
+  roadbench tyre sharp2004_front_120_70
+  roadbench tyre front.tir --against mf62_front_120_70 --out bench";
+
+/// Of `inspect`.
+pub const INSPECT: &str = "\
+Example:
+  roadbench inspect ride.parquet --bikes bikes";
+
+/// Of `convert`.
+pub const CONVERT: &str = "\
+Examples:
+  roadbench convert ride.csv --map my_logger.toml --dry-run
+  roadbench convert ride.csv --map my_logger.toml --out ride.parquet";
+
+/// Of `report`.
+pub const REPORT: &str = "\
+Example:
+  roadbench report out";
+
+/// Of `export`.
+pub const EXPORT: &str = "\
+Examples:
+  roadbench export out --session archive_s0001 --format tir --tyre front --bikes bikes --out front.tir
+  roadbench export out --session archive_s0001 --format toml
+  roadbench export out --session archive_s0001 --format csv --bikes bikes --out tyres.csv
+  roadbench export out --session archive_s0001 --format c --bikes bikes --out tyres.h";
+
+/// Of `schema`.
+pub const SCHEMA: &str = "\
+Examples:
+  roadbench schema
+  roadbench schema coefficients";
+
+/// Of `demo`.
+pub const DEMO: &str = "\
+Examples:
+  roadbench demo
+  roadbench demo --out /tmp/demo --no-open";
+
+/// Of `completions`.
+pub const COMPLETIONS: &str = "\
+Examples:
+  roadbench completions bash > ~/.local/share/bash-completion/completions/roadbench
+  roadbench completions zsh > ~/.zfunc/_roadbench
+  roadbench completions fish > ~/.config/fish/completions/roadbench.fish";
+
+/// Of `man`.
+pub const MAN: &str = "\
+Example:
+  roadbench man ~/.local/share/man/man1";

@@ -1,0 +1,107 @@
+//! A fitted tyre as look-up tables: one row per point, in columns that any tool reads.
+
+use std::fmt::Write as _;
+
+use super::file::one_line;
+use super::fitted::Fitted;
+use super::grid::{Ends, steps};
+use super::tyre::Characterised;
+
+/// Values per direction: slip ratio, slip angle, camber, load.
+const POINTS: [usize; 4] = [41, 21, 17, 5];
+/// Values per direction of the combined table.
+const COMBINED: [usize; 4] = [13, 9, 9, 1];
+
+/// The tables of some tyres of one session.
+pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
+    let session = &fitted.session;
+    let mut out = String::new();
+    let mut say = |line: &str| {
+        let _ = writeln!(out, "# {}", one_line(line));
+    };
+    say(&format!(
+        "tyres of {}, session {}, fitted by roadbench {}",
+        session.ident.bike_id, session.ident.session_id, session.provenance.version
+    ));
+    say(&format!("input {}", session.provenance.input_hash));
+    say(&format!("pipeline {}", session.provenance.pipeline_hash));
+    say(
+        "ISO 8855: x forward, y left, z up; slip_ratio positive driving; a positive slip angle or camber",
+    );
+    say(
+        "pulls to the right. Forces act where the wheel plane meets the road; rolling resistance is not in Fx.",
+    );
+    say(
+        "table: longitudinal (slip ratio, upright), lateral (slip angle and camber, no slip ratio), combined",
+    );
+    say("(all three at the nominal load; the model's rule, not ridden).");
+    say("ridden: 1 where the side force is within what the ride reached, 0 beyond");
+    for tyre in tyres {
+        let t = &tyre.tyre.tyre;
+        say(&format!(
+            "{}: nominal load {:.1} N, rolling radius {:.5} m, rolling resistance {:.5}, relaxation length \
+             {:.4} m, road friction {}",
+            tyre.axle.name(),
+            tyre.load(),
+            t.rolling_radius,
+            t.rolling_resistance,
+            t.relaxation_length,
+            t.reference_friction
+        ));
+    }
+    out.push_str(
+        "tyre,table,slip_ratio_1,slip_angle_rad,camber_rad,load_N,Fx_N,Fy_N,Mx_Nm,Mz_Nm,ridden\n",
+    );
+    for tyre in tyres {
+        let ends = Ends::of(tyre);
+        let angle = [-ends.slip_angle, ends.slip_angle];
+        let camber = [-ends.camber, ends.camber];
+        let [n_slip, n_angle, n_camber, n_load] = POINTS;
+        let loads = steps(ends.load, n_load);
+        if tyre.longitudinal {
+            let slips = steps(ends.slip_ratio, n_slip);
+            rows(&mut out, tyre, "longitudinal", [&slips, &[0.0], &[0.0], &loads]);
+        }
+        if tyre.lateral {
+            let (angles, cambers) = (steps(angle, n_angle), steps(camber, n_camber));
+            rows(&mut out, tyre, "lateral", [&[0.0], &angles, &cambers, &loads]);
+        }
+        if tyre.longitudinal && tyre.lateral {
+            let [n_slip, n_angle, n_camber, _] = COMBINED;
+            let (slips, angles) = (steps(ends.slip_ratio, n_slip), steps(angle, n_angle));
+            let cambers = steps(camber, n_camber);
+            rows(&mut out, tyre, "combined", [&slips, &angles, &cambers, &[tyre.load()]]);
+        }
+    }
+    out
+}
+
+fn rows(out: &mut String, tyre: &Characterised, table: &str, over: [&[f64]; 4]) {
+    let [slips, angles, cambers, loads] = over;
+    let most = tyre.ridden_side() * (1.0 + 1e-9);
+    for &load in loads {
+        for &camber in cambers {
+            for &angle in angles {
+                let pure = tyre.tyre.tyre.forces(&tyre.input(0.0, angle, camber, load));
+                let ridden = u8::from(pure.force_y.abs() <= most * load);
+                for &slip in slips {
+                    let o = tyre.tyre.tyre.forces(&tyre.input(slip, angle, camber, load));
+                    let _ = writeln!(
+                        out,
+                        "{},{table},{slip:.6},{angle:.6},{camber:.6},{load:.3},{:.4},{:.4},{:.5},{:.5},{ridden}",
+                        tyre.axle.name(),
+                        plain(o.force_x),
+                        plain(o.force_y),
+                        plain(o.moment_x),
+                        plain(o.moment_z)
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// No negative zero.
+fn plain(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x }
+}

@@ -1,0 +1,23 @@
+//! A fitted tyre for other programs.
+//!
+//! | file | format |
+//! |---|---|
+//! | [`fitted`] | `toml`: every coefficient with interval, status and reason, ranges, provenance |
+//! | [`motorcycle`] | `tir`: Magic Formula property file, the motorcycle set, fitted over the ranges |
+//! | [`reduced`] | `tir`: the few coefficients of MF 6.2 that follow at small angles |
+//! | [`csv`] | `csv`: look-up tables |
+//! | [`header`] | `c`: a header that evaluates the tyre |
+//!
+//! All are written from the output tables alone (and, for what no ride gives, the bike file).
+
+pub mod check;
+pub mod csv;
+pub mod file;
+pub mod fit;
+pub mod fitted;
+pub mod grid;
+pub mod header;
+pub mod motorcycle;
+pub mod ranges;
+pub mod reduced;
+pub mod tyre;

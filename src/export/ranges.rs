@@ -1,0 +1,122 @@
+//! What a session rode of a tyre: where its coefficients hold.
+//!
+//! Read from the tables: slips and cambers from the samples that the fits used (those with at
+//! least half of the full weight), accelerations from the manoeuvres. Loads follow from the
+//! accelerations and the bike file.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::GRAVITY;
+use crate::bike::{Axle, Bike};
+use crate::report::{Error, tables};
+use crate::rows::{Ident, PlotPoint};
+
+/// Least robust weight of a sample that counts as ridden.
+const COUNTS: f64 = 0.5;
+
+/// Least and largest of what was ridden; none where the ride has no such samples.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Ranges {
+    /// Slip ratio.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slip_ratio: Option<[f64; 2]>,
+    /// Slip angle, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slip_angle: Option<[f64; 2]>,
+    /// Camber, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camber: Option<[f64; 2]>,
+    /// Lateral over vertical force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lateral_friction: Option<[f64; 2]>,
+    /// Forward acceleration of the manoeuvres that were used, m/s².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration_x: Option<[f64; 2]>,
+    /// Forward speed of the manoeuvres that were used, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed: Option<[f64; 2]>,
+    /// Camber, rad, and fitted cornering stiffness per load there, 1/rad, over the ridden camber.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stiffness_over_camber: Vec<[f64; 2]>,
+}
+
+/// Every so-many-th point of the stiffness curve is kept.
+const STEP: usize = 10;
+
+impl Ranges {
+    /// Of both tyres of a session, from an output folder.
+    ///
+    /// # Errors
+    /// A table cannot be read.
+    pub fn read(out: &Path, ident: &Ident) -> Result<[Self; 2], Error> {
+        let (mut acceleration, mut speed) = (None, None);
+        for m in tables::manoeuvres(out)? {
+            if tables::key(&m.ident) == tables::key(ident) && m.used {
+                acceleration = widened(acceleration, m.acceleration_x_peak);
+                speed = widened(widened(speed, m.speed_start), m.speed_end);
+            }
+        }
+        let files = tables::session_files(out, "plots")?;
+        let (bike, session) = tables::key(ident);
+        let points = match files.get(&(bike.to_owned(), session.to_owned())) {
+            Some(files) => tables::plots(files, bike, session)?,
+            None => Vec::new(),
+        };
+        Ok(["front", "rear"].map(|end| {
+            let over = |plot: &str, pick: fn(&PlotPoint) -> Option<f64>| {
+                let name = format!("{plot}_{end}");
+                points
+                    .iter()
+                    .filter(|p| p.plot == name && p.series == "data")
+                    .filter(|p| p.weight.is_none_or(|w| w >= COUNTS))
+                    .fold(None, |range, p| widened(range, pick(p)))
+            };
+            let curve = format!("stiffness_{end}");
+            let stiffness: Vec<[f64; 2]> = points
+                .iter()
+                .filter(|p| p.plot == curve && p.series == "k_alpha")
+                .filter_map(|p| Some([p.x, p.y?]))
+                .collect();
+            let stiffness_over_camber = stiffness.into_iter().step_by(STEP).collect();
+            Ranges {
+                slip_ratio: over("friction_x", |p| Some(p.x)),
+                slip_angle: over("slip_angle", |p| p.y),
+                camber: over("slip_angle", |p| Some(p.x)),
+                lateral_friction: over("friction_y", |p| p.y),
+                acceleration_x: acceleration,
+                speed,
+                stiffness_over_camber,
+            }
+        }))
+    }
+
+    /// Loads of the ridden accelerations, N: the static one where nothing is known.
+    pub fn load(&self, bike: &Bike, axle: Axle) -> [f64; 2] {
+        let at = |acceleration: f64| {
+            let (arm, sign) = match axle {
+                Axle::Front => (bike.cg_to_rear(), -1.0),
+                Axle::Rear => (bike.cg_to_front, 1.0),
+            };
+            let moment = GRAVITY * arm + sign * acceleration * bike.cg_height;
+            (bike.mass * moment / bike.wheelbase).max(0.0)
+        };
+        let [low, high] = self.acceleration_x.unwrap_or([0.0, 0.0]);
+        let (a, b) = (at(low.min(0.0)), at(high.max(0.0)));
+        [a.min(b), a.max(b)]
+    }
+
+    /// The largest size of a range, which the model takes both ways.
+    pub fn both_ways(range: Option<[f64; 2]>) -> Option<f64> {
+        range.map(|[low, high]| low.abs().max(high.abs()))
+    }
+}
+
+fn widened(range: Option<[f64; 2]>, x: Option<f64>) -> Option<[f64; 2]> {
+    match (range, x.filter(|x| x.is_finite())) {
+        (Some([low, high]), Some(x)) => Some([low.min(x), high.max(x)]),
+        (None, Some(x)) => Some([x, x]),
+        (range, None) => range,
+    }
+}

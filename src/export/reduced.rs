@@ -1,0 +1,159 @@
+//! A fitted tyre as a property file of MF-Tyre 6.2 (`FITTYP` = 62), for readers that do not know
+//! the motorcycle set, and where a ride gave only half of the tyre.
+//!
+//! Reduced: what follows in closed form at small angles, nothing is shaped. The mapping, with
+//! `Fz0` = `FNOMIN`, `R0` = `UNLOADED_RADIUS`:
+//!
+//! ```text
+//! PCX1 = c   PDX1 = d   PKX1 = b c d   PEX1 = e1   PEX4 = -e2 / e1
+//! PKY1 = -k_alpha0 / sin(2 atan(1 / PKY2)), PKY2 = 20, PKY4 = 2   (stiffness ~ load)
+//! PKY6 = -k_gamma0   QSX2 = k_x / R0   QDZ1 = t_p0 / R0   QDZ8 = -k_t / R0   QSY1 = c_rol
+//! LATERAL_STIFFNESS = k_alpha0 Fz0 / r_l                          (relaxation length)
+//! ```
+//!
+//! The slip ratio, slip angle and camber of the contract have the signs of the TYDEX W axes,
+//! so that `Fy = -Fz (k_alpha0 alpha + k_gamma0 gamma)`, `Mx = -k_x Fz gamma` and
+//! `Mz = -k_t Fz gamma` at small angles carry over as written. Source of the target form:
+//! Pacejka (2012), Tire and Vehicle Dynamics, 3rd ed., chapter 4.3.2.
+
+use super::check::{self, Worst};
+use super::file::{self, File, said, short};
+use super::fitted::Fitted;
+use super::tyre::{Characterised, Setting};
+
+/// `PKY2`: so large that the stiffness is proportional to load, as the fitted model has it
+/// (within 1 % up to twice the nominal load).
+const PKY2: f64 = 20.0;
+
+/// The property file of one tyre, and, where it holds both halves, how well it gives the tyre back.
+///
+/// # Errors
+/// A sentence: the file could not be read back.
+pub fn write(
+    fitted: &Fitted,
+    c: &Characterised,
+    setting: &Setting<'_>,
+) -> Result<(String, Option<Worst>), String> {
+    let body = body(fitted, c, setting);
+    let mut top = File::default();
+    file::head(&mut top, fitted, c, "Magic Formula 6.2, reduced set");
+    let whole = c.longitudinal && c.lateral;
+    let worst = if whole { Some(check::worst(&body, c, false)?) } else { None };
+    if let Some(worst) = &worst {
+        top.comment(
+            "Largest differences from the characterised tyre over these ranges, read back (the",
+        );
+        top.comment(
+            "lateral part is right at small angles only; the motorcycle set is right over all):",
+        );
+        for line in worst.lines() {
+            top.comment(&line);
+        }
+    }
+    if !c.longitudinal {
+        top.comment(
+            "The ride gave no longitudinal friction: its section is left out (USE_MODE 2).",
+        );
+    }
+    if !c.lateral {
+        top.comment("The ride gave no lateral stiffness: its section is left out (USE_MODE 1).");
+    }
+    Ok((top.0 + &body, worst))
+}
+
+fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
+    let tyre = c.axle.name();
+    let t = &c.tyre.tyre;
+    let (load, radius) = (c.load(), t.rolling_radius);
+    let k_alpha = t.stiffness.k_alpha(0.0, t.side_force_ratio);
+    let mut file = File::default();
+    file::units(&mut file);
+    file.section("MODEL");
+    file.number("FITTYP", 62.0, "set: Magic Formula 6.2");
+    let mode = 10.0 + file::use_mode(c, false);
+    file.number("USE_MODE", mode, "set: pure slip with relaxation; combined slip is not fitted");
+    file.text("TYRESIDE", "SYMMETRIC", "set: the fits go both ways");
+    file.number("LONGVL", 16.7, "placeholder: reference speed, m/s");
+    file.number("VXLOW", 1.0, "placeholder");
+    file::body(&mut file, fitted, c, setting);
+
+    file.section("STRUCTURAL");
+    match fitted.value(tyre, "relaxation_length") {
+        Ok((length, row)) if length > 0.0 => {
+            let note = format!("from relaxation_length = {} m ({})", short(length), said(row));
+            file.number("LATERAL_STIFFNESS", k_alpha * load / length, &note);
+        }
+        _ => {
+            let note = "from a relaxation length equal to the rolling radius: placeholder";
+            file.number("LATERAL_STIFFNESS", k_alpha * load / radius, note);
+        }
+    }
+
+    file::ranges(&mut file, c, c.with_bike);
+    if c.longitudinal {
+        longitudinal(&mut file, fitted, c);
+    }
+    file.section("OVERTURNING_COEFFICIENTS");
+    file.coefficient("QSX2", fitted.value(tyre, "overturning_stiffness"), 1.0 / radius);
+    if c.lateral {
+        lateral(&mut file, fitted, c, k_alpha);
+    }
+    file.section("ROLLING_COEFFICIENTS");
+    file.coefficient("QSY1", fitted.value("vehicle", "rolling_resistance"), 1.0);
+
+    file.section("ALIGNING_COEFFICIENTS");
+    file.number("QBZ1", 0.0, "placeholder: the trail does not shrink with slip");
+    file.number("QCZ1", 1.1, "placeholder: no effect with QBZ1 = 0");
+    file.coefficient("QDZ1", fitted.value(tyre, "pneumatic_trail_0"), 1.0 / radius);
+    file.coefficient("QDZ8", fitted.value(tyre, "twisting_stiffness"), -1.0 / radius);
+    file.0
+}
+
+fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised) {
+    let mf = &c.tyre.tyre.friction;
+    let row =
+        |name: &str| fitted.value(c.axle.name(), name).map_or(String::new(), |(_, r)| said(r));
+    file.section("LONGITUDINAL_COEFFICIENTS");
+    // the form has the odd part as a share of the even one
+    let e1 = if mf.e1.abs() < 1e-6 { 1e-6 } else { mf.e1 };
+    file.number("PCX1", mf.c, &row("mf_c"));
+    file.number("PDX1", mf.d, &row("mf_d"));
+    file.number("PEX1", e1, &row("mf_e1"));
+    file.number("PKX1", mf.stiffness(), &format!("mf_b mf_c mf_d; mf_b {}", row("mf_b")));
+    file.number("PEX4", -mf.e2 / e1, &format!("-mf_e2/mf_e1; mf_e2 {}", row("mf_e2")));
+    for key in ["PDX2", "PEX2", "PEX3", "PKX2", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
+        file.number(key, 0.0, "set: no load dependence per load, no offset");
+    }
+}
+
+fn lateral(file: &mut File, fitted: &Fitted, c: &Characterised, k_alpha: f64) {
+    let row =
+        |name: &str| fitted.value(c.axle.name(), name).map_or(String::new(), |(_, r)| said(r));
+    let (t, d) = (&c.tyre.tyre, c.tyre.tyre.friction.d);
+    file.section("LATERAL_COEFFICIENTS");
+    file.number("PCY1", 1.3, "placeholder: the ride does not reach the lateral peak");
+    file.number("PDY1", d, "placeholder: the longitudinal peak mf_d");
+    file.number("PEY1", 0.0, "placeholder");
+    let share = (2.0 * (1.0 / PKY2).atan()).sin();
+    file.number(
+        "PKY1",
+        -k_alpha / share,
+        &format!(
+            "from cornering_stiffness_0 = {} 1/rad, {}; stiffness over load at FNOMIN",
+            short(k_alpha),
+            row("cornering_stiffness_0")
+        ),
+    );
+    file.number("PKY2", PKY2, "set: stiffness proportional to load");
+    file.number("PKY3", 0.0, "set: at small camber; the change with camber is in the toml export");
+    file.number("PKY4", 2.0, "set");
+    let k_gamma = fitted.value(c.axle.name(), "camber_stiffness_0").map(|(value, _)| value);
+    let k_gamma = k_gamma.unwrap_or(k_alpha * t.side_force_ratio);
+    file.number("PKY6", -k_gamma, &row("camber_stiffness_0"));
+    for key in ["PDY2", "PDY3", "PEY2", "PEY3", "PEY4", "PKY5", "PKY7", "PHY1", "PHY2"] {
+        file.number(key, 0.0, "set: no load dependence per load, no offset");
+    }
+    for key in ["PVY1", "PVY2", "PVY3", "PVY4"] {
+        file.number(key, 0.0, "set: no offset");
+    }
+}

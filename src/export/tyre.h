@@ -1,0 +1,159 @@
+/*
+@@WHO@@
+ *
+ * The motorcycle tyre model of Bartolozzi, Massaro, Mottola and Savino (2024), equations 1-22, with
+ * the departures that roadbench documents. C99, no dependency but libm. SI units, angles in radians.
+ *
+ * Axes of ISO 8855: x forward, y left, z up. A positive slip ratio drives; a positive slip angle or
+ * camber pulls to the right (negative Fy); in a left-hand corner camber is negative and Fy positive.
+ * Forces act where the wheel plane meets the road. Rolling resistance comes on top of Fx.
+ *
+ *     roadbench_input in = {.slip_ratio = -0.05, .slip_angle = 0.0, .camber = -0.3,
+ *                           .load = 1300.0, .friction = roadbench_@@FIRST@@.reference_friction};
+ *     roadbench_output out = roadbench_forces(&roadbench_@@FIRST@@, &in);
+ */
+#ifndef ROADBENCH_TYRE_H
+#define ROADBENCH_TYRE_H
+
+#include <math.h>
+
+/* One tyre. */
+typedef struct {
+    double mf_b, mf_c, mf_d, mf_e1, mf_e2; /* longitudinal friction, eq. 28 */
+    double ct, c1, c3;                     /* cornering stiffness over camber, eq. 39 */
+    double side_force_ratio;               /* C, eq. 13 */
+    double twisting_stiffness;             /* k_t, m/rad, eq. 16 */
+    double overturning_stiffness;          /* k_x, m, eq. 18 */
+    double rolling_radius;                 /* R_rol, m */
+    double rolling_resistance;             /* c_rol, eq. 21 */
+    double relaxation_length;              /* r_l, m, eq. 1 */
+    double vertical_stiffness;             /* K_z, N/m, eq. 12 */
+    double camber_force_decay;             /* eq. 15 */
+    double camber_moment_decay;            /* eq. 17 */
+    double reference_friction;             /* mu0: the road of the ride */
+    double peak_slip;                      /* sigma_max */
+    double slip_ratio_min, slip_ratio_max; /* what was ridden */
+    double slip_angle_max, camber_max;     /* of either sign */
+    double load_min, load_max;             /* N */
+    double side_friction_max;              /* |Fy/Fz| */
+} roadbench_tyre;
+
+typedef struct {
+    double slip_ratio; /* positive driving */
+    double slip_angle; /* rad, lagged by roadbench_slip_angle_rate */
+    double camber;     /* rad */
+    double load;       /* N */
+    double friction;   /* of the road; reference_friction is that of the ride */
+} roadbench_input;
+
+typedef struct {
+    double force_x, force_y;   /* N */
+    double moment_x, moment_z; /* N m */
+} roadbench_output;
+
+/* Engaged longitudinal friction over slip ratio, eq. 28. */
+static inline double roadbench_friction_x(const roadbench_tyre *t, double s)
+{
+    const double x = t->mf_b * s;
+    const double e = t->mf_e1 + t->mf_e2 * copysign(1.0, s);
+    return t->mf_d * sin(t->mf_c * atan(x - e * (x - atan(x))));
+}
+
+/* Cornering stiffness per load, 1/rad, eq. 39; its denominator stays above a fifth of the upright. */
+static inline double roadbench_cornering_stiffness(const roadbench_tyre *t, double camber)
+{
+    const double upright = t->c1 + t->side_force_ratio;
+    const double tangent = fabs(camber) < 1e-6 ? 1.0 : tan(camber) / camber;
+    double per_camber = upright + t->c3 * camber * camber;
+    if (upright > 0.0 && per_camber < 0.2 * upright) {
+        per_camber = 0.2 * upright;
+    }
+    return -t->ct * tangent / per_camber;
+}
+
+/* Pneumatic trail at vanishing slip, m, eq. 12. */
+static inline double roadbench_trail(const roadbench_tyre *t, double load)
+{
+    const double deflection = load > 0.0 ? load / t->vertical_stiffness : 0.0;
+    const double unloaded = t->rolling_radius + deflection / 3.0;
+    const double loaded = unloaded - deflection;
+    const double square = unloaded * unloaded - loaded * loaded;
+    return square > 0.0 ? sqrt(square) / 3.0 : 0.0;
+}
+
+/* Rolling resistance, N, eq. 21. */
+static inline double roadbench_rolling_force(const roadbench_tyre *t, double load)
+{
+    return -t->rolling_resistance * load;
+}
+
+/* Rate of the lagged slip angle, rad/s, eq. 1; omega is the wheel's speed, rad/s. */
+static inline double roadbench_slip_angle_rate(const roadbench_tyre *t, double omega,
+                                               double kinematic, double lagged)
+{
+    return t->rolling_radius * fabs(omega) / t->relaxation_length * (kinematic - lagged);
+}
+
+/* Forces and moments, eqs. 2-20; nothing in the air. */
+static inline roadbench_output roadbench_forces(const roadbench_tyre *t, const roadbench_input *in)
+{
+    roadbench_output out = {0.0, 0.0, 0.0, 0.0};
+    const double load = in->load, camber = in->camber, mu = in->friction;
+    const double most = t->peak_slip, ratio = t->side_force_ratio, k_x = t->overturning_stiffness;
+    if (!(load > 0.0)) {
+        return out;
+    }
+    const double rolling = 1.0 + in->slip_ratio > 1e-4 ? 1.0 + in->slip_ratio : 1e-4;
+    const double s = rolling - 1.0;
+    const double sigma_x = -s / rolling;                   /* (2a) */
+    const double sigma_y = -tan(in->slip_angle) / rolling; /* (2b) */
+    const double x = sigma_x / most, y = sigma_y / most;   /* (3) */
+    const double n = sqrt(x * x + y * y);                  /* (4) */
+
+    const double direction = sigma_x > 0.0 ? 1.0 : (sigma_x < 0.0 ? -1.0 : 0.0);
+    const double signed_x = n * most * direction;
+    const double one = 1.0 + signed_x > 1e-4 ? 1.0 + signed_x : 1e-4;
+    const double s_eq = -signed_x / one;                        /* (5a) */
+    const double tan_alpha = sigma_y == 0.0 ? 0.0 : n * most;   /* (5b), size */
+
+    const double similar = t->reference_friction / mu;
+    const double fx0 = fabs(roadbench_friction_x(t, similar * s_eq)) * load; /* (6a) */
+    const double k = roadbench_cornering_stiffness(t, camber);
+    const double k_similar =
+        similar == 1.0 ? k : roadbench_cornering_stiffness(t, similar * camber);
+    const double fy0 = k_similar * load * fabs(similar * atan(tan_alpha)); /* (6b) */
+
+    const double cos_l = n > 0.0 ? fabs(x) / n : 1.0; /* (9) */
+    const double sin_l = n > 0.0 ? y / n : 0.0;
+    const double gamma = n < 1.0 ? n : 1.0;
+    const double fx_basic = fx0 - gamma * (fx0 - fy0) * sin_l * sin_l; /* (7a) */
+    const double fy_basic = fy0 - gamma * (fy0 - fx0) * cos_l * cos_l; /* (7b) */
+    const double fx = -cos_l / similar * fx_basic * direction;         /* (8a) */
+    const double fy_alpha = sin_l / similar * fy_basic;                /* (8b) */
+
+    const double k0 = roadbench_cornering_stiffness(t, 0.0);
+    const double left = 1.0 - k0 / (3.0 * mu) * tan_alpha;
+    const double trail = roadbench_trail(t, load) * (left > 0.0 ? left : 0.0); /* (11) */
+    const double fy_gamma =
+        -ratio * k * load * camber / (1.0 + t->camber_force_decay * x * x); /* (13)-(15) */
+    const double mz_gamma = -t->twisting_stiffness * load * camber
+                            / (1.0 + t->camber_moment_decay * n * n); /* (16), (17) */
+    out.force_x = fx;
+    out.force_y = fy_alpha + fy_gamma;
+    out.moment_x = -k_x * load * tan(camber);                                /* (18) */
+    out.moment_z = -trail * fy_alpha + mz_gamma + k_x * fx * tan(camber);    /* (10), (19), (20) */
+    return out;
+}
+
+/* 1 where all of it was ridden. */
+static inline int roadbench_ridden(const roadbench_tyre *t, const roadbench_input *in)
+{
+    const double side = roadbench_cornering_stiffness(t, in->camber)
+                        * (in->slip_angle + t->side_force_ratio * in->camber);
+    return in->slip_ratio >= t->slip_ratio_min && in->slip_ratio <= t->slip_ratio_max
+           && fabs(in->slip_angle) <= t->slip_angle_max && fabs(in->camber) <= t->camber_max
+           && in->load >= t->load_min && in->load <= t->load_max
+           && fabs(side) <= t->side_friction_max * (1.0 + 1e-9);
+}
+@@TYRES@@
+#endif

@@ -1,0 +1,201 @@
+//! The characterised tyre: the fitted coefficients put into the model, with what the bike file adds.
+
+use super::fitted::Fitted;
+use super::ranges::Ranges;
+use crate::GRAVITY;
+use crate::bike::{Axle, Bike, WheelData};
+use crate::model::custom::Custom;
+use crate::model::tyre::{Input, Tyre};
+
+/// One tyre of one session, ready to be evaluated.
+#[derive(Debug, Clone)]
+pub struct Characterised {
+    /// Which.
+    pub axle: Axle,
+    /// The tyre; what the ride did not give is a stand-in, see the flags.
+    pub tyre: Custom,
+    /// Whether the ride gave the longitudinal friction.
+    pub longitudinal: bool,
+    /// Whether the ride gave the lateral stiffnesses.
+    pub lateral: bool,
+    /// Whether there was a bike file.
+    pub with_bike: bool,
+    /// What was ridden.
+    pub ranges: Ranges,
+    /// Loads that were ridden, N.
+    pub loads: [f64; 2],
+}
+
+/// What an export is told beside the tables.
+#[derive(Debug, Clone, Copy)]
+pub struct Setting<'a> {
+    /// The bike file, for dimensions and static load.
+    pub bike: Option<&'a Bike>,
+    /// Nominal load, N, instead of the bike's static load.
+    pub load: Option<f64>,
+    /// Road friction of the ride.
+    pub friction: f64,
+}
+
+impl Default for Setting<'_> {
+    fn default() -> Self {
+        Setting { bike: None, load: None, friction: 1.0 }
+    }
+}
+
+/// Load where neither a bike file nor the user says one, N.
+pub const LOAD: f64 = 1500.0;
+
+impl Setting<'_> {
+    /// Nominal load, N: what was asked for, else the static one, else [`LOAD`].
+    pub fn nominal(&self, axle: Axle) -> f64 {
+        match (self.load, self.bike) {
+            (Some(load), _) => load,
+            (None, Some(bike)) => {
+                let arm = match axle {
+                    Axle::Front => bike.cg_to_rear(),
+                    Axle::Rear => bike.cg_to_front,
+                };
+                bike.mass * GRAVITY * arm / bike.wheelbase
+            }
+            (None, None) => LOAD,
+        }
+    }
+}
+
+/// Coefficients of the longitudinal friction.
+const LONGITUDINAL: [&str; 4] = ["mf_b", "mf_c", "mf_d", "mf_e1"];
+/// Coefficients of the lateral stiffnesses.
+const LATERAL: [&str; 5] = [
+    "lateral_friction_ct",
+    "slip_camber_c1",
+    "slip_camber_c3",
+    "cornering_stiffness_0",
+    "side_force_ratio",
+];
+
+impl Characterised {
+    /// The tyre of a session. Without a bike file, and where half of the tyre was not ridden,
+    /// stand-ins take the place of what is missing.
+    ///
+    /// # Errors
+    /// A sentence that names what the ride did not give, where neither half was ridden or the
+    /// rolling radius is missing.
+    pub fn new(fitted: &Fitted, axle: Axle, setting: &Setting<'_>) -> Result<Self, String> {
+        let end = axle.name();
+        let value = |tyre: &str, name: &str| fitted.row(tyre, name).and_then(|c| c.value);
+        let (radius, _) = fitted.value(end, "effective_rolling_radius")?;
+        let missing =
+            |names: &[&'static str]| names.iter().copied().find(|name| value(end, name).is_none());
+        let (no_x, no_y) = (missing(&LONGITUDINAL), missing(&LATERAL));
+        if let (Some(x), Some(_)) = (no_x, no_y) {
+            return Err(fitted.value(end, x).err().unwrap_or_default());
+        }
+        let plain = stand_in_wheel(radius);
+        let wheel = setting.bike.map_or(&plain, |bike| bike.wheel(axle));
+        let rolling = value("vehicle", "rolling_resistance")
+            .unwrap_or_else(|| setting.bike.map_or(0.015, |bike| bike.rolling_resistance));
+        let get = |name: &str| value(end, name).or_else(|| stand_in(name, radius, wheel));
+        let load = setting.nominal(axle);
+        let mut tyre = Custom::characterised(get, wheel, load, rolling, setting.friction)
+            .map_err(|e| format!("session `{}`: {e}", fitted.session.ident.session_id))?;
+        let ranges = fitted.ridden(axle).clone();
+        if let Some(upright) = value(end, "cornering_stiffness_0").filter(|_| no_y.is_none()) {
+            let curve = ranges.stiffness_over_camber.last().copied();
+            follow(&mut tyre.tyre, upright, curve);
+        }
+        let loads = match setting.bike {
+            Some(bike) => ranges.load(bike, axle),
+            None => [0.5 * load, 2.0 * load],
+        };
+        Ok(Characterised {
+            axle,
+            tyre,
+            longitudinal: no_x.is_none(),
+            lateral: no_y.is_none(),
+            with_bike: setting.bike.is_some(),
+            ranges,
+            // a load that lifts the wheel off divides by nothing in anybody's file
+            loads: [loads[0].max(0.05 * load), loads[1].max(load)],
+        })
+    }
+
+    /// Why the tyre is not whole, where a half of it was not ridden.
+    pub fn missing_half(&self) -> Option<String> {
+        let half = match (self.longitudinal, self.lateral) {
+            (true, true) => return None,
+            (false, _) => "longitudinal friction (brake to the limit)",
+            (_, false) => "lateral stiffnesses (steady corners)",
+        };
+        Some(format!(
+            "the ride did not give the {} tyre's {half}: --format tir, csv and toml write what there is",
+            self.axle.name()
+        ))
+    }
+
+    /// Nominal load, N.
+    pub fn load(&self) -> f64 {
+        self.tyre.nominal_load
+    }
+
+    /// An input at the friction of the ride.
+    pub fn input(&self, slip_ratio: f64, slip_angle: f64, camber: f64, load: f64) -> Input {
+        let friction = self.tyre.tyre.reference_friction;
+        Input { slip_ratio, slip_angle, camber, load, friction }
+    }
+
+    /// The side force over the load that was ridden, or that the ranges' camber gives.
+    pub fn ridden_side(&self) -> f64 {
+        let camber = Ranges::both_ways(self.ranges.camber).unwrap_or(0.5);
+        let tyre = &self.tyre.tyre;
+        (tyre.stiffness.ct * camber.tan()).abs()
+    }
+}
+
+/// Turns the stiffness function to the fitted one.
+///
+/// `c1, c3` and `ct` are fits of their own (eqs. 37, 38), and their quotient misses the stiffness
+/// that was fitted to all three at once (eq. 39): by 8 % at the front of the bundled archive. So the
+/// quotient's numbers are chosen to give the fitted stiffness upright and at the largest camber.
+fn follow(tyre: &mut Tyre, upright: f64, leant: Option<[f64; 2]>) {
+    let s = &mut tyre.stiffness;
+    let compliance = 1.0 / upright;
+    s.c1 = -s.ct * compliance - tyre.side_force_ratio;
+    if let Some([g, k]) = leant.filter(|[g, k]| *g > 0.05 && *k > 0.0) {
+        s.c3 = -s.ct * (g.tan() / (g * k) - compliance) / (g * g);
+    }
+}
+
+/// The usual of what a ride does not give.
+fn stand_in(name: &str, radius: f64, wheel: &WheelData) -> Option<f64> {
+    Some(match name {
+        "mf_b" => 12.0,
+        "mf_c" => 1.6,
+        "mf_d" => 1.0,
+        "mf_e1" => 0.1,
+        "lateral_friction_ct" => -1.0,
+        "slip_camber_c1" | "slip_camber_c3" => 0.0,
+        "side_force_ratio" => wheel.side_force_ratio,
+        "twisting_stiffness" => wheel.twisting_stiffness,
+        "overturning_stiffness" => 0.5 * wheel.width,
+        "relaxation_length" => wheel.relaxation_length.unwrap_or(radius),
+        _ => return None,
+    })
+}
+
+fn stand_in_wheel(radius: f64) -> WheelData {
+    WheelData {
+        radius,
+        width: 0.15,
+        model: None,
+        wheel_inertia: None,
+        side_force_ratio: 0.09,
+        twisting_stiffness: 0.0,
+        vertical_stiffness: 150e3,
+        deflection_share: None,
+        relaxation_length: None,
+        slip_transition: 1.1,
+        camber_force_decay: 1.0,
+        camber_moment_decay: 1.0,
+    }
+}

@@ -1,0 +1,254 @@
+//! Exports of a ride of the bundled archive, read by what is not roadbench: an independent Magic
+//! Formula in Python, and a C compiler.
+
+use std::path::{Path, PathBuf};
+use std::process::Command as Process;
+
+use assert_cmd::Command;
+use roadbench::bike::{Axle, Bike};
+use roadbench::export::fitted::Fitted;
+use roadbench::export::tyre::{Characterised, Setting};
+use roadbench::model::tyre::Input;
+
+const SESSION: &str = "archive_s0001";
+const LOG: &str = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
+const BIKES: &str = "fixtures/archive/bikes";
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// Runs the binary in the repository and gives back what it says.
+fn roadbench(arguments: &[&str]) -> String {
+    let mut command = Command::cargo_bin("roadbench").expect("binary");
+    let output = command.current_dir(here("")).args(arguments).output().expect("the binary ran");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {said}");
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// An output folder with one session in it.
+fn ridden() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("folder");
+    let out = folder.path().join("out").to_string_lossy().into_owned();
+    roadbench(&["run", LOG, "--bikes", BIKES, "--out", &out, "--progress", "never"]);
+    (folder, out)
+}
+
+/// Whether a program is there; where tests must not be skipped (`.ci/exports`) it has to be.
+fn there(program: &str) -> bool {
+    let found = Process::new(program).arg("--version").output().is_ok_and(|o| o.status.success());
+    assert!(
+        found || std::env::var_os("ROADBENCH_TEST_ALL").is_none(),
+        "ROADBENCH_TEST_ALL is set, but there is no {program}"
+    );
+    if !found {
+        eprintln!("not tested: there is no {program}");
+    }
+    found
+}
+
+#[test]
+fn an_independent_reader_gets_the_fitted_forces_from_the_property_file() {
+    if !there("python3") {
+        return;
+    }
+    let (folder, out) = ridden();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let (toml, csv) = (at("tyre.toml"), at("tyre.csv"));
+    let export = |format: &str, more: &[&str], file: &str| {
+        let base = ["export", &out, "--session", SESSION, "--format", format, "--out", file];
+        roadbench(&[&base[..], more].concat())
+    };
+    export("toml", &[], &toml);
+    export("csv", &["--bikes", BIKES], &csv);
+    for end in ["front", "rear"] {
+        let tir = at("tyre.tir");
+        export("tir", &["--tyre", end, "--bikes", BIKES], &tir);
+        let text = std::fs::read_to_string(&tir).expect("the file");
+        for section in [
+            "[UNITS]",
+            "[LONG_SLIP_RANGE]",
+            "[SLIP_ANGLE_RANGE]",
+            "[INCLINATION_ANGLE_RANGE]",
+            "[VERTICAL_FORCE_RANGE]",
+            "FITTYP               = 52.0",
+            "$ session archive_s0001",
+            "$ Axes of ISO 8855",
+        ] {
+            assert!(text.contains(section), "{section} is not in {text}");
+        }
+        let script = here("tests/independent/motorcycle_tir.py");
+        let output = Process::new("python3")
+            .arg(script)
+            .args([&tir, &toml, &csv])
+            .arg(end)
+            .output()
+            .expect("python3 ran");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{end}: {error}");
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        println!("{end}: {said}");
+        let share = |value: &serde_json::Value| value.as_f64().expect("a share");
+        assert!(said["points"].as_u64().is_some_and(|n| n > 5000), "{said}");
+        // the promise: within 2 % of the peak over the validity range
+        assert!(share(&said["Fx"]) < 1e-6 && share(&said["Fy"]) < 0.02, "{end}: {said}");
+        // the look-up tables are the same tyre
+        assert!(share(&said["tables"]["longitudinal Fx"]) < 1e-4, "{end}: {said}");
+        assert!(share(&said["tables"]["lateral Fy"]) < 0.02, "{end}: {said}");
+        // what the file itself says of its differences is what the reader sees
+        let head = |what: &str| -> f64 {
+            let line = text.lines().find(|l| l.contains(what)).expect("in the head");
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let at = words.iter().position(|w| *w == "%").expect("a share");
+            words[at - 1].parse::<f64>().expect("a number") / 100.0
+        };
+        for (what, key) in [
+            ("Fy, slip angle and camber", "lateral Fy"),
+            ("Mx, slip angle and camber", "lateral Mx"),
+            ("Mz, slip angle and camber", "lateral Mz"),
+            ("Fx and Fy, combined slip", "combined Fy"),
+        ] {
+            let (told, seen) = (head(what), share(&said["tables"][key]));
+            assert!(seen < 1.3 * told + 0.002, "{end}: {what} {told} in the head, {seen} seen");
+        }
+    }
+}
+
+#[test]
+fn the_c_header_is_the_tyre_to_the_last_digits() {
+    let compiler = std::env::var("CC").unwrap_or("cc".into());
+    if !there(&compiler) {
+        return;
+    }
+    let (folder, out) = ridden();
+    let header = folder.path().join("tyre.h");
+    let text = roadbench(&[
+        "export",
+        &out,
+        "--session",
+        SESSION,
+        "--format",
+        "c",
+        "--bikes",
+        BIKES,
+        "--friction",
+        "0.9",
+    ]);
+    std::fs::write(&header, text).expect("header");
+
+    let bike = Bike::read(&here(BIKES).join("archive_01.toml")).expect("bike");
+    let fitted = Fitted::read(Path::new(&out), SESSION, None).expect("session");
+    let setting = Setting { bike: Some(&bike), load: None, friction: 0.9 };
+    let mut points = Vec::new();
+    // beyond the ranges too: a locked wheel, a spinning one, the air, ice
+    for s in [-1.3, -1.0, -0.4, -0.08, -0.01, 0.0, 0.02, 0.3, 4.0] {
+        for a in [-0.6, -0.03, 0.0, 0.004, 0.2] {
+            for g in [-1.1, -0.5, -1e-8, 0.0, 0.7] {
+                for load in [-5.0, 0.0, 300.0, 1300.0, 4000.0] {
+                    for friction in [0.05, 0.9, 1.2] {
+                        points.push(Input {
+                            slip_ratio: s,
+                            slip_angle: a,
+                            camber: g,
+                            load,
+                            friction,
+                        });
+                    }
+                }
+            }
+        }
+    }
+    let mut rows = String::new();
+    for p in &points {
+        let numbers = [p.slip_ratio, p.slip_angle, p.camber, p.load, p.friction];
+        let words: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+        rows += &format!("    {{{}}},\n", words.join(", "));
+    }
+    let program = format!(
+        "#include <stdio.h>\n#include \"tyre.h\"\n\n\
+         static const roadbench_input points[] = {{\n{rows}}};\n\n\
+         int main(void)\n{{\n    for (size_t i = 0; i < sizeof points / sizeof *points; i++) {{\n\
+         const roadbench_output f = roadbench_forces(&roadbench_front, &points[i]);\n\
+         const roadbench_output r = roadbench_forces(&roadbench_rear, &points[i]);\n\
+         printf(\"%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\\n\", f.force_x, f.force_y,\n\
+         f.moment_x, f.moment_z, r.force_x, r.force_y, r.moment_x, r.moment_z);\n    }}\n\
+         return roadbench_ridden(&roadbench_front, points) != 0\n\
+         || !(roadbench_rolling_force(&roadbench_rear, 1000.0) < 0.0)\n\
+         || !(roadbench_slip_angle_rate(&roadbench_rear, 30.0, 0.1, 0.0) > 0.0);\n}}\n"
+    );
+    let source = folder.path().join("compare.c");
+    let binary = folder.path().join("compare");
+    std::fs::write(&source, program).expect("program");
+    let strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1"];
+    let built = Process::new(&compiler)
+        .args(strict)
+        .arg(&source)
+        .arg("-o")
+        .arg(&binary)
+        .arg("-lm")
+        .output()
+        .expect("the compiler ran");
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let ran = Process::new(&binary).output().expect("the program ran");
+    assert!(ran.status.success(), "the program says no");
+    let said = String::from_utf8(ran.stdout).expect("numbers");
+    let found: Vec<Vec<f64>> = said
+        .lines()
+        .map(|l| l.split(' ').map(|w| w.parse().expect("a number")).collect())
+        .collect();
+    assert_eq!(found.len(), points.len());
+    for (k, axle) in [Axle::Front, Axle::Rear].into_iter().enumerate() {
+        let tyre = Characterised::new(&fitted, axle, &setting).expect("tyre").tyre.tyre;
+        let wanted: Vec<[f64; 4]> = points
+            .iter()
+            .map(|p| {
+                let o = tyre.forces(p);
+                [o.force_x, o.force_y, o.moment_x, o.moment_z]
+            })
+            .collect();
+        for j in 0..4 {
+            let peak = wanted.iter().fold(0.0_f64, |most, w| most.max(w[j].abs()));
+            let off = wanted.iter().zip(&found).map(|(w, f)| (f[4 * k + j] - w[j]).abs());
+            let off = off.fold(0.0_f64, f64::max) / peak;
+            println!("{axle:?} {j}: {off:.1e} of {peak:.0}");
+            assert!(off < 1e-12, "{axle:?} {j}: {off:e}");
+        }
+    }
+}
+
+#[test]
+fn the_simulator_takes_an_exported_property_file() {
+    let (folder, out) = ridden();
+    let tir = folder.path().join("front.tir").to_string_lossy().into_owned();
+    roadbench(&[
+        "export",
+        &out,
+        "--session",
+        SESSION,
+        "--format",
+        "tir",
+        "--tyre",
+        "front",
+        "--bikes",
+        BIKES,
+        "--out",
+        &tir,
+    ]);
+    let said = roadbench(&["tyre", &tir, "--load", "1172"]);
+    let fitted = Fitted::read(Path::new(&out), SESSION, None).expect("session");
+    for (line, name, within) in [
+        ("cornering stiffness / load", "cornering_stiffness_0", 0.03),
+        ("camber stiffness / load", "camber_stiffness_0", 0.03),
+        ("overturning stiffness", "overturning_stiffness", 0.02),
+        ("peak braking friction", "mf_d", 0.001),
+        ("rolling radius", "effective_rolling_radius", 1e-4),
+        ("relaxation length", "relaxation_length", 0.01),
+    ] {
+        let text = said.lines().find_map(|l| l.trim().strip_prefix(line)).expect(line);
+        let word = text.split_whitespace().last().expect("a number");
+        let (found, (wanted, _)) =
+            (word.parse::<f64>().expect("a number"), fitted.value("front", name).expect(name));
+        assert!((found / wanted - 1.0).abs() < within, "{line}: {found} for {wanted}");
+    }
+}
