@@ -72,7 +72,15 @@ pub enum Error {
 }
 
 const STYLE: &str = include_str!("../../reports/style.css");
-const SCRIPT: &str = include_str!("../../reports/charts.js");
+const SCRIPT: &str = concat!(
+    "(() => {\n\"use strict\";\n",
+    include_str!("../../reports/charts/base.js"),
+    include_str!("../../reports/charts/cloud.js"),
+    include_str!("../../reports/charts/fit.js"),
+    include_str!("../../reports/charts/timeline.js"),
+    include_str!("../../reports/charts/main.js"),
+    "})();\n",
+);
 const UPLOT_SCRIPT: &str = include_str!("../../reports/vendor/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uPlot.min.css");
 const TEMPLATES: &[(&str, &str)] = &[
@@ -146,6 +154,8 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
             page => Serde(page::build(session, coefficients, manoeuvres, warnings)),
             charts => Serde(figures::heads(&figures.charts)),
             panels => Serde(figures::heads(&figures.panels)),
+            residuals => Serde(figures::residuals(&figures.charts)),
+            bins => plots::BINS,
             absent => page::absent_charts(&figures),
             offroad => page::is_offroad(&figures),
             forces => Serde(forces::table(force_rows)),

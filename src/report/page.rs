@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::report::figures::{Figures, OFFROAD_PLOTS, PLOTS, Plot};
+use crate::report::figures::{Figures, OFFROAD_PLOTS, PLOTS, Plot, RIDE_PLOTS};
 use crate::report::number::{self, fixed, typeset};
 use crate::report::{drawing, words};
 use crate::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
@@ -178,9 +178,11 @@ pub fn is_offroad(figures: &Figures) -> bool {
 
 /// Whether a chart has nothing to show on this page; its title, for the sentence that says so.
 pub fn absent_charts(figures: &Figures) -> Vec<&'static str> {
-    let plots = if is_offroad(figures) { OFFROAD_PLOTS } else { PLOTS };
+    let (plots, ride) =
+        if is_offroad(figures) { (OFFROAD_PLOTS, &[][..]) } else { (PLOTS, RIDE_PLOTS) };
     plots
         .iter()
+        .chain(ride)
         .filter(|p| figures.charts.iter().all(|c| c.name != p.name))
         .map(|p| p.title)
         .collect()

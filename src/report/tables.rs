@@ -267,6 +267,8 @@ pub fn plots(files: &[PathBuf], bike: &str, session: &str) -> Result<Vec<PlotPoi
                     y_high: c.maybe("y_high", i),
                     weight: c.maybe("weight", i),
                     manoeuvre_id: c.maybe_integer("manoeuvre_id", i),
+                    shade: c.maybe("shade", i),
+                    n: c.maybe_integer("n", i),
                 });
             }
         }

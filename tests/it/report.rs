@@ -187,6 +187,8 @@ fn plots(ident: &Ident) -> Vec<PlotPoint> {
             y_high: half.map(|h| y + h),
             weight,
             manoeuvre_id: m,
+            shade: weight.map(|_| 1300.0 + 400.0 * x),
+            n: weight.map(|_| 3),
         });
     };
     let magic = |s: f64| {
