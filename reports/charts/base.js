@@ -236,5 +236,4 @@ const lineEntries = (chart, palette) => chart.lines.map((l, i) => ({
   paint: e => { e.style.background = palette()[(l.colour ?? i) % palette().length]; },
 }));
 
-const kinds = new Map(data.segments.map(s => [s.id, s]));
 const drawn = []; // every chart's own redraw, for a change of theme or width

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::report::figures::{self, Figures};
 use crate::report::{
-    Error, diagnosis, names, plots_diagnosis, run_of, shared, tables, tables_diagnosis,
+    Error, diagnosis, names, plots_diagnosis, run_of, shared, still, tables, tables_diagnosis,
 };
 use crate::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
 use crate::table;
@@ -88,6 +88,37 @@ impl Diagnosed {
             run_of(&self.causes, key, |c| tables::key(&c.ident)),
             run_of(&self.discrepancies, key, |d| tables::key(&d.ident)),
         )
+    }
+
+    /// Draws the overlays of the sessions that are wanted: `save` is given folder, name and SVG of
+    /// each; how many.
+    ///
+    /// # Errors
+    /// The replays cannot be read, or `save` fails.
+    pub(super) fn draw(
+        &self,
+        wanted: &dyn Fn(&str) -> bool,
+        save: &dyn Fn(&str, &str, &str) -> Result<(), table::Error>,
+    ) -> Result<usize, Error> {
+        let mut drawn = 0;
+        for session in self.sessions.iter().filter(|s| wanted(&s.ident.session_id)) {
+            let (_, discrepancies) = self.rows(&session.ident);
+            let (bike, id) = tables::key(&session.ident);
+            let files = self.replays.get(&(bike.to_owned(), id.to_owned()));
+            let samples = tables_diagnosis::replays(files.map_or(&[], Vec::as_slice), bike, id)?;
+            let misfits = diagnosis::worst_first(discrepancies);
+            let (overlays, mut charts) = plots_diagnosis::overlays(&samples, &misfits);
+            let folder = session.page.trim_end_matches(".html");
+            for (i, overlay) in overlays.iter().enumerate() {
+                for (k, what) in ["signal", "residual"].into_iter().enumerate() {
+                    let Some(chart) = charts.get_mut(overlay.charts[k]) else { continue };
+                    chart.title = overlay.title.clone();
+                    save(folder, &format!("{}_{what}", i + 1), &still::chart(chart))?;
+                    drawn += 1;
+                }
+            }
+        }
+        Ok(drawn)
     }
 
     /// Writes every page into the report's folder.

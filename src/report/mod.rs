@@ -23,17 +23,22 @@ pub mod diagnosis;
 pub mod diagnosis_pages;
 pub mod drawing;
 pub mod figures;
+pub mod fleet;
 pub mod forces;
 pub mod index;
+pub mod markdown;
 pub mod names;
 pub mod number;
 pub mod page;
 pub mod plots;
 pub mod plots_diagnosis;
 pub mod plots_offroad;
+pub mod publish;
+pub mod still;
 pub mod svg;
 pub mod tables;
 pub mod tables_diagnosis;
+pub mod tables_fleet;
 pub mod terminal;
 pub mod tir;
 pub mod tyre;
@@ -81,12 +86,14 @@ const SCRIPT: &str = concat!(
     include_str!("../../reports/charts/main.js"),
     "})();\n",
 );
+const SESSIONS_SCRIPT: &str = include_str!("../../reports/charts/sessions.js");
 const UPLOT_SCRIPT: &str = include_str!("../../reports/vendor/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uPlot.min.css");
 const TEMPLATES: &[(&str, &str)] = &[
     ("base.html", include_str!("../../reports/base.html")),
     ("run.html", include_str!("../../reports/run.html")),
     ("session.html", include_str!("../../reports/session.html")),
+    ("fleet.html", include_str!("../../reports/fleet.html")),
     ("diagnosis.html", include_str!("../../reports/diagnosis.html")),
 ];
 
@@ -118,16 +125,14 @@ pub fn update(out: &Path) -> Result<(), Error> {
 }
 
 fn build(out: &Path, all: bool) -> Result<(), Error> {
-    if !SIGNS.iter().any(|table| out.join(table).is_dir()) {
-        return Err(Error::NotAnOutput { path: out.to_owned() });
-    }
+    check(out)?;
     let sessions = tables::sessions(out)?;
     let coefficients = tables::coefficients(out)?;
-    let manoeuvres = tables::manoeuvres(out)?;
     let warnings = tables::warnings(out)?;
     let force_rows = tables::forces(out)?;
-    let fleet = tables::fleet(out)?;
+    // the rows of every manoeuvre of an archive would be most of the memory
     let plot_files = tables::session_files(out, "plots")?;
+    let manoeuvre_files = tables::session_files(out, "manoeuvres")?;
     let pages = names::pages(
         sessions.iter().map(|s| (s.ident.bike_id.as_str(), s.ident.session_id.as_str())),
     );
@@ -144,14 +149,15 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
             return Ok(());
         }
         let coefficients = run_of(&coefficients, key, |c| tables::key(&c.ident));
-        let manoeuvres = run_of(&manoeuvres, key, |m| tables::key(&m.ident));
+        let files = manoeuvre_files.get(&(key.0.to_owned(), key.1.to_owned()));
+        let manoeuvres = tables::manoeuvres(files.map_or(&[], Vec::as_slice), key.0, key.1)?;
         let warnings = run_of(&warnings, key, |w| tables::key(&w.ident));
         let force_rows = run_of(&force_rows, key, |f| tables::key(&f.ident));
         let files = plot_files.get(&(key.0.to_owned(), key.1.to_owned()));
         let points = tables::plots(files.map_or(&[], Vec::as_slice), key.0, key.1)?;
-        let figures = figures::build(&points, manoeuvres);
+        let figures = figures::build(&points, &manoeuvres);
         let html = environment.get_template("session.html")?.render(context! {
-            page => Serde(page::build(session, coefficients, manoeuvres, warnings)),
+            page => Serde(page::build(session, coefficients, &manoeuvres, warnings)),
             charts => Serde(figures::heads(&figures.charts)),
             panels => Serde(figures::heads(&figures.panels)),
             residuals => Serde(figures::residuals(&figures.charts)),
@@ -168,15 +174,51 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
     })?;
 
     let rejected = tables::rejected(out)?;
+    let fleet = tables_fleet::fleet(out)?;
     let mut index = index::build(&sessions, &pages, &coefficients, &warnings, rejected, &fleet);
     index.diagnoses = diagnosed.entries();
+    if !fleet.is_empty() && !sessions.is_empty() {
+        index.fleet = Some(write_fleet(out, &environment, &sessions, &pages)?);
+    }
     let html = environment
         .get_template("run.html")?
-        .render(context! { run => Serde(index), ..shared() })?;
+        .render(context! { run => Serde(&index), ..shared() })?;
     table::write_bytes(&folder.join("index.html"), html.as_bytes())?;
-    let own: Vec<&str> = pages.iter().map(String::as_str).chain(diagnosed.pages()).collect();
+    let own: Vec<&str> = pages
+        .iter()
+        .map(String::as_str)
+        .chain(diagnosed.pages())
+        .chain(index.fleet.map(|_| fleet::PAGE))
+        .collect();
     remove_stale(&folder, &own);
     Ok(())
+}
+
+/// Writes the page over all sessions; how many events it tells of.
+fn write_fleet(
+    out: &Path,
+    environment: &Environment<'_>,
+    sessions: &[rows::SessionRow],
+    pages: &[String],
+) -> Result<usize, Error> {
+    let (page, charts) = publish::over_all(out, sessions, pages)?;
+    let figures = figures::Figures { charts, ..figures::Figures::default() };
+    let html = environment.get_template("fleet.html")?.render(context! {
+        page => Serde(&page),
+        charts => Serde(figures::heads(&figures.charts)),
+        data => Value::from_safe_string(figures::inline_json(&figures)?),
+        ..shared()
+    })?;
+    table::write_bytes(&out.join("report").join(fleet::PAGE), html.as_bytes())?;
+    Ok(page.events.len())
+}
+
+/// Whether a folder is an output.
+fn check(out: &Path) -> Result<(), Error> {
+    match SIGNS.iter().any(|table| out.join(table).is_dir()) {
+        true => Ok(()),
+        false => Err(Error::NotAnOutput { path: out.to_owned() }),
+    }
 }
 
 /// What every page embeds; all of it our own text.
@@ -185,6 +227,7 @@ fn shared() -> Value {
         mark => Value::from_safe_string(MARK.to_owned()),
         style => Value::from_safe_string(STYLE.to_owned()),
         script => Value::from_safe_string(SCRIPT.to_owned()),
+        sessions_script => Value::from_safe_string(SESSIONS_SCRIPT.to_owned()),
         uplot_script => Value::from_safe_string(UPLOT_SCRIPT.to_owned()),
         uplot_style => Value::from_safe_string(UPLOT_STYLE.to_owned()),
         version => crate::VERSION,

@@ -171,4 +171,3 @@ pub const PANELS: &[(Axis, &[&str])] = &[
     (axis("rider on the pegs, down", "N", 1.0), &["legs_none", "legs_a", "legs_b", "legs_c"]),
     (axis("rider on the bar, forward", "N", 1.0), &["arms_none", "arms_a", "arms_b", "arms_c"]),
 ];
-

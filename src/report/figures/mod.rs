@@ -58,6 +58,12 @@ pub struct Chart {
     /// Whether both axes are drawn to one scale.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub equal: bool,
+    /// Whether the abscissa is a date, in seconds since 1970.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub time: bool,
+    /// Shaded stretches.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub spans: Vec<Span>,
     /// Charts of one group are zoomed together and hide the same lines; empty stands alone.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub group: String,
@@ -174,6 +180,33 @@ pub struct Cloud {
     /// Samples that each point stands for; empty where it is one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub n: Vec<i64>,
+    /// In the legend, where it is not the name.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub label: String,
+    /// Radius of a point where it is not the usual, px.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub r: Option<f64>,
+    /// Lower ends of the points' intervals; empty where they have none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lo: Vec<Option<f64>>,
+    /// Upper ends.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hi: Vec<Option<f64>>,
+    /// What each point is called; empty where it has no name.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub t: Vec<String>,
+    /// Page that each point leads to.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub h: Vec<String>,
+}
+
+/// A shaded stretch of the abscissa.
+#[derive(Debug, Default, Serialize)]
+#[allow(missing_docs)] // as it says
+pub struct Span {
+    pub from: f64,
+    pub to: f64,
+    pub label: String,
 }
 
 /// One segment of the time line.
@@ -314,7 +347,10 @@ fn assemble(
             points.iter().copied().filter(|p| p.series == series && p.x.is_finite()).collect();
         let is_cloud = series == "data" || own.iter().any(|p| p.weight.is_some());
         let steps = || own.windows(2).map(|p| p[1].x - p[0].x);
-        let path = !is_cloud && name.starts_with("friction_y_slip_") && steps().any(|d| d > 0.0) && steps().any(|d| d < 0.0);
+        let path = !is_cloud
+            && name.starts_with("friction_y_slip_")
+            && steps().any(|d| d > 0.0)
+            && steps().any(|d| d < 0.0);
         if !path {
             own.sort_by(|a, b| a.x.total_cmp(&b.x));
         }
@@ -340,7 +376,8 @@ fn assemble(
             }
             if shaded {
                 let what = catalogue::shade(name);
-                chart.shade = Some(Label { label: what.label.to_owned(), unit: what.unit.to_owned() });
+                chart.shade =
+                    Some(Label { label: what.label.to_owned(), unit: what.unit.to_owned() });
             }
             chart.clouds.push(cloud);
         } else {

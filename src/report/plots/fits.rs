@@ -29,11 +29,7 @@ impl Used {
         let straight = [0, 1].map(|k| {
             let keep = &clouds.friction_keep[k];
             let signals = given.straight(&data.straight[k], &data.action[k]);
-            (
-                of(&signals.load[k], keep),
-                of(&signals.roll, keep),
-                of(&data.straight[k].time, keep),
-            )
+            (of(&signals.load[k], keep), of(&signals.roll, keep), of(&data.straight[k].time, keep))
         });
         // loads and speeds of a corner do without the crown
         let corner = given.corner(&data.corner, data.corner_rate, None);
@@ -109,9 +105,10 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, en
     }
     let Some(fit) = &lateral.friction else { return };
     let at = |g: f64| {
-        let half = fit.covariance.as_ref().map(|c| {
-            t95(c.dof[0].max(1.0)) * c.covariance[(0, 0)].max(0.0).sqrt() * g.tan().abs()
-        });
+        let half = fit
+            .covariance
+            .as_ref()
+            .map(|c| t95(c.dof[0].max(1.0)) * c.covariance[(0, 0)].max(0.0).sqrt() * g.tan().abs());
         (fit.theta[0] * g.tan(), half)
     };
     let plot = format!("friction_y_{end}");
@@ -164,13 +161,8 @@ fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let weight = given.bike.mass * GRAVITY;
     let square: Vec<f64> = x.velocity_x.iter().map(|v| v * v).collect();
     let force = coasting_force(data, solution, &fit.theta);
-    let own = Cloud {
-        x: &square,
-        y: &force,
-        weights: &fit.weights,
-        clusters: &x.segment,
-        shade: &[],
-    };
+    let own =
+        Cloud { x: &square, y: &force, weights: &fit.weights, clusters: &x.segment, shade: &[] };
     sheet.cloud("coast_down", &own, POINTS);
     let top = square.iter().copied().fold(0.0, f64::max);
     sheet.line("coast_down", "fit", 0.0, top, &|v2| {

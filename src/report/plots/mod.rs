@@ -98,7 +98,14 @@ impl Sheet<'_> {
             let i = kept.place;
             let weight = cloud.weights.get(i).copied().unwrap_or(1.0);
             let manoeuvre = cloud.clusters.get(i).copied().filter(|m| *m != usize::MAX);
-            self.push(plot, "data", cloud.x[i], [Some(cloud.y[i]), None, None], Some(weight), manoeuvre);
+            self.push(
+                plot,
+                "data",
+                cloud.x[i],
+                [Some(cloud.y[i]), None, None],
+                Some(weight),
+                manoeuvre,
+            );
             if let Some(row) = self.rows.last_mut() {
                 row.shade = cloud.shade.get(i).filter(|s| s.is_finite()).map(|s| s.round());
                 row.n = Some(kept.n as i64);

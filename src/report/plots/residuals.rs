@@ -34,7 +34,8 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used
     let temperature = |sheet: &Sheet<'_>, k: Option<usize>, time: &[f64]| {
         let session = sheet.session;
         let own = k.map(|k| [Channel::TyreTemperatureFront, Channel::TyreTemperatureRear][k]);
-        let x = own.and_then(|c| session.get(c)).or_else(|| session.get(Channel::AirTemperature))?;
+        let x =
+            own.and_then(|c| session.get(c)).or_else(|| session.get(Channel::AirTemperature))?;
         let at = |t: &f64| x.get((t * session.rate).round() as usize).copied().unwrap_or(f64::NAN);
         Some(time.iter().map(at).collect::<Vec<f64>>())
     };

@@ -77,7 +77,11 @@ mod tests {
         assert!(kept.contains(&Kept { place: 12_345, n: 1 }), "the lone extreme stays");
         // the rim of the disc is kept to within a cell
         let top = |places: &mut dyn Iterator<Item = usize>| {
-            places.filter(|i| *i != 12_345).map(|i| y[i]).filter(|v| v.is_finite()).fold(0.0, f64::max)
+            places
+                .filter(|i| *i != 12_345)
+                .map(|i| y[i])
+                .filter(|v| v.is_finite())
+                .fold(0.0, f64::max)
         };
         let (all, drawn) = (top(&mut (0..n)), top(&mut kept.iter().map(|k| k.place)));
         assert!(all - drawn < 40.0 / 15.0, "{drawn} of {all}");
