@@ -48,6 +48,7 @@ const ramp = share => {
 };
 const withUnit = (v, range, axis) => figure(v, range) + (axis.unit && axis.unit !== "\u00b0" && v != null ? " " : "") + (v == null ? "" : axis.unit);
 const day = seconds => new Date(seconds * 1000).toISOString().replace("T", " ").slice(0, 16);
+const dates = (u, splits) => splits.map(s => s == null ? null : u.scales.x.max - u.scales.x.min > 4 * 86400 ? day(s).slice(0, 10) : day(s).slice(5));
 const named = axis => axis.unit ? `${axis.label}, ${axis.unit}` : axis.label;
 const words = name => String(name).replace(/_/g, " ");
 
@@ -73,6 +74,7 @@ const extent = chart => {
     };
     bulk(c.x, x);
     bulk(c.y, y);
+    for (const ends of [c.lo || [], c.hi || []]) ends.forEach(v => put(band, v));
   }
   // towards the far ones, but only so far
   const widen = (r, others, most) => {
@@ -85,7 +87,7 @@ const extent = chart => {
     }
   };
   widen(x, [allX], 0.2);
-  widen(y, [allY, band], chart.clouds.length ? 0.35 : 1);
+  widen(y, [allY, band], chart.clouds.some(c => c.lo) ? 3 : chart.clouds.length ? 0.35 : 1);
   const pad = (r, share) => {
     const size = r[1] - r[0];
     const p = size > 0 ? size * share : Math.abs(r[0]) * 0.1 || 1;
@@ -129,7 +131,7 @@ const axes = (chart, compact, bare) => {
     values: (u, splits) => splits.map(v => v == null ? null : minus(+v.toPrecision(10))),
   };
   return [
-    { ...common, ...(chart.time ? { values: undefined } : {}), size: bare ? 6 : chart.time ? 38 : 30, gap: 4, label: bare ? undefined : named(chart.x), labelSize: 18, space: 60, ...(bare ? { values: () => [] } : {}) },
+    { ...common, ...(chart.time ? { values: (u, splits) => dates(u, splits) } : {}), size: bare ? 6 : 30, gap: 4, label: bare ? undefined : named(chart.x), labelSize: 18, space: chart.time ? 90 : 60, ...(bare ? { values: () => [] } : {}) },
     { ...common, size: 52, gap: 4, label: compact ? undefined : named(chart.y), labelSize: 18, space: compact ? 17 : chart.height ? 20 : 36 },
   ];
 };

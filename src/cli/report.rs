@@ -12,6 +12,10 @@ use crate::table;
 pub struct Arguments {
     /// The folder that `roadbench run --out` wrote.
     out: PathBuf,
+    /// Values of a tyre bench to show beside the estimates, as CSV with the columns tyre, coefficient,
+    /// value and if known std_error, camber, bike_id; kept in the folder as bench.csv.
+    #[arg(long, value_name = "FILE")]
+    bench: Option<PathBuf>,
     #[command(flatten)]
     copies: Copies,
     /// Only this session's figures.
@@ -62,6 +66,13 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let out = arguments.out;
     if !out.is_dir() {
         return Err(Failure::Usage(format!("{} is not a folder", out.display())));
+    }
+    if let Some(file) = &arguments.bench {
+        let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
+        let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
+        report::bench::parse(&text).map_err(fail)?;
+        table::write_bytes(&out.join(report::bench::FILE), text.as_bytes())
+            .map_err(|e| Failure::Output(e.to_string()))?;
     }
     let only = arguments.session.as_deref();
     let made = report::write(&out).and_then(|()| arguments.copies.write(&out, only));

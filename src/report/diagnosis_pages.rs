@@ -1,15 +1,17 @@
 //! The pages of diagnosed sessions: which there are, what they are called, and writing them.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
+use crate::batch::names::file_name;
 use crate::report::figures::{self, Figures};
 use crate::report::{
-    Error, diagnosis, names, plots_diagnosis, run_of, shared, still, tables, tables_diagnosis,
+    Error, diagnosis, extended, names, plots_diagnosis, run_of, shared, still, tables,
+    tables_diagnosis,
 };
 use crate::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
 use crate::table;
@@ -17,6 +19,7 @@ use crate::table;
 /// Every diagnosed session of a folder.
 #[derive(Debug)]
 pub struct Diagnosed {
+    out: PathBuf,
     sessions: Vec<Session>,
     causes: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
@@ -57,7 +60,7 @@ impl Diagnosed {
             })
             .collect();
         let replays = tables::session_files(out, "replays")?;
-        Ok(Diagnosed { sessions, causes, discrepancies, replays })
+        Ok(Diagnosed { out: out.to_owned(), sessions, causes, discrepancies, replays })
     }
 
     /// The pages' file names.
@@ -88,6 +91,14 @@ impl Diagnosed {
             run_of(&self.causes, key, |c| tables::key(&c.ident)),
             run_of(&self.discrepancies, key, |d| tables::key(&d.ident)),
         )
+    }
+
+    /// The extended model that `diagnose` wrote beside its tables, if there is one.
+    fn model(&self, ident: &Ident) -> Option<extended::Model> {
+        let file = format!("{}.toml", file_name(&ident.session_id));
+        let path = Path::new("models").join(format!("bike={}", ident.bike_id)).join(file);
+        let text = std::fs::read_to_string(self.out.join(&path)).ok()?;
+        extended::model(&text, &path.to_string_lossy())
     }
 
     /// Draws the overlays of the sessions that are wanted: `save` is given folder, name and SVG of
@@ -144,6 +155,7 @@ impl Diagnosed {
                 page => Serde(page),
                 overlays => Serde(overlays),
                 replays => !samples.is_empty(),
+                model => Serde(self.model(&session.ident)),
                 session => session.coefficients.as_deref(),
                 data => Value::from_safe_string(figures::inline_json(&figures)?),
                 ..shared()

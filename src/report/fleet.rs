@@ -200,6 +200,9 @@ fn kind(name: &str) -> &str {
     }
 }
 
+/// Values by tyre model.
+type ByModel = Vec<(String, Vec<f64>)>;
+
 struct Fleet<'a> {
     sessions: &'a [SessionRow],
     pages: &'a [String],
@@ -257,7 +260,7 @@ impl Fleet<'_> {
     }
 
     /// A bike's values, sorted, by the tyre model that was on.
-    fn by_model(&self, row: &FleetRow) -> Vec<(String, Vec<f64>)> {
+    fn by_model(&self, row: &FleetRow) -> ByModel {
         let at = (row.bike_id.clone(), row.tyre.clone(), row.coefficient.clone());
         let mut by: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         for seen in self.histories.get(&at).into_iter().flatten().filter(|s| s.sure) {
@@ -291,7 +294,7 @@ impl Fleet<'_> {
     /// One coefficient: the bikes' boxes over a common axis.
     fn coefficient(&self, rows: &[&FleetRow], open: bool) -> Compared {
         let none = Vec::new();
-        let parts: Vec<(&FleetRow, Vec<(String, Vec<f64>)>)> =
+        let parts: Vec<(&FleetRow, ByModel)> =
             rows.iter().map(|row| (*row, self.by_model(row))).collect();
         let (low, high) = drawing::common_axis(
             parts.iter().flat_map(|(_, by)| by.iter().map(|(_, values)| values.as_slice())),
@@ -444,7 +447,7 @@ impl Fleet<'_> {
             .collect();
         let happened: Vec<&str> = spans.iter().map(|s| s.label.as_str()).collect();
         Chart {
-            name: format!("{bike} {own}"),
+            name: format!("{bike}_{tyre}_{name}_over_time"),
             title: format!("{bike} · {tyre} · {}", words::coefficient(name)),
             caption: match happened.is_empty() {
                 true => String::new(),

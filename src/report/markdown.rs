@@ -90,7 +90,7 @@ fn bikes(out: &mut String, run: &Index) {
                     &[
                         text(&c.words),
                         text(if c.determined == 0 { &c.note } else { &c.median }),
-                        text(&c.unit),
+                        text(if c.determined == 0 { "" } else { &c.unit }),
                         text(&c.spread),
                         text(&c.within),
                         format!("{} of {}", c.determined, c.of),

@@ -19,9 +19,11 @@ use rayon::prelude::*;
 use crate::{rows, table};
 
 pub mod bars;
+pub mod bench;
 pub mod diagnosis;
 pub mod diagnosis_pages;
 pub mod drawing;
+pub mod extended;
 pub mod figures;
 pub mod fleet;
 pub mod forces;
@@ -127,6 +129,7 @@ pub fn update(out: &Path) -> Result<(), Error> {
 fn build(out: &Path, all: bool) -> Result<(), Error> {
     check(out)?;
     let sessions = tables::sessions(out)?;
+    let bench = bench::read(out)?;
     let coefficients = tables::coefficients(out)?;
     let warnings = tables::warnings(out)?;
     let force_rows = tables::forces(out)?;
@@ -144,7 +147,7 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
     // pages are independent of each other: their order of writing shows nowhere
     sessions.par_iter().zip(&pages).try_for_each(|(session, name)| -> Result<(), Error> {
         let key = tables::key(&session.ident);
-        let made_of = made_of(session, diagnosed.page_of(&session.ident));
+        let made_of = made_of(session, diagnosed.page_of(&session.ident), &bench.text);
         if !all && is_made_of(&folder.join(name), &made_of) {
             return Ok(());
         }
@@ -155,9 +158,12 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
         let force_rows = run_of(&force_rows, key, |f| tables::key(&f.ident));
         let files = plot_files.get(&(key.0.to_owned(), key.1.to_owned()));
         let points = tables::plots(files.map_or(&[], Vec::as_slice), key.0, key.1)?;
-        let figures = figures::build(&points, &manoeuvres);
+        let mut figures = figures::build(&points, &manoeuvres);
+        bench.draw(key.0, &mut figures.charts);
+        let mut page = page::build(session, coefficients, &manoeuvres, warnings);
+        page.compare(&bench);
         let html = environment.get_template("session.html")?.render(context! {
-            page => Serde(page::build(session, coefficients, &manoeuvres, warnings)),
+            page => Serde(page),
             charts => Serde(figures::heads(&figures.charts)),
             panels => Serde(figures::heads(&figures.panels)),
             residuals => Serde(figures::residuals(&figures.charts)),
@@ -256,13 +262,13 @@ fn run_of<'a, R>(
 }
 
 /// What a session's page is made of: its tables' own provenance, its diagnosis, the templates.
-fn made_of(session: &rows::SessionRow, diagnosis: Option<&str>) -> String {
+fn made_of(session: &rows::SessionRow, diagnosis: Option<&str>, bench: &str) -> String {
     let provenance = &session.provenance;
     let mut hasher = blake3::Hasher::new();
     for part in [&provenance.input_hash, &provenance.pipeline_hash, &provenance.version] {
         hasher.update(part.as_bytes()).update(b"\n");
     }
-    hasher.update(session.path.as_bytes()).update(b"\n");
+    hasher.update(session.path.as_bytes()).update(b"\n").update(bench.as_bytes());
     hasher.update(diagnosis.unwrap_or_default().as_bytes()).update(b"\n");
     for text in TEMPLATES.iter().map(|(_, text)| *text).chain([STYLE, SCRIPT, UPLOT_SCRIPT]) {
         hasher.update(text.as_bytes());

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::report::bench::Bench;
 use crate::report::figures::{Figures, OFFROAD_PLOTS, PLOTS, Plot, RIDE_PLOTS};
 use crate::report::number::{self, fixed, typeset};
 use crate::report::{drawing, words};
@@ -82,6 +83,10 @@ pub struct Row {
     pub sign: &'static str,
     /// Why not determined.
     pub reason: String,
+    /// What a tyre bench says; empty where none was given.
+    pub bench: String,
+    #[serde(skip)]
+    estimate: Option<f64>,
 }
 
 /// Coefficients that one kind of riding would supply.
@@ -259,6 +264,20 @@ fn row(c: &Coefficient) -> Row {
         status_words: words::status(c.status),
         sign: words::status_sign(c.status),
         reason: c.reason.clone().unwrap_or_default(),
+        bench: String::new(),
+        estimate: c.value,
+    }
+}
+
+impl Page {
+    /// Puts what a tyre bench measured beside the estimates.
+    pub fn compare(&mut self, bench: &Bench) {
+        for tyre in &mut self.tyres {
+            for row in &mut tyre.rows {
+                let found = bench.beside(&self.bike_id, &tyre.name, &row.name, row.estimate);
+                row.bench = found.unwrap_or_default();
+            }
+        }
     }
 }
 

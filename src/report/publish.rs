@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use crate::report::diagnosis_pages::Diagnosed;
 use crate::report::fleet::Page as Fleet;
 use crate::report::{
-    Error, check, figures, fleet, index, markdown, names, page, run_of, still, tables, tables_fleet,
+    Error, bench, check, figures, fleet, index, markdown, names, page, run_of, still, tables,
+    tables_fleet,
 };
 use crate::rows::SessionRow;
 use crate::table;
@@ -24,6 +25,7 @@ pub fn figures(out: &Path, to: &Path, only: Option<&str>) -> Result<usize, Error
     let wanted = |id: &str| only.is_none_or(|o| o == id);
     let plot_files = tables::session_files(out, "plots")?;
     let manoeuvre_files = tables::session_files(out, "manoeuvres")?;
+    let bench = bench::read(out)?;
     let save = |folder: &str, name: &str, svg: &str| {
         let file = to.join(folder).join(format!("{}.svg", names::stem(name)));
         table::write_bytes(&file, svg.as_bytes())
@@ -39,7 +41,8 @@ pub fn figures(out: &Path, to: &Path, only: Option<&str>) -> Result<usize, Error
             };
             let points = tables::plots(&files(&plot_files), bike, id)?;
             let manoeuvres = tables::manoeuvres(&files(&manoeuvre_files), bike, id)?;
-            let figures = figures::build(&points, &manoeuvres);
+            let mut figures = figures::build(&points, &manoeuvres);
+            bench.draw(bike, &mut figures.charts);
             let folder = name.trim_end_matches(".html");
             for chart in &figures.charts {
                 save(folder, &chart.name, &still::chart(chart))?;

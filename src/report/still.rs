@@ -1,6 +1,8 @@
 //! Static figures: a chart of the report as SVG, for papers and CI. Drawn by `kuva`, with the
 //! data, ranges and colours of the page.
 
+use std::fmt::Write as _;
+
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::annotations::ShadedRegion;
 use kuva::plot::legend::LegendPosition;
@@ -25,20 +27,67 @@ const RAMP: [[f64; 3]; 6] = [
 const CLOUD: &str = "#5b7fa6";
 const OUTLIER: &str = "#c0392b";
 
+/// Names of [`COLOURS`], for a heading that does without a legend.
+const COLOUR_NAMES: [&str; 6] = ["blue", "vermilion", "green", "pink", "orange", "sky blue"];
+
 /// One chart as an SVG document.
 pub fn chart(chart: &Chart) -> String {
-    render(vec![panel(chart, &[])], 560.0, 400.0)
+    let dated = chart.time.then(|| in_days(chart));
+    let chart = dated.as_ref().unwrap_or(chart);
+    let plots = drawn(chart, true);
+    let title = if chart.title.is_empty() { &chart.name } else { &chart.title };
+    let mut across = named(&chart.x);
+    if let (Some(what), Some((low, high))) = (&chart.shade, chart.clouds.iter().find_map(shades)) {
+        let _ = write!(across, " ({}: {low:.0} {} light, {high:.0} dark)", what.label, what.unit);
+    }
+    let mut layout = Layout::auto_from_plots(&plots)
+        .with_title(title.clone())
+        .with_title_size(14)
+        .with_x_label(across)
+        .with_y_label(named(&chart.y))
+        .with_legend_position(LegendPosition::OutsideRightTop);
+    if chart.equal {
+        layout = layout.with_equal_aspect();
+    }
+    render(vec![(plots, layout)], 600.0, 400.0)
 }
 
-/// The panels of a time line over one another, segments shaded.
+/// The panels of a time line over one another, segments shaded. Their axes stand under each other:
+/// there are no legends, the headings name the colours.
 pub fn timeline(panels: &[Chart], segments: &[Segment]) -> String {
-    let panels = panels.iter().map(|p| panel(p, segments)).collect();
-    render(panels, 900.0, 170.0)
+    let ends = || panels.iter().flat_map(|p| &p.lines).flat_map(|l| &l.x).copied();
+    let (from, to) = (ends().fold(f64::INFINITY, f64::min), ends().fold(0.0, f64::max));
+    let panel = |(i, chart): (usize, &Chart)| {
+        let plots = drawn(chart, false);
+        let names: Vec<String> = chart
+            .lines
+            .iter()
+            .enumerate()
+            .map(|(k, l)| format!("{} {}", l.label, COLOUR_NAMES[colour(l, k)]))
+            .collect();
+        let heading = if names.len() > 1 { names.join(", ") } else { String::new() };
+        let last = i + 1 == panels.len();
+        let mut layout = Layout::auto_from_plots(&plots)
+            .with_title(heading)
+            .with_title_size(11)
+            .with_x_label(if last { named(&chart.x) } else { String::new() })
+            .with_y_label(named(&chart.y))
+            .with_x_axis_min(from)
+            .with_x_axis_max(to);
+        for segment in segments.iter().filter(|s| s.used) {
+            let region = ShadedRegion::vertical(segment.start, segment.end)
+                .with_color(COLOURS[kind_place(&segment.kind) % COLOURS.len()])
+                .with_opacity(0.12);
+            layout = layout.with_shaded_region(region);
+        }
+        (plots, layout)
+    };
+    render(panels.iter().enumerate().map(panel).collect(), 900.0, 190.0)
 }
 
 /// One coefficient's values by bike, as boxes.
 pub fn boxes(boxes: &Boxes) -> String {
-    let mut plot = BoxPlot::new().with_color(COLOURS[0]).with_strip(0.2);
+    let mut plot = BoxPlot::new().with_color(COLOURS[5]).with_strip(0.2);
     for (name, values) in &boxes.groups {
         plot = plot.with_group(name.clone(), values.clone());
     }
@@ -46,9 +95,10 @@ pub fn boxes(boxes: &Boxes) -> String {
     let plots = vec![Plot::Box(plot)];
     let layout = Layout::auto_from_plots(&plots)
         .with_title(boxes.title.clone())
+        .with_title_size(14)
         .with_x_categories(names)
         .with_y_label(boxes.unit.clone());
-    let width = (120.0 + 70.0 * boxes.groups.len() as f64).clamp(420.0, 4000.0);
+    let width = (120.0 + 70.0 * boxes.groups.len() as f64).clamp(520.0, 4000.0);
     render(vec![(plots, layout)], width, 400.0)
 }
 
@@ -60,34 +110,24 @@ fn render(panels: Vec<(Vec<Plot>, Layout)>, width: f64, height: f64) -> String {
     SvgBackend.render_scene(&figure.render())
 }
 
-fn panel(chart: &Chart, segments: &[Segment]) -> (Vec<Plot>, Layout) {
-    let mut plots = Vec::new();
-    let dated = chart.time.then(|| in_days(chart));
-    let chart = dated.as_ref().unwrap_or(chart);
-    for own in &chart.clouds {
-        plots.extend(cloud(own, chart.shade.as_ref()));
-    }
-    for (i, own) in chart.lines.iter().enumerate() {
-        plots.extend(line(own, i, chart.lines.len() > 1 || !chart.clouds.is_empty()));
-    }
-    let title = if chart.title.is_empty() { &chart.name } else { &chart.title };
-    let mut layout = Layout::auto_from_plots(&plots)
-        .with_title(title.clone())
-        .with_x_label(named(&chart.x))
-        .with_y_label(named(&chart.y))
-        .with_legend_position(LegendPosition::OutsideBottomColumns);
-    if chart.equal {
-        layout = layout.with_equal_aspect();
-    }
-    for segment in segments.iter().filter(|s| s.used) {
-        let colour = COLOURS[kind_place(&segment.kind) % COLOURS.len()];
-        layout = layout.with_shaded_region(
-            ShadedRegion::vertical(segment.start, segment.end)
-                .with_color(colour)
-                .with_opacity(0.12),
-        );
-    }
-    (plots, layout)
+/// What is drawn of a chart.
+fn drawn(chart: &Chart, legend: bool) -> Vec<Plot> {
+    let mut plots: Vec<Plot> = chart.clouds.iter().flat_map(|c| cloud(c, legend)).collect();
+    let legend = legend && (chart.lines.len() > 1 || !chart.clouds.is_empty());
+    plots.extend(chart.lines.iter().enumerate().flat_map(|(i, l)| line(l, i, legend)));
+    plots
+}
+
+/// Place of a line's colour.
+fn colour(line: &Line, place: usize) -> usize {
+    (line.colour.unwrap_or(place) + 1) % COLOURS.len()
+}
+
+/// Least and largest shade of a cloud.
+fn shades(cloud: &Cloud) -> Option<(f64, f64)> {
+    let mut all = cloud.s.iter().flatten().copied();
+    let first = all.next()?;
+    Some(all.fold((first, first), |(low, high), s| (low.min(s), high.max(s))))
 }
 
 /// The same with its dates as days since the first.
@@ -147,7 +187,7 @@ fn named(label: &Label) -> String {
 }
 
 /// What counts, coloured; then the outliers.
-fn cloud(cloud: &Cloud, shade: Option<&Label>) -> Vec<Plot> {
+fn cloud(cloud: &Cloud, legend: bool) -> Vec<Plot> {
     let places = |outlier: bool| -> Vec<usize> {
         (0..cloud.x.len()).filter(|&i| (cloud.w[i] == 0.0) == outlier).collect()
     };
@@ -155,21 +195,21 @@ fn cloud(cloud: &Cloud, shade: Option<&Label>) -> Vec<Plot> {
         places.iter().map(|&i| (cloud.x[i], cloud.y[i])).collect()
     };
     let mut plots = Vec::new();
+    let mut put = |plot: ScatterPlot, name: &str| {
+        let plot = if legend { plot.with_legend(name) } else { plot };
+        plots.push(Plot::Scatter(plot));
+    };
     let counted = places(false);
-    let mut shades: Vec<f64> = cloud.s.iter().flatten().copied().collect();
-    shades.sort_by(f64::total_cmp);
     if !counted.is_empty() {
-        let mut plot = ScatterPlot::new().with_data(of(&counted)).with_color(CLOUD).with_size(2.2);
-        let mut name =
-            if cloud.label.is_empty() { cloud.name.clone() } else { cloud.label.clone() };
-        if let (Some(what), [low, .., high]) = (shade, shades.as_slice()) {
+        let size = if cloud.r.is_some() { 3.5 } else { 2.2 };
+        let mut plot = ScatterPlot::new().with_data(of(&counted)).with_color(CLOUD).with_size(size);
+        if let Some((low, high)) = shades(cloud) {
             let share = |i: usize| {
                 cloud.s[i].filter(|_| high > low).map_or(0.5, |s| (s - low) / (high - low))
             };
             plot = plot.with_colors(counted.iter().map(|&i| ramp(share(i))));
-            name = format!("{name}, {} {low} (light) to {high} {} (dark)", what.label, what.unit);
         }
-        plots.push(Plot::Scatter(plot.with_legend(name)));
+        put(plot, if cloud.label.is_empty() { &cloud.name } else { &cloud.label });
     }
     let out = places(true);
     if !out.is_empty() {
@@ -179,7 +219,7 @@ fn cloud(cloud: &Cloud, shade: Option<&Label>) -> Vec<Plot> {
             .with_size(2.2)
             .with_marker_opacity(0.0)
             .with_marker_stroke_width(0.8);
-        plots.push(Plot::Scatter(plot.with_legend("outliers")));
+        put(plot, "outliers");
     }
     plots
 }
@@ -194,7 +234,7 @@ fn ramp(share: f64) -> String {
 
 /// A line, broken where it has no value, each stretch with its band.
 fn line(line: &Line, place: usize, legend: bool) -> Vec<Plot> {
-    let colour = COLOURS[(line.colour.unwrap_or(place) + 1) % COLOURS.len()];
+    let colour = COLOURS[colour(line, place)];
     let mut plots = Vec::new();
     let mut named = !legend;
     for stretch in stretches(&line.y) {
@@ -270,7 +310,7 @@ mod tests {
         let svg = chart(&drawn);
         assert!(svg.starts_with("<svg") && svg.contains("camber, °"), "{}", &svg[..200]);
         assert!(!svg.contains("<b>&") && svg.contains("&lt;b"), "texts are escaped");
-        assert!(svg.contains("wheel load 100 (light) to 300 N (dark)"));
+        assert!(svg.contains("(wheel load: 100 N light, 300 dark)"));
         assert_eq!(stretches(&drawn.lines[0].y), [0..2, 3..4]);
         assert_eq!((ramp(0.0), ramp(1.0)), ("#3fa7c4".into(), "#3a0f4f".into()));
     }

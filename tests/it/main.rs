@@ -22,6 +22,7 @@ mod offroad_reference;
 mod recordings;
 mod recovery;
 mod report;
+mod report_fleet;
 mod riding;
 #[cfg(feature = "cloud")]
 mod s3_server;
