@@ -131,7 +131,7 @@ const fit = (holder, chart) => {
   const tint = range ? rampEntry(holder, chart, range) : () => {};
   tint();
   holder.addEventListener("blur", () => { u.byKeys = false; tip.hide(); });
-  keys(holder, () => u, () => { tip.hide(); reset(u, view); if (chart.clouds.length) pick(null); }, choose);
+  keys(holder, () => u, () => { u.byKeys = false; tip.hide(); reset(u, view); if (chart.clouds.length) pick(null); }, choose);
   follow(holder, () => u);
   picked.redraws.push(() => u.redraw(false));
   drawn.push(() => { build(); tint(); entries.forEach(e => e.repaint && e.repaint()); });

@@ -29,7 +29,11 @@ for (const e of document.querySelectorAll("[data-chart]")) {
   const chart = data.charts[+e.dataset.chart];
   if (isPlotted(chart)) wait(e, chart, () => fit(e, chart));
 }
-document.querySelectorAll("[data-panel]").forEach((e, i) => panel(e, data.panels[+e.dataset.panel], i));
+// the panels are zoomed together: all of them or none
+const lane = document.querySelector(".panels");
+if (lane && data.panels.length)
+  wait(lane, { height: 120 * data.panels.length }, () =>
+    document.querySelectorAll("[data-panel]").forEach((e, i) => panel(e, data.panels[+e.dataset.panel], i)));
 
 for (const b of document.querySelectorAll("button[data-manoeuvre]"))
   b.addEventListener("click", () => pick(+b.dataset.manoeuvre));

@@ -83,7 +83,7 @@ const panel = (holder, chart, index) => {
     }
     tip.show(u, left, rows);
   };
-  const home = () => { tip.hide(); reset(u, view); };
+  const home = () => { u.hovered = false; tip.hide(); reset(u, view); };
   const choose = () => {
     const t = u.posToVal(u.cursor.left, "x"), s = data.segments.find(v => v.start <= t && t < v.end);
     pick(s ? s.id : null);
