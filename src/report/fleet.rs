@@ -457,7 +457,7 @@ impl Fleet<'_> {
                 label: if timed { "start of the session" } else { "session" }.into(),
                 unit: String::new(),
             },
-            y: Label { label: words::coefficient(name).to_owned(), unit },
+            y: Label { label: "value".into(), unit },
             lines: vec![line],
             points: cloud.x.len(),
             clouds: vec![cloud],
