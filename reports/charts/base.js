@@ -2,6 +2,8 @@
 // The files of this folder are one script: base, cloud, fit, timeline, main, in that order.
 // Texts reach the page through textContent alone.
 const data = JSON.parse(document.getElementById("data").textContent);
+// the time line's abscissae are there once
+for (const p of data.panels) for (const l of p.lines) if (!l.x.length) l.x = data.panels[0].lines[0].x;
 const root = document.documentElement;
 const make = (tag, name, parent, text) => {
   const e = document.createElement(tag);

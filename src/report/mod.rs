@@ -162,6 +162,7 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
         bench.draw(key.0, &mut figures.charts);
         let mut page = page::build(session, coefficients, &manoeuvres, warnings);
         page.compare(&bench);
+        figures::share_time(&mut figures.panels);
         let html = environment.get_template("session.html")?.render(context! {
             page => Serde(page),
             charts => Serde(figures::heads(&figures.charts)),

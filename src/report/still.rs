@@ -46,6 +46,15 @@ pub fn chart(chart: &Chart) -> String {
         .with_x_label(across)
         .with_y_label(named(&chart.y))
         .with_legend_position(LegendPosition::OutsideRightTop);
+    // large points at the ends of the abscissa are drawn whole
+    if chart.clouds.iter().any(|c| c.r.is_some()) {
+        let ends = || chart.clouds.iter().flat_map(|c| &c.x).copied();
+        let lines = || chart.lines.iter().flat_map(|l| &l.x).copied();
+        let all = || ends().chain(lines());
+        let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::MIN, f64::max));
+        let pad = 0.03 * (high - low);
+        layout = layout.with_x_axis_min(low - pad).with_x_axis_max(high + pad);
+    }
     if chart.equal {
         layout = layout.with_equal_aspect();
     }

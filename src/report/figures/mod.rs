@@ -117,6 +117,17 @@ pub fn heads(charts: &[Chart]) -> Vec<Head<'_>> {
         .collect()
 }
 
+/// Leaves away the time line's abscissae that are those of its first line: the script puts them
+/// back. They would be an eighth of the page.
+pub fn share_time(panels: &mut [Chart]) {
+    let Some(first) = panels.first().and_then(|p| p.lines.first()).map(|l| l.x.clone()) else {
+        return;
+    };
+    for line in panels.iter_mut().flat_map(|p| &mut p.lines).skip(1).filter(|l| l.x == first) {
+        line.x.clear();
+    }
+}
+
 /// The residual charts by the fit they are of: its heading and its charts.
 pub fn residuals(charts: &[Chart]) -> Vec<(&str, Vec<Head<'_>>)> {
     let mut out: Vec<(&str, Vec<Head<'_>>)> = Vec::new();
