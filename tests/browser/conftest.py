@@ -57,10 +57,10 @@ def report(tmp_path_factory):
         hostile(rides / "archive_s0001.parquet", logs / "three.parquet", CORPUS[7], bike, names)
         (logs / f"{CORPUS[1]}.csv").write_text(f"time;{CORPUS[2]}\n0;1\n")
         run = [PROGRAM, "run", logs, "--bikes", bikes, "--out", out, "--progress", "never"]
-        done = subprocess.run(run, capture_output=True, text=True, timeout=170)
+        done = subprocess.run(run, capture_output=True, text=True, timeout=600)
         assert done.returncode == 1, f"the CSV and an id with a slash are rejected: {done.stderr}"
         diagnose = [PROGRAM, "diagnose", logs / "two.parquet", "--bikes", bikes, "--out", out, "--nulls", "8"]
-        done = subprocess.run(diagnose, capture_output=True, text=True, timeout=170)
+        done = subprocess.run(diagnose, capture_output=True, text=True, timeout=600)
         assert done.returncode == 0, done.stderr
     return out / "report"
 
