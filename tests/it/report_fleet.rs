@@ -186,7 +186,7 @@ fn the_fleet_has_a_page_with_boxes_events_and_links() {
     assert_eq!(html.matches("<svg class=\"boxes\"").count(), 3);
     assert!(html.contains("<td>hard</td>") && html.contains("<td>soft</td>"));
     // the drift's interval leaves out zero: per 100 days
-    assert!(html.contains("<strong>0.12 (0.04 to 0.20)</strong>"), "drift");
+    assert!(html.contains("<strong>0.120 (0.040 to 0.200)</strong>"), "drift");
     let json = html
         .split("id=\"data\">")
         .nth(1)
