@@ -133,7 +133,8 @@ fn by_stage(
     let coefficients = stages.plain("rows", || {
         fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_, _| None, &ident, &made)
     });
-    let plots = stages.plain("plots", || report::plots::rows(&session, &data, &solution));
+    let plots =
+        stages.plain("plots", || report::plots::rows(&session, &segments, &data, &solution));
     let tables = ["coefficients", "plots"].map(schema::Table::embedded);
     stages.time("(encoding)", || {
         let coefficients = table::to_bytes(&tables[0], &coefficients)?;

@@ -208,6 +208,8 @@ pub struct PlotPoint {
     pub y_high: Option<f64>,
     pub weight: Option<f64>,
     pub manoeuvre_id: Option<i64>,
+    pub shade: Option<f64>,
+    pub n: Option<i64>,
 }
 
 /// A row of `fleet`.

@@ -227,6 +227,8 @@ mod tests {
                 y_high: None,
                 weight: None,
                 manoeuvre_id: Some(1),
+                shade: None,
+                n: None,
             },
         );
         fits(

@@ -1,16 +1,61 @@
 //! `roadbench report`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::cli::Failure;
 use crate::cli::say::say;
-use crate::report::{self, Error};
+use crate::report::{self, Error, publish};
+use crate::table;
 
 /// Rebuild the HTML report from the tables
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// The folder that `roadbench run --out` wrote.
     out: PathBuf,
+    /// Values of a tyre bench to show beside the estimates, as CSV with the columns tyre, coefficient,
+    /// value and if known std_error, camber, bike_id; kept in the folder as bench.csv.
+    #[arg(long, value_name = "FILE")]
+    bench: Option<PathBuf>,
+    #[command(flatten)]
+    copies: Copies,
+    /// Only this session's figures.
+    #[arg(long, value_name = "ID", requires = "figures")]
+    session: Option<String>,
+}
+
+/// The report for other places than a browser.
+#[derive(Debug, Default, clap::Args)]
+pub struct Copies {
+    /// Folder for every plot as an SVG file.
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// File for the summary in Markdown, for pull requests and chat.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+}
+
+impl Copies {
+    /// Whether anything was asked for.
+    pub fn asked(&self) -> bool {
+        self.figures.is_some() || self.markdown.is_some()
+    }
+
+    /// Writes what was asked for, from the tables in `out`; figures of `only` one session.
+    ///
+    /// # Errors
+    /// A table cannot be read, or a file cannot be written.
+    pub fn write(&self, out: &Path, only: Option<&str>) -> Result<(), Error> {
+        if let Some(to) = &self.figures {
+            let count = publish::figures(out, to, only)?;
+            tracing::info!("{count} figures: {}", to.display());
+        }
+        if let Some(file) = &self.markdown {
+            let summary = publish::summary(out)?;
+            table::write_bytes(file, summary.as_bytes())?;
+            tracing::info!("summary: {}", file.display());
+        }
+        Ok(())
+    }
 }
 
 /// Runs the command; prints where the report is.
@@ -22,7 +67,16 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if !out.is_dir() {
         return Err(Failure::Usage(format!("{} is not a folder", out.display())));
     }
-    report::write(&out).map_err(|e| match e {
+    if let Some(file) = &arguments.bench {
+        let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
+        let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
+        report::bench::parse(&text).map_err(fail)?;
+        table::write_bytes(&out.join(report::bench::FILE), text.as_bytes())
+            .map_err(|e| Failure::Output(e.to_string()))?;
+    }
+    let only = arguments.session.as_deref();
+    let made = report::write(&out).and_then(|()| arguments.copies.write(&out, only));
+    made.map_err(|e| match e {
         Error::NotAnOutput { .. } | Error::Read { .. } => Failure::Usage(e.to_string()),
         Error::Write(_) | Error::Template(_) | Error::Data(_) => Failure::Output(e.to_string()),
     })?;

@@ -16,6 +16,7 @@ use crate::batch::progress::Progress;
 use crate::batch::summary::Summary;
 use crate::batch::{self, Intended, Maps, Run, Settings, Stages, State};
 use crate::cli::Failure;
+use crate::cli::report::Copies;
 use crate::diagnose::model::Model;
 use crate::objects::counts::Counts;
 use crate::objects::url::plain;
@@ -66,6 +67,8 @@ pub struct Arguments {
     /// Also write what the run did as Prometheus text, for its text-file collector.
     #[arg(long, value_name = "FILE")]
     metrics: Option<PathBuf>,
+    #[command(flatten)]
+    copies: Copies,
     /// Only tell what would be done with each log, and why; nothing is written.
     #[arg(long)]
     dry_run: bool,
@@ -196,6 +199,9 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         )));
     }
     if !store.is_behind() {
+        if arguments.copies.asked() {
+            arguments.copies.write(Desk::of(out)?.folder(), None)?;
+        }
         told(start.elapsed().as_secs_f64())?;
         if !arguments.quiet {
             print(&format!("{} sessions, nothing has changed in {}\n", run.inputs, out.display()));
@@ -205,6 +211,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let desk = Desk::of(out)?;
     aggregate(desk.folder())?;
     report::update(desk.folder())?;
+    arguments.copies.write(desk.folder(), None)?;
     desk.publish()?;
     store.caught_up()?;
     told(start.elapsed().as_secs_f64())?;

@@ -1,15 +1,17 @@
 //! The pages of diagnosed sessions: which there are, what they are called, and writing them.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
+use crate::batch::names::file_name;
 use crate::report::figures::{self, Figures};
 use crate::report::{
-    Error, diagnosis, names, plots_diagnosis, run_of, shared, tables, tables_diagnosis,
+    Error, diagnosis, extended, names, plots_diagnosis, run_of, shared, still, tables,
+    tables_diagnosis,
 };
 use crate::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
 use crate::table;
@@ -17,6 +19,7 @@ use crate::table;
 /// Every diagnosed session of a folder.
 #[derive(Debug)]
 pub struct Diagnosed {
+    out: PathBuf,
     sessions: Vec<Session>,
     causes: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
@@ -57,7 +60,7 @@ impl Diagnosed {
             })
             .collect();
         let replays = tables::session_files(out, "replays")?;
-        Ok(Diagnosed { sessions, causes, discrepancies, replays })
+        Ok(Diagnosed { out: out.to_owned(), sessions, causes, discrepancies, replays })
     }
 
     /// The pages' file names.
@@ -90,6 +93,45 @@ impl Diagnosed {
         )
     }
 
+    /// The extended model that `diagnose` wrote beside its tables, if there is one.
+    fn model(&self, ident: &Ident) -> Option<extended::Model> {
+        let file = format!("{}.toml", file_name(&ident.session_id));
+        let path = Path::new("models").join(format!("bike={}", ident.bike_id)).join(file);
+        let text = std::fs::read_to_string(self.out.join(&path)).ok()?;
+        extended::model(&text, &path.to_string_lossy())
+    }
+
+    /// Draws the overlays of the sessions that are wanted: `save` is given folder, name and SVG of
+    /// each; how many.
+    ///
+    /// # Errors
+    /// The replays cannot be read, or `save` fails.
+    pub(super) fn draw(
+        &self,
+        wanted: &dyn Fn(&str) -> bool,
+        save: &dyn Fn(&str, &str, &str) -> Result<(), table::Error>,
+    ) -> Result<usize, Error> {
+        let mut drawn = 0;
+        for session in self.sessions.iter().filter(|s| wanted(&s.ident.session_id)) {
+            let (_, discrepancies) = self.rows(&session.ident);
+            let (bike, id) = tables::key(&session.ident);
+            let files = self.replays.get(&(bike.to_owned(), id.to_owned()));
+            let samples = tables_diagnosis::replays(files.map_or(&[], Vec::as_slice), bike, id)?;
+            let misfits = diagnosis::worst_first(discrepancies);
+            let (overlays, mut charts) = plots_diagnosis::overlays(&samples, &misfits);
+            let folder = session.page.trim_end_matches(".html");
+            for (i, overlay) in overlays.iter().enumerate() {
+                for (k, what) in ["signal", "residual"].into_iter().enumerate() {
+                    let Some(chart) = charts.get_mut(overlay.charts[k]) else { continue };
+                    chart.title = overlay.title.clone();
+                    save(folder, &format!("{}_{what}", i + 1), &still::chart(chart))?;
+                    drawn += 1;
+                }
+            }
+        }
+        Ok(drawn)
+    }
+
     /// Writes every page into the report's folder.
     ///
     /// # Errors
@@ -113,6 +155,7 @@ impl Diagnosed {
                 page => Serde(page),
                 overlays => Serde(overlays),
                 replays => !samples.is_empty(),
+                model => Serde(self.model(&session.ident)),
                 session => session.coefficients.as_deref(),
                 data => Value::from_safe_string(figures::inline_json(&figures)?),
                 ..shared()

@@ -34,6 +34,9 @@ pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> Stri
 /// One session's estimate in a [`strip`]: value, lower and upper end.
 pub type Estimate = (f64, f64, f64);
 
+/// Columns of a strip: more sessions than these share them.
+const COLUMNS: usize = 200;
+
 /// Estimates of many sessions side by side in their order, each with its interval, over a
 /// common ordinate; the rule is their median. Empty of fewer than two.
 pub fn strip(estimates: &[Estimate], median: f64) -> String {
@@ -50,6 +53,19 @@ pub fn strip(estimates: &[Estimate], median: f64) -> String {
     let (low, high) = (values[0] - 1.3 * half, values[values.len() - 1] + 1.3 * half);
     let range = if high > low { high - low } else { 1.0 };
     let place = |v: f64| (height - 3.0 - (v - low) / range * (height - 6.0)).clamp(0.0, height);
+    // a column of several sessions: from the least to the largest value, the dot their median
+    let shared: Vec<Estimate> = match estimates.len() > COLUMNS {
+        false => estimates.to_vec(),
+        true => (0..COLUMNS)
+            .map(|c| {
+                let of = |c: usize| c * estimates.len() / COLUMNS;
+                let mut own: Vec<f64> = estimates[of(c)..of(c + 1)].iter().map(|e| e.0).collect();
+                own.sort_by(f64::total_cmp);
+                (own[own.len() / 2], own[0], own[own.len() - 1])
+            })
+            .collect(),
+    };
+    let estimates = &shared;
     let step = (width - 8.0) / estimates.len() as f64;
     let (mut whiskers, mut dots) = (String::new(), String::new());
     for (i, (value, lo, hi)) in estimates.iter().enumerate() {
@@ -64,6 +80,72 @@ pub fn strip(estimates: &[Estimate], median: f64) -> String {
          <path class=\"axis\" d=\"M0 {rule:.1}H{width}\"/>\
          <path class=\"bar\" d=\"{whiskers}\"/><path class=\"dots\" d=\"{dots}\"/></svg>"
     )
+}
+
+/// Ends of an axis for the boxes of several groups, each sorted: what lies farther than three
+/// times the box from it does not set the scale.
+pub fn common_axis<'a>(groups: impl Iterator<Item = &'a [f64]>) -> (f64, f64) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for values in groups.filter(|v| !v.is_empty()) {
+        let [q1, _, q3] = quartiles(values);
+        let reach = 3.0 * (q3 - q1);
+        low = low.min(values[0].max(q1 - reach));
+        high = high.max(values[values.len() - 1].min(q3 + reach));
+    }
+    if low > high {
+        return (0.0, 1.0);
+    }
+    let pad = if high > low { 0.04 * (high - low) } else { 0.05 * high.abs().max(1e-9) };
+    (low - pad, high + pad)
+}
+
+/// Quartiles of sorted values, between their places.
+fn quartiles(sorted: &[f64]) -> [f64; 3] {
+    [0.25, 0.5, 0.75].map(|share| {
+        let at = share * (sorted.len() - 1) as f64;
+        let (i, part) = (at.floor() as usize, at.fract());
+        let next = sorted[(i + 1).min(sorted.len() - 1)];
+        sorted[i] + part * (next - sorted[i])
+    })
+}
+
+/// A box plot of sorted values on an axis from `low` to `high`: box of the quartiles, whiskers to
+/// the last value within one and a half boxes, dots beyond; of fewer than five the values alone.
+/// What lies off the axis is drawn at its end.
+pub fn boxes(sorted: &[f64], low: f64, high: f64) -> String {
+    if sorted.is_empty() {
+        return String::new();
+    }
+    let (width, height) = (300.0, 20.0);
+    let place = |v: f64| 4.0 + ((v - low) / (high - low)).clamp(0.0, 1.0) * (width - 8.0);
+    let mut svg = format!(
+        "<svg class=\"boxes\" viewBox=\"0 0 {width} {height}\" aria-hidden=\"true\">\
+         <path class=\"axis\" d=\"M0 19.5H{width}\"/>"
+    );
+    let mut dots = String::new();
+    // writing to a String cannot fail
+    let mut dot = |v: f64| {
+        let _ = write!(dots, "M{:.1} 10h0", place(v));
+    };
+    if sorted.len() < 5 {
+        sorted.iter().for_each(|v| dot(*v));
+    } else {
+        let [q1, median, q3] = quartiles(sorted);
+        let reach = 1.5 * (q3 - q1);
+        let inside = |v: &&f64| **v >= q1 - reach && **v <= q3 + reach;
+        let first = sorted.iter().find(inside).copied().unwrap_or(q1);
+        let last = sorted.iter().rev().find(inside).copied().unwrap_or(q3);
+        sorted.iter().filter(|v| !inside(v)).for_each(|v| dot(*v));
+        let [a, b, m, c, d] = [first, q1, median, q3, last].map(place);
+        let _ = write!(
+            svg,
+            "<path class=\"whisker\" d=\"M{a:.1} 10H{b:.1}M{c:.1} 10H{d:.1}M{a:.1} 6v8M{d:.1} 6v8\"/>\
+             <path class=\"box\" d=\"M{b:.1} 4H{c:.1}V16H{b:.1}Z\"/>\
+             <path class=\"middle\" d=\"M{m:.1} 3V17\"/>"
+        );
+    }
+    let _ = write!(svg, "<path class=\"dots\" d=\"{dots}\"/></svg>");
+    svg
 }
 
 #[cfg(test)]
@@ -86,6 +168,32 @@ mod tests {
         assert_eq!(svg.matches("arrow").count(), 1);
         assert!(interval(Some(0.0), Some(-1.0), Some(1.0)).is_empty());
         assert!(interval(None, None, None).is_empty());
+    }
+
+    #[test]
+    fn a_box_holds_the_middle_half_and_shows_what_is_apart() {
+        let mut values: Vec<f64> = (0..=20).map(f64::from).collect();
+        values.push(500.0);
+        let (low, high) = common_axis([values.as_slice()].into_iter());
+        // quartiles 5.25 and 15.75: three boxes beyond is 47.25
+        assert!(low < 0.0 && (high - (47.25 * 1.04)).abs() < 0.2, "{low} {high}");
+        let svg = boxes(&values, 0.0, 100.0);
+        assert!(svg.contains("M19.3 4H50.0V16H19.3Z"), "{svg}");
+        assert!(svg.contains("M296.0 10h0"), "the far one at the end of the axis: {svg}");
+        assert_eq!(boxes(&[1.0, 2.0], 0.0, 4.0).matches("h0").count(), 2);
+        assert!(boxes(&[], 0.0, 1.0).is_empty());
+        assert_eq!(common_axis(std::iter::empty()), (0.0, 1.0));
+    }
+
+    #[test]
+    fn a_long_strip_keeps_its_extremes_in_columns() {
+        let many: Vec<Estimate> =
+            (0..5000).map(|i| if i == 777 { (9.0, 8.9, 9.1) } else { (1.0, 0.9, 1.1) }).collect();
+        let svg = strip(&many, 1.0);
+        assert!(svg.len() < 12_000, "{}", svg.len());
+        assert_eq!(svg.matches("h0").count(), COLUMNS);
+        // 0.87 to 9.13 is the ordinate: 9 stands at 40 - 3 - 8.13 / 8.26 * 34
+        assert_eq!(svg.matches(" 36.5V3.5").count(), 1, "the extreme reaches up from its column");
     }
 
     #[test]

@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use crate::report::number::{self, fixed, typeset};
 use crate::report::page::when;
-use crate::report::tables::{self, FleetRow};
+use crate::report::tables;
 use crate::report::{diagnosis, drawing, words};
-use crate::rows::{Coefficient, Rejected, SessionRow, Status, WarningRow};
+use crate::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, WarningRow};
 
 /// The run's page, as its template reads it.
 #[derive(Debug, Serialize)]
@@ -24,6 +24,8 @@ pub struct Index {
     pub bikes: Vec<BikePart>,
     /// Each session.
     pub sessions: Vec<Entry>,
+    /// Whether there is a page of the fleet, and how many events it tells of.
+    pub fleet: Option<usize>,
     /// Each diagnosed session.
     pub diagnoses: Vec<diagnosis::Entry>,
     /// Each rejected input.
@@ -127,6 +129,7 @@ pub fn build(
         ),
         bikes: bikes.iter().map(|b| bike(b, sessions, coefficients, fleet)).collect(),
         sessions: entries(sessions, pages, coefficients, warnings),
+        fleet: None,
         diagnoses: Vec::new(),
         warnings: summed(warnings),
         versions: versions.into_iter().collect::<Vec<_>>().join(", "),

@@ -19,21 +19,28 @@ use rayon::prelude::*;
 use crate::{rows, table};
 
 pub mod bars;
+pub mod bench;
 pub mod diagnosis;
 pub mod diagnosis_pages;
 pub mod drawing;
+pub mod extended;
 pub mod figures;
+pub mod fleet;
 pub mod forces;
 pub mod index;
+pub mod markdown;
 pub mod names;
 pub mod number;
 pub mod page;
 pub mod plots;
 pub mod plots_diagnosis;
 pub mod plots_offroad;
+pub mod publish;
+pub mod still;
 pub mod svg;
 pub mod tables;
 pub mod tables_diagnosis;
+pub mod tables_fleet;
 pub mod terminal;
 pub mod words;
 pub mod words_diagnosis;
@@ -70,13 +77,23 @@ pub enum Error {
 }
 
 const STYLE: &str = include_str!("../../reports/style.css");
-const SCRIPT: &str = include_str!("../../reports/charts.js");
+const SCRIPT: &str = concat!(
+    "(() => {\n\"use strict\";\n",
+    include_str!("../../reports/charts/base.js"),
+    include_str!("../../reports/charts/cloud.js"),
+    include_str!("../../reports/charts/fit.js"),
+    include_str!("../../reports/charts/timeline.js"),
+    include_str!("../../reports/charts/main.js"),
+    "})();\n",
+);
+const SESSIONS_SCRIPT: &str = include_str!("../../reports/charts/sessions.js");
 const UPLOT_SCRIPT: &str = include_str!("../../reports/vendor/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uPlot.min.css");
 const TEMPLATES: &[(&str, &str)] = &[
     ("base.html", include_str!("../../reports/base.html")),
     ("run.html", include_str!("../../reports/run.html")),
     ("session.html", include_str!("../../reports/session.html")),
+    ("fleet.html", include_str!("../../reports/fleet.html")),
     ("diagnosis.html", include_str!("../../reports/diagnosis.html")),
 ];
 
@@ -108,16 +125,15 @@ pub fn update(out: &Path) -> Result<(), Error> {
 }
 
 fn build(out: &Path, all: bool) -> Result<(), Error> {
-    if !SIGNS.iter().any(|table| out.join(table).is_dir()) {
-        return Err(Error::NotAnOutput { path: out.to_owned() });
-    }
+    check(out)?;
     let sessions = tables::sessions(out)?;
+    let bench = bench::read(out)?;
     let coefficients = tables::coefficients(out)?;
-    let manoeuvres = tables::manoeuvres(out)?;
     let warnings = tables::warnings(out)?;
     let force_rows = tables::forces(out)?;
-    let fleet = tables::fleet(out)?;
+    // the rows of every manoeuvre of an archive would be most of the memory
     let plot_files = tables::session_files(out, "plots")?;
+    let manoeuvre_files = tables::session_files(out, "manoeuvres")?;
     let pages = names::pages(
         sessions.iter().map(|s| (s.ident.bike_id.as_str(), s.ident.session_id.as_str())),
     );
@@ -129,21 +145,28 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
     // pages are independent of each other: their order of writing shows nowhere
     sessions.par_iter().zip(&pages).try_for_each(|(session, name)| -> Result<(), Error> {
         let key = tables::key(&session.ident);
-        let made_of = made_of(session, diagnosed.page_of(&session.ident));
+        let made_of = made_of(session, diagnosed.page_of(&session.ident), &bench.text);
         if !all && is_made_of(&folder.join(name), &made_of) {
             return Ok(());
         }
         let coefficients = run_of(&coefficients, key, |c| tables::key(&c.ident));
-        let manoeuvres = run_of(&manoeuvres, key, |m| tables::key(&m.ident));
+        let files = manoeuvre_files.get(&(key.0.to_owned(), key.1.to_owned()));
+        let manoeuvres = tables::manoeuvres(files.map_or(&[], Vec::as_slice), key.0, key.1)?;
         let warnings = run_of(&warnings, key, |w| tables::key(&w.ident));
         let force_rows = run_of(&force_rows, key, |f| tables::key(&f.ident));
         let files = plot_files.get(&(key.0.to_owned(), key.1.to_owned()));
         let points = tables::plots(files.map_or(&[], Vec::as_slice), key.0, key.1)?;
-        let figures = figures::build(&points, manoeuvres);
+        let mut figures = figures::build(&points, &manoeuvres);
+        bench.draw(key.0, &mut figures.charts);
+        let mut page = page::build(session, coefficients, &manoeuvres, warnings);
+        page.compare(&bench);
+        figures::share_time(&mut figures.panels);
         let html = environment.get_template("session.html")?.render(context! {
-            page => Serde(page::build(session, coefficients, manoeuvres, warnings)),
+            page => Serde(page),
             charts => Serde(figures::heads(&figures.charts)),
             panels => Serde(figures::heads(&figures.panels)),
+            residuals => Serde(figures::residuals(&figures.charts)),
+            bins => plots::BINS,
             absent => page::absent_charts(&figures),
             offroad => page::is_offroad(&figures),
             forces => Serde(forces::table(force_rows)),
@@ -156,15 +179,51 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
     })?;
 
     let rejected = tables::rejected(out)?;
+    let fleet = tables_fleet::fleet(out)?;
     let mut index = index::build(&sessions, &pages, &coefficients, &warnings, rejected, &fleet);
     index.diagnoses = diagnosed.entries();
+    if !fleet.is_empty() && !sessions.is_empty() {
+        index.fleet = Some(write_fleet(out, &environment, &sessions, &pages)?);
+    }
     let html = environment
         .get_template("run.html")?
-        .render(context! { run => Serde(index), ..shared() })?;
+        .render(context! { run => Serde(&index), ..shared() })?;
     table::write_bytes(&folder.join("index.html"), html.as_bytes())?;
-    let own: Vec<&str> = pages.iter().map(String::as_str).chain(diagnosed.pages()).collect();
+    let own: Vec<&str> = pages
+        .iter()
+        .map(String::as_str)
+        .chain(diagnosed.pages())
+        .chain(index.fleet.map(|_| fleet::PAGE))
+        .collect();
     remove_stale(&folder, &own);
     Ok(())
+}
+
+/// Writes the page over all sessions; how many events it tells of.
+fn write_fleet(
+    out: &Path,
+    environment: &Environment<'_>,
+    sessions: &[rows::SessionRow],
+    pages: &[String],
+) -> Result<usize, Error> {
+    let (page, charts) = publish::over_all(out, sessions, pages)?;
+    let figures = figures::Figures { charts, ..figures::Figures::default() };
+    let html = environment.get_template("fleet.html")?.render(context! {
+        page => Serde(&page),
+        charts => Serde(figures::heads(&figures.charts)),
+        data => Value::from_safe_string(figures::inline_json(&figures)?),
+        ..shared()
+    })?;
+    table::write_bytes(&out.join("report").join(fleet::PAGE), html.as_bytes())?;
+    Ok(page.events.len())
+}
+
+/// Whether a folder is an output.
+fn check(out: &Path) -> Result<(), Error> {
+    match SIGNS.iter().any(|table| out.join(table).is_dir()) {
+        true => Ok(()),
+        false => Err(Error::NotAnOutput { path: out.to_owned() }),
+    }
 }
 
 /// What every page embeds; all of it our own text.
@@ -173,6 +232,7 @@ fn shared() -> Value {
         mark => Value::from_safe_string(MARK.to_owned()),
         style => Value::from_safe_string(STYLE.to_owned()),
         script => Value::from_safe_string(SCRIPT.to_owned()),
+        sessions_script => Value::from_safe_string(SESSIONS_SCRIPT.to_owned()),
         uplot_script => Value::from_safe_string(UPLOT_SCRIPT.to_owned()),
         uplot_style => Value::from_safe_string(UPLOT_STYLE.to_owned()),
         version => crate::VERSION,
@@ -201,13 +261,13 @@ fn run_of<'a, R>(
 }
 
 /// What a session's page is made of: its tables' own provenance, its diagnosis, the templates.
-fn made_of(session: &rows::SessionRow, diagnosis: Option<&str>) -> String {
+fn made_of(session: &rows::SessionRow, diagnosis: Option<&str>, bench: &str) -> String {
     let provenance = &session.provenance;
     let mut hasher = blake3::Hasher::new();
     for part in [&provenance.input_hash, &provenance.pipeline_hash, &provenance.version] {
         hasher.update(part.as_bytes()).update(b"\n");
     }
-    hasher.update(session.path.as_bytes()).update(b"\n");
+    hasher.update(session.path.as_bytes()).update(b"\n").update(bench.as_bytes());
     hasher.update(diagnosis.unwrap_or_default().as_bytes()).update(b"\n");
     for text in TEMPLATES.iter().map(|(_, text)| *text).chain([STYLE, SCRIPT, UPLOT_SCRIPT]) {
         hasher.update(text.as_bytes());

@@ -10,7 +10,7 @@ const MAX: usize = 80;
 /// and a short hash appended, so that `a/b` and `a_b` do not meet, nor `A` and `a` on a disk
 /// that takes them for one.
 pub fn pages<'a>(sessions: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
-    let mut taken = BTreeSet::from(["index".to_owned()]);
+    let mut taken = BTreeSet::from(["index", "fleet"].map(str::to_owned));
     sessions
         .map(|(bike, session)| {
             let safe: String = session.chars().take(MAX).map(safe_char).collect();
@@ -47,6 +47,16 @@ pub fn diagnoses<'a>(
             format!("{}-{}.html", name.trim_end_matches(".html"), &hash[..12])
         })
         .collect()
+}
+
+/// A file name without its ending for any text: as it is where it is safe, else with a hash.
+pub fn stem(text: &str) -> String {
+    let safe: String = text.chars().take(MAX).map(safe_char).collect();
+    if safe == text && !safe.is_empty() && !safe.starts_with('.') {
+        return safe;
+    }
+    let hash = blake3::hash(text.as_bytes()).to_hex();
+    format!("{}-{}", safe.trim_start_matches('.'), &hash[..8])
 }
 
 fn safe_char(c: char) -> char {

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use crate::report::figures::{Figures, OFFROAD_PLOTS, PLOTS, Plot};
+use crate::report::bench::Bench;
+use crate::report::figures::{Figures, OFFROAD_PLOTS, PLOTS, Plot, RIDE_PLOTS};
 use crate::report::number::{self, fixed, typeset};
 use crate::report::{drawing, words};
 use crate::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
@@ -82,6 +83,10 @@ pub struct Row {
     pub sign: &'static str,
     /// Why not determined.
     pub reason: String,
+    /// What a tyre bench says; empty where none was given.
+    pub bench: String,
+    #[serde(skip)]
+    estimate: Option<f64>,
 }
 
 /// Coefficients that one kind of riding would supply.
@@ -178,9 +183,11 @@ pub fn is_offroad(figures: &Figures) -> bool {
 
 /// Whether a chart has nothing to show on this page; its title, for the sentence that says so.
 pub fn absent_charts(figures: &Figures) -> Vec<&'static str> {
-    let plots = if is_offroad(figures) { OFFROAD_PLOTS } else { PLOTS };
+    let (plots, ride) =
+        if is_offroad(figures) { (OFFROAD_PLOTS, &[][..]) } else { (PLOTS, RIDE_PLOTS) };
     plots
         .iter()
+        .chain(ride)
         .filter(|p| figures.charts.iter().all(|c| c.name != p.name))
         .map(|p| p.title)
         .collect()
@@ -257,6 +264,20 @@ fn row(c: &Coefficient) -> Row {
         status_words: words::status(c.status),
         sign: words::status_sign(c.status),
         reason: c.reason.clone().unwrap_or_default(),
+        bench: String::new(),
+        estimate: c.value,
+    }
+}
+
+impl Page {
+    /// Puts what a tyre bench measured beside the estimates.
+    pub fn compare(&mut self, bench: &Bench) {
+        for tyre in &mut self.tyres {
+            for row in &mut tyre.rows {
+                let found = bench.beside(&self.bike_id, &tyre.name, &row.name, row.estimate);
+                row.bench = found.unwrap_or_default();
+            }
+        }
     }
 }
 

@@ -37,19 +37,37 @@ pub fn rows(session: &Session, estimate: &Estimate, segments: &[Segment]) -> Vec
         }
     }
     for (name, window) in situations(segments, session.rate, session.len) {
-        let every = window.len().div_ceil(POINTS).max(1);
+        let every = window.len().div_ceil(POINTS / 2).max(1);
         for ridden in &estimate.riders {
             let series = format!("rider_{}", ridden.rider.name());
             for (force_name, force) in FORCES {
                 let plot = format!("{name}_{force_name}");
-                for i in window.clone().step_by(every) {
-                    let value = [Some(force(ridden, i)), None, None];
-                    sheet.push(&plot, &series, session.time(i), value, None, None);
+                for start in window.clone().step_by(every) {
+                    let places = start..(start + every).min(window.end);
+                    for i in extremes(places, &|i| force(ridden, i)) {
+                        let value = [Some(force(ridden, i)), None, None];
+                        sheet.push(&plot, &series, session.time(i), value, None, None);
+                    }
                 }
             }
         }
     }
     sheet.rows
+}
+
+/// Where the least and the largest of some values are, in their order: a landing is over within a
+/// few samples, and every n-th would miss its peak.
+fn extremes(places: std::ops::Range<usize>, f: &dyn Fn(usize) -> f64) -> Vec<usize> {
+    let finite = || places.clone().filter(|i| f(*i).is_finite());
+    let least = finite().min_by(|a, b| f(*a).total_cmp(&f(*b)));
+    let largest = finite().max_by(|a, b| f(*a).total_cmp(&f(*b)));
+    // a gap stays one
+    let mut found = match least.zip(largest) {
+        Some((a, b)) => vec![a.min(b), a.max(b)],
+        None => vec![places.start],
+    };
+    found.dedup();
+    found
 }
 
 type Force = fn(&Ridden, usize) -> f64;
@@ -102,4 +120,17 @@ fn situations(
         out.push(("corner", window(s.start, s.end, 0.3, 0.3)));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bucket_keeps_its_peaks_in_order() {
+        let y = [0.0, 5.0, 1.0, -2.0, f64::NAN];
+        assert_eq!(extremes(0..5, &|i| y[i]), [1, 3]);
+        assert_eq!(extremes(0..1, &|i| y[i]), [0]);
+        assert_eq!(extremes(4..5, &|i| y[i]), [4]);
+    }
 }

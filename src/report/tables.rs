@@ -21,22 +21,6 @@ use crate::rows::{
 };
 use crate::schema::Table;
 
-/// A row of `fleet`: one coefficient of one tyre of one bike over all its sessions.
-#[derive(Debug, Clone)]
-#[allow(missing_docs)] // the schema file describes each field
-pub struct FleetRow {
-    pub bike_id: String,
-    pub tyre: String,
-    pub coefficient: String,
-    pub unit: String,
-    pub n_sessions: i64,
-    pub median: Option<f64>,
-    pub robust_sd: Option<f64>,
-    pub between_sd: Option<f64>,
-    pub drift_per_day: Option<f64>,
-    pub flagged_sessions: Option<String>,
-}
-
 /// Every `sessions` row, by bike and session.
 ///
 /// # Errors
@@ -96,12 +80,12 @@ pub fn coefficients(out: &Path) -> Result<Vec<Coefficient>, Error> {
     Ok(rows)
 }
 
-/// Every `manoeuvres` row, by bike, session and number.
+/// One session's `manoeuvres` rows by number, from the files of [`session_files`].
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn manoeuvres(out: &Path) -> Result<Vec<Manoeuvre>, Error> {
-    let mut rows = collect(out, "manoeuvres", |c, i| Manoeuvre {
+pub fn manoeuvres(files: &[PathBuf], bike: &str, session: &str) -> Result<Vec<Manoeuvre>, Error> {
+    let row = |c: &Columns, i: usize| Manoeuvre {
         ident: c.ident(i),
         manoeuvre_id: c.integer("manoeuvre_id", i),
         kind: c.text("kind", i),
@@ -124,8 +108,17 @@ pub fn manoeuvres(out: &Path) -> Result<Vec<Manoeuvre>, Error> {
         landing_load_front: c.maybe("landing_load_front", i),
         landing_load_rear: c.maybe("landing_load_rear", i),
         load_transfer: c.maybe("load_transfer", i),
-    })?;
-    rows.sort_by(|a, b| (key(&a.ident), a.manoeuvre_id).cmp(&(key(&b.ident), b.manoeuvre_id)));
+    };
+    let mut rows = Vec::new();
+    for path in files {
+        for batch in read(path, None)? {
+            let c = Columns::new(path, "manoeuvres", &batch, &[])?;
+            let own =
+                |i: &usize| c.str("session_id", *i) == session && c.str("bike_id", *i) == bike;
+            rows.extend((0..batch.num_rows()).filter(own).map(|i| row(&c, i)));
+        }
+    }
+    rows.sort_by_key(|m| m.manoeuvre_id);
     Ok(rows)
 }
 
@@ -189,30 +182,6 @@ pub fn rejected(out: &Path) -> Result<Vec<Rejected>, Error> {
     Ok(rows)
 }
 
-/// Every `fleet` row, by bike, then in the contract's order.
-///
-/// # Errors
-/// A file cannot be read or lacks a column.
-pub fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
-    let mut rows = collect(out, "fleet", |c, i| FleetRow {
-        bike_id: c.text("bike_id", i),
-        tyre: c.text("tyre", i),
-        coefficient: c.text("coefficient", i),
-        unit: c.text("unit", i),
-        n_sessions: c.integer("n_sessions", i),
-        median: c.maybe("median", i),
-        robust_sd: c.maybe("robust_sd", i),
-        between_sd: c.maybe("between_sd", i),
-        drift_per_day: c.maybe("drift_per_day", i),
-        flagged_sessions: c.maybe_text("flagged_sessions", i),
-    })?;
-    rows.sort_by(|a, b| {
-        (&a.bike_id, words::order(&a.tyre, &a.coefficient))
-            .cmp(&(&b.bike_id, words::order(&b.tyre, &b.coefficient)))
-    });
-    Ok(rows)
-}
-
 /// The files of a table that hold a session, by (bike, session).
 pub type Files = BTreeMap<(String, String), Vec<PathBuf>>;
 
@@ -267,6 +236,8 @@ pub fn plots(files: &[PathBuf], bike: &str, session: &str) -> Result<Vec<PlotPoi
                     y_high: c.maybe("y_high", i),
                     weight: c.maybe("weight", i),
                     manoeuvre_id: c.maybe_integer("manoeuvre_id", i),
+                    shade: c.maybe("shade", i),
+                    n: c.maybe_integer("n", i),
                 });
             }
         }
@@ -294,13 +265,22 @@ pub(super) fn collect<R>(
     row: impl Fn(&Columns, usize) -> R,
 ) -> Result<Vec<R>, Error> {
     let mut rows = Vec::new();
+    for_each_batch(out, table, |columns, n| rows.extend((0..n).map(|i| row(columns, i))))?;
+    Ok(rows)
+}
+
+/// Hands every batch of a table over, with its number of rows; one file is held at a time.
+pub(super) fn for_each_batch(
+    out: &Path,
+    table: &str,
+    mut take: impl FnMut(&Columns, usize),
+) -> Result<(), Error> {
     for path in files(out, table)? {
         for batch in read(&path, None)? {
-            let columns = Columns::new(&path, table, &batch, &[])?;
-            rows.extend((0..batch.num_rows()).map(|i| row(&columns, i)));
+            take(&Columns::new(&path, table, &batch, &[])?, batch.num_rows());
         }
     }
-    Ok(rows)
+    Ok(())
 }
 
 /// The Parquet files of a table, sorted by path; temporaries (leading dot) are left alone.

@@ -134,6 +134,11 @@ pub fn series(name: &str) -> String {
         "slip_ratio_rear" => "rear slip ratio".to_owned(),
         "velocity_x" => "speed".to_owned(),
         "acceleration_x" => "forward acceleration".to_owned(),
+        "acceleration_y" => "lateral acceleration".to_owned(),
+        "brake_pressure_front" | "tyre_temperature_front" => "front".to_owned(),
+        "brake_pressure_rear" | "tyre_temperature_rear" => "rear".to_owned(),
+        "balance" => "thin tyres, steady".to_owned(),
+        "trend" => "mean".to_owned(),
         other => spaced(other),
     }
 }

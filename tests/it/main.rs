@@ -29,6 +29,7 @@ mod racing_files;
 mod recordings;
 mod recovery;
 mod report;
+mod report_fleet;
 mod riding;
 #[cfg(feature = "cloud")]
 mod s3_server;

@@ -190,6 +190,8 @@ fn plots(ident: &Ident) -> Vec<PlotPoint> {
             y_high: half.map(|h| y + h),
             weight,
             manoeuvre_id: m,
+            shade: weight.map(|_| 1300.0 + 400.0 * x),
+            n: weight.map(|_| 3),
         });
     };
     let magic = |s: f64| {
@@ -197,13 +199,18 @@ fn plots(ident: &Ident) -> Vec<PlotPoint> {
         1.18 * (1.41 * (bs + 0.6 * (bs - bs.atan())).atan()).sin()
     };
     type Curve<'a> = (&'a str, f64, f64, f64, &'a dyn Fn(f64) -> f64);
-    let curves: [Curve; 8] = [
+    let curves: [Curve; 13] = [
         ("friction_x_front", -0.25, 0.02, 0.06, &magic),
         ("friction_x_rear", -0.2, 0.18, 0.06, &magic),
         ("slip_angle_front", -0.75, 0.75, 0.004, &|g| -0.0279 * g + 0.0113 * g.powi(3)),
         ("slip_angle_rear", -0.75, 0.75, 0.004, &|g| -0.0107 * g - 0.02 * g.powi(3)),
         ("friction_y_front", -0.75, 0.75, 0.05, &|g| -0.84 * g.tan()),
         ("friction_y_rear", -0.75, 0.75, 0.05, &|g| -0.885 * g.tan()),
+        ("friction_y_slip_front", -0.02, 0.02, 0.05, &|a| 20.0 * a),
+        ("friction_y_slip_rear", -0.02, 0.02, 0.05, &|a| 20.0 * a),
+        ("g_g", -8.0, 8.0, 3.0, &|_| 0.0),
+        ("roll_over_lateral", -8.0, 8.0, 0.02, &|a| -(a / 9.81).atan()),
+        ("residual_friction_x_front_over_speed", 5.0, 40.0, 0.02, &|_| 0.0),
         ("coast_down", 20.0, 900.0, 25.0, &|v2| 45.0 + 0.37 * v2),
         ("overturning", -0.75, 0.75, 0.004, &|roll| -0.058 * roll.tan()),
     ];
@@ -288,7 +295,7 @@ fn generate(out: &Path) {
 
 /// Tags that must be closed are, in their order; a plain reading, enough to see a broken page.
 fn assert_balanced(html: &str) {
-    const VOID: [&str; 5] = ["meta", "link", "br", "img", "col"];
+    const VOID: [&str; 6] = ["meta", "link", "br", "img", "col", "input"];
     let mut open: Vec<String> = Vec::new();
     let mut rest = html;
     while let Some(at) = rest.find('<') {
@@ -376,7 +383,7 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
         .and_then(|rest| rest.split("</script>").next())
         .expect("data");
     let data: serde_json::Value = serde_json::from_str(json).expect("valid JSON");
-    assert_eq!(data["charts"].as_array().map(Vec::len), Some(figures::PLOTS.len()));
+    assert_eq!(data["charts"].as_array().map(Vec::len), Some(figures::PLOTS.len() + 3));
     assert_eq!(data["panels"].as_array().map(Vec::len), Some(4));
     assert_eq!(data["segments"].as_array().map(Vec::len), Some(40));
     assert_eq!(data["charts"][0]["clouds"][0]["x"].as_array().map(Vec::len), Some(600));

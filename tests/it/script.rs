@@ -141,6 +141,8 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
                 y_high: None,
                 weight: Some(1.0),
                 manoeuvre_id: None,
+                shade: None,
+                n: None,
             })
             .collect(),
         signals: input.signals.then(|| {

@@ -1,121 +1,18 @@
-//! The charts of a session: what each plot of the table `plots` shows, declared once, and the
-//! compact data the page draws them from.
+//! The charts of a session: the compact data that its page and the static figures draw.
+
+use std::collections::BTreeMap;
 
 use serde::Serialize;
+
+pub mod catalogue;
+
+use catalogue::axis;
+pub use catalogue::{Axis, OFFROAD_PLOTS, PANELS, PLOTS, Plot, RIDE_PLOTS};
 
 use crate::report::number::round;
 use crate::report::words;
 use crate::rows::{Manoeuvre, PlotPoint};
 use crate::schema::Table;
-
-const DEGREE: f64 = 180.0 / std::f64::consts::PI;
-
-/// One axis: what people read; the tables stay SI.
-#[derive(Debug, Clone, Copy)]
-pub struct Axis {
-    /// What is drawn along it.
-    pub label: &'static str,
-    /// Unit after scaling; empty for pure numbers.
-    pub unit: &'static str,
-    /// From SI to the unit.
-    pub scale: f64,
-}
-
-/// One plot of the table `plots`.
-#[derive(Debug, Clone, Copy)]
-pub struct Plot {
-    /// Name in the table.
-    pub name: &'static str,
-    /// Heading.
-    pub title: &'static str,
-    /// Abscissa.
-    pub x: Axis,
-    /// Ordinate.
-    pub y: Axis,
-    /// What is seen, in a sentence.
-    pub caption: &'static str,
-}
-
-const fn axis(label: &'static str, unit: &'static str, scale: f64) -> Axis {
-    Axis { label, unit, scale }
-}
-
-const SLIP: Axis = axis("slip ratio", "", 1.0);
-const CAMBER: Axis = axis("camber", "°", DEGREE);
-const MU_X: Axis = axis("longitudinal friction Fx/Fz", "", 1.0);
-const MU_Y: Axis = axis("lateral friction Fy/Fz", "", 1.0);
-const ALPHA: Axis = axis("slip angle", "°", DEGREE);
-const STIFFNESS: Axis = axis("stiffness per load", "1/rad", 1.0);
-const V_SQUARED: Axis = axis("speed squared", "m²/s²", 1.0);
-const FORCE: Axis = axis("resisting force", "N", 1.0);
-const ROLL: Axis = axis("roll", "°", DEGREE);
-const ARM: Axis = axis("overturning arm Mx/(m g)", "mm", 1000.0);
-
-const MU_X_CAPTION: &str = "Magic Formula (eq. 28) through the straight-line runs.";
-const ALPHA_CAPTION: &str = "Slip angle c1 γ + c3 γ³ (eq. 37) in steady corners.";
-const MU_Y_CAPTION: &str = "Lateral friction ct tan γ (eq. 38) in steady corners.";
-const K_CAPTION: &str = "Cornering and camber stiffness (eq. 39, multiplied through).";
-
-/// Every plot the report knows, in its order.
-#[rustfmt::skip]
-pub const PLOTS: &[Plot] = &[
-    Plot { name: "friction_x_front", title: "Front · longitudinal friction", x: SLIP, y: MU_X, caption: MU_X_CAPTION },
-    Plot { name: "friction_x_rear", title: "Rear · longitudinal friction", x: SLIP, y: MU_X, caption: MU_X_CAPTION },
-    Plot { name: "slip_angle_front", title: "Front · slip angle", x: CAMBER, y: ALPHA, caption: ALPHA_CAPTION },
-    Plot { name: "slip_angle_rear", title: "Rear · slip angle", x: CAMBER, y: ALPHA, caption: ALPHA_CAPTION },
-    Plot { name: "friction_y_front", title: "Front · lateral friction", x: CAMBER, y: MU_Y, caption: MU_Y_CAPTION },
-    Plot { name: "friction_y_rear", title: "Rear · lateral friction", x: CAMBER, y: MU_Y, caption: MU_Y_CAPTION },
-    Plot { name: "stiffness_front", title: "Front · stiffness", x: CAMBER, y: STIFFNESS, caption: K_CAPTION },
-    Plot { name: "stiffness_rear", title: "Rear · stiffness", x: CAMBER, y: STIFFNESS, caption: K_CAPTION },
-    Plot { name: "coast_down", title: "Coast-down", x: V_SQUARED, y: FORCE, caption: "Drag is the slope, rolling resistance the height at standstill (eq. 23)." },
-    Plot { name: "overturning", title: "Overturning", x: ROLL, y: ARM, caption: "Overturning moment over weight, by roll (eqs. 34–36)." },
-];
-
-const TIME: Axis = axis("time", "s", 1.0);
-const RIDER_FORCE: Axis = axis("force on the bike", "N", 1.0);
-const TYRE_FORCE: Axis = axis("force on the tyre", "N", 1.0);
-const RIDER_CAPTION: &str = "Rider models side by side; A integrated springs, B algebraic, C with the slow vertical motion.";
-const TYRE_CAPTION: &str = "The same samples solved with each rider model, and with none.";
-
-/// Every plot of an off-road session, in its order.
-#[rustfmt::skip]
-pub const OFFROAD_PLOTS: &[Plot] = &[
-    Plot { name: "jumps_legs", title: "Jumps · rider on the pegs (L_z, down)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
-    Plot { name: "jumps_arms", title: "Jumps · rider on the bar (A_x, forward)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
-    Plot { name: "jumps_load_front", title: "Jumps · front load (N_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "jumps_load_rear", title: "Jumps · rear load (N_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "jumps_along_front", title: "Jumps · front along the chassis (−B_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "jumps_along_rear", title: "Jumps · rear along the chassis (D_r − B_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "whoops_legs", title: "Whoops · rider on the pegs (L_z, down)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
-    Plot { name: "whoops_arms", title: "Whoops · rider on the bar (A_x, forward)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
-    Plot { name: "whoops_load_front", title: "Whoops · front load (N_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "whoops_load_rear", title: "Whoops · rear load (N_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "whoops_along_front", title: "Whoops · front along the chassis (−B_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "whoops_along_rear", title: "Whoops · rear along the chassis (D_r − B_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "corner_legs", title: "Corner · rider on the pegs (L_z, down)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
-    Plot { name: "corner_arms", title: "Corner · rider on the bar (A_x, forward)", x: TIME, y: RIDER_FORCE, caption: RIDER_CAPTION },
-    Plot { name: "corner_load_front", title: "Corner · front load (N_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "corner_load_rear", title: "Corner · rear load (N_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "corner_along_front", title: "Corner · front along the chassis (−B_f)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-    Plot { name: "corner_along_rear", title: "Corner · rear along the chassis (D_r − B_r)", x: TIME, y: TYRE_FORCE, caption: TYRE_CAPTION },
-];
-
-/// The panels of the time line: heading, axis, the series drawn in it.
-#[rustfmt::skip]
-pub const PANELS: &[(Axis, &[&str])] = &[
-    (axis("speed", "m/s", 1.0), &["velocity_x"]),
-    (axis("acceleration", "m/s²", 1.0), &["acceleration_x"]),
-    (axis("roll", "°", DEGREE), &["roll"]),
-    (axis("slip ratio", "", 1.0), &["slip_ratio_front", "slip_ratio_rear"]),
-    (axis("pitch, nose up", "°", DEGREE), &["pitch_up"]),
-    (axis("travel", "mm", 1000.0), &["fork_travel", "shock_travel"]),
-    (axis("front load", "N", 1.0), &["load_front_none", "load_front_a", "load_front_b", "load_front_c"]),
-    (axis("rear load", "N", 1.0), &["load_rear_none", "load_rear_a", "load_rear_b", "load_rear_c"]),
-    (axis("front along the chassis", "N", 1.0), &["along_front_none", "along_front_a", "along_front_b", "along_front_c"]),
-    (axis("rear along the chassis", "N", 1.0), &["along_rear_none", "along_rear_a", "along_rear_b", "along_rear_c"]),
-    (axis("rider on the pegs, down", "N", 1.0), &["legs_none", "legs_a", "legs_b", "legs_c"]),
-    (axis("rider on the bar, forward", "N", 1.0), &["arms_none", "arms_a", "arms_b", "arms_c"]),
-];
 
 /// The name of the plot that is the time line.
 const TIMELINE: &str = "timeline";
@@ -152,6 +49,21 @@ pub struct Chart {
     pub points: usize,
     /// How many of them the fit rejected.
     pub outliers: usize,
+    /// Where on the page it stands.
+    #[serde(skip)]
+    pub section: Section,
+    /// What colours the points, where something does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shade: Option<Label>,
+    /// Whether both axes are drawn to one scale.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub equal: bool,
+    /// Whether the abscissa is a date, in seconds since 1970.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub time: bool,
+    /// Shaded stretches.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub spans: Vec<Span>,
     /// Charts of one group are zoomed together and hide the same lines; empty stands alone.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub group: String,
@@ -160,10 +72,25 @@ pub struct Chart {
     pub height: Option<u32>,
 }
 
+/// Where a chart stands on a session's page.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Section {
+    /// A fit over its data.
+    #[default]
+    Fit,
+    /// The whole ride.
+    Ride,
+    /// What a fit leaves, over a covariate.
+    Residual,
+}
+
 /// A chart without its data: what the page around it says.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in [`Chart`]
 pub struct Head<'a> {
+    pub place: usize,
+    pub section: Section,
     pub title: &'a str,
     pub caption: &'a str,
     pub x: &'a Label,
@@ -176,7 +103,10 @@ pub struct Head<'a> {
 pub fn heads(charts: &[Chart]) -> Vec<Head<'_>> {
     charts
         .iter()
-        .map(|c| Head {
+        .enumerate()
+        .map(|(place, c)| Head {
+            place,
+            section: c.section,
             title: &c.title,
             caption: &c.caption,
             x: &c.x,
@@ -185,6 +115,29 @@ pub fn heads(charts: &[Chart]) -> Vec<Head<'_>> {
             outliers: c.outliers,
         })
         .collect()
+}
+
+/// Leaves away the time line's abscissae that are those of its first line: the script puts them
+/// back. They would be an eighth of the page.
+pub fn share_time(panels: &mut [Chart]) {
+    let Some(first) = panels.first().and_then(|p| p.lines.first()).map(|l| l.x.clone()) else {
+        return;
+    };
+    for line in panels.iter_mut().flat_map(|p| &mut p.lines).skip(1).filter(|l| l.x == first) {
+        line.x.clear();
+    }
+}
+
+/// The residual charts by the fit they are of: its heading and its charts.
+pub fn residuals(charts: &[Chart]) -> Vec<(&str, Vec<Head<'_>>)> {
+    let mut out: Vec<(&str, Vec<Head<'_>>)> = Vec::new();
+    for head in heads(charts).into_iter().filter(|h| h.section == Section::Residual) {
+        match out.last_mut().filter(|(title, _)| *title == head.title) {
+            Some((_, own)) => own.push(head),
+            None => out.push((head.title, vec![head])),
+        }
+    }
+    out
 }
 
 /// Label and unit of an axis.
@@ -211,6 +164,9 @@ pub struct Line {
     pub lo: Vec<Option<f64>>,
     /// Upper edge of the band.
     pub hi: Vec<Option<f64>>,
+    /// Whether the abscissae turn back: then it is drawn from point to point.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub path: bool,
     /// Which of the time lines' colours, where it is not by its place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour: Option<usize>,
@@ -229,6 +185,39 @@ pub struct Cloud {
     pub w: Vec<f64>,
     /// Manoeuvre of each point.
     pub m: Vec<Option<i64>>,
+    /// What colours each point; empty where nothing does.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub s: Vec<Option<f64>>,
+    /// Samples that each point stands for; empty where it is one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub n: Vec<i64>,
+    /// In the legend, where it is not the name.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub label: String,
+    /// Radius of a point where it is not the usual, px.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub r: Option<f64>,
+    /// Lower ends of the points' intervals; empty where they have none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lo: Vec<Option<f64>>,
+    /// Upper ends.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hi: Vec<Option<f64>>,
+    /// What each point is called; empty where it has no name.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub t: Vec<String>,
+    /// Page that each point leads to.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub h: Vec<String>,
+}
+
+/// A shaded stretch of the abscissa.
+#[derive(Debug, Default, Serialize)]
+#[allow(missing_docs)] // as it says
+pub struct Span {
+    pub from: f64,
+    pub to: f64,
+    pub label: String,
 }
 
 /// One segment of the time line.
@@ -255,17 +244,28 @@ pub struct Segment {
 /// Builds a session's figures; plots that the list does not know are drawn as they are.
 pub fn build(points: &[PlotPoint], manoeuvres: &[Manoeuvre]) -> Figures {
     let mut charts: Vec<Chart> = Vec::new();
-    for plot in PLOTS.iter().chain(OFFROAD_PLOTS) {
-        charts.extend(chart(plot.name, plot.title, plot.caption, plot.x, plot.y, points));
+    let mut by: BTreeMap<&str, Vec<&PlotPoint>> = BTreeMap::new();
+    for point in points {
+        by.entry(&point.plot).or_default().push(point);
     }
-    let mut others: Vec<&str> = points.iter().map(|p| p.plot.as_str()).collect();
-    others.sort_unstable();
-    others.dedup();
-    let known = PLOTS.iter().chain(OFFROAD_PLOTS);
-    others.retain(|n| *n != TIMELINE && known.clone().all(|p| p.name != *n));
+    for plot in PLOTS.iter().chain(OFFROAD_PLOTS) {
+        charts.extend(chart(plot.name, plot.title, plot.caption, plot.x, plot.y, &by));
+    }
+    for plot in RIDE_PLOTS {
+        let drawn = chart(plot.name, plot.title, plot.caption, plot.x, plot.y, &by);
+        let equal = plot.name == "g_g";
+        charts.extend(drawn.map(|c| Chart { section: Section::Ride, equal, ..c }));
+    }
+    for (name, plot) in catalogue::residual_plots() {
+        let drawn = chart(&name, plot.title, plot.caption, plot.x, plot.y, &by);
+        let (section, height) = (Section::Residual, Some(170));
+        charts.extend(drawn.map(|c| Chart { section, height, ..c }));
+    }
+    let mut others: Vec<&str> = by.keys().copied().collect();
+    others.retain(|n| *n != TIMELINE && charts.iter().all(|c| c.name != *n));
     for name in others {
         let plain = |label| Axis { label, unit: "", scale: 1.0 };
-        charts.extend(chart(name, name, "", plain("x"), plain("y"), points));
+        charts.extend(chart(name, name, "", plain("x"), plain("y"), &by));
     }
     let segments = manoeuvres
         .iter()
@@ -280,11 +280,10 @@ pub fn build(points: &[PlotPoint], manoeuvres: &[Manoeuvre]) -> Figures {
             reason: m.reason.clone(),
         })
         .collect();
-    Figures { charts, panels: panels(points), segments }
+    Figures { charts, panels: panels(by.get(TIMELINE).map_or(&[], Vec::as_slice)), segments }
 }
 
-fn panels(points: &[PlotPoint]) -> Vec<Chart> {
-    let line: Vec<&PlotPoint> = points.iter().filter(|p| p.plot == TIMELINE).collect();
+fn panels(line: &[&PlotPoint]) -> Vec<Chart> {
     let time = axis("time", "s", 1.0);
     let mut out = Vec::new();
     for (y, names) in PANELS {
@@ -322,10 +321,9 @@ fn chart(
     caption: &str,
     x: Axis,
     y: Axis,
-    points: &[PlotPoint],
+    by: &BTreeMap<&str, Vec<&PlotPoint>>,
 ) -> Option<Chart> {
-    let own: Vec<&PlotPoint> = points.iter().filter(|p| p.plot == name).collect();
-    assemble(name, title, caption, x, y, &own)
+    assemble(name, title, caption, x, y, by.get(name)?)
 }
 
 fn assemble(
@@ -358,9 +356,19 @@ fn assemble(
     for series in series {
         let mut own: Vec<&PlotPoint> =
             points.iter().copied().filter(|p| p.series == series && p.x.is_finite()).collect();
-        own.sort_by(|a, b| a.x.total_cmp(&b.x));
-        if series == "data" || own.iter().any(|p| p.weight.is_some()) {
+        let is_cloud = series == "data" || own.iter().any(|p| p.weight.is_some());
+        let steps = || own.windows(2).map(|p| p[1].x - p[0].x);
+        let path = !is_cloud
+            && name.starts_with("friction_y_slip_")
+            && steps().any(|d| d > 0.0)
+            && steps().any(|d| d < 0.0);
+        if !path {
+            own.sort_by(|a, b| a.x.total_cmp(&b.x));
+        }
+        if is_cloud {
             let mut cloud = Cloud { name: series.to_owned(), ..Cloud::default() };
+            let shaded = own.iter().any(|p| p.shade.is_some());
+            let counted = own.iter().any(|p| p.n.is_some_and(|n| n > 1));
             for p in own {
                 let Some(value) = p.y else { continue };
                 let weight = p.weight.unwrap_or(1.0).clamp(0.0, 1.0);
@@ -368,8 +376,19 @@ fn assemble(
                 cloud.y.push(put_y(value));
                 cloud.w.push(round(weight, 2));
                 cloud.m.push(p.manoeuvre_id);
+                if shaded {
+                    cloud.s.push(p.shade.map(|s| round(s, 1)));
+                }
+                if counted {
+                    cloud.n.push(p.n.unwrap_or(1));
+                }
                 chart.points += 1;
                 chart.outliers += usize::from(weight == 0.0);
+            }
+            if shaded {
+                let what = catalogue::shade(name);
+                chart.shade =
+                    Some(Label { label: what.label.to_owned(), unit: what.unit.to_owned() });
             }
             chart.clouds.push(cloud);
         } else {
@@ -385,6 +404,7 @@ fn assemble(
                 y: own.iter().map(|p| p.y.map(put_y)).collect(),
                 lo: edge(|p| p.y_low),
                 hi: edge(|p| p.y_high),
+                path,
                 colour: None,
             });
         }
@@ -440,6 +460,8 @@ mod tests {
             y_high: None,
             weight,
             manoeuvre_id: None,
+            shade: None,
+            n: None,
         }
     }
 

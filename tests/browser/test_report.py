@@ -1,0 +1,273 @@
+"""The report in real Chromium: what a reader does with it, and what a log must not do to it."""
+
+import json
+
+import pytest
+from conftest import CORPUS
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+# A4 less usual margins, px
+PAPER = 718
+
+
+def pages(report):
+    found = sorted(report.glob("*.html"))
+    assert len(found) == 5, f"run, fleet, two sessions, one diagnosis: {found}"
+    return found
+
+
+def session_page(report):
+    return next(p for p in pages(report) if p.name not in ("index.html", "fleet.html") and not p.name.startswith("diagnosis"))
+
+
+def chart(browser, selector="[data-chart]"):
+    """The first such chart, in the window and drawn."""
+    holder = browser.driver.find_element(By.CSS_SELECTOR, selector)
+    browser.js("arguments[0].scrollIntoView({block: 'center'})", holder)
+    browser.wait("return arguments[0].uplot && arguments[0].uplot.over", holder, what="drawn")
+    browser.settle()
+    return holder
+
+
+def over(holder):
+    return holder.find_element(By.CSS_SELECTOR, ".u-over")
+
+
+def scale(browser, holder):
+    return browser.js("const s = arguments[0].uplot.scales; return [s.x.min, s.x.max, s.y.min, s.y.max]", holder)
+
+
+def hint(holder):
+    tip = holder.find_element(By.CSS_SELECTOR, ".tip")
+    return tip.text if tip.is_displayed() else ""
+
+
+def ink(browser, holder):
+    return browser.js("return arguments[0].querySelector('canvas').toDataURL()", holder)
+
+
+def test_pages_load_without_errors_or_requests(report, browser):
+    for page in pages(report):
+        browser.open(page)
+        # every chart is drawn once
+        for holder in browser.driver.find_elements(By.CSS_SELECTOR, "[data-chart]"):
+            browser.js("arguments[0].scrollIntoView()", holder)
+        browser.settle()
+        log = browser.driver.get_log("browser")
+        assert not log, f"{page.name}: {log}"
+        events = [json.loads(e["message"])["message"] for e in browser.driver.get_log("performance")]
+        asked = [e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"]
+        others = [url for url in asked if url != page.as_uri() and not url.startswith("data:")]
+        assert asked and not others, f"{page.name} asks for {others}"
+        ready = browser.js("return performance.getEntriesByType('navigation')[0].loadEventEnd")
+        print(f"{page.stat().st_size / 1e6:.2f} MB, ready after {ready:.0f} ms: {page.name}")
+        assert ready < 5000, "far more than the second it may take on an idle machine"
+
+
+def test_hover_shows_values_with_units(report, browser):
+    browser.open(session_page(report))
+    holder = chart(browser, "[aria-label^='Front · longitudinal']")
+    # onto a point, so that the point speaks too
+    x, y = browser.js(
+        "const h = arguments[0], u = h.uplot, d = JSON.parse(document.getElementById('data').textContent);"
+        "const c = d.charts[+h.dataset.chart].clouds[0], i = c.x.length >> 1;"
+        "return [u.valToPos(c.x[i], 'x') - u.over.clientWidth / 2, u.valToPos(c.y[i], 'y') - u.over.clientHeight / 2]",
+        holder,
+    )
+    ActionChains(browser.driver).move_to_element_with_offset(over(holder), round(x), round(y)).perform()
+    text = hint(holder)
+    assert "slip ratio" in text and "fit" in text and "95 % band" in text, text
+    assert "manoeuvre" in text and "wheel load" in text and text.count(" N") == 1, text
+    holder = chart(browser, "[aria-label^='Coast-down']")
+    ActionChains(browser.driver).move_to_element(over(holder)).perform()
+    assert "m²/s²" in hint(holder) and " N" in hint(holder), hint(holder)
+
+
+def test_legend_toggles_a_series(report, browser):
+    browser.open(session_page(report))
+    holder = chart(browser, "[aria-label^='Front · stiffness']")
+    button = holder.find_element(By.XPATH, "following-sibling::div[contains(@class,'legend')]//button")
+    before = ink(browser, holder)
+    button.click()
+    browser.settle()
+    assert button.get_attribute("aria-pressed") == "false" and ink(browser, holder) != before
+    button.click()
+    browser.settle()
+    assert button.get_attribute("aria-pressed") == "true" and ink(browser, holder) == before
+
+
+def test_zoom_and_reset(report, browser):
+    browser.open(session_page(report))
+    for selector in ("[aria-label^='Rear · longitudinal']", "[data-panel]"):
+        holder = chart(browser, selector)
+        home = scale(browser, holder)
+        drag = ActionChains(browser.driver).move_to_element_with_offset(over(holder), -60, -20)
+        drag.click_and_hold().move_by_offset(110, 35).release().perform()
+        browser.settle()
+        near = scale(browser, holder)
+        assert near[1] - near[0] < 0.6 * (home[1] - home[0]), (home, near)
+        ActionChains(browser.driver).double_click(over(holder)).perform()
+        browser.settle()
+        assert scale(browser, holder) == pytest.approx(home)
+
+
+def test_keyboard_does_what_the_mouse_does(report, browser):
+    browser.open(session_page(report))
+    holder = chart(browser, "[aria-label^='Rear · longitudinal']")
+    home = scale(browser, holder)
+    browser.js("arguments[0].focus()", holder)
+    keys = lambda *k: (ActionChains(browser.driver).send_keys(*k).perform(), browser.settle())
+    keys(Keys.ARROW_RIGHT)
+    assert "slip ratio" in hint(holder)
+    first = hint(holder)
+    keys(*[Keys.ARROW_RIGHT] * 5)
+    assert hint(holder) != first
+    assert "slip ratio" in browser.driver.find_element(By.CSS_SELECTOR, "[aria-live]").get_attribute("textContent")
+    keys("+")
+    near = scale(browser, holder)
+    assert near[1] - near[0] == pytest.approx(0.7 * (home[1] - home[0]))
+    keys("-", Keys.ESCAPE)
+    assert scale(browser, holder) == pytest.approx(home) and not hint(holder)
+    # every chart and every tool can be reached by Tab
+    unreachable = browser.js(
+        "return [...document.querySelectorAll('[data-chart],[data-panel],button,a[href],summary')]"
+        ".filter(e => e.tabIndex < 0).length"
+    )
+    assert unreachable == 0
+
+
+def test_a_manoeuvre_is_picked_out_everywhere(report, browser):
+    browser.open(session_page(report))
+    holder = chart(browser, "[aria-label^='Front · longitudinal']")
+    plain = ink(browser, holder)
+    button = browser.driver.find_element(By.CSS_SELECTOR, "button[data-manoeuvre]")
+    browser.js("arguments[0].click()", button)
+    browser.settle()
+    note = browser.driver.find_element(By.ID, "picked")
+    assert note.is_displayed() and "picked out on every chart" in note.text
+    assert ink(browser, holder) != plain
+    ActionChains(browser.driver).send_keys(Keys.ESCAPE).perform()
+    browser.settle()
+    assert not note.is_displayed() and ink(browser, holder) == plain
+    # from the time line, by a click on a segment; and back by another
+    panel = chart(browser, "[data-panel]")
+    at = browser.js(
+        "const u = arguments[0].uplot, s = JSON.parse(document.getElementById('data').textContent).segments.find(s => s.kind === 'cornering');"
+        "return u.valToPos((s.start + s.end) / 2, 'x') - u.over.clientWidth / 2",
+        panel,
+    )
+    ActionChains(browser.driver).move_to_element_with_offset(over(panel), round(at), 5).click().perform()
+    browser.settle()
+    assert note.is_displayed() and "cornering" in note.text, note.text
+    cursors = browser.js("return [...document.querySelectorAll('[data-panel]')].map(e => e.uplot.cursor.left)")
+    assert len(cursors) > 4 and max(cursors) - min(cursors) < 1.5 and min(cursors) > 0, "cursors go together"
+
+
+def test_a_point_of_the_fleet_leads_to_its_session(report, browser):
+    browser.open(report / "fleet.html")
+    holder = chart(browser)
+    x, y = browser.js(
+        "const h = arguments[0], u = h.uplot, c = JSON.parse(document.getElementById('data').textContent).charts[+h.dataset.chart].clouds[0];"
+        "return [u.valToPos(c.x[0], 'x') - u.over.clientWidth / 2, u.valToPos(c.y[0], 'y') - u.over.clientHeight / 2]",
+        holder,
+    )
+    move = ActionChains(browser.driver).move_to_element_with_offset(over(holder), round(x), round(y))
+    move.perform()
+    assert "95 % interval" in hint(holder), hint(holder)
+    ActionChains(browser.driver).click().perform()
+    browser.wait("return location.pathname.endsWith('.html') && !location.pathname.endsWith('fleet.html')")
+
+
+def test_hostile_texts_stay_texts(report, browser):
+    seen = ""
+    for page in pages(report):
+        browser.open(page)
+        for holder in browser.driver.find_elements(By.CSS_SELECTOR, "[data-chart]"):
+            browser.js("arguments[0].scrollIntoView()", holder)
+        browser.settle()
+        assert browser.js("return window.attacks") == 0, page.name
+        markup = browser.js(
+            "return [...document.querySelectorAll('img, iframe, object, embed, b:not(.tip b), script[src], link, "
+            "[onerror], [onload], [onmouseover], [onclick], [href^=\"javascript:\"]')].map(e => e.outerHTML)"
+        )
+        assert not markup, f"{page.name}: {markup}"
+        assert browser.js("return document.querySelectorAll('script').length") <= 3
+        seen += browser.js("return document.documentElement.textContent") + browser.driver.title
+    for text in (CORPUS[0], CORPUS[1], CORPUS[2], CORPUS[3], CORPUS[4], CORPUS[7]):
+        assert text in seen, f"{text!r} is nowhere: the test would prove nothing"
+
+
+def test_nothing_is_wider_than_a_phone(report, browser):
+    for page in pages(report):
+        browser.size(400, 800)
+        browser.open(page)
+        for holder in browser.driver.find_elements(By.CSS_SELECTOR, "[data-chart]"):
+            browser.js("arguments[0].scrollIntoView()", holder)
+        browser.settle()
+        width = browser.js("return document.documentElement.scrollWidth")
+        assert width <= 400, f"{page.name}: {width} px"
+        cut = browser.js(
+            "return [...document.querySelectorAll('canvas')].map(c => c.getBoundingClientRect()).filter(r => r.width && (r.left < 0 || r.right > 400.5)).length"
+        )
+        assert cut == 0, f"{page.name}: {cut} charts stick out"
+
+
+def test_paper_shows_whole_charts(report, browser):
+    for page in pages(report):
+        browser.open(page)
+        browser.size(PAPER, 1000)
+        browser.media("print")
+        browser.js("window.dispatchEvent(new Event('beforeprint'))")
+        browser.settle()
+        charts = browser.js(
+            "return [...document.querySelectorAll('[data-chart], [data-panel]')].map(h => ["
+            "  h.getAttribute('aria-label'), !!h.querySelector('canvas'), h.getBoundingClientRect().width,"
+            "  h.querySelector('canvas')?.getBoundingClientRect().right])"
+        )
+        for name, drawn, width, right in charts:
+            assert width == 0 or drawn, f"{page.name}: {name} is not drawn"
+            assert width == 0 or right <= PAPER + 1, f"{page.name}: {name} ends at {right} px of {PAPER}"
+        assert browser.js("return document.documentElement.scrollWidth") <= PAPER + 1, page.name
+        browser.js("window.dispatchEvent(new Event('afterprint'))")
+        browser.media()
+        pdf = browser.cdp("Page.printToPDF", {"printBackground": True})["data"]
+        assert len(pdf) > 20_000, "the pages as PDF"
+
+
+CONTRAST = """
+const parse = c => { const m = c.match(/[\\d.]+/g).map(Number); return m.length > 3 ? m : [...m, 1]; };
+const light = c => { const f = c.slice(0, 3).map(v => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); return 0.2126 * f[0] + 0.7152 * f[1] + 0.0722 * f[2]; };
+const ground = e => { for (; e; e = e.parentElement) { const c = getComputedStyle(e).backgroundColor; if (c.startsWith("rgb") && parse(c)[3] === 1) return parse(c); } return [255, 255, 255, 1]; };
+const poor = [];
+for (const e of document.body.querySelectorAll("*")) {
+  if (!e.checkVisibility({ opacityProperty: true, visibilityProperty: true }) || e.closest("svg, .unseen, .skip")) continue;
+  if (![...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())) continue;
+  const a = light(parse(getComputedStyle(e).color)), b = light(ground(e));
+  const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  if (ratio < 4.5 && !(e.classList.contains("swatch"))) poor.push([ratio.toFixed(2), e.tagName, e.className, e.textContent.slice(0, 40)]);
+}
+return poor;
+"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_texts_have_contrast(report, browser, scheme):
+    for page in pages(report):
+        browser.media(scheme=scheme)
+        browser.open(page)
+        browser.settle()
+        poor = browser.js(CONTRAST)
+        assert not poor, f"{page.name}: {poor[:5]}"
+    ground = browser.js("return getComputedStyle(document.body).backgroundColor")
+    assert (sum(map(int, ground[4:-1].split(","))) < 200) == (scheme == "dark"), ground
+
+
+def test_charts_follow_the_theme(report, browser):
+    browser.open(session_page(report))
+    holder = chart(browser)
+    light = ink(browser, holder)
+    browser.media(scheme="dark")
+    browser.settle()
+    assert ink(browser, holder) != light

@@ -1,0 +1,250 @@
+//! The fleet's page, the static figures and the Markdown summary of a made-up fleet: twelve
+//! sessions of two bikes, one of which changed its tyre, with hostile texts in its names.
+
+use std::path::Path;
+
+use roadbench::report::{self, publish};
+use roadbench::rows::{
+    Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance,
+    SessionRow, Status,
+};
+use roadbench::schema::Table;
+use roadbench::table;
+
+const HOSTILE: &str = "</script><b onmouseover=alert(1)>|@all";
+
+fn provenance() -> Provenance {
+    Provenance {
+        input_hash: "ab".repeat(32),
+        pipeline_hash: "cd".repeat(32),
+        version: "0.1".into(),
+    }
+}
+
+/// Bike, session, time, tyre on the rear, peak friction.
+fn ridden(i: usize) -> (&'static str, String, String, &'static str, f64) {
+    let bike = if i < 6 { "one" } else { HOSTILE };
+    let name = if i == 7 { HOSTILE.to_owned() } else { format!("s{i:02}") };
+    let swapped = i >= 9;
+    let value = 1.0 + 0.01 * (i % 3) as f64 + if swapped { 0.3 } else { 0.0 };
+    let time = format!("2026-05-{:02}T10:00:00Z", i + 1);
+    (bike, name, time, if swapped { "soft" } else { "hard" }, value)
+}
+
+fn generate(out: &Path) {
+    let write =
+        |name: &str, file: &str, write: &dyn Fn(&Path, &Table) -> Result<(), table::Error>| {
+            write(&out.join(name).join(file), &Table::embedded(name)).expect(name);
+        };
+    let mut pooled = Vec::new();
+    for i in 0..12 {
+        let (bike, name, time, tyre, value) = ridden(i);
+        let ident =
+            Ident { session_id: name.clone(), bike_id: bike.into(), start_time: Some(time) };
+        let session = SessionRow {
+            ident: ident.clone(),
+            path: format!("logs/{name}.parquet"),
+            duration: 600.0,
+            rate: 100.0,
+            n_samples: 60_000,
+            distance: Some(9000.0),
+            channels: "velocity_x".into(),
+            n_manoeuvres: 1,
+            n_used: 1,
+            n_coefficients_ok: 1,
+            n_warnings: 0,
+            tyre_front: None,
+            tyre_rear: Some(tyre.into()),
+            site: None,
+            rider_id: None,
+            provenance: provenance(),
+        };
+        let coefficient = Coefficient {
+            ident: ident.clone(),
+            tyre: "rear".into(),
+            coefficient: "mf_d".into(),
+            symbol: "d".into(),
+            value: Some(value),
+            unit: "1".into(),
+            std_error: Some(0.02),
+            ci95_low: Some(value - 0.04),
+            ci95_high: Some(value + 0.04),
+            dispersion: Some(0.03),
+            n_manoeuvres: 5,
+            n_samples: 500,
+            residual_scale: None,
+            outlier_fraction: None,
+            r_squared: None,
+            status: Status::Ok,
+            reason: None,
+            provenance: provenance(),
+        };
+        pooled.push(PooledRow {
+            bike_id: bike.into(),
+            session_id: name,
+            tyre: "rear".into(),
+            coefficient: "mf_d".into(),
+            unit: "1".into(),
+            status: "ok".into(),
+            value,
+            std_error: 0.02,
+            pooled: value - 0.003,
+            pooled_std_error: 0.01,
+            pooled_ci95_low: value - 0.02,
+            pooled_ci95_high: value + 0.02,
+            shrinkage: 0.37,
+        });
+        let point = |series: &str, x: f64, weight: Option<f64>| PlotPoint {
+            session_id: ident.session_id.clone(),
+            bike_id: bike.into(),
+            plot: "friction_x_rear".into(),
+            series: series.into(),
+            x,
+            y: Some(10.0 * x),
+            y_low: weight.is_none().then_some(10.0 * x - 0.1),
+            y_high: weight.is_none().then_some(10.0 * x + 0.1),
+            weight,
+            manoeuvre_id: weight.map(|_| 0),
+            shade: weight.map(|_| 1200.0 + 100.0 * x),
+            n: weight.map(|_| 2),
+        };
+        let at = |k: i32| 0.01 * f64::from(k);
+        let mut points: Vec<PlotPoint> = (-9..9).map(|k| point("data", at(k), Some(0.9))).collect();
+        points.extend((-9..9).map(|k| point("fit", at(k), None)));
+        points.extend((0..9).map(|k| PlotPoint {
+            plot: "timeline".into(),
+            ..point("velocity_x", f64::from(k), None)
+        }));
+        let manoeuvre = Manoeuvre {
+            ident: ident.clone(),
+            manoeuvre_id: 0,
+            kind: "rear_braking".into(),
+            start: 1.0,
+            end: 4.0,
+            quality: Some(0.9),
+            used: true,
+            ..Manoeuvre::default()
+        };
+        let file = format!("bike={}/s{i}.parquet", i / 6);
+        write("sessions", &file, &|p, t| table::write(p, t, std::slice::from_ref(&session)));
+        write("coefficients", &file, &|p, t| {
+            table::write(p, t, std::slice::from_ref(&coefficient))
+        });
+        write("manoeuvres", &file, &|p, t| table::write(p, t, std::slice::from_ref(&manoeuvre)));
+        write("plots", &file, &|p, t| table::write(p, t, &points));
+    }
+    let fleet: Vec<FleetRow> = ["one", HOSTILE]
+        .into_iter()
+        .map(|bike| FleetRow {
+            bike_id: bike.into(),
+            tyre: "rear".into(),
+            coefficient: "mf_d".into(),
+            unit: "1".into(),
+            n_sessions: 6,
+            median: Some(1.01),
+            robust_sd: Some(0.015),
+            between_sd_settled: Some(0.004),
+            drift_settled_per_day: Some(0.0012),
+            drift_ci95_low: Some(0.0004),
+            drift_ci95_high: Some(0.002),
+            n_events: i64::from(bike == HOSTILE),
+            ..FleetRow::default()
+        })
+        .collect();
+    let event = EventRow {
+        bike_id: HOSTILE.into(),
+        kind: "tyre_swap".into(),
+        tyre: "rear".into(),
+        coefficients: "rear mf_d".into(),
+        first_session: "s09".into(),
+        last_session: "s11".into(),
+        first_time: Some("2026-05-10T10:00:00Z".into()),
+        n_sessions: 3,
+        size: Some(0.298),
+        evidence: 14.2,
+        false_alarm_rate: 0.01,
+        reason: "only the rear tyre's coefficients moved, and stayed".into(),
+    };
+    write("fleet", "fleet.parquet", &|p, t| table::write(p, t, &fleet));
+    write("fleet_pooled", "fleet_pooled.parquet", &|p, t| table::write(p, t, &pooled));
+    write("fleet_events", "fleet_events.parquet", &|p, t| {
+        table::write(p, t, std::slice::from_ref(&event))
+    });
+}
+
+#[test]
+fn the_fleet_has_a_page_with_boxes_events_and_links() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    report::write(folder.path()).expect("report");
+    let page = folder.path().join("report/fleet.html");
+    let html = std::fs::read_to_string(&page).expect("page");
+    assert!(html.contains("2 bikes over all their sessions") && html.contains("1 tyre swap."));
+    assert!(!html.contains("<b onmouseover"), "a log's text became markup");
+    assert!(html.contains("<a href=\"s09.html\">s09</a>") && html.contains("+29.8 %"));
+    // one box for the bike that kept its tyre, one for each tyre of the other
+    assert_eq!(html.matches("<svg class=\"boxes\"").count(), 3);
+    assert!(html.contains("<td>hard</td>") && html.contains("<td>soft</td>"));
+    // the drift's interval leaves out zero: per 100 days
+    assert!(html.contains("<strong>0.120 (0.040 to 0.200)</strong>"), "drift");
+    let json = html
+        .split("id=\"data\">")
+        .nth(1)
+        .and_then(|rest| rest.split("</script>").next())
+        .expect("data");
+    let data: serde_json::Value = serde_json::from_str(json).expect("valid JSON");
+    let charts = data["charts"].as_array().expect("charts");
+    assert_eq!(charts.len(), 2, "the event's coefficient, and the main one of the other bike");
+    assert_eq!(charts[0]["spans"][0]["label"], "tyre swap");
+    assert_eq!(charts[0]["clouds"][0]["h"][0], "s06.html");
+    assert_eq!(charts[0]["time"], true);
+    let index = std::fs::read_to_string(folder.path().join("report/index.html")).expect("index");
+    assert!(index.contains("<a href=\"fleet.html\">The fleet over time</a>: 1 event."));
+
+    // once the tables are gone the page goes too
+    std::fs::remove_dir_all(folder.path().join("fleet")).expect("removed");
+    report::update(folder.path()).expect("again");
+    assert!(!page.exists());
+}
+
+#[test]
+fn every_plot_becomes_a_figure() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let to = folder.path().join("figures");
+    let count = publish::figures(folder.path(), &to, None).expect("figures");
+    let files: Vec<_> = walkdir::WalkDir::new(&to)
+        .into_iter()
+        .map(|e| e.expect("entry"))
+        .filter(|e| e.file_type().is_file())
+        .collect();
+    assert_eq!(files.len(), count);
+    // a fit and a time line of twelve sessions; two histories and one comparison of the fleet
+    assert_eq!(count, 12 * 2 + 2 + 1);
+    assert!(to.join("s00/friction_x_rear.svg").exists() && to.join("s00/timeline.svg").exists());
+    assert!(to.join("fleet/rear_mf_d.svg").exists());
+    for file in files {
+        let svg = std::fs::read_to_string(file.path()).expect("figure");
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+        assert!(!svg.contains("<b onmouseover") && !svg.contains("<script"));
+    }
+    let one = publish::figures(folder.path(), &folder.path().join("one"), Some("s03"));
+    assert_eq!(one.expect("figures of one session"), 2);
+}
+
+#[test]
+fn the_summary_is_markdown_without_the_logs_markup() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let text = publish::summary(folder.path()).expect("summary");
+    assert!(text.starts_with("# Tyre coefficients from 12 riding sessions\n"), "{text}");
+    assert!(text.contains("| Magic Formula D | 1.01"), "{text}");
+    assert!(text.contains("| tyre swap, rear | s09 | 3 | +29.8 % |"), "{text}");
+    assert!(text.contains("&lt;/script&gt;&lt;b onmouseover=alert(1)&gt;\\|&#64;all"), "{text}");
+    // every line of a table has the cells of its head
+    for table in text.split("\n\n").filter(|part| part.starts_with("| ")) {
+        let cells = |line: &str| line.replace("\\|", "").matches('|').count();
+        let first = cells(table.lines().next().expect("head"));
+        assert!(table.lines().all(|line| cells(line) == first), "{table}");
+    }
+}
