@@ -93,6 +93,7 @@ impl Arguments {
             force: false,
             since: None,
             metrics: None,
+            copies: Copies::default(),
             dry_run: false,
             quiet: true,
         }

@@ -4,7 +4,7 @@
 //! least half of the full weight), accelerations from the manoeuvres. Loads follow from the
 //! accelerations and the bike file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
@@ -52,18 +52,17 @@ impl Ranges {
     /// A table cannot be read.
     pub fn read(out: &Path, ident: &Ident) -> Result<[Self; 2], Error> {
         let (mut acceleration, mut speed) = (None, None);
-        for m in tables::manoeuvres(out)? {
-            if tables::key(&m.ident) == tables::key(ident) && m.used {
-                acceleration = widened(acceleration, m.acceleration_x_peak);
-                speed = widened(widened(speed, m.speed_start), m.speed_end);
-            }
-        }
-        let files = tables::session_files(out, "plots")?;
         let (bike, session) = tables::key(ident);
-        let points = match files.get(&(bike.to_owned(), session.to_owned())) {
-            Some(files) => tables::plots(files, bike, session)?,
-            None => Vec::new(),
+        let key = (bike.to_owned(), session.to_owned());
+        let files = |table: &str| -> Result<Vec<PathBuf>, Error> {
+            Ok(tables::session_files(out, table)?.remove(&key).unwrap_or_default())
         };
+        for m in tables::manoeuvres(&files("manoeuvres")?, bike, session)?.iter().filter(|m| m.used)
+        {
+            acceleration = widened(acceleration, m.acceleration_x_peak);
+            speed = widened(widened(speed, m.speed_start), m.speed_end);
+        }
+        let points = tables::plots(&files("plots")?, bike, session)?;
         Ok(["front", "rear"].map(|end| {
             let over = |plot: &str, pick: fn(&PlotPoint) -> Option<f64>| {
                 let name = format!("{plot}_{end}");
