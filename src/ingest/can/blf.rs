@@ -46,11 +46,7 @@ pub fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<S
     let mut inner = Vec::new();
     let mut base = [0; BASE];
     let mut at = length;
-    loop {
-        match next_object(log, &mut base, &mut at, &mut scan)? {
-            Found::Object => {}
-            Found::End => break,
-        }
+    while next_object(log, &mut base, &mut at, &mut scan)? {
         let size = u32_at(&base, 8).unwrap_or(0) as usize;
         let kind = u32_at(&base, 12).unwrap_or(0);
         if !(BASE..=LARGEST).contains(&size) {
@@ -91,35 +87,30 @@ pub fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<S
     Ok(scan)
 }
 
-enum Found {
-    Object,
-    End,
-}
-
-/// The next object's first part; what is not one is passed over and counted once.
+/// The next object's first part, if there is one; what is none is passed over and counted once.
 fn next_object(
     log: &mut dyn BufRead,
     base: &mut [u8; BASE],
     at: &mut u64,
     scan: &mut Scan,
-) -> Result<Found> {
+) -> Result<bool> {
     if !fill(log, base)? {
-        return Ok(Found::End);
+        return Ok(false);
     }
     if base.starts_with(b"LOBJ") {
-        return Ok(Found::Object);
+        return Ok(true);
     }
     scan.bad(|| format!("at byte {at}"));
     while !base.starts_with(b"LOBJ") {
         let mut byte = [0];
         if !fill(log, &mut byte)? {
-            return Ok(Found::End);
+            return Ok(false);
         }
         base.rotate_left(1);
         base[BASE - 1] = byte[0];
         *at += 1;
     }
-    Ok(Found::Object)
+    Ok(true)
 }
 
 /// Whether there was enough to fill it; a rest at the end is none.
