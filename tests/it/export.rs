@@ -35,7 +35,7 @@ fn ridden() -> (tempfile::TempDir, String) {
     (folder, out)
 }
 
-/// Whether a program is there; where tests must not be skipped (`.ci/exports`) it has to be.
+/// Whether a program is there; where tests must not be skipped (`.ci/run`) it has to be.
 fn there(program: &str) -> bool {
     let found = Process::new(program).arg("--version").output().is_ok_and(|o| o.status.success());
     assert!(
