@@ -1,7 +1,7 @@
 //! A log without a channel map: what its channels hold.
 //!
 //! Every channel is decoded once and described; of the samples only so many are in memory at a
-//! time ([`BUDGET`]), however many channels the log has.
+//! time (16 million), however many channels the log has.
 
 use std::path::Path;
 

@@ -119,7 +119,7 @@ pub fn open(path: &Path) -> Result<Source> {
 /// The whole log.
 ///
 /// # Errors
-/// As [`open`].
+/// As [`open()`].
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.read_to_end(&mut bytes)?;
