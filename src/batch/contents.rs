@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use arrow::array::{Array, AsArray, RecordBatch};
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
 use parquet::file::reader::ChunkReader;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -296,9 +297,17 @@ fn read_marker(path: &Path) -> Option<Committed> {
     marker(path, File::open(path).ok()?)
 }
 
-/// The row of a sessions table of that name.
+/// Columns of a commit marker that are read.
+const MARKER: [&str; 6] =
+    ["session_id", "bike_id", "path", "input_hash", "pipeline_hash", "version"];
+
+/// The row of a sessions table of that name. There are tens of thousands: only what is needed is
+/// decoded.
 fn marker(path: &Path, file: impl ChunkReader + 'static) -> Option<Committed> {
-    let reader = ParquetRecordBatchReaderBuilder::try_new(file).ok()?.build().ok()?;
+    let plain = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+    let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(file, plain).ok()?;
+    let wanted = ProjectionMask::columns(builder.parquet_schema(), MARKER);
+    let reader = builder.with_projection(wanted).build().ok()?;
     let batch: RecordBatch = reader.into_iter().next()?.ok()?;
     let text = |name: &str| {
         let column = batch.column_by_name(name)?.as_string_opt::<i32>()?;
