@@ -240,15 +240,17 @@ fn cause_rows(
     let (mut gain, mut bound) = (None, None);
     if any {
         let before = base.held_out(samples, FOLDS);
-        gain = Some(2.0 * (before - naming.extended.held_out(samples, FOLDS)));
-        let known = &naming.extended.parameters;
+        // by the base's own scale: the extended model knows less noise
+        let extended = Base { sigma: base.sigma, ..naming.extended.clone() };
+        gain = Some(2.0 * (before - extended.held_out(samples, FOLDS)));
+        let known = &extended.parameters;
         let others: Vec<_> = effects
             .iter()
             .map(Effect::parameter)
             .filter(|p| known.iter().all(|k| k.name != p.name))
             .collect();
         // from where the named ones are it is not far
-        let everything = naming.extended.extended(samples, &others, 3);
+        let everything = extended.extended(samples, &others, 3);
         bound = Some(2.0 * (before - everything.held_out(samples, FOLDS)));
     }
     let own = unexplained(naming, ident);
