@@ -1,14 +1,14 @@
 //! ASAM MDF, versions 3 and 4: groups of channels, each on its group's clock.
 //!
-//! Version 4 is read a window of records at a time, so that only the wanted channels are ever in
-//! memory; version 3 a group at a time. A file that was cut off or never closed is read up to
+//! Of version 4 only the wanted channels are ever in memory, straight from the blocks ([`columns`])
+//! or, where that is not possible, through the library a window of records at a time; version 3 is
+//! read a group at a time. A file that was cut off or never closed is read up to
 //! there ([`mend`]); samples whose invalidation bit is set are missing.
 
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use falcon_mdf::io::range::read_seek_source;
 use falcon_mdf::io::{ByteSlice, ByteSource};
 use falcon_mdf::mdf3::Mdf3File;
 use falcon_mdf::{Mf4Error, Mf4File};
@@ -20,7 +20,11 @@ use crate::objects::source;
 use crate::warning::Warning;
 
 mod bus;
+mod bytes;
+mod columns;
+mod field;
 mod mend;
+mod unpack;
 mod v3;
 mod v4;
 
@@ -39,7 +43,7 @@ impl Format for Mdf {
         let (file, warnings) = open(path)?;
         guarded(path, || {
             let mut listing = match &file {
-                File::Four(file) => {
+                File::Four(file, _) => {
                     let mut listing = v4::list(file);
                     bus::list(file, &database, &mut listing);
                     listing
@@ -53,18 +57,18 @@ impl Format for Mdf {
 
     fn decode(path: &Path, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
         let (file, _) = open(path)?;
-        let file = match file {
+        let (file, bytes) = match file {
             File::Three(file) => return guarded(path, || Ok(v3::decode(&file, wanted))),
-            File::Four(file) => file,
+            File::Four(file, bytes) => (file, bytes),
         };
         let (signals, stored): (Vec<&SourceChannel>, Vec<&SourceChannel>) =
             wanted.iter().partition(|channel| bus::is_signal(channel));
         if signals.is_empty() {
-            return guarded(path, || Ok(v4::decode(&file, wanted)));
+            return guarded(path, || Ok(v4::decode(&file, &*bytes, wanted)));
         }
         let database = Database::read(aids)?;
         guarded(path, || {
-            let mut decoded = v4::decode(&file, &stored);
+            let mut decoded = v4::decode(&file, &*bytes, &stored);
             let of_frames = bus::decode(&file, &database, &signals);
             decoded.warnings.extend(of_frames.warnings);
             let mut columns = decoded.columns.into_iter();
@@ -82,7 +86,8 @@ impl Format for Mdf {
 /// An open file.
 enum File {
     Three(Box<Mdf3File>),
-    Four(Box<Mf4File>),
+    /// And its bytes.
+    Four(Box<Mf4File>, Arc<dyn ByteSource>),
 }
 
 /// Bytes of a file with some eight of them replaced.
@@ -122,8 +127,7 @@ impl ByteSource for Patched {
 fn open(path: &Path) -> Result<(File, Vec<Warning>), Error> {
     let log = source::open(path).map_err(|e| Error::unreadable(path, &e))?;
     guarded(path, || {
-        let bytes: Arc<dyn ByteSource> =
-            Arc::new(read_seek_source(log).map_err(|e| e.to_string())?);
+        let bytes = bytes::bytes(log).map_err(|e| e.to_string())?;
         let id = bytes.read_bytes(0, 64).map_err(|_| "its first block is cut off".to_owned())?;
         let unfinished = id.starts_with(b"UnFinMF ") || id[60..62] != [0, 0];
         let version = u16::from_le_bytes([id[28], id[29]]);
@@ -133,13 +137,14 @@ fn open(path: &Path) -> Result<(File, Vec<Warning>), Error> {
             return Ok((File::Three(Box::new(file)), Vec::new()));
         }
         if !unfinished && let Ok(file) = Mf4File::from_source(Arc::clone(&bytes)) {
-            return Ok((File::Four(Box::new(file)), Vec::new()));
+            return Ok((File::Four(Box::new(file), bytes), Vec::new()));
         }
         let mended = mend::mend(bytes.as_ref(), unfinished)?;
         let warnings = mended.warnings(unfinished);
-        let patched = Patched { bytes, patches: mended.patches.into_iter().collect() };
-        let file = Mf4File::from_source(Arc::new(patched)).map_err(|e| e.to_string())?;
-        Ok((File::Four(Box::new(file)), warnings))
+        let patches = mended.patches.into_iter().collect();
+        let patched: Arc<dyn ByteSource> = Arc::new(Patched { bytes, patches });
+        let file = Mf4File::from_source(Arc::clone(&patched)).map_err(|e| e.to_string())?;
+        Ok((File::Four(Box::new(file), patched), warnings))
     })
 }
 
