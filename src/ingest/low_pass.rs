@@ -24,7 +24,7 @@ const EQUAL: f64 = 1e-9;
 /// The samples of one clock, channel by channel, on the grid. NaN within a gap (of samples more
 /// than `limit` apart, s), and beyond the first and the last sample.
 pub fn low_passed(times: &[f64], tracks: &[&[f64]], grid: Grid, limit: f64) -> Vec<Vec<f64>> {
-    let mut out = vec![vec![f64::NAN; grid.len]; tracks.len()];
+    let mut out: Vec<Vec<f64>> = tracks.iter().map(|_| vec![f64::NAN; grid.len]).collect();
     let mut parts: Vec<Vec<&mut [f64]>> = Vec::new();
     parts.resize_with(grid.len.div_ceil(POINTS), Vec::new);
     for column in &mut out {
@@ -155,9 +155,9 @@ struct Row {
 impl Row {
     fn set(&mut self, times: &[f64], t: f64, rate: f64) {
         if self.distances.len() == times.len() {
-            let off = self.distances.iter().zip(times).map(|(d, s)| ((s - t) * rate - d).abs());
-            // not `all`: without a way out it is done for several at once
-            if off.fold(0.0, |most, off| if off > most { off } else { most }) < EQUAL {
+            let off = |(d, s): (&f64, &f64)| u64::from(((s - t) * rate - d).abs() > EQUAL);
+            // not `any`: without a way out it is done for several at once
+            if self.distances.iter().zip(times).map(off).sum::<u64>() == 0 {
                 return;
             }
         }

@@ -20,13 +20,15 @@ use crate::objects::source;
 use crate::warning::Warning;
 
 mod bus;
-mod bytes;
 mod columns;
 mod field;
+mod file;
 mod mend;
 mod unpack;
 mod v3;
 mod v4;
+
+use file::Bytes;
 
 /// The format.
 pub struct Mdf;
@@ -87,15 +89,17 @@ impl Format for Mdf {
 enum File {
     Three(Box<Mdf3File>),
     /// And its bytes.
-    Four(Box<Mf4File>, Arc<dyn ByteSource>),
+    Four(Box<Mf4File>, Arc<dyn Bytes>),
 }
 
 /// Bytes of a file with some eight of them replaced.
 struct Patched {
-    bytes: Arc<dyn ByteSource>,
+    bytes: Arc<dyn Bytes>,
     /// Place and new value, ascending.
     patches: Vec<(u64, u64)>,
 }
+
+impl Bytes for Patched {}
 
 impl ByteSource for Patched {
     fn len(&self) -> u64 {
@@ -127,7 +131,7 @@ impl ByteSource for Patched {
 fn open(path: &Path) -> Result<(File, Vec<Warning>), Error> {
     let log = source::open(path).map_err(|e| Error::unreadable(path, &e))?;
     guarded(path, || {
-        let bytes = bytes::bytes(log).map_err(|e| e.to_string())?;
+        let bytes = file::bytes(log).map_err(|e| e.to_string())?;
         let id = bytes.read_bytes(0, 64).map_err(|_| "its first block is cut off".to_owned())?;
         let unfinished = id.starts_with(b"UnFinMF ") || id[60..62] != [0, 0];
         let version = u16::from_le_bytes([id[28], id[29]]);
@@ -136,14 +140,14 @@ fn open(path: &Path) -> Result<(File, Vec<Warning>), Error> {
             let file = Mdf3File::from_source(bytes).map_err(|e| e.to_string())?;
             return Ok((File::Three(Box::new(file)), Vec::new()));
         }
-        if !unfinished && let Ok(file) = Mf4File::from_source(Arc::clone(&bytes)) {
+        if !unfinished && let Ok(file) = Mf4File::from_source(Arc::clone(&bytes) as _) {
             return Ok((File::Four(Box::new(file), bytes), Vec::new()));
         }
         let mended = mend::mend(bytes.as_ref(), unfinished)?;
         let warnings = mended.warnings(unfinished);
         let patches = mended.patches.into_iter().collect();
-        let patched: Arc<dyn ByteSource> = Arc::new(Patched { bytes, patches });
-        let file = Mf4File::from_source(Arc::clone(&patched)).map_err(|e| e.to_string())?;
+        let patched: Arc<dyn Bytes> = Arc::new(Patched { bytes, patches });
+        let file = Mf4File::from_source(Arc::clone(&patched) as _).map_err(|e| e.to_string())?;
         Ok((File::Four(Box::new(file), patched), warnings))
     })
 }
@@ -187,7 +191,7 @@ mod tests {
 
     #[test]
     fn patches_show_wherever_they_are_read() {
-        let bytes: Arc<dyn ByteSource> = Arc::new(MemorySource::new(vec![7; 40]));
+        let bytes: Arc<dyn Bytes> = Arc::new(MemorySource::new(vec![7; 40]));
         let patches = vec![(4, u64::from_le_bytes([1; 8])), (20, u64::from_le_bytes([2; 8]))];
         let patched = Patched { bytes, patches };
         let whole = patched.read_bytes(0, 40).expect("there");

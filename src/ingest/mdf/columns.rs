@@ -7,11 +7,11 @@
 use std::ops::Range;
 
 use falcon_mdf::blocks::common::BLOCK_HEADER_SIZE;
-use falcon_mdf::io::ByteSource;
 use falcon_mdf::{Channel, ChannelGroup, DataGroup, Mf4Error};
 use rayon::prelude::*;
 
 use super::field::{Field, Layout};
+use super::file::Bytes;
 use super::unpack::{Method, Unpacker};
 
 /// Plain bytes that are decoded at a time: few enough to stay in the processor's cache.
@@ -54,6 +54,13 @@ struct Task<'a> {
     out: Vec<&'a mut [f64]>,
 }
 
+/// Memory that a thread uses for one piece after the other.
+#[derive(Default)]
+struct Workplace {
+    raw: Vec<u8>,
+    unpacker: Unpacker,
+}
+
 /// The parts of records at a piece's ends whose other parts are in its neighbours.
 #[derive(Default)]
 struct Ends {
@@ -63,7 +70,7 @@ struct Ends {
 
 /// The channels' samples; `None` if the group or one of them is for the library to read.
 pub fn read(
-    bytes: &dyn ByteSource,
+    bytes: &dyn Bytes,
     data: &DataGroup,
     group: &ChannelGroup,
     channels: &[&Channel],
@@ -81,10 +88,11 @@ pub fn read(
         return None;
     }
     let samples = group.sample_count.min(stream / record as u64) as usize;
-    let mut columns = vec![vec![0.0; samples]; fields.len()];
+    // not copies of one: fresh memory is zero already
+    let mut columns: Vec<Vec<f64>> = fields.iter().map(|_| vec![0.0; samples]).collect();
     let ends: Vec<Result<Ends, Mf4Error>> = tasks(&pieces, record, &mut columns)
         .into_par_iter()
-        .map_init(Unpacker::default, |unpacker, task| run(bytes, &fields, record, task, unpacker))
+        .map_init(Workplace::default, |place, task| run(bytes, &fields, record, task, place))
         .collect();
     let (whole, broken) = join(&pieces, ends, &fields, record, &mut columns);
     columns.iter_mut().for_each(|column| column.truncate(whole));
@@ -150,19 +158,19 @@ fn tasks<'a>(pieces: &'a [Piece], record: usize, columns: &'a mut [Vec<f64>]) ->
 
 /// Decodes one piece.
 fn run(
-    bytes: &dyn ByteSource,
+    bytes: &dyn Bytes,
     fields: &[Field],
     record: usize,
     task: Task<'_>,
-    unpacker: &mut Unpacker,
+    Workplace { raw, unpacker }: &mut Workplace,
 ) -> Result<Ends, Mf4Error> {
     let Task { piece, out } = task;
     let stored = piece.packed.as_ref().map_or(piece.len, |p| p.size);
-    let raw = bytes.read_bytes(piece.at, stored as usize)?;
+    bytes.read_into(piece.at, stored as usize, raw)?;
     let len = piece.len as usize;
     let data = match &piece.packed {
         None => &raw[..],
-        Some(packed) => unpacker.unpack(packed.method, &raw, len)?,
+        Some(packed) => unpacker.unpack(packed.method, raw, len)?,
     };
     let before = (piece.start % record as u64) as usize;
     let data = match piece.packed.as_ref().and_then(|p| p.transposed) {
@@ -236,16 +244,20 @@ mod tests {
 
     use super::*;
     use falcon_mdf::Mf4File;
+    use falcon_mdf::io::ByteSource;
     use falcon_mdf::io::memory::MemorySource;
+
+    impl Bytes for MemorySource {}
 
     fn sample(name: &str) -> Vec<u8> {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/formats/");
         std::fs::read(format!("{folder}{name}")).expect("bundled")
     }
 
-    fn open(bytes: Vec<u8>) -> (Arc<dyn ByteSource>, Mf4File) {
-        let bytes: Arc<dyn ByteSource> = Arc::new(MemorySource::new(bytes));
-        let file = Mf4File::from_source(Arc::clone(&bytes)).expect("MDF");
+    fn open(bytes: Vec<u8>) -> (Arc<dyn Bytes>, Mf4File) {
+        let bytes: Arc<dyn Bytes> = Arc::new(MemorySource::new(bytes));
+        let source: Arc<dyn ByteSource> = Arc::clone(&bytes) as _;
+        let file = Mf4File::from_source(source).expect("MDF");
         (bytes, file)
     }
 

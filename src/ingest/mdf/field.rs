@@ -150,7 +150,11 @@ impl Layout<'_> {
                 let least = parts.iter().map(|p| p.len()).min().unwrap_or(0).min(out.len());
                 let parts = parts.map(|p| &p[..least]);
                 for (i, value) in out[..least].iter_mut().enumerate() {
-                    *value = number(parts.map(|p| p[i]));
+                    let mut field = [0; N];
+                    for k in 0..N {
+                        field[k] = parts[k][i];
+                    }
+                    *value = number(field);
                 }
             }
         }

@@ -54,10 +54,10 @@ impl Unpacker {
                 self.bytes.resize(len, 0);
                 self.inflater.reset(true);
                 let finish = FlushDecompress::Finish;
-                let status = self.inflater.decompress(packed, &mut self.bytes, finish);
-                match status.map_err(|e| damaged(&e))? {
-                    Status::StreamEnd => self.inflater.total_out() as usize,
-                    _ => return Err(damaged(&"the block does not end where it should")),
+                match self.inflater.decompress(packed, &mut self.bytes, finish) {
+                    Ok(Status::StreamEnd) => self.inflater.total_out() as usize,
+                    // where it ends too early or too late, and why, is of no use to anybody
+                    _ => return Err(damaged(&"corrupt deflate stream")),
                 }
             }
             Method::Zstd => {

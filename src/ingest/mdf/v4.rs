@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use falcon_mdf::blocks::{ChannelType, SyncType};
-use falcon_mdf::io::ByteSource;
 use falcon_mdf::{Channel, ChannelGroup, Mf4Error, Mf4File};
 use rayon::prelude::*;
 
+use super::file::Bytes;
 use super::{broken, columns, group_names, unit};
 use crate::ingest::foreign::{Decoded, Listing, SourceChannel};
 use crate::ingest::map::Column;
@@ -98,7 +98,7 @@ struct Part {
     warning: Option<Warning>,
 }
 
-pub fn decode(file: &Mf4File, bytes: &dyn ByteSource, wanted: &[&SourceChannel]) -> Decoded {
+pub fn decode(file: &Mf4File, bytes: &dyn Bytes, wanted: &[&SourceChannel]) -> Decoded {
     let mut of_group: BTreeMap<[usize; 2], Vec<(usize, &SourceChannel)>> = BTreeMap::new();
     for (i, channel) in wanted.iter().enumerate() {
         let [dg, cg, _] = channel.place;
@@ -120,7 +120,7 @@ pub fn decode(file: &Mf4File, bytes: &dyn ByteSource, wanted: &[&SourceChannel])
 /// The wanted channels of one group; up to the damage, if there is any.
 fn part(
     file: &Mf4File,
-    bytes: &dyn ByteSource,
+    bytes: &dyn Bytes,
     [dg, cg]: [usize; 2],
     wanted: &[(usize, &SourceChannel)],
 ) -> Part {
@@ -150,7 +150,7 @@ fn invalid_stamps(group: &str, time: &[f64]) -> Option<Warning> {
 /// The stamps, then the wanted channels; what there is of them even where it fails.
 fn read(
     file: &Mf4File,
-    bytes: &dyn ByteSource,
+    bytes: &dyn Bytes,
     [dg, cg]: [usize; 2],
     wanted: &[(usize, &SourceChannel)],
     columns: &mut Vec<Vec<f64>>,

@@ -4,15 +4,31 @@ use std::sync::Arc;
 
 use falcon_mdf::Mf4Error;
 use falcon_mdf::io::ByteSource;
-use falcon_mdf::io::range::read_seek_source;
+use falcon_mdf::io::range::{RangeFetch, RangeSource, read_seek_source};
 
 use crate::objects::source::Source;
+
+/// Bytes that can be read into the same memory again and again.
+pub trait Bytes: ByteSource {
+    /// Replaces what is in `out`.
+    ///
+    /// # Errors
+    /// They are not there or cannot be read.
+    fn read_into(&self, offset: u64, len: usize, out: &mut Vec<u8>) -> Result<(), Mf4Error> {
+        let read = self.read_bytes(offset, len)?;
+        out.clear();
+        out.extend_from_slice(&read);
+        Ok(())
+    }
+}
+
+impl<F: RangeFetch> Bytes for RangeSource<F> {}
 
 /// The bytes of an open log.
 ///
 /// # Errors
 /// It cannot be asked for its length.
-pub fn bytes(log: Source) -> Result<Arc<dyn ByteSource>, Mf4Error> {
+pub fn bytes(log: Source) -> Result<Arc<dyn Bytes>, Mf4Error> {
     match log {
         #[cfg(unix)]
         Source::Local(file) => Ok(Arc::new(local::Local::new(file)?)),
@@ -79,6 +95,17 @@ mod local {
                 None => self.file.read_exact_at(&mut out, offset)?,
             }
             Ok(ByteSlice::owned(out))
+        }
+    }
+
+    impl super::Bytes for Local {
+        fn read_into(&self, offset: u64, len: usize, out: &mut Vec<u8>) -> Result<(), Mf4Error> {
+            let there = self.len.saturating_sub(offset);
+            if len as u64 > there {
+                return Err(Mf4Error::truncated(offset, len, there as usize));
+            }
+            out.resize(len, 0);
+            Ok(self.file.read_exact_at(out, offset)?)
         }
     }
 }
