@@ -4,7 +4,7 @@ use std::io::Read as _;
 
 use falcon_mdf::Mf4Error;
 use falcon_mdf::blocks::CompressionType;
-use flate2::{Decompress, FlushDecompress, Status};
+use libdeflater::Decompressor;
 
 /// How a block's bytes are packed.
 #[derive(Debug, Clone, Copy)]
@@ -32,13 +32,13 @@ impl Method {
 
 /// Unpacks one block after the other into the same memory.
 pub struct Unpacker {
-    inflater: Decompress,
+    inflater: Decompressor,
     bytes: Vec<u8>,
 }
 
 impl Default for Unpacker {
     fn default() -> Self {
-        Unpacker { inflater: Decompress::new(true), bytes: Vec::new() }
+        Unpacker { inflater: Decompressor::new(), bytes: Vec::new() }
     }
 }
 
@@ -52,13 +52,8 @@ impl Unpacker {
         let got = match method {
             Method::Deflate => {
                 self.bytes.resize(len, 0);
-                self.inflater.reset(true);
-                let finish = FlushDecompress::Finish;
-                match self.inflater.decompress(packed, &mut self.bytes, finish) {
-                    Ok(Status::StreamEnd) => self.inflater.total_out() as usize,
-                    // where it ends too early or too late, and why, is of no use to anybody
-                    _ => return Err(damaged(&"corrupt deflate stream")),
-                }
+                let unpacked = self.inflater.zlib_decompress(packed, &mut self.bytes);
+                unpacked.map_err(|_| damaged(&"corrupt deflate stream"))?
             }
             Method::Zstd => {
                 self.bytes.resize(len, 0);
