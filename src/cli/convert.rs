@@ -153,9 +153,7 @@ fn summary(session: &Session, warnings: &[Warning]) -> String {
 /// Least, middle and largest sample, and the share of missing ones in percent.
 fn extent(session: &Session, channel: Channel) -> [f64; 4] {
     let all = session.get(channel).unwrap_or_default();
-    let mut present: Vec<f64> = all.iter().copied().filter(|v| !v.is_nan()).collect();
-    present.sort_unstable_by(f64::total_cmp);
-    let at = |i: usize| present.get(i).copied().unwrap_or(f64::NAN);
-    let missing = 100.0 * (all.len() - present.len()) as f64 / all.len().max(1) as f64;
-    [at(0), at(present.len() / 2), at(present.len().saturating_sub(1)), missing]
+    let ([low, middle, high], count) = ingest::extent(all).unwrap_or(([f64::NAN; 3], 0));
+    let missing = 100.0 * (all.len() - count) as f64 / all.len().max(1) as f64;
+    [low, middle, high, missing]
 }

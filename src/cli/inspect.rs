@@ -186,7 +186,11 @@ fn inspect(
         .filter_map(|c| {
             let from = source.iter().find(|s| s.0 == c);
             let (samples, rate) = from.map_or((0, None), |s| (s.1, s.2));
-            Some(channel_facts(&session, c, table.column(c.name())?, samples, rate))
+            // what may be missing before its first and after its last sample: a slow channel's own
+            // period is no gap
+            let ends = config.max_gap.max(rate.map_or(0.0, |r| 1.5 / r));
+            let source = OfSource { samples, rate, ends };
+            Some(channel_facts(&session, c, table.column(c.name())?, source))
         })
         .collect();
     let facts = facts(&session, bike.map(|b| b.0.clone()));
@@ -252,29 +256,46 @@ fn recorded(track: &Track) -> usize {
 fn source_rate(track: &Track) -> Option<f64> {
     let stamps = track.time.iter().zip(&track.values).filter(|(_, v)| v.is_finite());
     let stamps: Vec<f64> = stamps.map(|(t, _)| *t).collect();
-    let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
-    Some(1.0 / median(&mut steps)?)
+    let steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    Some(1.0 / ingest::middle(&steps)?)
 }
 
-fn median(values: &mut [f64]) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+/// What the log itself tells of a channel.
+struct OfSource {
+    samples: usize,
+    /// Hz
+    rate: Option<f64>,
+    /// What its first and last sample may be off the session's, s.
+    ends: f64,
+}
+
+/// Number of gaps on the common clock, and samples in the longest. Before the first and after the
+/// last sample less than `ends` samples are none.
+fn gaps(x: &[f64], ends: f64) -> (usize, usize) {
+    let there = |v: &f64| v.is_finite();
+    let (mut gaps, mut longest, mut at) = (0, 0, 0);
+    for run in x.chunk_by(|a, b| there(a) == there(b)) {
+        let outside = at == 0 || at + run.len() == x.len();
+        at += run.len();
+        if there(&run[0]) || (outside && (run.len() as f64) < ends && run.len() < x.len()) {
+            continue;
+        }
+        gaps += 1;
+        longest = longest.max(run.len());
+    }
+    (gaps, longest)
 }
 
 fn channel_facts(
     session: &Session,
     channel: Channel,
     column: &crate::schema::Column,
-    samples: usize,
-    rate: Option<f64>,
+    source: OfSource,
 ) -> ChannelFacts {
+    let OfSource { samples, rate, ends } = source;
     let x = session.get(channel).unwrap_or_default();
-    let mut there: Vec<f64> = x.iter().copied().filter(|v| v.is_finite()).collect();
-    let (mut gaps, mut longest) = (0, 0);
-    for gap in x.chunk_by(|a, b| a.is_finite() == b.is_finite()).filter(|g| !g[0].is_finite()) {
-        gaps += 1;
-        longest = longest.max(gap.len());
-    }
+    let there: Vec<f64> = x.iter().copied().filter(|v| v.is_finite()).collect();
+    let (gaps, longest) = gaps(x, ends * session.rate);
     let outside = column
         .range
         .map_or(0, |[low, high]| there.iter().filter(|v| !(low..=high).contains(*v)).count());
@@ -293,7 +314,7 @@ fn channel_facts(
         longest_gap: longest as f64 / session.rate,
         min: there.iter().copied().reduce(f64::min),
         max: there.iter().copied().reduce(f64::max),
-        median: median(&mut there),
+        median: ingest::middle(&there),
         verdict,
     }
 }
@@ -475,6 +496,36 @@ mod tests {
         assert!(text.contains("missing: wheel_speed_rear; then from straight coasting"), "{text}");
         assert!(text.contains("give --bikes"), "{text}");
         assert!(serde_json::to_string(&got).is_ok());
+    }
+
+    #[test]
+    fn a_slow_channel_ends_before_the_others_without_a_gap() {
+        let clock = |rate: f64, n: i32| -> Arc<Vec<f64>> {
+            Arc::new((0..n).map(|i| f64::from(i) / rate).collect())
+        };
+        // the last second is missing of one that has 100 samples a second, not of one that has one
+        let (fast, slow, short) = (clock(100.0, 2099), clock(1.0, 21), clock(100.0, 2000));
+        let config = ingest::Config { stuck_time: 0.0, ..ingest::Config::default() };
+        let raw = Raw {
+            tracks: vec![
+                track(Channel::RollRate, &fast, |t| (7.0 * t).sin()),
+                track(Channel::VelocityX, &slow, |t| 10.0 + t.sin()),
+                track(Channel::YawRate, &short, |t| (5.0 * t).cos()),
+            ],
+            ..Raw::default()
+        };
+        let got = inspect(raw, None, &config).expect("readable");
+        let gaps = |c: Channel| {
+            let facts = got.channels.iter().find(|f| f.channel == c.name()).expect("there");
+            (facts.gaps, (100.0 * facts.longest_gap).round())
+        };
+        assert_eq!(gaps(Channel::RollRate), (0, 0.0));
+        assert_eq!(gaps(Channel::VelocityX), (0, 0.0));
+        assert_eq!(gaps(Channel::YawRate), (1, 99.0));
+        let nan = f64::NAN;
+        let x = [nan, nan, 1.0, nan, 1.0, nan, nan];
+        assert_eq!((super::gaps(&x, 3.0), super::gaps(&x, 2.0)), ((1, 1), (3, 2)));
+        assert_eq!(super::gaps(&[nan; 3], 9.0), (1, 3));
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! What is found becomes NaN, and a warning says so. All tests are conservative: a doubtful
 //! sample stays, the robust fits behind can live with it.
 
+use rayon::prelude::*;
+
 use crate::channel::Channel;
 use crate::ingest::clock::{Clocked, Timed, median};
 use crate::ingest::{Config, session_table, warning};
@@ -69,30 +71,19 @@ pub fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
     let moving = moving_times(log);
     let start = log.span().0;
     let Clocked { clocks, tracks } = log;
-    tracks.retain_mut(|track| {
+    let look = |track: &mut Timed| {
+        let range = table.column(track.channel.name()).and_then(|c| c.range);
         let stamps = &clocks[track.clock].stamps;
+        let warnings = Vec::new();
         let mut job = Job { track, stamps, start, moving: moving.as_deref(), warnings };
-        if job.track.channel == Yaw {
-            unwrap(&mut job.track.values);
-        }
-        let Some(extent) = job.extent() else { return false };
-        let range = table.column(job.track.channel.name()).and_then(|c| c.range);
-        if let Some([low, high]) = range
-            && (extent.low < low || extent.high > high)
-        {
-            job.out_of_range(low, high, extent.count);
-        }
-        if config.spike_threshold > 0.0 && job.track.channel != Gear {
-            job.spikes(config.spike_threshold);
-        }
-        if CAN_CLIP.contains(&job.track.channel) {
-            job.clipped();
-        }
-        if config.stuck_time > 0.0 && CAN_STICK.contains(&job.track.channel) {
-            job.stuck(config.stuck_time);
-        }
-        job.track.values.iter().any(|v| v.is_finite()) || job.extent().is_some()
-    });
+        let anything = job.run(range, config);
+        (anything, job.warnings)
+    };
+    let found: Vec<(bool, Vec<Warning>)> = tracks.par_iter_mut().map(look).collect();
+    let (keep, said): (Vec<bool>, Vec<Vec<Warning>>) = found.into_iter().unzip();
+    warnings.extend(said.into_iter().flatten());
+    let mut keep = keep.into_iter();
+    tracks.retain(|_| keep.next() == Some(true));
 }
 
 /// One channel under examination.
@@ -101,9 +92,10 @@ struct Job<'a> {
     stamps: &'a [f64],
     start: f64,
     moving: Option<&'a [(f64, f64)]>,
-    warnings: &'a mut Vec<Warning>,
+    warnings: Vec<Warning>,
 }
 
+#[derive(Clone, Copy)]
 struct Extent {
     low: f64,
     high: f64,
@@ -137,6 +129,34 @@ impl Extent {
 }
 
 impl Job<'_> {
+    /// All tests; whether anything is left.
+    fn run(&mut self, range: Option<[f64; 2]>, config: &Config) -> bool {
+        if self.track.channel == Yaw {
+            unwrap(&mut self.track.values);
+        }
+        let Some(mut extent) = self.extent() else { return false };
+        let mut changed = false;
+        if let Some([low, high]) = range
+            && (extent.low < low || extent.high > high)
+        {
+            changed |= self.out_of_range(low, high, extent.count);
+        }
+        if config.spike_threshold > 0.0 && self.track.channel != Gear {
+            changed |= self.spikes(config.spike_threshold);
+        }
+        if CAN_CLIP.contains(&self.track.channel) {
+            if changed {
+                let Some(left) = self.extent() else { return false };
+                extent = left;
+            }
+            changed |= self.clipped(extent);
+        }
+        if config.stuck_time > 0.0 && CAN_STICK.contains(&self.track.channel) {
+            changed |= self.stuck(config.stuck_time);
+        }
+        !changed || self.track.values.iter().any(|v| v.is_finite()) || self.extent().is_some()
+    }
+
     fn warn(&mut self, code: &'static str, count: usize, at: usize, message: String) {
         let time = Some(self.stamps[at] - self.start);
         let channel = self.track.channel;
@@ -155,10 +175,12 @@ impl Job<'_> {
         Some(e)
     }
 
-    fn out_of_range(&mut self, low: f64, high: f64, present: usize) {
+    fn out_of_range(&mut self, low: f64, high: f64, present: usize) -> bool {
         let outside = |v: f64| v < low || v > high;
         let found = self.track.values.iter().filter(|v| outside(**v)).count();
-        let Some(first) = self.track.values.iter().position(|v| outside(*v)) else { return };
+        let Some(first) = self.track.values.iter().position(|v| outside(*v)) else {
+            return false;
+        };
         let value = self.track.values[first];
         let much = found as f64 > RARE * present as f64;
         let message = format!(
@@ -172,20 +194,16 @@ impl Job<'_> {
                 *v = f64::NAN;
             }
         }
+        !much
     }
 
     /// Single samples far off both neighbours, which agree with each other, where the signal
     /// is otherwise quiet.
-    fn spikes(&mut self, threshold: f64) {
+    fn spikes(&mut self, threshold: f64) -> bool {
         let x = &mut self.track.values;
-        let Some(least) = least_jump(x, threshold) else { return };
+        let Some(least) = least_jump(x, threshold) else { return false };
         let (mut count, mut first) = (0, 0);
-        let stands_out = |w: &[f64]| {
-            let (a, b) = (w[1] - w[0], w[1] - w[2]);
-            a.abs() > least && b.abs() > least && a * b > 0.0
-        };
-        let suspects: Vec<usize> =
-            x.windows(3).enumerate().filter(|(_, w)| stands_out(w)).map(|(i, _)| i + 1).collect();
+        let suspects = peaks(x, least);
         for i in suspects {
             let (a, b) = (x[i] - x[i - 1], x[i] - x[i + 1]);
             let jump = a.abs().min(b.abs());
@@ -202,22 +220,25 @@ impl Job<'_> {
             let message = format!("{count} single samples stand out as spikes, taken as missing");
             self.warn("spike", count, first, message);
         }
+        count > 0
     }
 
     /// Plateaus at the channel's own extreme where a peak ought to be.
-    fn clipped(&mut self) {
-        let Some(Extent { low, high, .. }) = self.extent() else { return };
+    fn clipped(&mut self, Extent { low, high, .. }: Extent) -> bool {
         if high <= low {
-            return;
+            return false;
         }
         let band = 0.05 * (high - low);
         let (mut count, mut first, mut limits) = (0, usize::MAX, Vec::new());
         for extreme in [low, high] {
             let x = &self.track.values;
             let at = x.iter().filter(|v| **v == extreme).count();
+            if extreme == 0.0 || at < CLIPPED.0 * CLIPPED.1 {
+                continue;
+            }
             // a peak spends more time near its top than on it; a plateau does not
             let near = x.iter().filter(|v| (**v - extreme).abs() < band).count() - at;
-            if extreme == 0.0 || at < CLIPPED.0 * CLIPPED.1 || at <= near {
+            if at <= near {
                 continue;
             }
             let runs: Vec<(usize, usize)> = equal_runs(x, CLIPPED.0)
@@ -241,10 +262,11 @@ impl Job<'_> {
             );
             self.warn("clipped", count, first, message);
         }
+        count > 0
     }
 
     /// Runs without any change while the bike moves, in a channel that is noisy otherwise.
-    fn stuck(&mut self, least: f64) {
+    fn stuck(&mut self, least: f64) -> bool {
         let x = &self.track.values;
         let runs: Vec<(usize, usize)> = equal_runs(x, STUCK)
             .into_iter()
@@ -253,17 +275,18 @@ impl Job<'_> {
                     && self.is_moving(self.stamps[(a + b) / 2])
             })
             .collect();
-        let Some(&(first, end)) = runs.first() else { return };
+        let Some(&(first, end)) = runs.first() else { return false };
         if end - first == x.len() {
             let message = "does not change during the whole log".into();
-            return self.warn("stuck", x.len(), 0, message);
+            self.warn("stuck", x.len(), 0, message);
+            return false;
         }
         // A smooth source (a simulation, a filtered estimate) may rest on a value, and so may a
         // coarse one; a noisy sensor that does so and then jumps had stopped.
         let jump = STUCK_JUMP * usual_change(x);
         let mut runs = runs;
         runs.retain(|&(_, b)| b == x.len() || (x[b] - x[b - 1]).abs() > jump);
-        let Some(&(first, _)) = runs.first().filter(|_| is_noisy(x)) else { return };
+        let Some(&(first, _)) = runs.first().filter(|_| is_noisy(x)) else { return false };
         let mut count = 0;
         for &(a, b) in &runs {
             self.track.values[a + 1..b].fill(f64::NAN);
@@ -275,6 +298,7 @@ impl Job<'_> {
             runs.len()
         );
         self.warn("stuck", count, first, message);
+        true
     }
 
     fn is_moving(&self, time: f64) -> bool {
@@ -283,6 +307,30 @@ impl Job<'_> {
             spans.get(i).is_some_and(|s| s.0 <= time)
         })
     }
+}
+
+/// Samples that are on one side of both neighbours by more than `least`.
+fn peaks(x: &[f64], least: f64) -> Vec<usize> {
+    /// Samples that are looked at together: almost never is there one among them.
+    const SPAN: usize = 256;
+    let stands_out = |before: f64, at: f64, after: f64| {
+        let (a, b) = (at - before, at - after);
+        // not `&&`: without ways out it is done for several at once
+        (a.abs() > least) & (b.abs() > least) & (a * b > 0.0)
+    };
+    let mut found = Vec::new();
+    let mut start = 1;
+    while start + 1 < x.len() {
+        let end = (start + SPAN).min(x.len() - 1);
+        let (before, at, after) = (&x[start - 1..end - 1], &x[start..end], &x[start + 1..=end]);
+        let triples = || before.iter().zip(at).zip(after).map(|((a, b), c)| stands_out(*a, *b, *c));
+        if triples().map(u64::from).sum::<u64>() > 0 {
+            let here = triples().enumerate().filter(|(_, out)| *out);
+            found.extend(here.map(|(i, _)| start + i));
+        }
+        start = end;
+    }
+    found
 }
 
 /// What a jump must at least be to look at it: so many robust standard deviations of the

@@ -120,7 +120,7 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     }
     Ok(Raw {
         meta: identify(path, maps)?,
-        tracks: map.apply(&columns)?,
+        tracks: map.apply(columns)?,
         warnings,
         euler_yaw: map.euler_yaw,
     })

@@ -365,7 +365,7 @@ fn read<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let meta = who(path, &listing, &map);
     let mut all = listing.warnings;
     all.extend(warnings);
-    Ok(Raw { meta, tracks: map.apply(&columns)?, warnings: all, euler_yaw: map.euler_yaw })
+    Ok(Raw { meta, tracks: map.apply(columns)?, warnings: all, euler_yaw: map.euler_yaw })
 }
 
 /// A library that reads damaged bytes may panic; that is an unreadable log, not our end.

@@ -65,7 +65,7 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let (columns, broken) = decode(&String::from_utf8_lossy(&bytes));
     let mut raw = Raw {
         meta: identify(path, maps)?,
-        tracks: map.apply(&columns)?,
+        tracks: map.apply(columns)?,
         warnings: Vec::new(),
         euler_yaw: map.euler_yaw,
     };

@@ -238,24 +238,27 @@ impl ChannelMap {
     ///
     /// # Errors
     /// `missing_column`.
-    pub fn apply(&self, columns: &[Column]) -> Result<Vec<Track>, Error> {
+    pub fn apply(&self, mut columns: Vec<Column>) -> Result<Vec<Track>, Error> {
         let mut clocks = Vec::new();
         let mut tracks = Vec::with_capacity(self.entries.len());
-        for entry in &self.entries {
-            let sources = entry
-                .from
-                .iter()
-                .map(|name| {
-                    columns.iter().find(|c| &c.name == name).ok_or_else(|| {
-                        let names: Vec<String> = columns.iter().map(|c| c.name.clone()).collect();
-                        self.missing(name, &names)
-                    })
+        for (i, entry) in self.entries.iter().enumerate() {
+            let place = |name: &String| {
+                columns.iter().position(|c| &c.name == name).ok_or_else(|| {
+                    let names: Vec<String> = columns.iter().map(|c| c.name.clone()).collect();
+                    self.missing(name, &names)
                 })
-                .collect::<Result<Vec<&Column>, Error>>()?;
-            let Some(first) = sources.first() else { continue };
-            let mut values = first.values.clone();
-            for source in &sources[1..] {
-                if !Arc::ptr_eq(&source.time, &first.time) {
+            };
+            let sources: Vec<usize> = entry.from.iter().map(place).collect::<Result<_, Error>>()?;
+            let Some((&first, others)) = sources.split_first() else { continue };
+            let time = Arc::clone(&columns[first].time);
+            let mut later = self.entries[i + 1..].iter().flat_map(|e| &e.from);
+            let needed = others.contains(&first) || later.any(|n| *n == columns[first].name);
+            let mut values = match needed {
+                true => columns[first].values.clone(),
+                false => std::mem::take(&mut columns[first].values),
+            };
+            for source in others.iter().map(|other| &columns[*other]) {
+                if !Arc::ptr_eq(&source.time, &time) {
                     return Err(Error::new(
                         "mixed_clocks",
                         format!(
@@ -268,10 +271,12 @@ impl ChannelMap {
             }
             let Conversion { factor, offset } = entry.to_si;
             let factor = factor / sources.len() as f64;
-            values.iter_mut().for_each(|x| *x = *x * factor + offset);
+            if (factor, offset) != (1.0, 0.0) {
+                values.iter_mut().for_each(|x| *x = *x * factor + offset);
+            }
             tracks.push(Track {
                 channel: entry.channel,
-                time: shifted(&first.time, entry.delay, &mut clocks),
+                time: shifted(&time, entry.delay, &mut clocks),
                 values,
             });
         }
@@ -446,7 +451,7 @@ mod tests {
             column("rpm", &time, &[3000.0, 0.0]),
             column("lean", &time, &[280.0, -20.0]),
         ];
-        let tracks = map.apply(&columns).expect("all there");
+        let tracks = map.apply(columns.to_vec()).expect("all there");
         let of = |c| tracks.iter().find(|t| t.channel == c).expect("mapped");
         let front = of(Channel::WheelSpeedFront);
         assert!((front.values[0] - 10.0 / 0.3).abs() < 1e-12 && front.values[1].is_nan());

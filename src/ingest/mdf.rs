@@ -1,14 +1,14 @@
 //! ASAM MDF, versions 3 and 4: groups of channels, each on its group's clock.
 //!
-//! Version 4 is read a window of records at a time, so that only the wanted channels are ever in
-//! memory; version 3 a group at a time. A file that was cut off or never closed is read up to
+//! Of version 4 only the wanted channels are ever in memory, straight from the blocks ([`columns`])
+//! or, where that is not possible, through the library a window of records at a time; version 3 is
+//! read a group at a time. A file that was cut off or never closed is read up to
 //! there ([`mend`]); samples whose invalidation bit is set are missing.
 
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use falcon_mdf::io::range::read_seek_source;
 use falcon_mdf::io::{ByteSlice, ByteSource};
 use falcon_mdf::mdf3::Mdf3File;
 use falcon_mdf::{Mf4Error, Mf4File};
@@ -20,9 +20,15 @@ use crate::objects::source;
 use crate::warning::Warning;
 
 mod bus;
+mod columns;
+mod field;
+mod file;
 mod mend;
+mod unpack;
 mod v3;
 mod v4;
+
+use file::Bytes;
 
 /// The format.
 pub struct Mdf;
@@ -39,7 +45,7 @@ impl Format for Mdf {
         let (file, warnings) = open(path)?;
         guarded(path, || {
             let mut listing = match &file {
-                File::Four(file) => {
+                File::Four(file, _) => {
                     let mut listing = v4::list(file);
                     bus::list(file, &database, &mut listing);
                     listing
@@ -53,18 +59,18 @@ impl Format for Mdf {
 
     fn decode(path: &Path, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
         let (file, _) = open(path)?;
-        let file = match file {
+        let (file, bytes) = match file {
             File::Three(file) => return guarded(path, || Ok(v3::decode(&file, wanted))),
-            File::Four(file) => file,
+            File::Four(file, bytes) => (file, bytes),
         };
         let (signals, stored): (Vec<&SourceChannel>, Vec<&SourceChannel>) =
             wanted.iter().partition(|channel| bus::is_signal(channel));
         if signals.is_empty() {
-            return guarded(path, || Ok(v4::decode(&file, wanted)));
+            return guarded(path, || Ok(v4::decode(&file, &*bytes, wanted)));
         }
         let database = Database::read(aids)?;
         guarded(path, || {
-            let mut decoded = v4::decode(&file, &stored);
+            let mut decoded = v4::decode(&file, &*bytes, &stored);
             let of_frames = bus::decode(&file, &database, &signals);
             decoded.warnings.extend(of_frames.warnings);
             let mut columns = decoded.columns.into_iter();
@@ -82,15 +88,18 @@ impl Format for Mdf {
 /// An open file.
 enum File {
     Three(Box<Mdf3File>),
-    Four(Box<Mf4File>),
+    /// And its bytes.
+    Four(Box<Mf4File>, Arc<dyn Bytes>),
 }
 
 /// Bytes of a file with some eight of them replaced.
 struct Patched {
-    bytes: Arc<dyn ByteSource>,
+    bytes: Arc<dyn Bytes>,
     /// Place and new value, ascending.
     patches: Vec<(u64, u64)>,
 }
+
+impl Bytes for Patched {}
 
 impl ByteSource for Patched {
     fn len(&self) -> u64 {
@@ -122,8 +131,7 @@ impl ByteSource for Patched {
 fn open(path: &Path) -> Result<(File, Vec<Warning>), Error> {
     let log = source::open(path).map_err(|e| Error::unreadable(path, &e))?;
     guarded(path, || {
-        let bytes: Arc<dyn ByteSource> =
-            Arc::new(read_seek_source(log).map_err(|e| e.to_string())?);
+        let bytes = file::bytes(log).map_err(|e| e.to_string())?;
         let id = bytes.read_bytes(0, 64).map_err(|_| "its first block is cut off".to_owned())?;
         let unfinished = id.starts_with(b"UnFinMF ") || id[60..62] != [0, 0];
         let version = u16::from_le_bytes([id[28], id[29]]);
@@ -132,14 +140,15 @@ fn open(path: &Path) -> Result<(File, Vec<Warning>), Error> {
             let file = Mdf3File::from_source(bytes).map_err(|e| e.to_string())?;
             return Ok((File::Three(Box::new(file)), Vec::new()));
         }
-        if !unfinished && let Ok(file) = Mf4File::from_source(Arc::clone(&bytes)) {
-            return Ok((File::Four(Box::new(file)), Vec::new()));
+        if !unfinished && let Ok(file) = Mf4File::from_source(Arc::clone(&bytes) as _) {
+            return Ok((File::Four(Box::new(file), bytes), Vec::new()));
         }
         let mended = mend::mend(bytes.as_ref(), unfinished)?;
         let warnings = mended.warnings(unfinished);
-        let patched = Patched { bytes, patches: mended.patches.into_iter().collect() };
-        let file = Mf4File::from_source(Arc::new(patched)).map_err(|e| e.to_string())?;
-        Ok((File::Four(Box::new(file)), warnings))
+        let patches = mended.patches.into_iter().collect();
+        let patched: Arc<dyn Bytes> = Arc::new(Patched { bytes, patches });
+        let file = Mf4File::from_source(Arc::clone(&patched) as _).map_err(|e| e.to_string())?;
+        Ok((File::Four(Box::new(file), patched), warnings))
     })
 }
 
@@ -182,7 +191,7 @@ mod tests {
 
     #[test]
     fn patches_show_wherever_they_are_read() {
-        let bytes: Arc<dyn ByteSource> = Arc::new(MemorySource::new(vec![7; 40]));
+        let bytes: Arc<dyn Bytes> = Arc::new(MemorySource::new(vec![7; 40]));
         let patches = vec![(4, u64::from_le_bytes([1; 8])), (20, u64::from_le_bytes([2; 8]))];
         let patched = Patched { bytes, patches };
         let whole = patched.read_bytes(0, 40).expect("there");

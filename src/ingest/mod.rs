@@ -34,9 +34,11 @@ pub mod foreign;
 mod gaps;
 mod ident;
 mod kiro;
+mod low_pass;
 pub mod map;
 mod mcap;
 mod mdf;
+mod middle;
 mod motec;
 mod parquet;
 pub mod propose;
@@ -48,6 +50,7 @@ mod write;
 pub mod yaw;
 
 pub use check::check;
+pub use middle::{extent, middle};
 pub use table::read_table;
 pub use write::{session_batch, write_session};
 

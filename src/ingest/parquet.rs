@@ -161,7 +161,7 @@ fn read_mapped(
         .collect();
     Ok(Raw {
         meta: ident::or(meta, map.meta.clone()),
-        tracks: map.apply(&columns)?,
+        tracks: map.apply(columns)?,
         warnings: Vec::new(),
         euler_yaw: map.euler_yaw,
     })

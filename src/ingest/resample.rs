@@ -4,8 +4,11 @@
 //! the others are interpolated by a cubic through the neighbouring samples, which delays
 //! nothing. A channel faster than the clock goes through a zero-phase low-pass first.
 
+use rayon::prelude::*;
+
 use crate::channel::Channel;
 use crate::ingest::clock::{Clock, Clocked, Timed};
+use crate::ingest::low_pass::{CUT_OFF, low_passed};
 use crate::ingest::{Config, Error, gaps, warning};
 use crate::session::{Meta, Session};
 use crate::warning::Warning;
@@ -15,22 +18,21 @@ const MAX_RATE: f64 = 2000.0;
 /// A rate so near to a whole number is that number.
 const SNAP: f64 = 0.01;
 /// Largest distance from the clock that needs no interpolation, as a share of its period.
-const ON_CLOCK: f64 = 0.02;
+pub const ON_CLOCK: f64 = 0.02;
 /// Channels this much faster than the clock are low-passed.
 const FASTER: f64 = 1.5;
-/// Half length of the low-pass, in periods of the clock.
-const HALF_LENGTH: f64 = 4.0;
-/// Its cut-off, as a share of the clock's rate.
-const CUT_OFF: f64 = 0.45;
 /// Most samples of a session: as many as are read from one file.
 const MAX_SAMPLES: f64 = 2e7;
 
 /// The common clock.
 #[derive(Debug, Clone, Copy)]
-struct Grid {
-    start: f64,
-    rate: f64,
-    len: usize,
+pub struct Grid {
+    /// Its first point, s.
+    pub start: f64,
+    /// Hz
+    pub rate: f64,
+    /// Points.
+    pub len: usize,
 }
 
 /// Brings all channels onto the pipeline's rate, or the fastest channel's own.
@@ -62,18 +64,28 @@ pub fn onto_one_clock(
     let len = ((end - start) * rate + ON_CLOCK).floor() as usize + 1;
     let grid = Grid { start, rate, len };
     let mut session = Session::new(meta, rate, len);
-    let mut filtered = Vec::new();
-    let mut limits = Vec::new();
-    for track in log.tracks {
-        let clock = &log.clocks[track.clock];
-        let channel = track.channel;
-        let limit = config.max_gap.max(1.5 * clock.period);
-        if clock.period * rate * FASTER < 1.0 && channel != Channel::Gear {
-            filtered.push(channel);
-        }
-        session.set(channel, place(track, clock, grid, limit));
-        limits.push((channel, limit));
+    let limit = |clock: &Clock| config.max_gap.max(1.5 * clock.period);
+    let limits: Vec<(Channel, f64)> =
+        log.tracks.iter().map(|t| (t.channel, limit(&log.clocks[t.clock]))).collect();
+    let is_faster = |track: &Timed| {
+        log.clocks[track.clock].period * rate * FASTER < 1.0 && track.channel != Channel::Gear
+    };
+    let filtered: Vec<Channel> =
+        log.tracks.iter().filter(|t| is_faster(t)).map(|t| t.channel).collect();
+    let (faster, others): (Vec<Timed>, Vec<Timed>) = log.tracks.into_iter().partition(is_faster);
+    for (i, clock) in log.clocks.iter().enumerate() {
+        let own: Vec<&Timed> = faster.iter().filter(|t| t.clock == i).collect();
+        let samples: Vec<&[f64]> = own.iter().map(|t| &t.values[..]).collect();
+        let placed = low_passed(&clock.stamps, &samples, grid, limit(clock));
+        own.iter().zip(placed).for_each(|(track, values)| session.set(track.channel, values));
     }
+    drop(faster);
+    let place = |track: Timed| {
+        let clock = &log.clocks[track.clock];
+        (track.channel, place(track, clock, grid, limit(clock)))
+    };
+    let placed: Vec<(Channel, Vec<f64>)> = others.into_par_iter().map(place).collect();
+    placed.into_iter().for_each(|(channel, values)| session.set(channel, values));
     if !filtered.is_empty() {
         let names: Vec<&str> = filtered.iter().map(|c| c.name()).collect();
         let message = format!(
@@ -96,12 +108,11 @@ fn own_rate(log: &Clocked) -> f64 {
     if whole >= 1.0 && (rate - whole).abs() <= SNAP * rate { whole } else { rate }
 }
 
-/// One channel on the grid; gaps up to `limit` (s, between samples) are bridged.
+/// One channel that is not faster than the grid on it; gaps up to `limit` (s, between samples) are bridged.
 fn place(track: Timed, clock: &Clock, grid: Grid, limit: f64) -> Vec<f64> {
     let Timed { channel, mut values, .. } = track;
-    let faster = clock.period * grid.rate * FASTER < 1.0 && channel != Channel::Gear;
     let longest = (limit * grid.rate + 1e-6).floor() as usize;
-    if !faster && on_clock(clock, grid) {
+    if on_clock(clock, grid) {
         let first = ((clock.stamps[0] - grid.start) * grid.rate).round() as usize;
         if !(clock.uniform && first == 0 && values.len() == grid.len) {
             let mut spread = vec![f64::NAN; grid.len];
@@ -123,11 +134,7 @@ fn place(track: Timed, clock: &Clock, grid: Grid, limit: f64) -> Vec<f64> {
         .filter(|(_, v)| v.is_finite())
         .map(|(t, v)| (*t, *v))
         .unzip();
-    if faster {
-        low_passed(&times, &samples, grid, limit)
-    } else {
-        interpolated(&times, &samples, grid, limit, kind(channel))
-    }
+    interpolated(&times, &samples, grid, limit, kind(channel))
 }
 
 /// How a channel is read between its samples.
@@ -231,56 +238,6 @@ pub fn between(times: &[f64], samples: &[f64], left: usize, t: f64, limit: f64, 
         + (u3 - u2) * m1
 }
 
-/// Weighted mean of the samples around each grid point: a windowed sinc, symmetric and so
-/// without delay. NaN within a gap, and beyond the first and the last sample.
-fn low_passed(times: &[f64], samples: &[f64], grid: Grid, limit: f64) -> Vec<f64> {
-    let half = HALF_LENGTH / grid.rate;
-    let slack = ON_CLOCK / grid.rate;
-    let weight = |dt: f64| {
-        let x = std::f64::consts::TAU * CUT_OFF * grid.rate * dt;
-        let sinc = if x.abs() < 1e-9 { 1.0 } else { x.sin() / x };
-        let window = (0.5 * std::f64::consts::PI * dt / half).cos();
-        sinc * window * window
-    };
-    let mut out = vec![f64::NAN; grid.len];
-    let (mut low, mut right) = (0, 0);
-    for (j, slot) in out.iter_mut().enumerate() {
-        let t = grid.start + j as f64 / grid.rate;
-        while right < times.len() && times[right] < t - slack {
-            right += 1;
-        }
-        while low < times.len() && times[low] <= t - half {
-            low += 1;
-        }
-        let inside = right < times.len()
-            && if right == 0 {
-                times[0] <= t + slack
-            } else {
-                times[right] - times[right - 1] <= limit
-            };
-        if !inside {
-            continue;
-        }
-        // on one side of a gap only
-        let same_side = |a: usize, b: usize| times[b] - times[a] <= limit;
-        let mut from = right;
-        while from > low && same_side(from - 1, from) {
-            from -= 1;
-        }
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for k in from..times.len() {
-            if times[k] >= t + half || (k > from && !same_side(k - 1, k)) {
-                break;
-            }
-            let w = weight(times[k] - t);
-            sum += w * samples[k];
-            weights += w;
-        }
-        *slot = sum / weights;
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,23 +264,6 @@ mod tests {
         let out = interpolated(&times, &[1.0; 6], grid(20.0, 21), 0.25, Kind::Cubic);
         let missing: Vec<usize> = (0..21).filter(|&j| out[j].is_nan()).collect();
         assert_eq!(missing, (5..16).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn going_down_keeps_the_band_and_its_phase_and_stops_what_would_fold() {
-        let fine: Vec<f64> = (0..4000).map(|i| f64::from(i) / 1000.0).collect();
-        let wave = |f: f64| {
-            let samples: Vec<f64> =
-                fine.iter().map(|t| (std::f64::consts::TAU * f * t).sin()).collect();
-            low_passed(&fine, &samples, grid(100.0, 400), 0.25)
-        };
-        let kept = wave(20.0);
-        for (j, y) in kept.iter().enumerate().take(390).skip(10) {
-            let truth = (std::f64::consts::TAU * 20.0 * j as f64 / 100.0).sin();
-            assert!((y - truth).abs() < 0.02, "{j}: {y} not {truth}");
-        }
-        let stopped = wave(90.0);
-        assert!(stopped[10..390].iter().all(|y| y.abs() < 0.03));
     }
 
     #[test]

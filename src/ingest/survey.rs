@@ -1,18 +1,20 @@
 //! A log without a channel map: what its channels hold.
 //!
 //! Every channel is decoded once and described; of the samples only so many are in memory at a
-//! time (16 million), however many channels the log has.
+//! time (32 million), however many channels the log has.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::ingest::foreign::{Aids, Decoded, Listing, Look, SourceChannel};
 use crate::ingest::map::Column;
+use crate::ingest::middle::{extent, middle};
 use crate::ingest::{Error, reader};
 
 /// Samples that are decoded at a time, about.
-const BUDGET: u64 = 16 << 20;
+const BUDGET: u64 = 32 << 20;
 
 /// Samples of a channel that does not tell.
 const UNTOLD: u64 = 1 << 20;
@@ -68,7 +70,7 @@ pub fn survey(path: &Path, aids: &Aids) -> Result<Option<Survey>, Error> {
     for part in parts(&listing.channels) {
         let wanted: Vec<&SourceChannel> = part.iter().collect();
         let Decoded { columns, warnings: more } = decode(path, aids, &wanted)?;
-        seen.extend(columns.par_iter().map(look).collect::<Vec<Seen>>());
+        seen.extend(look(&columns));
         for warning in more {
             if !warnings.contains(&warning) {
                 warnings.push(warning);
@@ -80,57 +82,92 @@ pub fn survey(path: &Path, aids: &Aids) -> Result<Option<Survey>, Error> {
     Ok(Some(Survey { format: reader.name, own_clock: reader.own_clock, listing, seen }))
 }
 
-/// Channels in parts that fit the budget, each of neighbours.
+/// Channels in parts that fit the budget, each of neighbours; a group is not torn apart unless it
+/// does not fit alone, since what it holds lies mixed in the file.
 fn parts(channels: &[SourceChannel]) -> Vec<&[SourceChannel]> {
+    let size = |channel: &SourceChannel| channel.samples.unwrap_or(UNTOLD);
     let mut parts = Vec::new();
-    let (mut start, mut sum) = (0, 0_u64);
-    for (i, channel) in channels.iter().enumerate() {
-        let samples = channel.samples.unwrap_or(UNTOLD);
-        if i > start && samples.saturating_add(sum) > BUDGET {
-            parts.push(&channels[start..i]);
-            (start, sum) = (i, 0);
+    let (mut start, mut end, mut sum) = (0, 0, 0_u64);
+    for group in channels.chunk_by(|a, b| a.group == b.group) {
+        let whole = group.iter().map(size).fold(0, u64::saturating_add);
+        if end > start && sum.saturating_add(whole) > BUDGET {
+            parts.push(&channels[start..end]);
+            (start, sum) = (end, 0);
         }
-        sum = samples.saturating_add(sum);
+        for channel in group {
+            if end > start && sum.saturating_add(size(channel)) > BUDGET {
+                parts.push(&channels[start..end]);
+                (start, sum) = (end, 0);
+            }
+            sum = sum.saturating_add(size(channel));
+            end += 1;
+        }
     }
-    if start < channels.len() {
+    if start < end {
         parts.push(&channels[start..]);
     }
     parts
 }
 
-fn look(column: &Column) -> Seen {
+/// What channels hold. Those of one clock share what it tells.
+fn look(columns: &[Column]) -> Vec<Seen> {
+    let mut clocks: Vec<&Arc<Vec<f64>>> = Vec::new();
+    for column in columns {
+        if !clocks.iter().any(|c| Arc::ptr_eq(c, &column.time)) {
+            clocks.push(&column.time);
+        }
+    }
+    let told: Vec<Option<Seen>> = clocks.par_iter().map(|c| whole_clock(c)).collect();
+    let describe = |column: &Column| {
+        let clock = clocks.iter().position(|c| Arc::ptr_eq(c, &column.time));
+        let found = extent(&column.values);
+        let count = found.map_or(0, |f| f.1);
+        let missing = column.values.len() - count;
+        match clock.and_then(|i| told[i].as_ref()).filter(|_| missing == 0) {
+            Some(clock) => Seen { samples: count, extent: found.map(|f| f.0), ..clock.clone() },
+            None => look_closely(column),
+        }
+    };
+    columns.par_iter().map(describe).collect()
+}
+
+/// What a clock tells of channels without a missing sample; `None` if stamps of its own are
+/// missing.
+fn whole_clock(time: &[f64]) -> Option<Seen> {
+    time.iter().all(|t| t.is_finite()).then(|| of_stamps(time))
+}
+
+fn look_closely(column: &Column) -> Seen {
     let there = column.time.iter().zip(&column.values);
     let there = there.filter(|(t, v)| t.is_finite() && v.is_finite());
-    let (stamps, mut values): (Vec<f64>, Vec<f64>) = there.map(|(t, v)| (*t, *v)).unzip();
-    let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.retain(|d| *d > 0.0);
-    let period = median(&mut steps);
-    let least = period.map_or(f64::INFINITY, |p| GAP.max(GAP_STEPS * p));
-    let gaps = steps.iter().filter(|d| **d > least);
+    let (stamps, values): (Vec<f64>, Vec<f64>) = there.map(|(t, v)| (*t, *v)).unzip();
     Seen {
         samples: values.len(),
         missing: column.values.len() - values.len(),
+        extent: extent(&values).map(|f| f.0),
+        ..of_stamps(&stamps)
+    }
+}
+
+/// Rate, gaps and span.
+fn of_stamps(stamps: &[f64]) -> Seen {
+    let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.retain(|d| *d > 0.0);
+    let period = middle(&steps);
+    let least = period.map_or(f64::INFINITY, |p| GAP.max(GAP_STEPS * p));
+    let gaps = steps.iter().filter(|d| **d > least);
+    Seen {
         rate: period.map(|p| 1.0 / p),
         gaps: gaps.clone().count(),
         longest_gap: gaps.copied().fold(0.0, f64::max),
         span: stamps.first().copied().zip(stamps.last().copied()),
-        extent: median(&mut values).map(|middle| {
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            [low, middle, high]
-        }),
+        ..Seen::default()
     }
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
 
     #[test]
     fn a_channel_is_described_by_what_it_holds() {
@@ -138,13 +175,18 @@ mod tests {
         time[500..].iter_mut().for_each(|t| *t += 2.0);
         let mut values: Vec<f64> = time.clone();
         values[3] = f64::NAN;
-        let seen = look(&Column { name: "x".into(), time: Arc::new(time), values });
+        let time = Arc::new(time);
+        let column = |values| Column { name: "x".into(), time: Arc::clone(&time), values };
+        let found = look(&[column(time.to_vec()), column(values)]);
+        let (whole, seen) = (&found[0], &found[1]);
+        assert_eq!((whole.samples, whole.missing, whole.gaps), (1000, 0, 1));
+        assert_eq!((whole.rate, whole.longest_gap, whole.span), (seen.rate, 2.01, seen.span));
         assert_eq!((seen.samples, seen.missing, seen.gaps), (999, 1, 1));
         assert!((seen.longest_gap - 2.01).abs() < 1e-9);
         assert!((seen.rate.expect("a rate") - 100.0).abs() < 1e-6);
         assert_eq!(seen.extent.expect("numbers")[0], 0.0);
         let empty = Column { name: "x".into(), time: Arc::default(), values: Vec::new() };
-        assert_eq!(look(&empty), Seen::default());
+        assert_eq!(look(&[empty]), [Seen::default()]);
     }
 
     #[test]
@@ -156,5 +198,16 @@ mod tests {
         let lengths: Vec<usize> = parts(&channels).iter().map(|p| p.len()).collect();
         assert_eq!(lengths, [2, 2, 1, 1]);
         assert!(parts(&[]).is_empty());
+        let grouped = |(group, samples): (&str, u64)| SourceChannel {
+            group: group.into(),
+            samples: Some(samples),
+            ..SourceChannel::default()
+        };
+        let third = BUDGET / 3;
+        let channels =
+            [("a", third), ("a", third), ("b", third), ("b", third), ("c", BUDGET), ("c", 1)];
+        let channels = channels.map(grouped);
+        let groups: Vec<&str> = parts(&channels).iter().map(|p| &*p[0].group).collect();
+        assert_eq!(groups, ["a", "b", "c", "c"]);
     }
 }

@@ -4,12 +4,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ::parquet::arrow::ArrowWriter;
+use ::parquet::arrow::arrow_writer::{ArrowColumnWriter, compute_leaves};
 use ::parquet::basic::{Compression, Encoding, ZstdLevel};
+use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::properties::{EnabledStatistics, WriterProperties};
 use arrow::array::{ArrayRef, Float32Array, Float64Array, RecordBatch};
 use arrow::buffer::NullBuffer;
 use arrow::datatypes::{DataType, Schema};
+use rayon::prelude::*;
 
 use crate::ingest::session_table;
 use crate::session::{Meta, Session};
@@ -73,7 +76,8 @@ fn to_batch(session: &Session, float32: bool) -> Result<RecordBatch, String> {
 
 fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, String> {
     let batch = to_batch(session, float32)?;
-    let level = ZstdLevel::try_new(6).map_err(|e| e.to_string())?;
+    // of a ride's noise a higher level makes no more, only slower
+    let level = ZstdLevel::try_new(3).map_err(|e| e.to_string())?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(level))
         .set_created_by(format!("roadbench {}", crate::VERSION))
@@ -85,11 +89,33 @@ fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, String> {
         .set_encoding(Encoding::BYTE_STREAM_SPLIT)
         .set_max_row_group_row_count(None);
     let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties.build()))
-        .map_err(|e| e.to_string())?;
-    writer.write(&batch).map_err(|e| e.to_string())?;
-    writer.close().map_err(|e| e.to_string())?;
+    write(&mut bytes, &batch, properties.build()).map_err(|e| e.to_string())?;
     Ok(bytes)
+}
+
+/// The batch as one row group, its columns encoded side by side.
+fn write(
+    bytes: &mut Vec<u8>,
+    batch: &RecordBatch,
+    properties: WriterProperties,
+) -> Result<(), ParquetError> {
+    let writer = ArrowWriter::try_new(bytes, batch.schema(), Some(properties))?;
+    let (mut writer, factory) = writer.into_serialized_writer()?;
+    let encode = |(i, mut column): (usize, ArrowColumnWriter)| {
+        for leaf in compute_leaves(batch.schema().field(i), batch.column(i))? {
+            column.write(&leaf)?;
+        }
+        column.close()
+    };
+    let columns = factory.create_column_writers(0)?;
+    let encoded: Vec<_> = columns.into_par_iter().enumerate().map(encode).collect();
+    let mut group = writer.next_row_group()?;
+    for column in encoded {
+        column?.append_to_row_group(&mut group)?;
+    }
+    group.close()?;
+    writer.close()?;
+    Ok(())
 }
 
 fn pairs(meta: &Meta) -> Vec<KeyValue> {

@@ -7,7 +7,8 @@ use falcon_mdf::blocks::{ChannelType, SyncType};
 use falcon_mdf::{Channel, ChannelGroup, Mf4Error, Mf4File};
 use rayon::prelude::*;
 
-use super::{broken, group_names, unit};
+use super::file::Bytes;
+use super::{broken, columns, group_names, unit};
 use crate::ingest::foreign::{Decoded, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{session_meta, warning};
@@ -97,14 +98,14 @@ struct Part {
     warning: Option<Warning>,
 }
 
-pub fn decode(file: &Mf4File, wanted: &[&SourceChannel]) -> Decoded {
+pub fn decode(file: &Mf4File, bytes: &dyn Bytes, wanted: &[&SourceChannel]) -> Decoded {
     let mut of_group: BTreeMap<[usize; 2], Vec<(usize, &SourceChannel)>> = BTreeMap::new();
     for (i, channel) in wanted.iter().enumerate() {
         let [dg, cg, _] = channel.place;
         of_group.entry([dg, cg]).or_default().push((i, channel));
     }
-    let parts: Vec<Part> =
-        of_group.into_par_iter().map(|([dg, cg], wanted)| part(file, dg, cg, &wanted)).collect();
+    let part = |([dg, cg], wanted): ([usize; 2], Vec<_>)| part(file, bytes, [dg, cg], &wanted);
+    let parts: Vec<Part> = of_group.into_par_iter().map(part).collect();
     let mut decoded = Decoded::default();
     let mut columns = Vec::new();
     for part in parts {
@@ -117,27 +118,27 @@ pub fn decode(file: &Mf4File, wanted: &[&SourceChannel]) -> Decoded {
 }
 
 /// The wanted channels of one group; up to the damage, if there is any.
-fn part(file: &Mf4File, dg: usize, cg: usize, wanted: &[(usize, &SourceChannel)]) -> Part {
-    let group = file.data_groups().get(dg).and_then(|dg| dg.channel_groups.get(cg));
-    let mut values = vec![Vec::new(); wanted.len()];
-    let mut time = Vec::new();
-    let read = match group {
-        Some(group) => read(file, group, wanted, &mut time, &mut values),
-        None => Err(Mf4Error::parse_error("the group is gone")),
-    };
-    let count = values.iter().map(Vec::len).min().unwrap_or(0).min(time.len());
-    time.truncate(count);
+fn part(
+    file: &Mf4File,
+    bytes: &dyn Bytes,
+    [dg, cg]: [usize; 2],
+    wanted: &[(usize, &SourceChannel)],
+) -> Part {
+    let mut columns = vec![Vec::new(); wanted.len() + 1];
+    let read = read(file, bytes, [dg, cg], wanted, &mut columns);
+    let count = columns.iter().map(Vec::len).min().unwrap_or(0);
+    columns.iter_mut().for_each(|column| column.truncate(count));
+    let mut columns = columns.into_iter();
+    let time = Arc::new(columns.next().unwrap_or_default());
     let name = wanted.first().map(|(_, c)| c.group.as_str()).unwrap_or_default();
     let warning = match read {
         Ok(()) => invalid_stamps(name, &time),
         Err(e) => Some(broken(name, count, time.last().copied(), &e)),
     };
-    let time = Arc::new(time);
-    let column = |((i, channel), mut values): (&(usize, &SourceChannel), Vec<f64>)| {
-        values.truncate(count);
+    let column = |((i, channel), values): (&(usize, &SourceChannel), Vec<f64>)| {
         (*i, Column { name: channel.full(), time: Arc::clone(&time), values })
     };
-    Part { columns: wanted.iter().zip(values).map(column).collect(), warning }
+    Part { columns: wanted.iter().zip(columns).map(column).collect(), warning }
 }
 
 fn invalid_stamps(group: &str, time: &[f64]) -> Option<Warning> {
@@ -146,28 +147,43 @@ fn invalid_stamps(group: &str, time: &[f64]) -> Option<Warning> {
     (count > 0).then(|| warning("time_missing", None, count, None, message))
 }
 
+/// The stamps, then the wanted channels; what there is of them even where it fails.
 fn read(
     file: &Mf4File,
-    group: &ChannelGroup,
+    bytes: &dyn Bytes,
+    [dg, cg]: [usize; 2],
     wanted: &[(usize, &SourceChannel)],
-    time: &mut Vec<f64>,
-    values: &mut [Vec<f64>],
+    columns: &mut Vec<Vec<f64>>,
 ) -> Result<(), Mf4Error> {
-    let missing = || Mf4Error::parse_error("the channel is gone");
-    let mut channels = vec![clock(group).ok_or_else(missing)?];
+    let gone = |what: &str| Mf4Error::parse_error(format!("the {what} is gone"));
+    let data = file.data_groups().get(dg).ok_or_else(|| gone("group"))?;
+    let group = data.channel_groups.get(cg).ok_or_else(|| gone("group"))?;
+    let mut channels = vec![clock(group).ok_or_else(|| gone("clock"))?];
     for (_, channel) in wanted {
-        channels.push(group.channels.get(channel.place[2]).ok_or_else(missing)?);
+        channels.push(group.channels.get(channel.place[2]).ok_or_else(|| gone("channel"))?);
     }
+    if let Some(read) = columns::read(bytes, data, group, &channels) {
+        *columns = read.columns;
+        return read.broken.map_or(Ok(()), Err);
+    }
+    windows(file, group, &channels, columns)
+}
+
+/// Channels of any kind, through the library.
+fn windows(
+    file: &Mf4File,
+    group: &ChannelGroup,
+    channels: &[&Channel],
+    columns: &mut [Vec<f64>],
+) -> Result<(), Mf4Error> {
     let computed = |c: &&Channel| {
         matches!(c.channel_type, ChannelType::VirtualMaster | ChannelType::VirtualData)
     };
     // a damaged file may claim any number
     let samples = usize::try_from(group.sample_count).unwrap_or(0).min(RESERVED);
-    time.reserve(samples);
-    values.iter_mut().for_each(|v| v.reserve(samples));
-    let mut columns: Vec<&mut Vec<f64>> = std::iter::once(time).chain(values).collect();
+    columns.iter_mut().for_each(|column| column.reserve(samples));
     // those are computed from the number of the sample: a window would begin anew
-    for (channel, column) in channels.iter().zip(&mut columns).filter(|(c, _)| computed(c)) {
+    for (channel, column) in channels.iter().zip(&mut *columns).filter(|(c, _)| computed(c)) {
         let signal = file.signal(channel)?;
         append(column, signal.values_f64()?, signal.validity());
     }
@@ -175,7 +191,7 @@ fn read(
         channels.iter().enumerate().filter(|(_, c)| !computed(c)).map(|(i, c)| (i, *c)).unzip();
     for window in file.signals_chunks(&stored, WINDOW)? {
         for (signal, place) in window?.iter().zip(&places) {
-            append(columns[*place], signal.values_f64()?, signal.validity());
+            append(&mut columns[*place], signal.values_f64()?, signal.validity());
         }
     }
     Ok(())
