@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::page;
 use roadbench::report::{self, publish};
 use roadbench::rows::{
     Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance,
@@ -187,12 +188,7 @@ fn the_fleet_has_a_page_with_boxes_events_and_links() {
     assert!(html.contains("<td>hard</td>") && html.contains("<td>soft</td>"));
     // the drift's interval leaves out zero: per 100 days
     assert!(html.contains("<strong>0.120 (0.040 to 0.200)</strong>"), "drift");
-    let json = html
-        .split("id=\"data\">")
-        .nth(1)
-        .and_then(|rest| rest.split("</script>").next())
-        .expect("data");
-    let data: serde_json::Value = serde_json::from_str(json).expect("valid JSON");
+    let data = page::data(&html);
     let charts = data["charts"].as_array().expect("charts");
     assert_eq!(charts.len(), 2, "the event's coefficient, and the main one of the other bike");
     assert_eq!(charts[0]["spans"][0]["label"], "tyre swap");
