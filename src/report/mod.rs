@@ -42,6 +42,7 @@ pub mod plots;
 pub mod plots_diagnosis;
 pub mod plots_offroad;
 pub mod publish;
+pub mod ratios;
 pub mod still;
 pub mod svg;
 pub mod tables;
