@@ -1,6 +1,7 @@
 """The report in real Chromium: what a reader does with it, and what a log must not do to it."""
 
 import json
+import time
 
 import pytest
 from conftest import CORPUS
@@ -284,6 +285,10 @@ def test_a_long_list_comes_by_hundreds_and_is_filtered(crowd, browser):
     browser.cdp("Emulation.setScriptExecutionDisabled", {"value": True})
     try:
         browser.driver.get((crowd / "index.html").as_uri())
+        # without scripts nothing tells that the page is there
+        end = time.monotonic() + 20
+        while len(rows()) < 202 and time.monotonic() < end:
+            time.sleep(0.2)
         assert len(rows()) == 202
     finally:
         browser.cdp("Emulation.setScriptExecutionDisabled", {"value": False})
