@@ -1,9 +1,30 @@
 // What every chart needs: theme, numbers, extents, axes, hints, keys, legends.
 // The files of this folder are one script: base, cloud, fit, timeline, main, in that order.
 // Texts reach the page through textContent alone.
-const data = JSON.parse(document.getElementById("data").textContent);
+const store = document.getElementById("data");
+if (!("DecompressionStream" in window)) {
+  for (const e of document.querySelectorAll(".charts, .panels, .overlays")) {
+    const p = document.createElement("p");
+    p.textContent = "The charts need a browser of 2023 or later; every number is in the tables.";
+    e.replaceChildren(p);
+  }
+  return;
+}
+// as src/report/figures/pack.rs writes it: base64 of zlib of JSON, columns as steps of their last decimal
+const packed = Uint8Array.from(atob(store.textContent), c => c.charCodeAt(0));
+const data = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).json();
+const unstep = column => {
+  if (!column || Array.isArray(column)) return column;
+  const scale = 10 ** column.e;
+  let now = 0;
+  return column.d.map(step => step == null ? null : (now += step) / scale);
+};
+for (const chart of [...data.charts, ...data.panels])
+  for (const part of [...chart.lines, ...chart.clouds])
+    for (const name of ["x", "y", "lo", "hi", "w", "s"]) if (part[name]) part[name] = unstep(part[name]);
 // the time line's abscissae are there once
 for (const p of data.panels) for (const l of p.lines) if (!l.x.length) l.x = data.panels[0].lines[0].x;
+store.figures = data; // for tests and for the curious
 const root = document.documentElement;
 const make = (tag, name, parent, text) => {
   const e = document.createElement(tag);

@@ -78,7 +78,7 @@ const fit = (holder, chart) => {
     const found = nearest(u, chart, hidden);
     if (!found) return pick(null);
     const [c, i] = found;
-    if (c.h) location.href = c.h[i];
+    if (c.h && c.h[i]) location.href = c.h[i];
     else pick(c.m[i]);
   };
   const build = () => {

@@ -100,7 +100,8 @@ impl Desk {
         let report = url.join("report");
         for entry in client::list(&report).map_err(fail)? {
             let page = report.join(&entry.key);
-            if entry.key.ends_with(".html")
+            let kind = entry.key.ends_with(".html") || entry.key.starts_with("assets/");
+            if kind
                 && !pages.contains(&entry.key)
                 && client::get(&page).is_ok_and(|bytes| report::is_own(&bytes))
             {

@@ -63,8 +63,10 @@ Examples:
 
 /// Of `report`.
 pub const REPORT: &str = "\
-Example:
-  roadbench report out";
+Examples:
+  roadbench report out
+  roadbench report out --pages shared                     script and style once beside the pages
+  roadbench report out --figures figures                  every plot, for a paper";
 
 /// Of `export`.
 pub const EXPORT: &str = "\

@@ -17,10 +17,21 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     bench: Option<PathBuf>,
     #[command(flatten)]
+    pages: Pages,
+    #[command(flatten)]
     copies: Copies,
     /// Only this session's figures.
     #[arg(long, value_name = "ID", requires = "figures")]
     session: Option<String>,
+}
+
+/// What the report's pages are like.
+#[derive(Debug, Default, clap::Args)]
+pub struct Pages {
+    /// What the pages of the sessions are like: by default each is one file that opens anywhere, and
+    /// of more than 50 they share script and style in `report/assets`.
+    #[arg(long = "pages", value_name = "KIND", default_value = "auto", hide_default_value = true)]
+    pub kind: report::Pages,
 }
 
 /// The report for other places than a browser.
@@ -75,7 +86,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
     let only = arguments.session.as_deref();
-    let made = report::write(&out).and_then(|()| arguments.copies.write(&out, only));
+    let made = report::build(&out, arguments.pages.kind, true)
+        .and_then(|()| arguments.copies.write(&out, only));
     made.map_err(|e| match e {
         Error::NotAnOutput { .. } | Error::Read { .. } => Failure::Usage(e.to_string()),
         Error::Write(_) | Error::Template(_) | Error::Data(_) => Failure::Output(e.to_string()),

@@ -16,7 +16,7 @@ use crate::batch::progress::Progress;
 use crate::batch::summary::Summary;
 use crate::batch::{self, Intended, Maps, Run, Settings, Stages, State};
 use crate::cli::Failure;
-use crate::cli::report::Copies;
+use crate::cli::report::{Copies, Pages};
 use crate::diagnose::model::Model;
 use crate::objects::counts::Counts;
 use crate::objects::url::plain;
@@ -68,6 +68,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     metrics: Option<PathBuf>,
     #[command(flatten)]
+    pages: Pages,
+    #[command(flatten)]
     copies: Copies,
     /// Only tell what would be done with each log, and why; nothing is written.
     #[arg(long)]
@@ -93,6 +95,7 @@ impl Arguments {
             force: false,
             since: None,
             metrics: None,
+            pages: Pages::default(),
             copies: Copies::default(),
             dry_run: false,
             quiet: true,
@@ -211,7 +214,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     }
     let desk = Desk::of(out)?;
     aggregate(desk.folder())?;
-    report::update(desk.folder())?;
+    report::build(desk.folder(), arguments.pages.kind, false)?;
     arguments.copies.write(desk.folder(), None)?;
     desk.publish()?;
     store.caught_up()?;

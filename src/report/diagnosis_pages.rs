@@ -8,10 +8,10 @@ use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
 use crate::batch::names::file_name;
-use crate::report::figures::{self, Figures};
+use crate::report::assets::{self, Source};
+use crate::report::figures::{Figures, pack};
 use crate::report::{
-    Error, diagnosis, extended, names, plots_diagnosis, run_of, shared, still, tables,
-    tables_diagnosis,
+    Error, diagnosis, extended, names, plots_diagnosis, run_of, still, tables, tables_diagnosis,
 };
 use crate::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
 use crate::table;
@@ -56,7 +56,7 @@ impl Diagnosed {
             .map(|((key, ident), page)| Session {
                 ident: (*ident).clone(),
                 page,
-                coefficients: known.get(key).map(|p| (*p).clone()),
+                coefficients: known.get(key).map(|p| (*p).clone()).filter(|p| !p.is_empty()),
             })
             .collect();
         let replays = tables::session_files(out, "replays")?;
@@ -136,7 +136,12 @@ impl Diagnosed {
     ///
     /// # Errors
     /// The replays cannot be read, or a page cannot be written.
-    pub(super) fn write(&self, environment: &Environment<'_>, folder: &Path) -> Result<(), Error> {
+    pub(super) fn write(
+        &self,
+        environment: &Environment<'_>,
+        folder: &Path,
+        source: Source,
+    ) -> Result<(), Error> {
         self.sessions.par_iter().try_for_each(|session| {
             let (causes, discrepancies) = self.rows(&session.ident);
             let (bike, id) = tables::key(&session.ident);
@@ -157,8 +162,8 @@ impl Diagnosed {
                 replays => !samples.is_empty(),
                 model => Serde(self.model(&session.ident)),
                 session => session.coefficients.as_deref(),
-                data => Value::from_safe_string(figures::inline_json(&figures)?),
-                ..shared()
+                data => Value::from_safe_string(pack::pack(&figures)?),
+                ..assets::context(source)
             })?;
             Ok(table::write_bytes(&folder.join(&session.page), html.as_bytes())?)
         })

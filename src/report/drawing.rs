@@ -34,8 +34,8 @@ pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> Stri
 /// One session's estimate in a [`strip`]: value, lower and upper end.
 pub type Estimate = (f64, f64, f64);
 
-/// Columns of a strip: more sessions than these share them.
-const COLUMNS: usize = 200;
+/// Columns of a strip, two pixels each: more sessions than these share them.
+const COLUMNS: usize = 106;
 
 /// Estimates of many sessions side by side in their order, each with its interval, over a
 /// common ordinate; the rule is their median. Empty of fewer than two.

@@ -12,7 +12,7 @@ use crate::report::number::{self, fixed, round, typeset};
 use crate::report::page::when;
 use crate::report::tables::key;
 use crate::report::tables_fleet::{Histories, Seen};
-use crate::report::{drawing, words};
+use crate::report::{drawing, ratios, words};
 use crate::rows::{EventRow, FleetRow, SessionRow};
 
 /// File name of the page.
@@ -44,6 +44,8 @@ pub struct Page {
     pub tyres: Vec<(String, Vec<Compared>)>,
     /// Charts over time that were left out.
     pub more: usize,
+    /// Side force ratios, and on what has none.
+    pub ratios: Option<(Vec<ratios::Ratio>, String)>,
 }
 
 /// A link to a session's page.
@@ -142,6 +144,7 @@ pub fn build(
         events: events.iter().map(|e| fleet.event(e)).collect(),
         tyres: fleet.compared(bikes.len() <= UNFOLDED),
         more,
+        ratios: None,
     };
     (page, charts)
 }

@@ -1,15 +1,17 @@
 //! The report: a pure function of the tables.
 //!
 //! [`write()`] reads the tables of an output folder and writes `report/index.html` and one page
-//! per session beside it, and one per diagnosed session ([`diagnosis_pages`]). A page holds all it needs (style, script, data): it opens from disk,
-//! offline. The templates are in `reports/`; the chart library is embedded whole.
+//! per session beside it, and one per diagnosed session ([`diagnosis_pages`]). A page opens from disk,
+//! offline: it holds all it needs, or, of many, its data alone, with style and script in a folder
+//! beside them ([`assets`]). The templates are in `reports/`; the chart library is embedded whole.
 //!
 //! Texts from logs are hostile until escaped: the templates escape every value, and the data
-//! inside a script goes through [`figures::inline_json`].
+//! inside a script is packed ([`figures::pack`]).
 
 use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
@@ -17,7 +19,11 @@ use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
 use crate::{rows, table};
+use assets::Source;
 
+pub use assets::Pages;
+
+pub mod assets;
 pub mod bars;
 pub mod bench;
 pub mod diagnosis;
@@ -36,6 +42,7 @@ pub mod plots;
 pub mod plots_diagnosis;
 pub mod plots_offroad;
 pub mod publish;
+pub mod ratios;
 pub mod still;
 pub mod svg;
 pub mod tables;
@@ -78,7 +85,7 @@ pub enum Error {
 
 const STYLE: &str = include_str!("../../reports/style.css");
 const SCRIPT: &str = concat!(
-    "(() => {\n\"use strict\";\n",
+    "(async () => {\n\"use strict\";\n",
     include_str!("../../reports/charts/base.js"),
     include_str!("../../reports/charts/cloud.js"),
     include_str!("../../reports/charts/fit.js"),
@@ -86,11 +93,12 @@ const SCRIPT: &str = concat!(
     include_str!("../../reports/charts/main.js"),
     "})();\n",
 );
-const SESSIONS_SCRIPT: &str = include_str!("../../reports/charts/sessions.js");
+const LONG_SCRIPT: &str = include_str!("../../reports/charts/long.js");
 const UPLOT_SCRIPT: &str = include_str!("../../reports/vendor/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uPlot.min.css");
 const TEMPLATES: &[(&str, &str)] = &[
     ("base.html", include_str!("../../reports/base.html")),
+    ("scripts.html", include_str!("../../reports/scripts.html")),
     ("run.html", include_str!("../../reports/run.html")),
     ("session.html", include_str!("../../reports/session.html")),
     ("fleet.html", include_str!("../../reports/fleet.html")),
@@ -103,9 +111,9 @@ const SIGNS: [&str; 4] = ["sessions", "rejected", "causes", "discrepancies"];
 /// First bytes of every page, by which a rebuild knows its own.
 const MARK: &str = "<!doctype html>\n<!-- roadbench report -->";
 
-/// Whether a page is one that was built here.
-pub fn is_own(page: &[u8]) -> bool {
-    page.starts_with(MARK.as_bytes())
+/// Whether a file of the report's folder is one that was built here.
+pub fn is_own(file: &[u8]) -> bool {
+    file.starts_with(MARK.as_bytes()) || assets::is_own(file)
 }
 
 /// Builds `out/report/` from the tables in `out`; pages of an earlier build go.
@@ -113,7 +121,7 @@ pub fn is_own(page: &[u8]) -> bool {
 /// # Errors
 /// The folder holds no tables, one cannot be read, or a page cannot be written.
 pub fn write(out: &Path) -> Result<(), Error> {
-    build(out, true)
+    build(out, Pages::Auto, true)
 }
 
 /// As [`write()`], but a session's page that was made of just its tables stays as it is.
@@ -121,10 +129,14 @@ pub fn write(out: &Path) -> Result<(), Error> {
 /// # Errors
 /// As [`write()`].
 pub fn update(out: &Path) -> Result<(), Error> {
-    build(out, false)
+    build(out, Pages::Auto, false)
 }
 
-fn build(out: &Path, all: bool) -> Result<(), Error> {
+/// As [`write()`], or without `all` as [`update()`], with pages of a kind.
+///
+/// # Errors
+/// As [`write()`].
+pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
     check(out)?;
     let sessions = tables::sessions(out)?;
     let bench = bench::read(out)?;
@@ -134,19 +146,30 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
     // the rows of every manoeuvre of an archive would be most of the memory
     let plot_files = tables::session_files(out, "plots")?;
     let manoeuvre_files = tables::session_files(out, "manoeuvres")?;
-    let pages = names::pages(
-        sessions.iter().map(|s| (s.ident.bike_id.as_str(), s.ident.session_id.as_str())),
-    );
+    let mut pages = names::pages(sessions.iter().map(|s| tables::key(&s.ident)));
+    if kind == Pages::None {
+        pages.iter_mut().for_each(String::clear);
+    }
     let environment = environment()?;
     let folder = out.join("report");
     let diagnosed = diagnosis_pages::Diagnosed::read(out, &sessions, &pages)?;
-    diagnosed.write(&environment, &folder)?;
+    let source = kind.source(sessions.len().max(diagnosed.pages().count()));
+    let sharing = AtomicBool::new(source == Source::Folder);
+    if source == Source::Folder {
+        assets::write(&folder)?;
+    }
+    diagnosed.write(&environment, &folder, source)?;
 
     // pages are independent of each other: their order of writing shows nowhere
     sessions.par_iter().zip(&pages).try_for_each(|(session, name)| -> Result<(), Error> {
+        if name.is_empty() {
+            return Ok(());
+        }
         let key = tables::key(&session.ident);
         let made_of = made_of(session, diagnosed.page_of(&session.ident), &bench.text);
-        if !all && is_made_of(&folder.join(name), &made_of) {
+        let there = is_made_of(&folder.join(name), &made_of).filter(|s| !all && kind.takes(*s));
+        if let Some(source) = there {
+            sharing.fetch_or(source == Source::Folder, Ordering::Relaxed);
             return Ok(());
         }
         let coefficients = run_of(&coefficients, key, |c| tables::key(&c.ident));
@@ -171,10 +194,10 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
             offroad => page::is_offroad(&figures),
             forces => Serde(forces::table(force_rows)),
             diagnosis => diagnosed.page_of(&session.ident),
-            data => Value::from_safe_string(figures::inline_json(&figures)?),
-            ..shared()
+            data => Value::from_safe_string(figures::pack::pack(&figures)?),
+            ..assets::context(source)
         })?;
-        let html = html.replacen(MARK, &format!("{MARK}\n{made_of}"), 1);
+        let html = html.replacen(MARK, &format!("{MARK}\n{made_of}, {} -->", source.word()), 1);
         Ok(table::write_bytes(&folder.join(name), html.as_bytes())?)
     })?;
 
@@ -185,9 +208,11 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
     if !fleet.is_empty() && !sessions.is_empty() {
         index.fleet = Some(write_fleet(out, &environment, &sessions, &pages)?);
     }
-    let html = environment
-        .get_template("run.html")?
-        .render(context! { run => Serde(&index), ..shared() })?;
+    let html = environment.get_template("run.html")?.render(context! {
+        run => Serde(&index),
+        long_script => Value::from_safe_string(LONG_SCRIPT.to_owned()),
+        ..assets::context(Source::Page)
+    })?;
     table::write_bytes(&folder.join("index.html"), html.as_bytes())?;
     let own: Vec<&str> = pages
         .iter()
@@ -196,6 +221,11 @@ fn build(out: &Path, all: bool) -> Result<(), Error> {
         .chain(index.fleet.map(|_| fleet::PAGE))
         .collect();
     remove_stale(&folder, &own);
+    let sharing = sharing.into_inner();
+    if sharing {
+        assets::write(&folder)?; // pages that stayed may have lost them
+    }
+    assets::remove_stale(&folder, sharing);
     Ok(())
 }
 
@@ -211,8 +241,8 @@ fn write_fleet(
     let html = environment.get_template("fleet.html")?.render(context! {
         page => Serde(&page),
         charts => Serde(figures::heads(&figures.charts)),
-        data => Value::from_safe_string(figures::inline_json(&figures)?),
-        ..shared()
+        data => Value::from_safe_string(figures::pack::pack(&figures)?),
+        ..assets::context(Source::Page)
     })?;
     table::write_bytes(&out.join("report").join(fleet::PAGE), html.as_bytes())?;
     Ok(page.events.len())
@@ -223,19 +253,6 @@ fn check(out: &Path) -> Result<(), Error> {
     match SIGNS.iter().any(|table| out.join(table).is_dir()) {
         true => Ok(()),
         false => Err(Error::NotAnOutput { path: out.to_owned() }),
-    }
-}
-
-/// What every page embeds; all of it our own text.
-fn shared() -> Value {
-    context! {
-        mark => Value::from_safe_string(MARK.to_owned()),
-        style => Value::from_safe_string(STYLE.to_owned()),
-        script => Value::from_safe_string(SCRIPT.to_owned()),
-        sessions_script => Value::from_safe_string(SESSIONS_SCRIPT.to_owned()),
-        uplot_script => Value::from_safe_string(UPLOT_SCRIPT.to_owned()),
-        uplot_style => Value::from_safe_string(UPLOT_STYLE.to_owned()),
-        version => crate::VERSION,
     }
 }
 
@@ -269,17 +286,21 @@ fn made_of(session: &rows::SessionRow, diagnosis: Option<&str>, bench: &str) -> 
     }
     hasher.update(session.path.as_bytes()).update(b"\n").update(bench.as_bytes());
     hasher.update(diagnosis.unwrap_or_default().as_bytes()).update(b"\n");
-    for text in TEMPLATES.iter().map(|(_, text)| *text).chain([STYLE, SCRIPT, UPLOT_SCRIPT]) {
+    let own = [STYLE, SCRIPT, UPLOT_SCRIPT, UPLOT_STYLE];
+    for text in TEMPLATES.iter().map(|(_, text)| *text).chain(own) {
         hasher.update(text.as_bytes());
     }
-    format!("<!-- made of {} -->", hasher.finalize().to_hex())
+    format!("<!-- made of {}", hasher.finalize().to_hex())
 }
 
-/// Whether a page is there that was made of just that.
-fn is_made_of(page: &Path, made_of: &str) -> bool {
-    let mut head = vec![0; MARK.len() + 1 + made_of.len()];
-    let read = std::fs::File::open(page).and_then(|mut file| file.read_exact(&mut head));
-    read.is_ok() && head.starts_with(MARK.as_bytes()) && head.ends_with(made_of.as_bytes())
+/// Where a page that is there and was made of just that has its script and style from.
+fn is_made_of(page: &Path, made_of: &str) -> Option<Source> {
+    let mut head = Vec::new();
+    let most = MARK.len() + made_of.len() + 64;
+    std::fs::File::open(page).ok()?.take(most as u64).read_to_end(&mut head).ok()?;
+    let rest = head.strip_prefix(MARK.as_bytes())?.strip_prefix(b"\n")?;
+    let rest = rest.strip_prefix(made_of.as_bytes())?.strip_prefix(b", ")?;
+    [Source::Page, Source::Folder].into_iter().find(|s| rest.starts_with(s.word().as_bytes()))
 }
 
 /// Takes away pages of an earlier build whose session is gone. One that cannot be removed is

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use crate::report::diagnosis_pages::Diagnosed;
 use crate::report::fleet::Page as Fleet;
 use crate::report::{
-    Error, bench, check, figures, fleet, index, markdown, names, page, run_of, still, tables,
-    tables_fleet,
+    Error, bench, check, figures, fleet, index, markdown, names, page, ratios, run_of, still,
+    tables, tables_fleet,
 };
 use crate::rows::SessionRow;
 use crate::table;
@@ -119,5 +119,7 @@ pub(super) fn over_all(
     let rows = tables_fleet::fleet(out)?;
     let events = tables_fleet::events(out)?;
     let histories = histories(out, sessions)?;
-    Ok(fleet::build(sessions, pages, &rows, &events, &histories))
+    let (mut page, charts) = fleet::build(sessions, pages, &rows, &events, &histories);
+    page.ratios = ratios::build(&tables_fleet::ratios(out)?, &rows);
+    Ok((page, charts))
 }

@@ -1,11 +1,12 @@
-//! The tables over all sessions, read back: `fleet`, `fleet_events`, `fleet_pooled`.
+//! The tables over all sessions, read back: `fleet`, `fleet_events`, `fleet_ratios`,
+//! `fleet_pooled`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::report::tables::{Columns, collect, for_each_batch};
 use crate::report::{Error, words};
-use crate::rows::{EventRow, FleetRow};
+use crate::rows::{EventRow, FleetRow, RatioRow};
 
 /// Every `fleet` row, by bike, then in the contract's order.
 ///
@@ -65,6 +66,32 @@ pub fn events(out: &Path) -> Result<Vec<EventRow>, Error> {
     rows.sort_by(|a, b| {
         b.evidence.abs().total_cmp(&a.evidence.abs()).then_with(|| a.bike_id.cmp(&b.bike_id))
     });
+    Ok(rows)
+}
+
+/// Every `fleet_ratios` row, by bike, the front first.
+///
+/// # Errors
+/// A file cannot be read or lacks a column.
+pub fn ratios(out: &Path) -> Result<Vec<RatioRow>, Error> {
+    let mut rows = collect(out, "fleet_ratios", |c, i| RatioRow {
+        bike_id: c.text("bike_id", i),
+        tyre: c.text("tyre", i),
+        first_session: c.text("first_session", i),
+        last_session: c.text("last_session", i),
+        n_sessions: c.integer("n_sessions", i),
+        side_force_ratio: c.maybe("side_force_ratio", i),
+        ci95_low: c.maybe("ci95_low", i),
+        ci95_high: c.maybe("ci95_high", i),
+        cornering_stiffness_0: c.maybe("cornering_stiffness_0", i),
+        scatter: c.maybe("scatter", i),
+        variety: c.number("variety", i),
+        noise: c.number("noise", i),
+        status: c.text("status", i),
+        reason: c.maybe_text("reason", i),
+    })?;
+    // a stable sort: tyres that followed one another on an axle stay in their order
+    rows.sort_by(|a, b| (&a.bike_id, &a.tyre).cmp(&(&b.bike_id, &b.tyre)));
     Ok(rows)
 }
 

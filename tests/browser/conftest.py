@@ -6,6 +6,7 @@ import subprocess
 import time
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from selenium import webdriver
@@ -65,6 +66,22 @@ def report(tmp_path_factory):
     return out / "report"
 
 
+@pytest.fixture(scope="session")
+def crowd(report, tmp_path_factory):
+    """The same with 200 sessions more, of which nothing but their row is known: pages that share."""
+    out = tmp_path_factory.mktemp("crowd") / "out"
+    shutil.copytree(report.parent, out, ignore=shutil.ignore_patterns("report", "*.lock"))
+    row = next((out / "sessions").glob("*/*.parquet"))
+    table = pq.read_table(row)
+    for i in range(200):
+        name = pa.array([f"more_{i:03}"], table.schema.field("session_id").type)
+        at = table.schema.get_field_index("session_id")
+        pq.write_table(table.set_column(at, table.schema.field(at), name), row.parent / f"more_{i:03}.parquet")
+    done = subprocess.run([PROGRAM, "report", out], capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    return out / "report"
+
+
 class Browser:
     """Chromium, with what the tests ask of it again and again."""
 
@@ -98,6 +115,9 @@ class Browser:
         self.driver.get_log("browser")
         self.driver.get_log("performance")
         self.driver.get(page.as_uri())
+        # what is drawn is unpacked after the page is there
+        ready = "const d = document.getElementById('data'); return !d || !!d.figures"
+        self.wait(ready, what="the page's data")
 
     def wait(self, script, *arguments, what=None):
         """Until a script says something true; that."""

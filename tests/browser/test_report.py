@@ -1,6 +1,7 @@
 """The report in real Chromium: what a reader does with it, and what a log must not do to it."""
 
 import json
+import time
 
 import pytest
 from conftest import CORPUS
@@ -71,7 +72,7 @@ def test_hover_shows_values_with_units(report, browser):
     holder = chart(browser, "[aria-label^='Front · longitudinal']")
     # onto a point, so that the point speaks too
     x, y = browser.js(
-        "const h = arguments[0], u = h.uplot, d = JSON.parse(document.getElementById('data').textContent);"
+        "const h = arguments[0], u = h.uplot, d = document.getElementById('data').figures;"
         "const c = d.charts[+h.dataset.chart].clouds[0], i = c.x.length >> 1;"
         "return [u.valToPos(c.x[i], 'x') - u.over.clientWidth / 2, u.valToPos(c.y[i], 'y') - u.over.clientHeight / 2]",
         holder,
@@ -154,7 +155,7 @@ def test_a_manoeuvre_is_picked_out_everywhere(report, browser):
     # from the time line, by a click on a segment; and back by another
     panel = chart(browser, "[data-panel]")
     at = browser.js(
-        "const u = arguments[0].uplot, s = JSON.parse(document.getElementById('data').textContent).segments.find(s => s.kind === 'cornering');"
+        "const u = arguments[0].uplot, s = document.getElementById('data').figures.segments.find(s => s.kind === 'cornering');"
         "return u.valToPos((s.start + s.end) / 2, 'x') - u.over.clientWidth / 2",
         panel,
     )
@@ -169,7 +170,7 @@ def test_a_point_of_the_fleet_leads_to_its_session(report, browser):
     browser.open(report / "fleet.html")
     holder = chart(browser)
     x, y = browser.js(
-        "const h = arguments[0], u = h.uplot, c = JSON.parse(document.getElementById('data').textContent).charts[+h.dataset.chart].clouds[0];"
+        "const h = arguments[0], u = h.uplot, c = document.getElementById('data').figures.charts[+h.dataset.chart].clouds[0];"
         "return [u.valToPos(c.x[0], 'x') - u.over.clientWidth / 2, u.valToPos(c.y[0], 'y') - u.over.clientHeight / 2]",
         holder,
     )
@@ -234,6 +235,63 @@ def test_paper_shows_whole_charts(report, browser):
         browser.media()
         pdf = browser.cdp("Page.printToPDF", {"printBackground": True})["data"]
         assert len(pdf) > 20_000, "the pages as PDF"
+
+
+def test_pages_of_many_sessions_share_their_script(crowd, report, browser):
+    page = crowd / session_page(report).name
+    assert page.stat().st_size + 85_000 < session_page(report).stat().st_size
+    browser.open(page)
+    chart(browser)
+    log = browser.driver.get_log("browser")
+    assert not log, log
+    events = [json.loads(e["message"])["message"] for e in browser.driver.get_log("performance")]
+    asked = {e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"}
+    beside = {p.as_uri() for p in (crowd / "assets").iterdir()}
+    assert len(beside) == 2 and asked == beside | {page.as_uri()}, asked
+    for size in (1400, 400):
+        browser.size(size, 900)
+        browser.settle()
+        assert browser.js("return document.documentElement.scrollWidth") <= size
+    # the same file elsewhere lacks them, but not its tables
+    assert browser.js("return document.querySelectorAll('.coefficients tbody tr').length") > 30
+
+
+def test_a_long_list_comes_by_hundreds_and_is_filtered(crowd, browser):
+    browser.open(crowd / "index.html")
+    assert not browser.driver.get_log("browser")
+    rows = lambda: browser.driver.find_elements(By.CSS_SELECTOR, "#sessions tbody tr")
+    told = browser.driver.find_element(By.CSS_SELECTOR, "#sessions output")
+    assert (len(rows()), told.text) == (100, "1 to 100 of 202")
+    back, on = browser.driver.find_elements(By.CSS_SELECTOR, "#sessions .tools button")
+    assert not back.is_enabled()
+    on.click()
+    on.click()
+    assert (len(rows()), told.text) == (2, "201 to 202 of 202") and not on.is_enabled()
+    field = browser.driver.find_element(By.CSS_SELECTOR, "#sessions input")
+    field.send_keys("TOURER more_15")
+    assert (len(rows()), told.text) == (10, "1 to 10 of 10")
+    links = [a.get_attribute("href") for a in browser.driver.find_elements(By.CSS_SELECTOR, "#sessions tbody a")]
+    assert links[0] == (crowd / "more_150.html").as_uri()
+    field.clear()
+    field.send_keys("</title><b>")
+    assert len(rows()) <= 1 and browser.js("return window.attacks + document.querySelectorAll('#sessions b').length") == 0
+    field.clear()
+    field.send_keys("more")
+    # paper has all that was found; so has a browser without scripts
+    browser.js("window.dispatchEvent(new Event('beforeprint'))")
+    assert len(rows()) == 200
+    browser.js("window.dispatchEvent(new Event('afterprint'))")
+    assert len(rows()) == 100
+    browser.cdp("Emulation.setScriptExecutionDisabled", {"value": True})
+    try:
+        browser.driver.get((crowd / "index.html").as_uri())
+        # without scripts nothing tells that the page is there
+        end = time.monotonic() + 20
+        while len(rows()) < 202 and time.monotonic() < end:
+            time.sleep(0.2)
+        assert len(rows()) == 202
+    finally:
+        browser.cdp("Emulation.setScriptExecutionDisabled", {"value": False})
 
 
 CONTRAST = """

@@ -23,6 +23,7 @@ mod motorcycle;
 mod objects;
 mod offroad;
 mod offroad_reference;
+mod page;
 mod polish;
 mod racing;
 mod racing_files;
@@ -30,6 +31,7 @@ mod recordings;
 mod recovery;
 mod report;
 mod report_fleet;
+mod report_pages;
 mod riding;
 #[cfg(feature = "cloud")]
 mod s3_server;

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::page;
 use roadbench::bike::{Axle, Bike};
 use roadbench::export::{
     fitted::Fitted,
@@ -250,7 +251,7 @@ fn plots(ident: &Ident) -> Vec<PlotPoint> {
 }
 
 /// Writes an output folder as the batch does.
-fn generate(out: &Path) {
+pub fn generate(out: &Path) {
     let sessions = [
         ("supersport", "2024-05-03_lap-1", "plain"),
         ("supersport", HOSTILE, HOSTILE),
@@ -374,19 +375,15 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
          2 not available."
     ));
     for plot in figures::PLOTS {
-        assert!(html.contains(&format!("\"name\":\"{}\"", plot.name)), "{}", plot.name);
         assert!(html.contains(plot.title), "{}", plot.title);
     }
-    let json = html
-        .split("<script type=\"application/json\" id=\"data\">")
-        .nth(1)
-        .and_then(|rest| rest.split("</script>").next())
-        .expect("data");
-    let data: serde_json::Value = serde_json::from_str(json).expect("valid JSON");
-    assert_eq!(data["charts"].as_array().map(Vec::len), Some(figures::PLOTS.len() + 3));
+    let data = page::data(&html);
+    let charts = data["charts"].as_array().expect("charts");
+    assert_eq!(charts.len(), figures::PLOTS.len() + 3);
+    assert!(figures::PLOTS.iter().all(|p| charts.iter().any(|c| c["name"] == p.name)));
     assert_eq!(data["panels"].as_array().map(Vec::len), Some(4));
     assert_eq!(data["segments"].as_array().map(Vec::len), Some(40));
-    assert_eq!(data["charts"][0]["clouds"][0]["x"].as_array().map(Vec::len), Some(600));
+    assert_eq!(data["charts"][0]["clouds"][0]["x"]["d"].as_array().map(Vec::len), Some(600));
 
     // the same tables, the same bytes
     let before: Vec<Vec<u8>> = pages.iter().map(|p| std::fs::read(p).expect("page")).collect();

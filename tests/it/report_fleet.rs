@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
+use crate::page;
 use roadbench::report::{self, publish};
 use roadbench::rows::{
-    Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance,
+    Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance, RatioRow,
     SessionRow, Status,
 };
 use roadbench::schema::Table;
@@ -170,6 +171,22 @@ fn generate(out: &Path) {
     write("fleet_events", "fleet_events.parquet", &|p, t| {
         table::write(p, t, std::slice::from_ref(&event))
     });
+    let ratio = |bike: &str, ends: Option<(f64, f64)>| RatioRow {
+        bike_id: bike.into(),
+        tyre: "rear".into(),
+        first_session: "s00".into(),
+        last_session: "s05".into(),
+        n_sessions: 6,
+        side_force_ratio: Some(0.0431),
+        ci95_low: ends.map(|e| e.0),
+        ci95_high: ends.map(|e| e.1),
+        cornering_stiffness_0: Some(12.4),
+        status: if ends.is_some() { "ok" } else { "not_available" }.into(),
+        reason: ends.is_none().then(|| format!("all sessions are alike {HOSTILE}")),
+        ..RatioRow::default()
+    };
+    let ratios = [ratio("one", Some((0.0312, 0.0551))), ratio(HOSTILE, None)];
+    write("fleet_ratios", "fleet_ratios.parquet", &|p, t| table::write(p, t, &ratios));
 }
 
 #[test]
@@ -187,12 +204,12 @@ fn the_fleet_has_a_page_with_boxes_events_and_links() {
     assert!(html.contains("<td>hard</td>") && html.contains("<td>soft</td>"));
     // the drift's interval leaves out zero: per 100 days
     assert!(html.contains("<strong>0.120 (0.040 to 0.200)</strong>"), "drift");
-    let json = html
-        .split("id=\"data\">")
-        .nth(1)
-        .and_then(|rest| rest.split("</script>").next())
-        .expect("data");
-    let data: serde_json::Value = serde_json::from_str(json).expect("valid JSON");
+    // a side force ratio with its interval, or the reason why there is none
+    let text = html.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("id=\"ratios\"") && text.contains("0.043</td>"), "the ratio");
+    assert!(text.contains("0.031 to 0.055</td>") && text.contains("</span> determined</td>"));
+    assert!(text.contains("</span> not available: all sessions are alike &lt;"), "the reason");
+    let data = page::data(&html);
     let charts = data["charts"].as_array().expect("charts");
     assert_eq!(charts.len(), 2, "the event's coefficient, and the main one of the other bike");
     assert_eq!(charts[0]["spans"][0]["label"], "tyre swap");

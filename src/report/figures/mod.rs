@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 pub mod catalogue;
+pub mod pack;
 
 use catalogue::axis;
 pub use catalogue::{Axis, OFFROAD_PLOTS, PANELS, PLOTS, Plot, RIDE_PLOTS};
@@ -157,12 +158,16 @@ pub struct Line {
     /// The series in words.
     pub label: String,
     /// Abscissae, rising.
+    #[serde(serialize_with = "pack::plain")]
     pub x: Vec<f64>,
     /// Ordinates; null breaks the line.
+    #[serde(serialize_with = "pack::gaps")]
     pub y: Vec<Option<f64>>,
     /// Lower edge of the band.
+    #[serde(serialize_with = "pack::gaps")]
     pub lo: Vec<Option<f64>>,
     /// Upper edge of the band.
+    #[serde(serialize_with = "pack::gaps")]
     pub hi: Vec<Option<f64>>,
     /// Whether the abscissae turn back: then it is drawn from point to point.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -178,15 +183,18 @@ pub struct Cloud {
     /// Series.
     pub name: String,
     /// Abscissae.
+    #[serde(serialize_with = "pack::plain")]
     pub x: Vec<f64>,
     /// Ordinates.
+    #[serde(serialize_with = "pack::plain")]
     pub y: Vec<f64>,
     /// Robust weights; 0 is an outlier.
+    #[serde(serialize_with = "pack::plain")]
     pub w: Vec<f64>,
     /// Manoeuvre of each point.
     pub m: Vec<Option<i64>>,
     /// What colours each point; empty where nothing does.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "pack::gaps")]
     pub s: Vec<Option<f64>>,
     /// Samples that each point stands for; empty where it is one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -198,10 +206,10 @@ pub struct Cloud {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub r: Option<f64>,
     /// Lower ends of the points' intervals; empty where they have none.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "pack::gaps")]
     pub lo: Vec<Option<f64>>,
     /// Upper ends.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "pack::gaps")]
     pub hi: Vec<Option<f64>>,
     /// What each point is called; empty where it has no name.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -338,8 +346,12 @@ fn assemble(
         return None;
     }
     let x_digits = digits(points.iter().map(|p| p.x * x.scale));
-    let y_digits =
-        digits(points.iter().flat_map(|p| [p.y, p.y_low, p.y_high]).flatten().map(|v| v * y.scale));
+    // a panel of the time line is low, and is half of the page
+    let parts = if name == TIMELINE { 4_000.0 } else { PARTS };
+    let y_digits = digits_of(
+        parts,
+        points.iter().flat_map(|p| [p.y, p.y_low, p.y_high]).flatten().map(|v| v * y.scale),
+    );
     let put_x = |v: f64| round(v * x.scale, x_digits);
     let put_y = |v: f64| round(v * y.scale, y_digits);
     let mut chart = Chart {
@@ -412,8 +424,15 @@ fn assemble(
     Some(chart)
 }
 
-/// Decimals that resolve a twenty-thousandth of the range: finer than any screen.
+/// Parts of its range that a number on a chart is told apart by: finer than any screen.
+const PARTS: f64 = 20_000.0;
+
+/// Decimals that resolve [`PARTS`] of the range.
 pub(super) fn digits(values: impl Iterator<Item = f64>) -> usize {
+    digits_of(PARTS, values)
+}
+
+fn digits_of(parts: f64, values: impl Iterator<Item = f64>) -> usize {
     let (low, high) = values
         .filter(|v| v.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -421,27 +440,7 @@ pub(super) fn digits(values: impl Iterator<Item = f64>) -> usize {
     if !(range > 0.0 && range.is_finite()) {
         return 6;
     }
-    (20_000.0 / range).log10().ceil().clamp(0.0, 12.0) as usize
-}
-
-/// JSON that is safe inside a `<script>` element, whatever the texts hold.
-///
-/// # Errors
-/// What serde says; plain structs of numbers and texts do not fail.
-pub fn inline_json<T: Serialize>(value: &T) -> Result<String, serde_json::Error> {
-    let mut out = String::new();
-    for c in serde_json::to_string(value)?.chars() {
-        match c {
-            // these only occur inside texts, where the escape means the same
-            '<' => out.push_str("\\u003c"),
-            '>' => out.push_str("\\u003e"),
-            '&' => out.push_str("\\u0026"),
-            '\u{2028}' => out.push_str("\\u2028"),
-            '\u{2029}' => out.push_str("\\u2029"),
-            c => out.push(c),
-        }
-    }
-    Ok(out)
+    (parts / range).log10().ceil().clamp(0.0, 12.0) as usize
 }
 
 #[cfg(test)]
@@ -488,13 +487,5 @@ mod tests {
         assert_eq!(figures.charts[0].name, "new_plot");
         assert_eq!(figures.panels[0].y.label, "pitch rate");
         assert_eq!(figures.panels[0].y.unit, "rad/s");
-    }
-
-    #[test]
-    fn json_cannot_close_its_script() {
-        let text = inline_json(&["</script><b>&\u{2028}"]).expect("json");
-        assert_eq!(text, "[\"\\u003c/script\\u003e\\u003cb\\u003e\\u0026\\u2028\"]");
-        let back: Vec<String> = serde_json::from_str(&text).expect("json");
-        assert_eq!(back, ["</script><b>&\u{2028}"]);
     }
 }

@@ -1,0 +1,153 @@
+//! The script and the style of the pages: inside each page, or once in a folder beside them.
+//!
+//! They are 91 KB. A page that holds them can be sent to somebody as it is; a few thousand pages
+//! had better share them. A shared file is named by what is in it, so that pages which were not
+//! yet made anew never get those of another version.
+
+use std::path::Path;
+
+use minijinja::{Value, context};
+
+use crate::report::{Error, MARK, SCRIPT, STYLE, UPLOT_SCRIPT, UPLOT_STYLE};
+use crate::table;
+
+/// The folder of the shared files, below that of the pages.
+pub const FOLDER: &str = "assets";
+/// Pages of sessions up to which each holds all it needs, unless somebody says otherwise.
+pub const FEW: usize = 50;
+/// First bytes of a shared file.
+const ASSET_MARK: &str = "/* roadbench report */\n";
+
+/// What the pages of the sessions are like.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Pages {
+    /// Self-contained up to 50 sessions, shared above; pages that are there stay as they are.
+    #[default]
+    Auto,
+    /// Each page is one file that opens wherever it is.
+    SelfContained,
+    /// Script and style once in `assets`, beside the pages.
+    Shared,
+    /// Of the run, the fleet and diagnoses alone, none of a session.
+    None,
+}
+
+/// Where a page has its script and style from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Source {
+    Page,
+    Folder,
+}
+
+impl Source {
+    /// As it stands at the head of a page.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Source::Page => "self-contained",
+            Source::Folder => "shared",
+        }
+    }
+}
+
+impl Pages {
+    /// What a page that is written now has them from, one of so many.
+    pub(super) fn source(self, pages: usize) -> Source {
+        match self {
+            Pages::SelfContained | Pages::None => Source::Page,
+            Pages::Shared => Source::Folder,
+            Pages::Auto if pages > FEW => Source::Folder,
+            Pages::Auto => Source::Page,
+        }
+    }
+
+    /// Whether a page of that kind may stay.
+    pub(super) fn takes(self, source: Source) -> bool {
+        match self {
+            Pages::Auto => true,
+            Pages::SelfContained => source == Source::Page,
+            Pages::Shared => source == Source::Folder,
+            Pages::None => false,
+        }
+    }
+}
+
+/// The files' contents, script first, with their endings.
+fn contents() -> [(&'static str, String); 2] {
+    [
+        ("js", format!("{ASSET_MARK}{UPLOT_SCRIPT}\n{SCRIPT}")),
+        ("css", format!("{ASSET_MARK}{UPLOT_STYLE}\n{STYLE}")),
+    ]
+}
+
+/// What the files are called, but for their endings.
+fn name() -> String {
+    let mut hasher = blake3::Hasher::new();
+    for (_, text) in contents() {
+        hasher.update(text.as_bytes());
+    }
+    format!("report-{}", &hasher.finalize().to_hex()[..12])
+}
+
+/// What a page's template needs for them; all of it our own text.
+pub(super) fn context(source: Source) -> Value {
+    let own = |text: &str| Value::from_safe_string(text.to_owned());
+    let embedded = context! {
+        mark => own(MARK),
+        style => own(STYLE),
+        script => own(SCRIPT),
+        uplot_script => own(UPLOT_SCRIPT),
+        uplot_style => own(UPLOT_STYLE),
+        version => crate::VERSION,
+    };
+    match source {
+        Source::Page => embedded,
+        Source::Folder => context! { assets => own(&format!("{FOLDER}/{}", name())), ..embedded },
+    }
+}
+
+/// Writes the shared files into the report's folder, unless they are there.
+pub(super) fn write(folder: &Path) -> Result<(), Error> {
+    let name = name();
+    for (ending, text) in contents() {
+        let path = folder.join(FOLDER).join(format!("{name}.{ending}"));
+        if std::fs::read(&path).is_ok_and(|there| there == text.as_bytes()) {
+            continue;
+        }
+        table::write_bytes(&path, text.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Takes away shared files that no page needs any more: those of other versions, and, of pages
+/// that hold all themselves, all. What cannot be removed is left.
+pub(super) fn remove_stale(folder: &Path, needed: bool) {
+    let current = name();
+    let assets = folder.join(FOLDER);
+    let Ok(entries) = std::fs::read_dir(&assets) else { return };
+    for path in entries.flatten().map(|e| e.path()) {
+        let kept = needed && path.file_stem().is_some_and(|s| s == current.as_str());
+        if !kept && std::fs::read(&path).is_ok_and(|bytes| is_own(&bytes)) {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+    // only where nothing else is in it
+    let _ = std::fs::remove_dir(assets);
+}
+
+/// Whether a file is one that was written here.
+pub(super) fn is_own(file: &[u8]) -> bool {
+    file.starts_with(ASSET_MARK.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_pages_share_unless_somebody_says_otherwise() {
+        assert_eq!(Pages::Auto.source(FEW), Source::Page);
+        assert_eq!(Pages::Auto.source(FEW + 1), Source::Folder);
+        assert_eq!(Pages::SelfContained.source(10_000), Source::Page);
+        assert_eq!(Pages::Shared.source(1), Source::Folder);
+    }
+}
