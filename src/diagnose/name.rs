@@ -20,6 +20,8 @@ use super::world::World;
 const SHARE: f64 = 0.3;
 /// Score from which there is an alarm, and that who is named must have itself.
 pub const ALARM: f64 = 1.1;
+/// The same for who may be it as well.
+const RIVAL: f64 = 0.8;
 /// Least gain of a refit, in twice the loss.
 const GAIN: f64 = 12.0;
 /// Score that makes up for half of it.
@@ -234,9 +236,11 @@ impl<'a> Stage<'a> {
         // what could not be that large says nothing of how much the others share in
         let possible = |c: &&Candidate| c.effect.possible(c.seen.delta * c.effect.typical.abs());
         let believed = largest(candidates.iter().filter(possible));
-        let scored = |c: &Candidate| c.seen.score > ALARM.max(SHARE * believed);
-        let mut gated: Vec<&Candidate> =
-            candidates.iter().filter(|c| scored(c) || sees(&c.effect) && c.explains).collect();
+        let scored = |c: &Candidate, least: f64| c.seen.score > least.max(SHARE * believed);
+        let mut gated: Vec<&Candidate> = candidates
+            .iter()
+            .filter(|c| scored(c, RIVAL) || sees(&c.effect) && c.explains)
+            .collect();
         gated.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         gated.truncate(REFITTED);
         let mut refits: Vec<(&Candidate, f64, Base)> = gated
@@ -245,20 +249,20 @@ impl<'a> Stage<'a> {
                 let refit = self.model.extended(samples, &[c.effect.parameter()], 8);
                 (c, 2.0 * (self.model.loss - refit.loss), refit)
             })
-            .filter(|(c, gain, refit)| {
-                let least = match c.seen.score {
-                    _ if !scored(c) => LARGE,
-                    score if score > CLEAR => 0.5 * GAIN,
-                    _ => GAIN,
-                };
-                *gain > least && c.effect.possible(size(&c.effect, refit))
-            })
+            .filter(|(c, _, refit)| c.effect.possible(size(&c.effect, refit)))
             .collect();
         refits.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let (best, gain, refit) = refits.first()?;
-        let equivalent: Vec<&'static str> = refits[1..]
+        let (best, gain, refit) = refits.iter().find(|(c, gain, _)| {
+            let least = match c.seen.score {
+                _ if !scored(c, ALARM) => LARGE,
+                score if score > CLEAR => 0.5 * GAIN,
+                _ => GAIN,
+            };
+            *gain > least && (scored(c, ALARM) || c.explains)
+        })?;
+        let equivalent: Vec<&'static str> = refits
             .iter()
-            .filter(|(_, g, _)| *g > EQUIVALENT * gain)
+            .filter(|(c, g, _)| *g > EQUIVALENT * gain && c.effect.name != best.effect.name)
             .map(|(c, _, _)| c.effect.name)
             .collect();
         let cause = Cause {
