@@ -14,7 +14,7 @@ use super::null::{Calibrated, Calibration, median};
 use super::rides::Rides;
 use super::samples::Samples;
 use super::scan::{Score, scan};
-use super::world::World;
+use super::world::{BASE, World};
 
 /// Share of the largest score that a candidate must have itself.
 const SHARE: f64 = 0.3;
@@ -26,6 +26,9 @@ const RIVAL: f64 = 0.8;
 const GAIN: f64 = 12.0;
 /// Score that makes up for half of it.
 const CLEAR: f64 = 1.5;
+/// The same for every further cause: what is not in any model, as a multibody ride's tyres, may gain more
+/// than the first needs.
+const FURTHER: f64 = 20.0;
 /// Candidates that are refitted.
 const REFITTED: usize = 6;
 /// Share of the best gain from which a candidate is an equivalent.
@@ -42,8 +45,8 @@ const MOST: usize = 4;
 const MODEL: f64 = 0.03;
 /// Share of a channel's noise below which it is learnt anew.
 const QUIETER: f64 = 0.9;
-/// Share of the nulls that are ridden on a model with causes.
-const AGAIN: f64 = 2.0 / 3.0;
+/// Most nulls that are ridden on a model with causes.
+const AGAIN: usize = 16;
 /// How far, as a share, a size may be from what was ridden.
 const AWAY: f64 = 0.1;
 /// How far from one the share of a size that a fit shows is believed to be.
@@ -252,9 +255,11 @@ impl<'a> Stage<'a> {
             .filter(|(c, _, refit)| c.effect.possible(size(&c.effect, refit)))
             .collect();
         refits.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let further = self.model.parameters.len() > BASE.len();
         let (best, gain, refit) = refits.iter().find(|(c, gain, _)| {
             let least = match c.seen.score {
                 _ if !scored(c, ALARM) => LARGE,
+                _ if further => FURTHER,
                 score if score > CLEAR => 0.5 * GAIN,
                 _ => GAIN,
             };
@@ -338,7 +343,7 @@ pub fn name<'a>(
     let sees = |effect: &Effect| {
         effects.iter().position(|e| e.name == effect.name).is_some_and(|j| calibration.sees(j))
     };
-    let nulls = (AGAIN * calibration.nulls as f64).ceil() as usize;
+    let nulls = calibration.nulls.min(AGAIN);
     let mut stage = Stage {
         model: near.clone(),
         rides: rides.on(&near.world),
