@@ -82,11 +82,9 @@ pub fn read(
     let id = usize::from(data.rec_id_size());
     let fields: Vec<Field<'_>> =
         channels.iter().map(|c| Field::of(c, group, id)).collect::<Option<_>>()?;
-    let pieces = pieces(data, record as u64)?;
-    let stream = pieces.last().map_or(0, |p| p.start.saturating_add(p.len));
-    if stream > bytes.len().saturating_mul(MOST_UNPACKED) {
-        return None;
-    }
+    let most = bytes.len().saturating_mul(MOST_UNPACKED);
+    let pieces = pieces(data, record as u64, most)?;
+    let stream = pieces.last().map_or(0, |p| p.start + p.len);
     let samples = group.sample_count.min(stream / record as u64) as usize;
     // not copies of one: fresh memory is zero already
     let mut columns: Vec<Vec<f64>> = fields.iter().map(|_| vec![0.0; samples]).collect();
@@ -99,10 +97,12 @@ pub fn read(
     Some(Columns { columns, broken })
 }
 
-/// The pieces of a group's stream; `None` if one is not to be read here.
-fn pieces(data: &DataGroup, record: u64) -> Option<Vec<Piece>> {
+/// The pieces of a group's stream; `None` if one is not to be read here, or ends beyond `most` bytes.
+fn pieces(data: &DataGroup, record: u64, most: u64) -> Option<Vec<Piece>> {
     let mut pieces = Vec::new();
     for (start, block) in data.block_index().iter() {
+        // before it is cut up: a damaged length would be cut into more pieces than there is memory for
+        start.checked_add(block.original_size).filter(|end| *end <= most)?;
         if block.invalidation_block.is_some() {
             return None;
         }

@@ -45,7 +45,8 @@ impl Number {
         match (channel.data_type, shift, bits) {
             (DataType::FloatLe, 0, 32) => Some(Number::F32),
             (DataType::FloatLe, 0, 64) => Some(Number::F64),
-            (DataType::UIntLe | DataType::IntLe, ..) if bits > 0 && shift + bits <= 64 => {
+            // a damaged count may be any
+            (DataType::UIntLe | DataType::IntLe, _, 1..=64) if shift + bits <= 64 => {
                 Some(Number::Integer { shift, bits, signed: channel.is_signed() })
             }
             _ => None,
