@@ -7,46 +7,48 @@
 
 use rayon::prelude::*;
 
-use super::base::{Base, LARGE, Start};
+use super::base::{self, Base, LARGE, Start};
 use super::effects::Effect;
 use super::generic::{self, Term};
 use super::null::{Calibrated, Calibration, median};
 use super::rides::Rides;
 use super::samples::Samples;
-use super::scan::scan;
-use super::world::World;
+use super::scan::{Score, scan};
+use super::world::{BASE, World};
 
 /// Share of the largest score that a candidate must have itself.
 const SHARE: f64 = 0.3;
-/// Least score that a candidate must have itself.
-const LEAST: f64 = 1.0;
-/// Score of any candidate from which there is an alarm.
+/// Score from which there is an alarm, and that who is named must have itself.
 pub const ALARM: f64 = 1.1;
+/// The same for who may be it as well.
+const RIVAL: f64 = 0.8;
 /// Least gain of a refit, in twice the loss.
 const GAIN: f64 = 12.0;
 /// Score that makes up for half of it.
 const CLEAR: f64 = 1.5;
-/// The same for every further name, and its share of the first one's gain.
-const FURTHER: (f64, f64) = (20.0, 0.03);
+/// The same for every further cause: what is not in any model, as a multibody ride's tyres, may gain more
+/// than the first needs.
+const FURTHER: f64 = 20.0;
 /// Candidates that are refitted.
 const REFITTED: usize = 6;
 /// Share of the best gain from which a candidate is an equivalent.
 const EQUIVALENT: f64 = 0.8;
-/// Structure, in thresholds, that contradicts what was named: what a cause leaves of itself grows with
-/// it, so the bar is this share of its score, within limits.
-const CONTRADICTS: f64 = 0.75;
-/// See above.
-const BARS: [f64; 2] = [1.4, 3.0];
+/// Structure, in thresholds of rides on the extended model, that contradicts what was named.
+const CONTRADICTS: f64 = 1.4;
 /// Share of what an effect shows that is in the structure's channel when it is contradicted by it.
 const TOUCHES: f64 = 0.1;
 /// Score from which a cause is believed beside structure that is elsewhere.
 const STRONG: f64 = 3.0;
 /// Most causes of one ride.
 const MOST: usize = 4;
-/// Rides on the extended model.
-const AGAIN: usize = 16;
 /// What the model itself is uncertain by, as a share of an estimate.
 const MODEL: f64 = 0.03;
+/// Share of a channel's noise below which it is learnt anew.
+const QUIETER: f64 = 0.9;
+/// Most nulls that are ridden on a model with causes.
+const AGAIN: usize = 16;
+/// How far, as a share, a size may be from what was ridden.
+const AWAY: f64 = 0.1;
 /// How far from one the share of a size that a fit shows is believed to be.
 const SHOWN: f64 = 0.3;
 
@@ -118,194 +120,298 @@ impl Naming {
     }
 }
 
-/// Names the causes of what a base leaves, looked for from near it ([`Base::believable`]).
-pub fn name(
-    samples: &Samples,
-    start: &Start,
-    effects: &[Effect],
-    calibration: &Calibration,
-    rides: &Rides<'_>,
-) -> Naming {
-    let Start { base, near, .. } = start;
-    let mut current = near.clone();
-    let mut open: Vec<usize> = (0..effects.len()).collect();
-    let mut named: Vec<Cause> = Vec::new();
-    let mut biases = Vec::new();
-    let mut first_alarm = 0.0;
-    let mut rest: Vec<Cause> = Vec::new();
-    for round in 0..=MOST {
-        let candidates: Vec<Effect> = open.iter().map(|&j| effects[j]).collect();
-        let scores = scan(samples, &current, &candidates);
-        let judged: Vec<_> =
-            open.iter().zip(&scores).map(|(&j, s)| (j, calibration.judge(j, s), *s)).collect();
-        let alarm = judged.iter().map(|(_, c, _)| c.score).fold(0.0, f64::max);
-        if round == 0 {
-            first_alarm = alarm;
+/// A model, and what candidates and structure show on rides on it.
+struct Stage<'a> {
+    model: Base,
+    /// With the noise that it leaves.
+    rides: Rides<'a>,
+    /// What was ridden: the model, with sizes as they must be for fits to show the model's.
+    ridden: World,
+    /// Candidates that are not in it.
+    open: Vec<Effect>,
+    /// Rides on it, by `open`.
+    nulls: Calibration,
+}
+
+/// A candidate at a stage.
+struct Candidate {
+    effect: Effect,
+    seen: Calibrated,
+    /// In the effect's unit.
+    bias: f64,
+    /// To first order, or that of the base's fit with it.
+    gain: f64,
+    /// Whether a base that was dragged astray is right with it.
+    explains: bool,
+}
+
+impl<'a> Stage<'a> {
+    /// A model that fits better: what it leaves is less noise.
+    fn new(
+        samples: &Samples,
+        model: &Base,
+        open: Vec<Effect>,
+        nulls: usize,
+        rides: &Rides<'a>,
+        named: &[(Cause, f64)],
+    ) -> Self {
+        let before = model.sigma;
+        let model = base::fit_with(samples, &model.start, &model.world, &model.parameters, None);
+        let quieter = before.iter().zip(model.sigma).any(|(before, now)| now < QUIETER * before);
+        let rides = if quieter { rides.learnt(&model) } else { rides.on(&model.world) };
+        let ridden = model.world.clone();
+        let held = Calibration::new(&rides, &model, &open, nulls);
+        let mut stage = Stage { model, rides, ridden, open, nulls: held };
+        // a fit that shows half of a size leaves the other half for somebody else to take up
+        let settled = stage.settled(named);
+        let off = |((c, _), (value, _)): (&(Cause, f64), &(f64, f64))| {
+            (value - size(&c.effect, &stage.model)).abs() > AWAY * value.abs()
+        };
+        if named.iter().zip(&settled).any(off) {
+            let mut ridden = stage.model.world.clone();
+            for ((cause, _), (value, _)) in named.iter().zip(&settled) {
+                let p = cause.effect.parameter();
+                let [low, high] = cause.effect.bounds;
+                p.set(&mut ridden, p.get(&stage.model.start) + value.clamp(low, high));
+            }
+            let rides = stage.rides.on(&ridden);
+            stage.nulls = Calibration::new(&rides, &stage.model, &stage.open, nulls);
+            stage.ridden = ridden;
         }
-        rest = judged
+        stage
+    }
+
+    /// Sizes and their errors from rides on the model itself: what a fit makes of a size that is known
+    /// there is what it makes of the unknown one here.
+    ///
+    /// A fit shows a share of a true size beside a bias that is there without it, given in the effect's
+    /// unit: noise in a regressor holds it back. The rides tell both.
+    fn settled(&self, named: &[(Cause, f64)]) -> Vec<(f64, f64)> {
+        let fits = &self.nulls.fits;
+        let (start, count) = (&self.model.start, fits.len() as f64);
+        let settle = |(cause, bias): &(Cause, f64)| {
+            let p = cause.effect.parameter();
+            let shown = size(&cause.effect, &self.model);
+            let truth = p.get(&self.ridden) - p.get(start);
+            let own: Vec<f64> = fits.iter().map(|fit| p.get(fit) - p.get(start)).collect();
+            let centre = median(&own);
+            let off: Vec<f64> = own.iter().map(|x| (x - centre).abs()).collect();
+            let spread = 1.4826 * median(&off);
+            let mean = own.iter().sum::<f64>() / count;
+            let square = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+            let sd = 0.5 * ((square / (count - 1.0).max(1.0)).sqrt() + spread);
+            // the share, and how well so few rides tell it; a size within its noise tells nothing of it
+            let precision = (truth / (1.25 * sd)).powi(2) * count;
+            let believed = SHOWN.powi(-2);
+            let seen = precision * (centre - bias) / truth;
+            let share = ((seen + believed) / (precision + believed)).clamp(0.3, 2.0);
+            let value = truth + (shown - centre) / share;
+            let scatter = cause.std_error.max(sd) / share;
+            let of_share = (value - truth) / share / (precision + believed).sqrt();
+            (value, scatter.hypot(of_share).hypot(MODEL * value))
+        };
+        named.iter().map(settle).collect()
+    }
+
+    /// What every open candidate shows.
+    fn candidates(&self, samples: &Samples, gains: &[f64]) -> Vec<Candidate> {
+        let scores = scan(samples, &self.model, &self.open);
+        let judge = |(k, (effect, score)): (usize, (&Effect, &Score))| {
+            let strained = gains.get(k).copied().unwrap_or(0.0);
+            Candidate {
+                effect: *effect,
+                seen: self.nulls.judge(k, score),
+                bias: self.nulls.bias[k] * effect.typical.abs(),
+                gain: score.gain.max(strained),
+                explains: strained > LARGE,
+            }
+        };
+        self.open.iter().zip(&scores).enumerate().map(judge).collect()
+    }
+
+    /// The cause that the model gains most by, and the model with it.
+    fn best(
+        &self,
+        samples: &Samples,
+        candidates: &[Candidate],
+        sees: &dyn Fn(&Effect) -> bool,
+    ) -> Option<(Cause, f64, Base)> {
+        // what could not be that large says nothing of how much the others share in
+        let possible = |c: &&Candidate| c.effect.possible(c.seen.delta * c.effect.typical.abs());
+        let believed = largest(candidates.iter().filter(possible));
+        let scored = |c: &Candidate, least: f64| c.seen.score > least.max(SHARE * believed);
+        let mut gated: Vec<&Candidate> = candidates
             .iter()
-            .map(|(j, c, _)| Cause {
-                effect: effects[*j],
-                verdict: if !calibration.sees(*j) {
-                    Verdict::NotIdentifiable
-                } else {
-                    Verdict::NotNeeded
-                },
-                value: c.delta * effects[*j].typical.abs(),
-                std_error: c.std_error * effects[*j].typical.abs(),
-                score: c.score,
-                gain: 0.0,
-                equivalent: Vec::new(),
-            })
+            .filter(|c| scored(c, RIVAL) || sees(&c.effect) && c.explains)
             .collect();
-        // a base that was dragged astray is an alarm by itself: what is linear may not tell by whom
-        let explains = |j: usize| round == 0 && start.gains.get(j).is_some_and(|g| *g > LARGE);
-        if (alarm <= ALARM && !open.iter().any(|&j| explains(j))) || round == MOST {
-            break;
-        }
-        let scored = |c: &Calibrated| c.score > LEAST.max(SHARE * alarm);
-        let mut gated: Vec<_> = judged
-            .iter()
-            .filter(|(j, c, _)| scored(c) || calibration.sees(*j) && explains(*j))
-            .map(|(j, c, s)| (*j, *c, start.gains.get(*j).map_or(s.gain, |g| g.max(s.gain))))
-            .collect();
-        gated.sort_by(|a, b| b.2.total_cmp(&a.2));
+        gated.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         gated.truncate(REFITTED);
-        let mut refits: Vec<(usize, f64, Base)> = gated
-            .par_iter()
-            .map(|(j, c, _)| {
-                let refit = current.extended(samples, &[effects[*j].parameter()], 8);
-                (*j, *c, 2.0 * (current.loss - refit.loss), refit)
+        let mut refits: Vec<(&Candidate, f64, Base)> = gated
+            .into_par_iter()
+            .map(|c| {
+                let refit = self.model.extended(samples, &[c.effect.parameter()], 8);
+                (c, 2.0 * (self.model.loss - refit.loss), refit)
             })
-            .filter(|(j, c, gain, refit)| {
-                let p = effects[*j].parameter();
-                let size = p.get(&refit.world) - p.get(&base.start);
-                let least = match named.first() {
-                    None if !scored(c) => LARGE,
-                    None if c.score > CLEAR => 0.5 * GAIN,
-                    None => GAIN,
-                    Some(first) => FURTHER.0.max(FURTHER.1 * first.gain),
-                };
-                *gain > least && effects[*j].possible(size)
-            })
-            .map(|(j, _, gain, refit)| (j, gain, refit))
+            .filter(|(c, _, refit)| c.effect.possible(size(&c.effect, refit)))
             .collect();
         refits.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let Some((best, gain, refit)) = refits.first().cloned() else {
-            break;
-        };
-        let equivalent: Vec<&'static str> = refits[1..]
+        let further = self.model.parameters.len() > BASE.len();
+        let (best, gain, refit) = refits.iter().find(|(c, gain, _)| {
+            let least = match c.seen.score {
+                _ if !scored(c, ALARM) => LARGE,
+                _ if further => FURTHER,
+                score if score > CLEAR => 0.5 * GAIN,
+                _ => GAIN,
+            };
+            *gain > least && (scored(c, ALARM) || c.explains)
+        })?;
+        let equivalent: Vec<&'static str> = refits
             .iter()
-            .filter(|(_, g, _)| *g > EQUIVALENT * gain)
-            .map(|(j, _, _)| effects[*j].name)
+            .filter(|(c, g, _)| *g > EQUIVALENT * gain && c.effect.name != best.effect.name)
+            .map(|(c, _, _)| c.effect.name)
             .collect();
-        let effect = effects[best];
-        let p = effect.parameter();
-        let Some((_, seen, _)) = judged.iter().find(|(j, _, _)| *j == best) else { break };
-        let bias = calibration.bias[best] * p.scale;
-        let value = p.get(&refit.world) - p.get(&base.start) - bias;
-        let std_error = seen.std_error * p.scale;
-        let verdict = if equivalent.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
-        named.push(Cause {
-            effect,
-            verdict,
-            value,
-            std_error,
-            score: seen.score,
-            gain,
+        let cause = Cause {
+            verdict: if equivalent.is_empty() { Verdict::Named } else { Verdict::Ambiguous },
+            value: size(&best.effect, refit) - best.bias,
+            gain: *gain,
             equivalent,
-        });
-        biases.push(bias);
-        current = refit;
-        open.retain(|j| *j != best);
+            ..best.cause(Verdict::Named)
+        };
+        Some((cause, best.bias, refit.clone()))
     }
-    if named.is_empty() {
-        current = base.clone();
-    }
-    // what is left, over which variable
-    let problem = current.problem(samples);
-    let linear = problem.linear(&current.world);
-    let terms = generic::terms(samples, &problem, &linear);
-    let (most, times) = calibration.largest(&terms);
-    let left = most.map(|_| times / calibration.structure).and_then(|times| {
+
+    /// What is left over which variable, and how many times what nulls show at most.
+    fn left(&self, terms: &[Term]) -> Option<(Term, f64)> {
+        let (most, times) = self.nulls.largest(terms);
+        most?;
         // the most unusual term tells that there is something, the one that gains most beyond its
         // usual what it goes with
         let (term, _) = terms
             .iter()
-            .zip(&calibration.usual)
+            .zip(&self.nulls.usual)
             .map(|(t, usual)| (t, t.gain - usual))
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((*term, times))
-    });
-    let bar = match named.first() {
-        None => 1.0,
-        Some(first) => (CONTRADICTS * first.score.max(first_alarm)).clamp(BARS[0], BARS[1]),
-    };
-    let contradicts = left.filter(|(_, times)| *times > bar);
-    let mut contradicted = Vec::new();
-    if let Some((term, _)) = contradicts.filter(|_| !named.is_empty()) {
-        // whoever shows where the structure is takes up part of something else, and so may the weak
-        let shows = |cause: &Cause| {
-            if cause.score < STRONG {
-                return true;
-            }
-            let place = current.parameters.iter().position(|p| p.name == cause.effect.name);
-            place.is_some_and(|k| problem.share(&linear.columns[k], term.channel) > TOUCHES)
-        };
-        let (out, kept): (Vec<_>, Vec<_>) =
-            named.into_iter().zip(biases).partition(|(c, _)| shows(c));
-        (named, biases) = kept.into_iter().unzip();
-        let withdrawn = |c: Cause| Cause { verdict: Verdict::Contradicted, ..c };
-        contradicted.extend(out.into_iter().map(|(c, _)| withdrawn(c)));
-        if !named.is_empty() && !contradicted.is_empty() {
-            let more: Vec<_> = named.iter().map(|c| c.effect.parameter()).collect();
-            current = near.extended(samples, &more, 8);
-        }
+        Some((*term, times / self.nulls.structure))
     }
-    settle(&mut named, &biases, &current, &base.start, rides);
-    named.extend(contradicted);
-    rest.retain(|c| named.iter().all(|n| n.effect.name != c.effect.name));
-    rest.sort_by(|a, b| b.score.total_cmp(&a.score));
-    named.extend(rest);
-    let unexplained = contradicts.is_some();
-    Naming { causes: named, extended: current, alarm: first_alarm, left, unexplained }
 }
 
-/// Sizes and their errors from rides on the extended model itself: what a fit makes of a size that is
-/// known there is what it makes of the unknown one here.
+impl Candidate {
+    fn cause(&self, verdict: Verdict) -> Cause {
+        let unit = self.effect.typical.abs();
+        Cause {
+            effect: self.effect,
+            verdict,
+            value: self.seen.delta * unit,
+            std_error: self.seen.std_error * unit,
+            score: self.seen.score,
+            gain: 0.0,
+            equivalent: Vec::new(),
+        }
+    }
+}
+
+fn largest<'a>(candidates: impl Iterator<Item = &'a Candidate>) -> f64 {
+    candidates.map(|c| c.seen.score).fold(0.0, f64::max)
+}
+
+fn settle(named: &mut [(Cause, f64)], stage: &Stage) {
+    let settled = stage.settled(named);
+    for ((cause, _), (value, std_error)) in named.iter_mut().zip(settled) {
+        cause.value = value;
+        cause.std_error = std_error;
+    }
+}
+
+/// Size of an effect in a model, beyond what is assumed of it.
+fn size(effect: &Effect, model: &Base) -> f64 {
+    let p = effect.parameter();
+    p.get(&model.world) - p.get(&model.start)
+}
+
+/// Names the causes of what a base leaves, looked for from near it ([`Base::believable`]).
 ///
-/// A fit shows a share of a true size beside a bias that is there without it, `biases` in the effects'
-/// units: noise in a regressor holds it back. Rides on the extended model tell the share.
-fn settle(named: &mut [Cause], biases: &[f64], extended: &Base, start: &World, rides: &Rides<'_>) {
-    if named.is_empty() {
-        return;
-    }
-    let rides = rides.on(&extended.world);
-    let sizes: Vec<Vec<f64>> = (0..AGAIN)
-        .into_par_iter()
-        .map(|number| {
-            let (_, quick) = rides.fit(number, extended, &extended.parameters, &[]);
-            let size = |c: &Cause| c.effect.parameter().get(&quick.base.world);
-            named.iter().map(size).collect()
-        })
+/// Once a cause is in the model, further candidates and structure are held against rides on the model
+/// with it: what a large cause leaves of itself it leaves there too, and is none of another's.
+pub fn name<'a>(
+    samples: &Samples,
+    start: &Start,
+    effects: &[Effect],
+    calibration: &Calibration,
+    rides: &Rides<'a>,
+) -> Naming {
+    let Start { base, near, gains, .. } = start;
+    let sees = |effect: &Effect| {
+        effects.iter().position(|e| e.name == effect.name).is_some_and(|j| calibration.sees(j))
+    };
+    let nulls = calibration.nulls.min(AGAIN);
+    let mut stage = Stage {
+        model: near.clone(),
+        rides: rides.on(&near.world),
+        ridden: near.world.clone(),
+        open: effects.to_vec(),
+        nulls: calibration.clone(),
+    };
+    let mut candidates = stage.candidates(samples, gains);
+    let unseen: Vec<Cause> = candidates
+        .iter()
+        .filter(|c| !sees(&c.effect))
+        .map(|c| c.cause(Verdict::NotIdentifiable))
         .collect();
-    for (k, (cause, bias)) in named.iter_mut().zip(biases).enumerate() {
-        let p = cause.effect.parameter();
-        let truth = p.get(&extended.world) - p.get(start);
-        let own: Vec<f64> = sizes.iter().map(|s| s[k] - p.get(start)).collect();
-        let centre = median(&own);
-        let spread = 1.4826 * median(&own.iter().map(|x| (x - centre).abs()).collect::<Vec<_>>());
-        let mean = own.iter().sum::<f64>() / AGAIN as f64;
-        let square = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
-        let sd = 0.5 * ((square / (AGAIN as f64 - 1.0)).sqrt() + spread);
-        // the share, and how well so few rides tell it; a size within its noise tells nothing of it
-        let precision = (truth / (1.25 * sd)).powi(2) * AGAIN as f64;
-        let believed = SHOWN.powi(-2);
-        let seen = precision * (centre - bias) / truth;
-        let share = ((seen + believed) / (precision + believed)).clamp(0.3, 2.0);
-        cause.value = (truth - bias) / share;
-        let scatter = cause.std_error.max(sd) / share;
-        let of_share = cause.value / share / (precision + believed).sqrt();
-        cause.std_error = scatter.hypot(of_share).hypot(MODEL * cause.value);
+    let alarm = largest(candidates.iter());
+    let mut named: Vec<(Cause, f64)> = Vec::new();
+    // a base that was dragged astray is an alarm by itself: what is linear may not tell by whom
+    while named.len() < MOST
+        && (largest(candidates.iter()) > ALARM || candidates.iter().any(|c| c.explains))
+    {
+        let Some((cause, bias, refit)) = stage.best(samples, &candidates, &sees) else { break };
+        let mut open = stage.open;
+        open.retain(|e| sees(e) && e.name != cause.effect.name);
+        named.push((cause, bias));
+        stage = Stage::new(samples, &refit, open, nulls, &stage.rides, &named);
+        candidates = stage.candidates(samples, &[]);
     }
+    if named.is_empty() {
+        stage.model = base.clone();
+    }
+    let problem = stage.model.problem(samples);
+    let linear = problem.linear(&stage.model.world);
+    let left = stage.left(&generic::terms(samples, &problem, &linear));
+    let bar = if named.is_empty() { 1.0 } else { CONTRADICTS };
+    let contradicts = left.filter(|(_, times)| *times > bar);
+    let mut withdrawn = Vec::new();
+    if let Some((term, _)) = contradicts {
+        // whoever shows where the structure is takes up part of something else, and so may the weak
+        let shows = |cause: &Cause| {
+            let place = stage.model.parameters.iter().position(|p| p.name == cause.effect.name);
+            let touches = |k: usize| problem.share(&linear.columns[k], term.channel) > TOUCHES;
+            cause.score < STRONG || place.is_some_and(touches)
+        };
+        (withdrawn, named) = named.into_iter().partition(|(c, _)| shows(c));
+    }
+    // who is left stays without the others
+    let without = |stage: &mut Stage<'a>, named: &[(Cause, f64)]| {
+        let more: Vec<_> = named.iter().map(|(c, _)| c.effect.parameter()).collect();
+        let kept = near.extended(samples, &more, 8);
+        *stage = Stage::new(samples, &kept, Vec::new(), nulls, rides, named);
+    };
+    if !named.is_empty() && !withdrawn.is_empty() {
+        without(&mut stage, &named);
+    }
+    settle(&mut named, &stage);
+    // fits to rides on the model itself do not even give back that it is there
+    let (lost, mut named): (Vec<_>, Vec<_>) =
+        named.into_iter().partition(|(c, _)| c.value.abs() < c.std_error);
+    if !named.is_empty() && !lost.is_empty() {
+        without(&mut stage, &named);
+        settle(&mut named, &stage);
+    }
+    withdrawn.extend(lost);
+    let mut causes: Vec<Cause> = named.into_iter().map(|(cause, _)| cause).collect();
+    let out = |(c, _): (Cause, f64)| Cause { verdict: Verdict::Contradicted, ..c };
+    causes.extend(withdrawn.into_iter().map(out));
+    let seen = candidates.iter().filter(|c| sees(&c.effect));
+    let mut rest: Vec<Cause> = seen.map(|c| c.cause(Verdict::NotNeeded)).collect();
+    rest.sort_by(|a, b| b.score.total_cmp(&a.score));
+    causes.extend(rest.into_iter().chain(unseen));
+    Naming { causes, extended: stage.model, alarm, left, unexplained: contradicts.is_some() }
 }

@@ -16,11 +16,13 @@ use super::residuals::Blocks;
 use super::rides::Rides;
 use super::samples::{BLOCK, Samples};
 use super::scan::{Score, scores};
-use super::world::{BASE, Parameter};
+use super::world::{Parameter, World};
 use crate::segment::Kind;
 
 /// Largest detection limit that is one, in usual sizes.
 pub const SEEN: f64 = 4.0;
+/// What a bias is uncertain by, as a share of it: it is as right as the noise that nulls are given.
+const BIASED: f64 = 0.2;
 /// Share of the nulls whose largest score lies below the threshold.
 const QUANTILE: f64 = 0.95;
 
@@ -48,6 +50,8 @@ pub struct Calibration {
     pub tops: Vec<f64>,
     /// Mean and largest rms of the nulls' residuals, by kind and channel.
     pub floor: BTreeMap<(Kind, usize), [f64; 2]>,
+    /// What each null's fit made of the model that was ridden.
+    pub fits: Vec<World>,
 }
 
 /// A candidate against its nulls.
@@ -62,26 +66,29 @@ pub struct Calibrated {
 }
 
 impl Calibration {
-    /// Simulates nulls of a ride and scores them.
-    pub fn new(rides: &Rides<'_>, base: &Base, effects: &[Effect], nulls: usize) -> Self {
+    /// Simulates nulls of a ride and scores them: `rides` are on `model`, the base alone or with the
+    /// effects that were taken in, and whatever else a candidate shows there is none of its own.
+    pub fn new(rides: &Rides<'_>, model: &Base, effects: &[Effect], nulls: usize) -> Self {
         let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
-        let all: Vec<Parameter> = BASE.iter().chain(&more).copied().collect();
-        let scored: Vec<(Vec<Score>, Rms, Vec<Term>)> = (0..nulls)
+        let all: Vec<Parameter> = model.parameters.iter().chain(&more).copied().collect();
+        let scored: Vec<(Vec<Score>, Rms, Vec<Term>, World)> = (0..nulls)
             .into_par_iter()
             .map(|number| {
-                let (samples, quick) = rides.fit(number, base, BASE, &more);
+                let (samples, quick) = rides.fit(number, model, &model.parameters, &more);
                 let scores = scores(&samples, &quick.base, &all, &quick.linear);
                 let terms = generic::terms(&samples, &quick.base.problem(&samples), &quick.linear);
-                (scores, rms(&samples, &quick.linear.residuals), terms)
+                (scores, rms(&samples, &quick.linear.residuals), terms, quick.base.world)
             })
             .collect();
         let mut sizes = Vec::with_capacity(nulls);
         let mut terms = Vec::with_capacity(nulls);
         let mut scores = Vec::with_capacity(nulls);
-        for (score, size, term) in scored {
+        let mut fits = Vec::with_capacity(nulls);
+        for (score, size, term, fit) in scored {
             scores.push(score);
             sizes.push(size);
             terms.push(term);
+            fits.push(fit);
         }
         let scored = scores;
         let mut calibration = Self::of(&scored, effects.len());
@@ -97,6 +104,7 @@ impl Calibration {
             (0..effects.len()).map(|j| calibration.judge(j, &s[j]).score).fold(0.0, f64::max)
         });
         calibration.tops = tops.collect();
+        calibration.fits = fits;
         calibration
     }
 
@@ -184,13 +192,20 @@ impl Calibration {
             structure: f64::INFINITY,
             tops: Vec::new(),
             floor: BTreeMap::new(),
+            fits: Vec::new(),
         }
     }
 
     /// Detection limit of effect `j`, in usual sizes: 3.3 standard deviations of nulls over the
     /// response, at which half are named.
     pub fn limit(&self, j: usize) -> f64 {
-        3.3 * self.spread[j] / self.response[j]
+        3.3 * self.error(j, 0.0) / self.response[j]
+    }
+
+    /// Standard deviation of a size: that of nulls or of the manoeuvres, and what the bias is
+    /// uncertain by.
+    fn error(&self, j: usize, own: f64) -> f64 {
+        self.spread[j].max(own).hypot(BIASED * self.bias[j])
     }
 
     /// Whether an effect that can be would be seen in such a ride.
@@ -201,11 +216,11 @@ impl Calibration {
     /// A real ride's score of effect `j`.
     pub fn judge(&self, j: usize, score: &Score) -> Calibrated {
         let delta = score.delta - self.bias[j];
-        let std_error = self.spread[j].max(score.std_error);
+        let std_error = self.error(j, score.std_error);
         let robust = (delta / std_error).abs() / self.threshold[0];
         // manoeuvres that scatter more than in nulls (pads, gusts) make nulls too sure
         let more = (score.std_error / self.scatter[j].max(f64::MIN_POSITIVE)).max(1.0);
-        let plain = (delta / (more * self.spread[j])).abs() / (1.4 * self.threshold[1]);
+        let plain = (delta / (more * self.error(j, 0.0))).abs() / (1.4 * self.threshold[1]);
         let score = if self.sees(j) { robust.max(plain) } else { 0.0 };
         Calibrated { delta, std_error, score }
     }

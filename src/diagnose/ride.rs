@@ -85,7 +85,15 @@ impl Diagnosis {
     /// simulated ride it is what a perfect diagnosis would gain.
     pub fn gain_of(&self, effects: &[Effect]) -> f64 {
         let more: Vec<_> = effects.iter().map(Effect::parameter).collect();
-        let extended = self.base.extended(&self.samples, &more, 6);
+        // a base that was dragged astray has no way back to a large effect: from what was named, too
+        let mut elsewhere = self.naming.extended.world.clone();
+        for p in &self.naming.extended.parameters[self.base.parameters.len()..] {
+            p.set(&mut elsewhere, p.get(&self.base.start));
+        }
+        let from =
+            |world: World| Base { world, ..self.base.clone() }.extended(&self.samples, &more, 6);
+        let [here, there] = [self.base.world.clone(), elsewhere].map(from);
+        let extended = if there.loss < here.loss { there } else { here };
         2.0 * (self.base.held_out(&self.samples, FOLDS) - extended.held_out(&self.samples, FOLDS))
     }
 }
@@ -240,15 +248,17 @@ fn cause_rows(
     let (mut gain, mut bound) = (None, None);
     if any {
         let before = base.held_out(samples, FOLDS);
-        gain = Some(2.0 * (before - naming.extended.held_out(samples, FOLDS)));
-        let known = &naming.extended.parameters;
+        // by the base's own scale: the extended model knows less noise
+        let extended = Base { sigma: base.sigma, ..naming.extended.clone() };
+        gain = Some(2.0 * (before - extended.held_out(samples, FOLDS)));
+        let known = &extended.parameters;
         let others: Vec<_> = effects
             .iter()
             .map(Effect::parameter)
             .filter(|p| known.iter().all(|k| k.name != p.name))
             .collect();
         // from where the named ones are it is not far
-        let everything = naming.extended.extended(samples, &others, 3);
+        let everything = extended.extended(samples, &others, 3);
         bound = Some(2.0 * (before - everything.held_out(samples, FOLDS)));
     }
     let own = unexplained(naming, ident);

@@ -80,6 +80,12 @@ impl<'a> Rides<'a> {
         rides
     }
 
+    /// The ride on a better model, its noise learnt anew from what that leaves.
+    #[must_use]
+    pub fn learnt(&self, model: &Base) -> Self {
+        Self::new(self.session, self.segments, self.bike, model, self.seed)
+    }
+
     /// The same noise on another model.
     pub fn on(&self, world: &World) -> Rides<'a> {
         let clean = match *world == self.world {

@@ -117,6 +117,38 @@ fn two_hidden_effects_are_both_named_with_their_sizes() {
     assert!(after < 0.8 * before, "{after} for {before}");
 }
 
+/// A patch of low friction beside a large crown: the second cause shows only against rides on a model
+/// that has the first.
+#[test]
+fn a_second_cause_is_named_beside_a_large_one() {
+    let case = Case::draw(41, 32, Kind::Double, [1.5, 4.0]);
+    assert_eq!(case.hidden.len(), 2);
+    let d = ask(&case, &[]);
+    let named = told(&d);
+    assert_eq!(named.len(), 2, "{named:?}");
+    for (effect, size) in &case.hidden {
+        let (_, value, sd) = named.iter().find(|n| n.0 == effect.name).expect("named");
+        assert!((value - size).abs() < 3.0 * sd && *sd < 0.25 * size.abs(), "{value} +- {sd}");
+    }
+}
+
+/// A fit to the paper's plan shows little more than half of a late velocity: the size is that of which
+/// it does, and what the fit leaves is not put on another.
+#[test]
+fn a_late_velocity_is_found_whole() {
+    let hidden = vec![(Effect::named("latency").expect("known"), -0.05)];
+    let case =
+        Case { seed: 37, number: 192, kind: Kind::Single, plan: "paper", hidden, foreign: None };
+    let d = ask(&case, &[]);
+    let named = told(&d);
+    assert_eq!(named.len(), 1, "{named:?}");
+    let (name, value, sd) = named[0];
+    assert_eq!(name, "latency");
+    assert!((value + 0.05).abs() < 2.0 * sd && sd < 0.005, "{value} +- {sd}");
+    let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.world);
+    assert!(shown > -0.036, "{shown}");
+}
+
 /// A cause that is not among the candidates is not blamed on another, and what is left is over the
 /// variable that it goes with: a late velocity is wrong by how fast it changes.
 #[test]
