@@ -188,6 +188,22 @@ impl Base {
         Base { world, loss, start: self.start.clone(), sigma: self.sigma, parameters }
     }
 
+    /// The model with the noise that it leaves, fitted with that again.
+    #[must_use]
+    pub fn settled(&self, samples: &Samples) -> Base {
+        let mut problem = self.problem(samples);
+        let mut world = self.world.clone();
+        let mut linear = problem.linear(&world);
+        for _ in 0..4 {
+            problem.sigma = noise(samples, &linear.residuals);
+            let Some((moved, _)) = problem.follow(&mut linear, &world) else { break };
+            world = moved;
+        }
+        let world = problem.optimum(&world, 4);
+        let loss = problem.loss(&world);
+        Base { world, loss, sigma: problem.sigma, ..self.clone() }
+    }
+
     /// The base as a start for its extensions.
     ///
     /// A large effect drags the base to where no motorcycle is, and what is linear about that place is

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::base::{self, Base, LARGE, Start};
+use super::base::{Base, LARGE, Start};
 use super::effects::Effect;
 use super::generic::{self, Term};
 use super::null::{Calibrated, Calibration, median};
@@ -31,6 +31,8 @@ const CLEAR: f64 = 1.5;
 const FURTHER: f64 = 20.0;
 /// Candidates that are refitted.
 const REFITTED: usize = 6;
+/// Share of the best gain to first order below which a candidate is not.
+const FAR: f64 = 0.2;
 /// Share of the best gain from which a candidate is an equivalent.
 const EQUIVALENT: f64 = 0.8;
 /// Structure, in thresholds of rides on the extended model, that contradicts what was named.
@@ -45,8 +47,11 @@ const MOST: usize = 4;
 const MODEL: f64 = 0.03;
 /// Share of a channel's noise below which it is learnt anew.
 const QUIETER: f64 = 0.9;
-/// Most nulls that are ridden on a model with causes.
+/// Score by the stage before from which candidates are held against rides on the model itself.
+const LOOK: f64 = 0.7;
+/// Most nulls that are ridden on a model with causes, and those of a first look at sizes.
 const AGAIN: usize = 16;
+const FIRST: usize = 8;
 /// How far, as a share, a size may be from what was ridden.
 const AWAY: f64 = 0.1;
 /// How far from one the share of a size that a fit shows is believed to be.
@@ -146,71 +151,53 @@ struct Candidate {
 }
 
 impl<'a> Stage<'a> {
-    /// A model that fits better: what it leaves is less noise.
+    /// The next: a model that fits better leaves less noise.
+    ///
+    /// Rides on it tell what sizes its causes have. Candidates are held against them only where those
+    /// of the stage before have it that one may be a cause as well: they cost the most.
     fn new(
         samples: &Samples,
         model: &Base,
         open: Vec<Effect>,
-        nulls: usize,
-        rides: &Rides<'a>,
+        before: &Stage<'a>,
         named: &[(Cause, f64)],
     ) -> Self {
-        let before = model.sigma;
-        let model = base::fit_with(samples, &model.start, &model.world, &model.parameters, None);
-        let quieter = before.iter().zip(model.sigma).any(|(before, now)| now < QUIETER * before);
-        let rides = if quieter { rides.learnt(&model) } else { rides.on(&model.world) };
-        let ridden = model.world.clone();
-        let held = Calibration::new(&rides, &model, &open, nulls);
-        let mut stage = Stage { model, rides, ridden, open, nulls: held };
-        // a fit that shows half of a size leaves the other half for somebody else to take up
-        let settled = stage.settled(named);
-        let off = |((c, _), (value, _)): (&(Cause, f64), &(f64, f64))| {
-            (value - size(&c.effect, &stage.model)).abs() > AWAY * value.abs()
+        let count = before.nulls.nulls.min(AGAIN);
+        let sigma = model.sigma;
+        let model = model.settled(samples);
+        let quieter = sigma.iter().zip(model.sigma).map(|(before, now)| now / before);
+        let quieter = quieter.fold(1.0, f64::min);
+        let rides = match quieter < QUIETER {
+            true => before.rides.learnt(&model),
+            false => before.rides.on(&model.world),
         };
+        let fit = |number| rides.fit(number, &model, &model.parameters, &[]).1.base.world;
+        let fits: Vec<World> = (0..count.min(FIRST)).into_par_iter().map(fit).collect();
+        // a fit that shows half of a size leaves the other half for somebody else to take up
+        let settled = settled(&model, &model.world, &fits, named);
+        let off = |((c, _), (value, _)): (&(Cause, f64), &(f64, f64))| {
+            (value - size(&c.effect, &model)).abs() > AWAY * value.abs()
+        };
+        let mut ridden = model.world.clone();
         if named.iter().zip(&settled).any(off) {
-            let mut ridden = stage.model.world.clone();
             for ((cause, _), (value, _)) in named.iter().zip(&settled) {
                 let p = cause.effect.parameter();
                 let [low, high] = cause.effect.bounds;
-                p.set(&mut ridden, p.get(&stage.model.start) + value.clamp(low, high));
+                p.set(&mut ridden, p.get(&model.start) + value.clamp(low, high));
             }
-            let rides = stage.rides.on(&ridden);
-            stage.nulls = Calibration::new(&rides, &stage.model, &stage.open, nulls);
-            stage.ridden = ridden;
         }
+        let rides = rides.on(&ridden);
+        // candidates as those before would judge them; what is quieter now they judge too low
+        let place = |e: &Effect| before.open.iter().position(|b| b.name == e.name);
+        let places: Vec<usize> = open.iter().filter_map(place).collect();
+        let mut stage =
+            Stage { nulls: before.nulls.only(&places), model, rides, ridden, open: Vec::new() };
+        stage.open = open;
+        let alarming = largest(stage.candidates(samples, &[]).iter()) > LOOK * quieter;
+        let candidates = if alarming { stage.open.as_slice() } else { &[] };
+        let nulls = Calibration::new(&stage.rides, &stage.model, candidates, count);
+        stage.nulls = if alarming { nulls } else { nulls.judging_as(&stage.nulls) };
         stage
-    }
-
-    /// Sizes and their errors from rides on the model itself: what a fit makes of a size that is known
-    /// there is what it makes of the unknown one here.
-    ///
-    /// A fit shows a share of a true size beside a bias that is there without it, given in the effect's
-    /// unit: noise in a regressor holds it back. The rides tell both.
-    fn settled(&self, named: &[(Cause, f64)]) -> Vec<(f64, f64)> {
-        let fits = &self.nulls.fits;
-        let (start, count) = (&self.model.start, fits.len() as f64);
-        let settle = |(cause, bias): &(Cause, f64)| {
-            let p = cause.effect.parameter();
-            let shown = size(&cause.effect, &self.model);
-            let truth = p.get(&self.ridden) - p.get(start);
-            let own: Vec<f64> = fits.iter().map(|fit| p.get(fit) - p.get(start)).collect();
-            let centre = median(&own);
-            let off: Vec<f64> = own.iter().map(|x| (x - centre).abs()).collect();
-            let spread = 1.4826 * median(&off);
-            let mean = own.iter().sum::<f64>() / count;
-            let square = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
-            let sd = 0.5 * ((square / (count - 1.0).max(1.0)).sqrt() + spread);
-            // the share, and how well so few rides tell it; a size within its noise tells nothing of it
-            let precision = (truth / (1.25 * sd)).powi(2) * count;
-            let believed = SHOWN.powi(-2);
-            let seen = precision * (centre - bias) / truth;
-            let share = ((seen + believed) / (precision + believed)).clamp(0.3, 2.0);
-            let value = truth + (shown - centre) / share;
-            let scatter = cause.std_error.max(sd) / share;
-            let of_share = (value - truth) / share / (precision + believed).sqrt();
-            (value, scatter.hypot(of_share).hypot(MODEL * value))
-        };
-        named.iter().map(settle).collect()
     }
 
     /// What every open candidate shows.
@@ -246,6 +233,8 @@ impl<'a> Stage<'a> {
             .collect();
         gated.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         gated.truncate(REFITTED);
+        let least = FAR * gated.first().map_or(0.0, |c| c.gain);
+        gated.retain(|c| c.gain > least);
         let mut refits: Vec<(&Candidate, f64, Base)> = gated
             .into_par_iter()
             .map(|c| {
@@ -314,8 +303,44 @@ fn largest<'a>(candidates: impl Iterator<Item = &'a Candidate>) -> f64 {
     candidates.map(|c| c.seen.score).fold(0.0, f64::max)
 }
 
+/// Sizes and their errors from rides on the model itself: what a fit makes of a size that is known
+/// there is what it makes of the unknown one here.
+///
+/// A fit shows a share of a true size beside a bias that is there without it, given in the effect's
+/// unit: noise in a regressor holds it back. The rides tell both.
+fn settled(
+    model: &Base,
+    ridden: &World,
+    fits: &[World],
+    named: &[(Cause, f64)],
+) -> Vec<(f64, f64)> {
+    let (start, count) = (&model.start, fits.len() as f64);
+    let settle = |(cause, bias): &(Cause, f64)| {
+        let p = cause.effect.parameter();
+        let shown = size(&cause.effect, model);
+        let truth = p.get(ridden) - p.get(start);
+        let own: Vec<f64> = fits.iter().map(|fit| p.get(fit) - p.get(start)).collect();
+        let centre = median(&own);
+        let off: Vec<f64> = own.iter().map(|x| (x - centre).abs()).collect();
+        let spread = 1.4826 * median(&off);
+        let mean = own.iter().sum::<f64>() / count;
+        let square = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+        let sd = 0.5 * ((square / (count - 1.0).max(1.0)).sqrt() + spread);
+        // the share, and how well so few rides tell it; a size within its noise tells nothing of it
+        let precision = (truth / (1.25 * sd)).powi(2) * count;
+        let believed = SHOWN.powi(-2);
+        let seen = precision * (centre - bias) / truth;
+        let share = ((seen + believed) / (precision + believed)).clamp(0.3, 2.0);
+        let value = truth + (shown - centre) / share;
+        let scatter = cause.std_error.max(sd) / share;
+        let of_share = (value - truth) / share / (precision + believed).sqrt();
+        (value, scatter.hypot(of_share).hypot(MODEL * value))
+    };
+    named.iter().map(settle).collect()
+}
+
 fn settle(named: &mut [(Cause, f64)], stage: &Stage) {
-    let settled = stage.settled(named);
+    let settled = settled(&stage.model, &stage.ridden, &stage.nulls.fits, named);
     for ((cause, _), (value, std_error)) in named.iter_mut().zip(settled) {
         cause.value = value;
         cause.std_error = std_error;
@@ -343,14 +368,14 @@ pub fn name<'a>(
     let sees = |effect: &Effect| {
         effects.iter().position(|e| e.name == effect.name).is_some_and(|j| calibration.sees(j))
     };
-    let nulls = calibration.nulls.min(AGAIN);
-    let mut stage = Stage {
+    let first = || Stage {
         model: near.clone(),
         rides: rides.on(&near.world),
         ridden: near.world.clone(),
         open: effects.to_vec(),
         nulls: calibration.clone(),
     };
+    let mut stage = first();
     let mut candidates = stage.candidates(samples, gains);
     let unseen: Vec<Cause> = candidates
         .iter()
@@ -364,10 +389,10 @@ pub fn name<'a>(
         && (largest(candidates.iter()) > ALARM || candidates.iter().any(|c| c.explains))
     {
         let Some((cause, bias, refit)) = stage.best(samples, &candidates, &sees) else { break };
-        let mut open = stage.open;
+        let mut open = stage.open.clone();
         open.retain(|e| sees(e) && e.name != cause.effect.name);
         named.push((cause, bias));
-        stage = Stage::new(samples, &refit, open, nulls, &stage.rides, &named);
+        stage = Stage::new(samples, &refit, open, &stage, &named);
         candidates = stage.candidates(samples, &[]);
     }
     if named.is_empty() {
@@ -392,15 +417,16 @@ pub fn name<'a>(
     let without = |stage: &mut Stage<'a>, named: &[(Cause, f64)]| {
         let more: Vec<_> = named.iter().map(|(c, _)| c.effect.parameter()).collect();
         let kept = near.extended(samples, &more, 8);
-        *stage = Stage::new(samples, &kept, Vec::new(), nulls, rides, named);
+        *stage = Stage::new(samples, &kept, Vec::new(), &first(), named);
     };
     if !named.is_empty() && !withdrawn.is_empty() {
         without(&mut stage, &named);
     }
     settle(&mut named, &stage);
-    // fits to rides on the model itself do not even give back that it is there
-    let (lost, mut named): (Vec<_>, Vec<_>) =
-        named.into_iter().partition(|(c, _)| c.value.abs() < c.std_error);
+    // fits to rides on the model itself do not even give back that it is there, or that it can be
+    let (lost, mut named): (Vec<_>, Vec<_>) = named
+        .into_iter()
+        .partition(|(c, _)| c.value.abs() < c.std_error || !c.effect.possible(c.value));
     if !named.is_empty() && !lost.is_empty() {
         without(&mut stage, &named);
         settle(&mut named, &stage);

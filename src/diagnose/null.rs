@@ -108,6 +108,26 @@ impl Calibration {
         calibration
     }
 
+    /// What is known of the candidates at some places.
+    #[must_use]
+    pub fn only(&self, places: &[usize]) -> Self {
+        let of = |x: &[f64]| places.iter().map(|&j| x[j]).collect();
+        Calibration {
+            bias: of(&self.bias),
+            spread: of(&self.spread),
+            response: of(&self.response),
+            scatter: of(&self.scatter),
+            ..self.clone()
+        }
+    }
+
+    /// Nulls without candidates, which are judged as others do.
+    #[must_use]
+    pub fn judging_as(self, other: &Calibration) -> Self {
+        let Calibration { usual, structure, nulls, floor, fits, .. } = self;
+        Calibration { usual, structure, nulls, floor, fits, ..other.clone() }
+    }
+
     /// Learns what generic terms gain in nulls.
     fn left(&mut self, terms: &[Vec<Term>]) {
         let n = terms.len() as f64;

@@ -13,7 +13,8 @@ pub const EFFECT: Effect = Effect {
     sentence: "the brakes drag while they are warm",
     unit: "N m",
     typical: 2.0,
-    bounds: [-2.0, 20.0],
+    // it cannot push
+    bounds: [0.0, 20.0],
     source: "pads that do not come free; a drag that never changes is rolling resistance",
     enters: "torque on both wheels over the heat of past stops",
     channels: &[
