@@ -161,21 +161,21 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
             acceleration: known(&rolldd, i),
         };
         action.steer = steer(plant, &state, &response, &lean);
-        let response = plant.response(&state, &action);
+        let shown = state;
+        let response = plant.advance(&mut state, &action, dt);
         for (column, value) in out.iter_mut().zip([
-            state.vx,
-            state.vy,
+            shown.vx,
+            shown.vy,
             response.acceleration[0],
             response.acceleration[1],
-            state.roll,
-            state.yaw_rate,
-            state.steer,
-            state.omega[0],
-            state.omega[1],
+            shown.roll,
+            shown.yaw_rate,
+            shown.steer,
+            shown.omega[0],
+            shown.omega[1],
         ]) {
             column.push(value);
         }
-        plant.advance(&mut state, &action, dt);
         state.vx = state.vx.max(0.0);
     }
     let mut shown = session.clone();

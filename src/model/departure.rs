@@ -108,6 +108,11 @@ impl Departure {
         warm * (1.0 - there)
     }
 
+    /// Whether it matters which way the motorcycle goes.
+    pub fn by_heading(&self) -> bool {
+        self.wind != 0.0 || self.grade != 0.0 || self.patch != 0.0
+    }
+
     /// Whether wheel loads change what a tyre does per load.
     pub fn by_load(&self) -> bool {
         self.radius_per_load != 0.0

@@ -191,13 +191,15 @@ impl Plant {
     }
 
     /// Derivative of the state, and everything on the way.
-    fn derivative(&self, s: &State, action: &Action) -> ([f64; N], Response) {
+    ///
+    /// `caster` is the sine and cosine of the caster angle.
+    fn derivative(&self, caster: (f64, f64), s: &State, action: &Action) -> ([f64; N], Response) {
         let still = self.static_load();
-        let (mut rates, mut response) = self.with_load(s, action, still);
+        let (mut rates, mut response) = self.with_load(caster, s, action, still);
         if self.departure.by_load() {
             // loads hang on the forces and the forces on the loads: weakly, so twice is enough
             for _ in 0..2 {
-                (rates, response) = self.with_load(s, action, response.load);
+                (rates, response) = self.with_load(caster, s, action, response.load);
             }
         }
         (rates, response)
@@ -210,13 +212,18 @@ impl Plant {
     }
 
     /// The same, tyres as they are under an assumed load.
-    fn with_load(&self, s: &State, action: &Action, assumed: [f64; 2]) -> ([f64; N], Response) {
+    fn with_load(
+        &self,
+        caster: (f64, f64),
+        s: &State,
+        action: &Action,
+        assumed: [f64; 2],
+    ) -> ([f64; N], Response) {
         let (m, h) = (self.mass, self.cg_height);
         let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
         let (sin_phi, cos_phi) = s.roll.sin_cos();
         let beyond = &self.departure;
-        let along = s.yaw.cos();
-        let caster = self.caster_angle.sin_cos();
+        let along = if beyond.by_heading() { s.yaw.cos() } else { 0.0 };
         let wheel = front_wheel(s.steer, (sin_phi, cos_phi), caster, Corrected);
         let camber = [wheel.camber, s.roll].map(|g| g - beyond.bank);
         let tan_camber = match beyond.bank == 0.0 {
@@ -393,12 +400,12 @@ impl Plant {
 
     /// Everything that follows from a state and an action at this instant.
     pub fn response(&self, state: &State, action: &Action) -> Response {
-        self.derivative(state, action).1
+        self.derivative(self.caster_angle.sin_cos(), state, action).1
     }
 
     /// Rates of the state at this instant: zero in a steady turn but for the heading.
     pub fn rates(&self, state: &State, action: &Action) -> State {
-        State::from_array(&self.derivative(state, action).0)
+        State::from_array(&self.derivative(self.caster_angle.sin_cos(), state, action).0)
     }
 
     /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.
@@ -415,23 +422,29 @@ impl Plant {
         ((dt * fastest / 2.2).ceil() as usize).clamp(2, 60)
     }
 
-    /// Advances the state by `dt` with the action held (classical Runge-Kutta, sub-stepped).
-    pub fn advance(&self, state: &mut State, action: &Action, dt: f64) {
+    /// Advances the state by `dt` with the action held (classical Runge-Kutta, sub-stepped); gives what
+    /// followed from them before.
+    pub fn advance(&self, state: &mut State, action: &Action, dt: f64) -> Response {
         let n = self.substeps(state, dt);
         let h = dt / n as f64;
-        for _ in 0..n {
+        let caster = self.caster_angle.sin_cos();
+        let (mut k1, response) = self.derivative(caster, state, action);
+        for step in 0..n {
             let y = state.to_array();
             let at = |k: &[f64; N], f: f64| {
                 State::from_array(&std::array::from_fn(|i| y[i] + f * h * k[i]))
             };
-            let k1 = self.derivative(state, action).0;
-            let k2 = self.derivative(&at(&k1, 0.5), action).0;
-            let k3 = self.derivative(&at(&k2, 0.5), action).0;
-            let k4 = self.derivative(&at(&k3, 1.0), action).0;
+            if step > 0 {
+                k1 = self.derivative(caster, state, action).0;
+            }
+            let k2 = self.derivative(caster, &at(&k1, 0.5), action).0;
+            let k3 = self.derivative(caster, &at(&k2, 0.5), action).0;
+            let k4 = self.derivative(caster, &at(&k3, 1.0), action).0;
             *state = State::from_array(&std::array::from_fn(|i| {
                 y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
             }));
         }
+        response
     }
 }
 
