@@ -108,10 +108,10 @@ fn term(
     if rows.len() < FEWEST {
         return None;
     }
-    let mut sorted: Vec<f64> = rows.iter().map(|(i, _, _)| x[*i]).collect();
-    sorted.sort_by(f64::total_cmp);
-    let low = sorted[sorted.len() / 100];
-    let high = sorted[sorted.len() - 1 - sorted.len() / 100];
+    let mut sizes: Vec<f64> = rows.iter().map(|(i, _, _)| x[*i]).collect();
+    let (last, off) = (sizes.len() - 1, sizes.len() / 100);
+    let low = *sizes.select_nth_unstable_by(off, f64::total_cmp).1;
+    let high = *sizes.select_nth_unstable_by(last - off, f64::total_cmp).1;
     if high - low < 1e-9 * high.abs().max(1e-9) {
         return None;
     }
@@ -120,6 +120,7 @@ fn term(
     let mut own = DMatrix::zeros(2, 2);
     let mut pull = DVector::zeros(2);
     let sigma = problem.sigma[channel];
+    let mut weighted = Vec::with_capacity(rows.len());
     for (i, z, weight) in rows {
         let u = (2.0 * (x[i] - low) / (high - low) - 1.0).clamp(-1.0, 1.0);
         let g = [u, 1.5 * u * u - 0.5];
@@ -128,10 +129,16 @@ fn term(
             for q in 0..2 {
                 own[(p, q)] += weight * g[p] * g[q];
             }
-            for (k, column) in linear.columns[..b].iter().enumerate() {
-                cross[(k, p)] += weight * column[channel][i] / sigma * g[p];
-            }
         }
+        weighted.push((i, g.map(|g| weight * g / sigma)));
+    }
+    for (k, column) in linear.columns[..b].iter().enumerate() {
+        let column = &column[channel];
+        let sum = weighted
+            .iter()
+            .fold([0.0; 2], |[a, b], (i, [p, q])| [a + p * column[*i], b + q * column[*i]]);
+        cross[(k, 0)] = sum[0];
+        cross[(k, 1)] = sum[1];
     }
     let projected = &own - cross.transpose() * inverse.solve(&cross);
     // a hundredth of what the term would be alone: next to nothing is left beside the parameters

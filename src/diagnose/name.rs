@@ -29,6 +29,8 @@ const CLEAR: f64 = 1.5;
 /// The same for every further cause: what is not in any model, as a multibody ride's tyres, may gain more
 /// than the first needs.
 const FURTHER: f64 = 20.0;
+/// Score that makes up for half of that.
+const SURE: f64 = 1.8;
 /// Candidates that are refitted.
 const REFITTED: usize = 6;
 /// Share of the best gain to first order below which a candidate is not.
@@ -51,7 +53,7 @@ const QUIETER: f64 = 0.9;
 const LOOK: f64 = 0.7;
 /// Most nulls that are ridden on a model with causes, and those of a first look at sizes.
 const AGAIN: usize = 16;
-const FIRST: usize = 8;
+const FIRST: usize = 6;
 /// How far, as a share, a size may be from what was ridden.
 const AWAY: f64 = 0.1;
 /// How far from one the share of a size that a fit shows is believed to be.
@@ -190,9 +192,7 @@ impl<'a> Stage<'a> {
         // candidates as those before would judge them; what is quieter now they judge too low
         let place = |e: &Effect| before.open.iter().position(|b| b.name == e.name);
         let places: Vec<usize> = open.iter().filter_map(place).collect();
-        let mut stage =
-            Stage { nulls: before.nulls.only(&places), model, rides, ridden, open: Vec::new() };
-        stage.open = open;
+        let mut stage = Stage { nulls: before.nulls.only(&places), model, rides, ridden, open };
         let alarming = largest(stage.candidates(samples, &[]).iter()) > LOOK * quieter;
         let candidates = if alarming { stage.open.as_slice() } else { &[] };
         let nulls = Calibration::new(&stage.rides, &stage.model, candidates, count);
@@ -248,6 +248,7 @@ impl<'a> Stage<'a> {
         let (best, gain, refit) = refits.iter().find(|(c, gain, _)| {
             let least = match c.seen.score {
                 _ if !scored(c, ALARM) => LARGE,
+                score if further && score > SURE => 0.5 * FURTHER,
                 _ if further => FURTHER,
                 score if score > CLEAR => 0.5 * GAIN,
                 _ => GAIN,
@@ -334,7 +335,11 @@ fn settled(
         let value = truth + (shown - centre) / share;
         let scatter = cause.std_error.max(sd) / share;
         let of_share = (value - truth) / share / (precision + believed).sqrt();
-        (value, scatter.hypot(of_share).hypot(MODEL * value))
+        match value.is_finite() {
+            true => (value, scatter.hypot(of_share).hypot(MODEL * value)),
+            // the model cannot even be ridden: what the fit itself says
+            false => (shown - bias, cause.std_error.hypot(MODEL * shown)),
+        }
     };
     named.iter().map(settle).collect()
 }

@@ -10,6 +10,8 @@ use super::samples::along_strip;
 use super::smooth::{gradient, smooth};
 use super::world::World;
 use crate::channel::Channel;
+use crate::ingest::gaps::bridge;
+use crate::ingest::resample;
 use crate::model::departure::{BrakeHistory, Departure};
 use crate::model::{Stiffness, Tyre};
 use crate::segment::{Kind, Segment};
@@ -20,6 +22,10 @@ use crate::simulate::rider::steer;
 
 /// How fast the throttle brings the speed back, 1/s.
 const THROTTLE: f64 = 0.8;
+
+/// Roll angle from which nobody comes back, and below which a motorcycle is upright, rad.
+const FALLEN: f64 = 1.5;
+const UPRIGHT: f64 = 0.1;
 
 /// The plant that a base world describes.
 pub fn plant(world: &World, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> Plant {
@@ -83,8 +89,9 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
     let missing = || vec![0.0; n];
     let column = |c: Channel| session.get(c).map_or_else(missing, |x| smooth(x, rate));
     let known = |x: &[f64], i: usize| if x[i].is_finite() { x[i] } else { 0.0 };
-    let v = column(Channel::VelocityX);
-    let roll = column(Channel::Roll);
+    // through a gap the ride goes on as straight as it can
+    let v = bridged(column(Channel::VelocityX));
+    let roll = bridged(column(Channel::Roll));
     let (rolld, ax) = (gradient(&roll, rate), gradient(&v, rate));
     let rolldd = gradient(&smooth(&rolld, rate), rate);
     let pressures = [Channel::BrakePressureFront, Channel::BrakePressureRear].map(column);
@@ -111,13 +118,22 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
     let vy = column(Channel::VelocityY);
     let yaw_rate = column(Channel::YawRate);
     let omega = [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(column);
+    let mut down = 0..0;
     for i in 0..n {
-        if !ridden[i] {
+        if !(state.roll.abs() < FALLEN && state.vx.is_finite()) {
+            // a bend that the model cannot ride is left out whole
+            let leaned = |i: &usize| roll[*i].abs() > UPRIGHT;
+            down = (0..i).rev().take_while(leaned).last().unwrap_or(i)
+                ..(i..n).take_while(leaned).last().unwrap_or(i) + 1;
+            out.iter_mut().for_each(|column| column[down.start..i].fill(f64::NAN));
+            (state, action) = (State::default(), Action::default());
+        }
+        if !ridden[i] || down.contains(&i) {
             brakes.see(known(&v, i), pressures.iter().any(|p| p[i] > BrakeHistory::PRESSED), dt);
             out.iter_mut().for_each(|column| column.push(f64::NAN));
             continue;
         }
-        if starts[i] {
+        if starts[i] || i > 0 && i == down.end {
             let beyond = &plant.departure;
             state.yaw_rate = known(&yaw_rate, i);
             state.vx = (known(&v, i) + beyond.latency * known(&ax, i)).max(0.0);
@@ -211,4 +227,32 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
         }
     }
     shown
+}
+
+/// A column with straight lines through its gaps, held before the first and after the last that is
+/// known; zeros where nothing is.
+fn bridged(mut x: Vec<f64>) -> Vec<f64> {
+    let known = |v: &f64| v.is_finite();
+    let (Some(first), Some(last)) = (x.iter().position(known), x.iter().rposition(known)) else {
+        x.fill(0.0);
+        return x;
+    };
+    let ends = [x[first], x[last]];
+    x[..first].fill(ends[0]);
+    x[last + 1..].fill(ends[1]);
+    bridge(&mut x, usize::MAX, resample::Kind::Linear);
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_bridged_and_ends_held() {
+        let n = f64::NAN;
+        assert_eq!(bridged(vec![n, 1.0, n, n, 4.0, n]), [1.0, 1.0, 2.0, 3.0, 4.0, 4.0]);
+        assert_eq!(bridged(vec![n, n]), [0.0, 0.0]);
+        assert_eq!(bridged(Vec::new()), [0.0; 0]);
+    }
 }
