@@ -18,6 +18,7 @@ mod fleet;
 mod formats;
 mod ingest;
 mod kill;
+mod levels;
 mod motorcycle;
 #[cfg(feature = "cloud")]
 mod objects;
