@@ -19,7 +19,7 @@ use super::world::{BASE, World};
 /// Share of the largest score that a candidate must have itself.
 const SHARE: f64 = 0.3;
 /// Score from which there is an alarm, and that who is named must have itself.
-pub const ALARM: f64 = 1.1;
+pub const ALARM: f64 = 1.25;
 /// The same for who may be it as well.
 const RIVAL: f64 = 0.8;
 /// Least gain of a refit, in twice the loss.
