@@ -103,7 +103,7 @@ pub struct Quick {
     pub linear: Linear,
 }
 
-/// Fits `fitted` from a model whose own ride it is; `more` is linearised along with it,
+/// Fits `fitted` from a model whose own ride it is, or one near by; `more` is linearised along with it,
 /// `disturb` may add to what is added to the residuals.
 pub fn fit_quick(
     samples: &Samples,

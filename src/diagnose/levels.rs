@@ -135,7 +135,8 @@ fn pool_one(effect: &Effect, says: &[Say]) -> Vec<CauseRow> {
             let (value, std_error, _) = mean(&group);
             let gain = left_out(&group);
             let score = (value / std_error).abs() / BEYOND;
-            if group.len() < 2 || score < 1.0 || gain < GAIN {
+            let sound = score >= 1.0 && gain >= GAIN && effect.possible(value);
+            if group.len() < 2 || !sound {
                 return None;
             }
             let bikes: BTreeSet<&str> = group.iter().map(|s| s.ident.bike_id.as_str()).collect();

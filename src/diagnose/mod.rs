@@ -10,7 +10,8 @@
 //! vanish when it is right ([`residuals`]): block means of 0.3 s, channel by channel. A *world*
 //! ([`world`]) holds every number that enters them, those of the base and those of the [`effects`]
 //! that the base leaves out. What a candidate must score to be believed is not computed but seen: on
-//! the same ride, ridden again by the simulator on the base model alone ([`null`]).
+//! the same ride, ridden again by the simulator on the base model alone, and once a cause is named on
+//! the model that has it ([`null`]).
 //!
 //! The method is that of `diagnosis.md`, section 2. What is left without an explanation is looked for
 //! over the variables of the ride ([`generic`]); what several sessions share is in [`levels`]; the

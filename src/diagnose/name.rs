@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::base::{Base, LARGE, Start};
+use super::base::{Base, LARGE, Linear, Start};
 use super::effects::Effect;
 use super::generic::{self, Term};
 use super::null::{Calibrated, Calibration, median};
@@ -68,6 +68,9 @@ pub enum Verdict {
     Ambiguous,
     /// It would have been named, but leaves more structure than a cause may.
     Contradicted,
+    /// It would have been named, but rides on the model with it do not give it back, or no size that
+    /// can be.
+    Lost,
     /// Nothing speaks for it.
     NotNeeded,
     /// The ride says nothing about it.
@@ -80,7 +83,7 @@ impl Verdict {
         match self {
             Verdict::Named => "named",
             Verdict::Ambiguous => "ambiguous",
-            Verdict::Contradicted | Verdict::NotNeeded => "not_needed",
+            Verdict::Contradicted | Verdict::Lost | Verdict::NotNeeded => "not_needed",
             Verdict::NotIdentifiable => "not_identifiable",
         }
     }
@@ -231,7 +234,9 @@ impl<'a> Stage<'a> {
             .iter()
             .filter(|c| scored(c, RIVAL) || sees(&c.effect) && c.explains)
             .collect();
-        gated.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        // those that can be named first
+        let alarms = |c: &Candidate| scored(c, ALARM) || c.explains;
+        gated.sort_by(|a, b| alarms(b).cmp(&alarms(a)).then(b.gain.total_cmp(&a.gain)));
         gated.truncate(REFITTED);
         let least = FAR * gated.first().map_or(0.0, |c| c.gain);
         gated.retain(|c| c.gain > least);
@@ -253,7 +258,7 @@ impl<'a> Stage<'a> {
                 score if score > CLEAR => 0.5 * GAIN,
                 _ => GAIN,
             };
-            *gain > least && (scored(c, ALARM) || c.explains)
+            *gain > least && alarms(c)
         })?;
         let equivalent: Vec<&'static str> = refits
             .iter()
@@ -271,17 +276,16 @@ impl<'a> Stage<'a> {
     }
 
     /// What is left over which variable, and how many times what nulls show at most.
-    fn left(&self, terms: &[Term]) -> Option<(Term, f64)> {
-        let (most, times) = self.nulls.largest(terms);
-        most?;
+    fn left(&self, samples: &Samples) -> (Option<(Term, f64)>, Linear) {
+        let problem = self.model.problem(samples);
+        let linear = problem.linear(&self.model.world);
+        let terms = generic::terms(samples, &problem, &linear);
+        let (most, times) = self.nulls.largest(&terms);
         // the most unusual term tells that there is something, the one that gains most beyond its
         // usual what it goes with
-        let (term, _) = terms
-            .iter()
-            .zip(&self.nulls.usual)
-            .map(|(t, usual)| (t, t.gain - usual))
-            .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((*term, times / self.nulls.structure))
+        let beyond = terms.iter().zip(&self.nulls.usual).map(|(t, usual)| (t, t.gain - usual));
+        let term = beyond.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| most.is_some());
+        (term.map(|(t, _)| (*t, times / self.nulls.structure)), linear)
     }
 }
 
@@ -344,14 +348,6 @@ fn settled(
     named.iter().map(settle).collect()
 }
 
-fn settle(named: &mut [(Cause, f64)], stage: &Stage) {
-    let settled = settled(&stage.model, &stage.ridden, &stage.nulls.fits, named);
-    for ((cause, _), (value, std_error)) in named.iter_mut().zip(settled) {
-        cause.value = value;
-        cause.std_error = std_error;
-    }
-}
-
 /// Size of an effect in a model, beyond what is assumed of it.
 fn size(effect: &Effect, model: &Base) -> f64 {
     let p = effect.parameter();
@@ -403,46 +399,67 @@ pub fn name<'a>(
     if named.is_empty() {
         stage.model = base.clone();
     }
-    let problem = stage.model.problem(samples);
-    let linear = problem.linear(&stage.model.world);
-    let left = stage.left(&generic::terms(samples, &problem, &linear));
-    let bar = if named.is_empty() { 1.0 } else { CONTRADICTS };
-    let contradicts = left.filter(|(_, times)| *times > bar);
-    let mut withdrawn = Vec::new();
-    if let Some((term, _)) = contradicts {
+    let (mut left, linear) = stage.left(samples);
+    let beyond = |left: Option<(Term, f64)>, named: &[(Cause, f64)]| {
+        let bar = if named.is_empty() { 1.0 } else { CONTRADICTS };
+        left.is_some_and(|(_, times)| times > bar)
+    };
+    let mut unexplained = beyond(left, &named);
+    let mut out: Vec<Cause> = Vec::new();
+    if let Some((term, _)) = left.filter(|_| unexplained) {
         // whoever shows where the structure is takes up part of something else, and so may the weak
-        let shows = |cause: &Cause| {
+        let problem = stage.model.problem(samples);
+        let shows = |(cause, _): &mut (Cause, f64)| {
             let place = stage.model.parameters.iter().position(|p| p.name == cause.effect.name);
             let touches = |k: usize| problem.share(&linear.columns[k], term.channel) > TOUCHES;
             cause.score < STRONG || place.is_some_and(touches)
         };
-        (withdrawn, named) = named.into_iter().partition(|(c, _)| shows(c));
+        let contradicted = |(c, _)| Cause { verdict: Verdict::Contradicted, ..c };
+        out.extend(named.extract_if(.., shows).map(contradicted));
     }
-    // who is left stays without the others
-    let without = |stage: &mut Stage<'a>, named: &[(Cause, f64)]| {
-        let more: Vec<_> = named.iter().map(|(c, _)| c.effect.parameter()).collect();
-        let kept = near.extended(samples, &more, 8);
-        *stage = Stage::new(samples, &kept, Vec::new(), &first(), named);
-    };
-    if !named.is_empty() && !withdrawn.is_empty() {
-        without(&mut stage, &named);
+    // who is left stays without the others, at the sizes that rides on the model itself give back
+    let mut whole = out.is_empty();
+    let mut lost: Vec<Cause> = Vec::new();
+    while !named.is_empty() {
+        if !whole {
+            let more: Vec<_> = named.iter().map(|(c, _)| c.effect.parameter()).collect();
+            let kept = near.extended(samples, &more, 8);
+            stage = Stage::new(samples, &kept, Vec::new(), &first(), &named);
+        }
+        let settled = settled(&stage.model, &stage.ridden, &stage.nulls.fits, &named);
+        let is = |c: &Cause, (value, sd): (f64, f64)| value.abs() >= sd && c.effect.possible(value);
+        whole = named.iter().zip(&settled).all(|((c, _), found)| is(c, *found));
+        let mut found = settled.into_iter();
+        let mut kept = Vec::new();
+        for (cause, bias) in named {
+            let Some((value, std_error)) = found.next() else { break };
+            match (whole, is(&cause, (value, std_error))) {
+                (true, _) => kept.push((Cause { value, std_error, ..cause }, bias)),
+                (false, true) => kept.push((cause, bias)),
+                (false, false) => lost.push(Cause { verdict: Verdict::Lost, ..cause }),
+            }
+        }
+        named = kept;
+        if whole {
+            break;
+        }
     }
-    settle(&mut named, &stage);
-    // fits to rides on the model itself do not even give back that it is there, or that it can be
-    let (lost, mut named): (Vec<_>, Vec<_>) = named
-        .into_iter()
-        .partition(|(c, _)| c.value.abs() < c.std_error || !c.effect.possible(c.value));
-    if !named.is_empty() && !lost.is_empty() {
-        without(&mut stage, &named);
-        settle(&mut named, &stage);
+    if named.is_empty() && !(out.is_empty() && lost.is_empty()) {
+        stage = first();
+        candidates = stage.candidates(samples, gains);
+        stage.model = base.clone();
     }
-    withdrawn.extend(lost);
+    // what they took up is left now
+    if !lost.is_empty() && !unexplained {
+        left = stage.left(samples).0;
+        unexplained = beyond(left, &named);
+    }
+    out.extend(lost);
     let mut causes: Vec<Cause> = named.into_iter().map(|(cause, _)| cause).collect();
-    let out = |(c, _): (Cause, f64)| Cause { verdict: Verdict::Contradicted, ..c };
-    causes.extend(withdrawn.into_iter().map(out));
-    let seen = candidates.iter().filter(|c| sees(&c.effect));
+    let judged = |c: &&Candidate| out.iter().all(|o| o.effect.name != c.effect.name);
+    let seen = candidates.iter().filter(judged).filter(|c| sees(&c.effect));
     let mut rest: Vec<Cause> = seen.map(|c| c.cause(Verdict::NotNeeded)).collect();
     rest.sort_by(|a, b| b.score.total_cmp(&a.score));
-    causes.extend(rest.into_iter().chain(unseen));
-    Naming { causes, extended: stage.model, alarm, left, unexplained: contradicts.is_some() }
+    causes.extend(out.into_iter().chain(rest).chain(unseen));
+    Naming { causes, extended: stage.model, alarm, left, unexplained }
 }

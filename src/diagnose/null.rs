@@ -1,7 +1,8 @@
 //! Calibration against nulls: what every candidate scores on rides in which nothing is wrong
 //! (`diagnosis.md`, section 2.4).
 //!
-//! The measured ride is ridden again on the fitted base model ([`rides`](super::rides)), given all the
+//! The measured ride is ridden again on the fitted model, the base or one with the causes that are named
+//! already ([`rides`](super::rides)), given all the
 //! noise it has, and put through the whole of fit and scan. What a candidate shows there is bias of
 //! the method and noise, not an effect.
 
@@ -180,7 +181,8 @@ impl Calibration {
                     .iter()
                     .map(|s| s[j].information / (s[j].information + PRIOR.powi(-2)))
                     .collect();
-                median(&shares).max(1e-9)
+                // far below the least spread: of what nulls know nothing nothing is seen
+                median(&shares).max(1e-15)
             })
             .collect();
         let largest = |scatter: bool| {

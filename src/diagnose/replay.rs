@@ -81,8 +81,8 @@ pub enum From {
     Manoeuvres,
 }
 
-/// The session as a perfect logger would have recorded it; from manoeuvres, NaN between them. Pressures and heading stay the measured
-/// ones.
+/// The session as a perfect logger would have recorded it; NaN between manoeuvres where it is ridden from
+/// them, and in bends that the model cannot ride. Pressures and heading stay the measured ones.
 pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From) -> Session {
     let (n, rate) = (session.len, session.rate);
     let dt = 1.0 / rate;
@@ -140,7 +140,10 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
             state.vy = known(&vy, i) - beyond.lever_arm * state.yaw_rate;
             state.roll = known(&roll, i) + plant.departure.roll_zero;
             state.roll_rate = known(&rolld, i);
-            state.omega = [0, 1].map(|k| known(&omega[k], i));
+            state.omega = [0, 1].map(|k| match omega[k][i] > 0.0 {
+                true => omega[k][i],
+                false => state.vx / plant.tyres[k].rolling_radius,
+            });
         }
         let response = plant.response(&state, &action);
         let pressure = [0, 1].map(|k| known(&pressures[k], i).max(0.0));
@@ -192,7 +195,9 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
         ]) {
             column.push(value);
         }
-        state.vx = state.vx.max(0.0);
+        if state.vx < 0.0 {
+            state.vx = 0.0;
+        }
     }
     let mut shown = session.clone();
     for (channel, column) in [
@@ -247,6 +252,32 @@ fn bridged(mut x: Vec<f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulate::{self, scenario::Scenario};
+
+    /// On a rear tyre with a tenth of its cornering stiffness no bend can be ridden; the straights can.
+    #[test]
+    fn bends_that_cannot_be_ridden_are_left_out() {
+        let scenario = Scenario::builtin("perfect").expect("scenario");
+        let machine = scenario.machine(0);
+        let session = simulate::session(&scenario, &machine, 0).session;
+        let roll = session.get(Channel::Roll).expect("roll").to_vec();
+        let lost = |plant: &Plant| {
+            let shown = replay(&session, &[], plant, From::Session);
+            let ridden = shown.get(Channel::Roll).expect("roll").to_vec();
+            let share = |leaned: bool| {
+                let own = roll.iter().zip(&ridden).filter(|(r, _)| (r.abs() > 0.3) == leaned);
+                let (lost, all) = own
+                    .fold((0, 0), |(lost, all), (_, x)| (lost + usize::from(x.is_nan()), all + 1));
+                f64::from(lost) / f64::from(all)
+            };
+            [share(true), share(false)]
+        };
+        let mut plant = machine.plant.clone();
+        assert_eq!(lost(&plant), [0.0; 2]);
+        plant.tyres[1].stiffness.ct *= 0.1;
+        let [bends, straights] = lost(&plant);
+        assert!(bends > 0.5 && straights < 0.2, "{bends}, {straights}");
+    }
 
     #[test]
     fn gaps_are_bridged_and_ends_held() {

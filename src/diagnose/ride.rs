@@ -375,6 +375,10 @@ fn reason(c: &name::Cause) -> String {
             "takes up part of the misfit (gains {:.0}) but leaves more structure where it shows than a cause may",
             c.gain
         ),
+        Verdict::Lost => format!(
+            "takes up part of the misfit (gains {:.0}), but rides on the model with it do not give its size back",
+            c.gain
+        ),
         Verdict::NotNeeded if c.score > 1.0 => {
             "beyond the nulls, but explained by what is named, too large to be, or gains too little"
                 .to_owned()
@@ -426,7 +430,8 @@ fn discrepancy_rows(
                 .collect();
             let bias = own.iter().map(|(_, r)| r).sum::<f64>() / own.len() as f64;
             let [floor, largest] = floor_of(kind, c);
-            let structured = size > MORE * usual[c] * largest;
+            // nothing is known of what no null could ride
+            let structured = largest > 0.0 && size > MORE * usual[c] * largest;
             let covariate = structured.then(|| covariate(samples, &own)).flatten();
             DiscrepancyRow {
                 ident: ident.clone(),

@@ -130,10 +130,10 @@ fn two_hidden_effects_are_both_named_with_their_sizes() {
 #[test]
 fn a_second_cause_is_named_beside_a_large_one() {
     let case = Case::draw(41, 32, Kind::Double, [1.5, 4.0]);
-    assert_eq!(case.hidden.len(), 2);
+    let hidden: Vec<&str> = case.hidden.iter().map(|(e, _)| e.name).collect();
+    assert_eq!(hidden, ["low_friction_patch", "radius_camber"]);
     let others = ["side_force_ratio_front", "radius_speed", "wind", "latency", "brake_drag"];
-    let hidden = case.hidden.iter().map(|(e, _)| e.name);
-    let d = ask_for(&case, &hidden.chain(others).collect::<Vec<_>>());
+    let d = ask_for(&case, &[hidden.as_slice(), &others].concat());
     let named = told(&d);
     assert_eq!(named.len(), 2, "{named:?}");
     for (effect, size) in &case.hidden {

@@ -118,7 +118,7 @@ impl Tables<'_> {
                 "beyond the nulls, but explained by what is named, too large to be, or gains too little"
                     .to_owned()
             }
-            Verdict::Contradicted | Verdict::NotNeeded => {
+            Verdict::Contradicted | Verdict::Lost | Verdict::NotNeeded => {
                 "within what nulls of this ride show".to_owned()
             }
             Verdict::NotIdentifiable => {
