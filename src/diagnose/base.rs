@@ -144,6 +144,11 @@ pub fn fit_quick(
         let step = solver.solve(&gradient);
         factor = Some(solver);
         world = problem.moved(&world, &step, 1.0);
+        // what the scale is learnt from need not be exact
+        if round < 2 {
+            linear.follow(&step);
+            continue;
+        }
         linear.residuals = problem.residuals(&world);
         if step.amax() < 1e-3 && round >= 3 {
             break;
@@ -314,6 +319,17 @@ pub struct Linear {
     pub columns: Arc<[Blocks]>,
 }
 
+impl Linear {
+    /// Takes the residuals along a step of the first parameters, to first order.
+    fn follow(&mut self, step: &DVector<f64>) {
+        for (column, d) in self.columns.iter().zip(step.iter()) {
+            for (to, by) in self.residuals.iter_mut().zip(column) {
+                to.iter_mut().zip(by).for_each(|(r, j)| *r += d * j);
+            }
+        }
+    }
+}
+
 impl Problem<'_> {
     /// Block residuals in a world.
     pub fn residuals(&self, world: &World) -> Blocks {
@@ -381,11 +397,7 @@ impl Problem<'_> {
         let (matrix, gradient) = self.normal_of(linear, world, true);
         let Some(factor) = matrix.cholesky() else { return };
         let step = factor.solve(&gradient);
-        for (column, d) in Arc::clone(&linear.columns).iter().zip(step.iter()) {
-            for (to, by) in linear.residuals.iter_mut().zip(column) {
-                to.iter_mut().zip(by).for_each(|(r, j)| *r += d * j);
-            }
-        }
+        linear.follow(&step);
     }
 
     fn moved(&self, world: &World, step: &DVector<f64>, share: f64) -> World {

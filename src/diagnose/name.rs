@@ -139,6 +139,8 @@ struct Stage<'a> {
     ridden: World,
     /// Candidates that are not in it.
     open: Vec<Effect>,
+    /// To first order, by `open`.
+    scores: Vec<Score>,
     /// Rides on it, by `open`.
     nulls: Calibration,
 }
@@ -195,8 +197,9 @@ impl<'a> Stage<'a> {
         // candidates as those before would judge them; what is quieter now they judge too low
         let place = |e: &Effect| before.open.iter().position(|b| b.name == e.name);
         let places: Vec<usize> = open.iter().filter_map(place).collect();
-        let mut stage = Stage { nulls: before.nulls.only(&places), model, rides, ridden, open };
-        let alarming = largest(stage.candidates(samples, &[]).iter()) > LOOK * quieter;
+        let (nulls, scores) = (before.nulls.only(&places), scan(samples, &model, &open));
+        let mut stage = Stage { model, rides, ridden, open, scores, nulls };
+        let alarming = largest(stage.candidates(&[]).iter()) > LOOK * quieter;
         let candidates = if alarming { stage.open.as_slice() } else { &[] };
         let nulls = Calibration::new(&stage.rides, &stage.model, candidates, count);
         stage.nulls = if alarming { nulls } else { nulls.judging_as(&stage.nulls) };
@@ -204,8 +207,7 @@ impl<'a> Stage<'a> {
     }
 
     /// What every open candidate shows.
-    fn candidates(&self, samples: &Samples, gains: &[f64]) -> Vec<Candidate> {
-        let scores = scan(samples, &self.model, &self.open);
+    fn candidates(&self, gains: &[f64]) -> Vec<Candidate> {
         let judge = |(k, (effect, score)): (usize, (&Effect, &Score))| {
             let strained = gains.get(k).copied().unwrap_or(0.0);
             Candidate {
@@ -216,7 +218,7 @@ impl<'a> Stage<'a> {
                 explains: strained > LARGE,
             }
         };
-        self.open.iter().zip(&scores).enumerate().map(judge).collect()
+        self.open.iter().zip(&self.scores).enumerate().map(judge).collect()
     }
 
     /// The cause that the model gains most by, and the model with it.
@@ -369,15 +371,17 @@ pub fn name<'a>(
     let sees = |effect: &Effect| {
         effects.iter().position(|e| e.name == effect.name).is_some_and(|j| calibration.sees(j))
     };
+    let scores = scan(samples, near, effects);
     let first = || Stage {
         model: near.clone(),
         rides: rides.on(&near.world),
         ridden: near.world.clone(),
         open: effects.to_vec(),
+        scores: scores.clone(),
         nulls: calibration.clone(),
     };
     let mut stage = first();
-    let mut candidates = stage.candidates(samples, gains);
+    let mut candidates = stage.candidates(gains);
     let unseen: Vec<Cause> = candidates
         .iter()
         .filter(|c| !sees(&c.effect))
@@ -394,7 +398,7 @@ pub fn name<'a>(
         open.retain(|e| sees(e) && e.name != cause.effect.name);
         named.push((cause, bias));
         stage = Stage::new(samples, &refit, open, &stage, &named);
-        candidates = stage.candidates(samples, &[]);
+        candidates = stage.candidates(&[]);
     }
     if named.is_empty() {
         stage.model = base.clone();
@@ -446,7 +450,7 @@ pub fn name<'a>(
     }
     if named.is_empty() && !(out.is_empty() && lost.is_empty()) {
         stage = first();
-        candidates = stage.candidates(samples, gains);
+        candidates = stage.candidates(gains);
         stage.model = base.clone();
     }
     // what they took up is left now
