@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::mpsc;
 
 use rayon::prelude::*;
 
@@ -18,7 +19,7 @@ use crate::diagnose::name::{ALARM, Cause, Verdict};
 use crate::diagnose::offroad;
 use crate::diagnose::ride::{self, Diagnosis, Settings};
 use crate::objects::url::is_url;
-use crate::pipeline::Pipeline;
+use crate::pipeline::{Pipeline, Rejection};
 use crate::report::{self, terminal};
 use crate::rows::{CauseRow, DiscrepancyRow, Ident};
 use crate::schema::Table;
@@ -125,59 +126,75 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             }
         })
     };
-    // a few sessions at a time: their time series are held until they are written
-    let mut jobs = jobs.into_iter().peekable();
-    while jobs.peek().is_some() {
-        let some: Vec<_> = jobs.by_ref().take(2 * rayon::current_num_threads()).collect();
-        let results: Vec<_> = some.par_iter().map(one).collect();
-        for (job, result) in some.into_iter().zip(results) {
-            match result {
-                Ok(found) => {
-                    let (ident, causes, rows) = found.tables();
-                    let path = |name: &str| {
-                        let part = format!("bike={}", ident.bike_id);
-                        let file = format!("{}.parquet", file_name(&ident.session_id));
-                        arguments.out.join(name).join(part).join(file)
-                    };
-                    table::write(&path("causes"), &Table::embedded("causes"), causes)
+    let mut keep = |job: &plan::Job, result: Result<Found, Rejection>| {
+        match result {
+            Ok(found) => {
+                let (ident, causes, rows) = found.tables();
+                let path = |name: &str| {
+                    let part = format!("bike={}", ident.bike_id);
+                    let file = format!("{}.parquet", file_name(&ident.session_id));
+                    arguments.out.join(name).join(part).join(file)
+                };
+                table::write(&path("causes"), &Table::embedded("causes"), causes)
+                    .map_err(output)?;
+                table::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
+                    .map_err(output)?;
+                if let Found::Road(d) = &found {
+                    table::write(&path("replays"), &Table::embedded("replays"), &d.replays)
                         .map_err(output)?;
-                    table::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
-                        .map_err(output)?;
-                    if let Found::Road(d) = &found {
-                        table::write(&path("replays"), &Table::embedded("replays"), &d.replays)
-                            .map_err(output)?;
-                        let model = path("models").with_extension("toml");
-                        table::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
-                        // sizes under a model that is known to be wrong are no sizes
-                        let sound = d.naming.named() || d.naming.alarm <= ALARM;
-                        for row in d.causes.iter().filter(|_| sound && !d.naming.unexplained) {
-                            if let Ok(effect) = Effect::named(&row.effect)
-                                && let Some(say) = Say::of(row, d.site.as_deref())
-                            {
-                                says.entry(effect.name).or_default().push(say);
-                            }
-                        }
-                    }
-                    store.forgive(&job.log).map_err(output)?;
-                    if arguments.quiet {
-                        // the caller reads the tables
-                    } else if arguments.json {
-                        for row in causes {
-                            let text = serde_json::to_string(row)
-                                .map_err(|e| Failure::Output(e.to_string()))?;
-                            say!("{text}");
-                        }
-                    } else {
-                        match &found {
-                            Found::Road(d) => tell(d),
-                            Found::Offroad(d) => say!("{}", d.words().trim_end()),
+                    let model = path("models").with_extension("toml");
+                    table::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
+                    // sizes under a model that is known to be wrong are no sizes
+                    let sound = d.naming.named() || d.naming.alarm <= ALARM;
+                    for row in d.causes.iter().filter(|_| sound && !d.naming.unexplained) {
+                        if let Ok(effect) = Effect::named(&row.effect)
+                            && let Some(say) = Say::of(row, d.site.as_deref())
+                        {
+                            says.entry(effect.name).or_default().push(say);
                         }
                     }
                 }
-                Err(why) => rejected.push(plan::row(job.log.clone(), Some(job.meta), why, None)),
+                store.forgive(&job.log).map_err(output)?;
+                if arguments.quiet {
+                    // the caller reads the tables
+                } else if arguments.json {
+                    for row in causes {
+                        let text = serde_json::to_string(row)
+                            .map_err(|e| Failure::Output(e.to_string()))?;
+                        say!("{text}");
+                    }
+                } else {
+                    match &found {
+                        Found::Road(d) => tell(d),
+                        Found::Offroad(d) => say!("{}", d.words().trim_end()),
+                    }
+                }
+            }
+            Err(why) => {
+                rejected.push(plan::row(job.log.clone(), Some(job.meta.clone()), why, None))
             }
         }
-    }
+        Ok::<(), Failure>(())
+    };
+    // told in their order as they are done; a few are held for those before them
+    let (send, receive) = mpsc::sync_channel(rayon::current_num_threads());
+    std::thread::scope(|scope| {
+        let (jobs, one) = (&jobs, &one);
+        scope.spawn(move || {
+            let jobs = jobs.iter().enumerate().par_bridge();
+            // whoever hears no more wants no more
+            jobs.try_for_each(|(k, job)| send.send((k, one(job))))
+        });
+        let (mut waiting, mut next) = (BTreeMap::new(), 0);
+        for (k, result) in receive {
+            waiting.insert(k, result);
+            while let Some(result) = waiting.remove(&next) {
+                keep(&jobs[next], result)?;
+                next += 1;
+            }
+        }
+        Ok::<(), Failure>(())
+    })?;
     pooled(&says, &arguments)?;
     for row in &rejected {
         store.reject(row).map_err(output)?;

@@ -266,8 +266,8 @@ mod tests {
             let ridden = shown.get(Channel::Roll).expect("roll").to_vec();
             let share = |leaned: bool| {
                 let own = roll.iter().zip(&ridden).filter(|(r, _)| (r.abs() > 0.3) == leaned);
-                let (lost, all) = own
-                    .fold((0, 0), |(lost, all), (_, x)| (lost + usize::from(x.is_nan()), all + 1));
+                let (lost, all) =
+                    own.fold((0, 0), |(lost, all), (_, x)| (lost + u32::from(x.is_nan()), all + 1));
                 f64::from(lost) / f64::from(all)
             };
             [share(true), share(false)]

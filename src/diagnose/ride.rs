@@ -258,7 +258,7 @@ fn cause_rows(
             .filter(|p| known.iter().all(|k| k.name != p.name))
             .collect();
         // from where the named ones are it is not far
-        let everything = extended.extended(samples, &others, 3);
+        let everything = extended.extended(samples, &others, 2);
         bound = Some(2.0 * (before - everything.held_out(samples, FOLDS)));
     }
     let own = unexplained(naming, ident);
