@@ -184,12 +184,12 @@ mod tests {
                 start_time: Some(format!("2026-05-{:02}T20:00:00Z", night + 1)),
             },
             site: Some(site.to_owned()),
-            value,
-            std_error: 1.0,
+            value: 0.01 * value,
+            std_error: 0.01,
         }
     }
 
-    /// Two bikes on two sites over three nights, twelve sessions; `shift` is the truth.
+    /// Two bikes on two sites over three nights, twelve sessions; `shift` is the truth in standard errors.
     fn told(shift: impl Fn(usize, usize, usize) -> f64) -> Vec<(String, Option<String>)> {
         let noise = [0.3, -0.8, 0.5, -0.2, 0.9, -0.6, 0.1, -0.4, 0.7, -0.9, 0.2, 0.4];
         let says: Vec<Say> = (0..12)
