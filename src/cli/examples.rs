@@ -66,7 +66,8 @@ pub const REPORT: &str = "\
 Examples:
   roadbench report out
   roadbench report out --pages shared                     script and style once beside the pages
-  roadbench report out --figures figures                  every plot, for a paper";
+  roadbench report out --figures figures                  every plot, for a paper
+  roadbench report out --figures figures --figure-format png";
 
 /// Of `export`.
 pub const EXPORT: &str = "\

@@ -163,9 +163,9 @@ impl SourceInspection {
                 c.samples,
                 c.missing,
                 c.gaps,
-                super::inspect::number(c.min),
-                super::inspect::number(c.median),
-                super::inspect::number(c.max),
+                super::inspect::text::number(c.min),
+                super::inspect::text::number(c.median),
+                super::inspect::text::number(c.max),
             )?;
         }
         if !self.warnings.is_empty() {

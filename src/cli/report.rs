@@ -37,9 +37,13 @@ pub struct Pages {
 /// The report for other places than a browser.
 #[derive(Debug, Default, clap::Args)]
 pub struct Copies {
-    /// Folder for every plot as an SVG file.
+    /// Folder for every plot as a file, of the kind that --figure-format says.
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
+    /// What files the figures become. PNG has three pixels to the SVG's one (1860 x 1260 for
+    /// most) and its text in DejaVu Sans, whatever fonts the machine has.
+    #[arg(long, value_name = "FORMAT", default_value = "svg", requires = "figures")]
+    figure_format: publish::Format,
     /// File for the summary in Markdown, for pull requests and chat.
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
@@ -57,7 +61,7 @@ impl Copies {
     /// A table cannot be read, or a file cannot be written.
     pub fn write(&self, out: &Path, only: Option<&str>) -> Result<(), Error> {
         if let Some(to) = &self.figures {
-            let count = publish::figures(out, to, only)?;
+            let count = publish::figures(out, to, self.figure_format, only)?;
             tracing::info!("{count} figures: {}", to.display());
         }
         if let Some(file) = &self.markdown {
@@ -90,7 +94,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         .and_then(|()| arguments.copies.write(&out, only));
     made.map_err(|e| match e {
         Error::NotAnOutput { .. } | Error::Read { .. } => Failure::Usage(e.to_string()),
-        Error::Write(_) | Error::Template(_) | Error::Data(_) => Failure::Output(e.to_string()),
+        Error::Write(_) | Error::Figure { .. } | Error::Template(_) | Error::Data(_) => {
+            Failure::Output(e.to_string())
+        }
     })?;
     say!("{}", out.join("report").join("index.html").display());
     Ok(())

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use kuva::render::render::Scene;
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
@@ -101,15 +102,15 @@ impl Diagnosed {
         extended::model(&text, &path.to_string_lossy())
     }
 
-    /// Draws the overlays of the sessions that are wanted: `save` is given folder, name and SVG of
-    /// each; how many.
+    /// Draws the overlays of the sessions that are wanted: `save` is given folder, name and figure
+    /// of each; how many.
     ///
     /// # Errors
     /// The replays cannot be read, or `save` fails.
     pub(super) fn draw(
         &self,
         wanted: &dyn Fn(&str) -> bool,
-        save: &dyn Fn(&str, &str, &str) -> Result<(), table::Error>,
+        save: &dyn Fn(&str, &str, &Scene) -> Result<(), Error>,
     ) -> Result<usize, Error> {
         let mut drawn = 0;
         for session in self.sessions.iter().filter(|s| wanted(&s.ident.session_id)) {

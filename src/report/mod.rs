@@ -75,6 +75,14 @@ pub enum Error {
     /// A page cannot be written.
     #[error(transparent)]
     Write(#[from] table::Error),
+    /// A figure cannot be drawn as PNG.
+    #[error("cannot draw {path}: {message}")]
+    Figure {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        message: String,
+    },
     /// A template is wrong: our own mistake.
     #[error("report template: {0}")]
     Template(#[from] minijinja::Error),

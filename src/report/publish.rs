@@ -1,7 +1,9 @@
-//! The report for other places than a browser: every plot as an SVG file, the summary as Markdown.
+//! The report for other places than a browser: every plot as an SVG or PNG file, the summary as
+//! Markdown.
 
 use std::path::Path;
 
+use kuva::render::render::Scene;
 use rayon::prelude::*;
 
 use crate::report::diagnosis_pages::Diagnosed;
@@ -13,12 +15,25 @@ use crate::report::{
 use crate::rows::SessionRow;
 use crate::table;
 
+/// What files a figure becomes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// Lines and letters that stay sharp at any size and can be edited.
+    #[default]
+    Svg,
+    /// Pixels, for what takes no SVG.
+    Png,
+    /// One file of each.
+    Both,
+}
+
 /// Writes every plot of every session, diagnosis and of the fleet into `to`: a folder each, a
-/// file per plot; how many. `only` limits them to one session and leaves out the fleet.
+/// file per plot and format; how many plots. `only` limits them to one session and leaves out the
+/// fleet.
 ///
 /// # Errors
 /// The folder holds no tables, one cannot be read, or a file cannot be written.
-pub fn figures(out: &Path, to: &Path, only: Option<&str>) -> Result<usize, Error> {
+pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Result<usize, Error> {
     check(out)?;
     let sessions = tables::sessions(out)?;
     let pages = pages(&sessions);
@@ -26,9 +41,18 @@ pub fn figures(out: &Path, to: &Path, only: Option<&str>) -> Result<usize, Error
     let plot_files = tables::session_files(out, "plots")?;
     let manoeuvre_files = tables::session_files(out, "manoeuvres")?;
     let bench = bench::read(out)?;
-    let save = |folder: &str, name: &str, svg: &str| {
-        let file = to.join(folder).join(format!("{}.svg", names::stem(name)));
-        table::write_bytes(&file, svg.as_bytes())
+    let save = |folder: &str, name: &str, figure: &Scene| -> Result<(), Error> {
+        let file = |ending: &str| to.join(folder).join(format!("{}.{ending}", names::stem(name)));
+        if format != Format::Png {
+            table::write_bytes(&file("svg"), still::svg(figure).as_bytes())?;
+        }
+        if format != Format::Svg {
+            let path = file("png");
+            let bytes = still::png(figure)
+                .map_err(|message| Error::Figure { path: path.clone(), message })?;
+            table::write_bytes(&path, &bytes)?;
+        }
+        Ok(())
     };
     let drawn = sessions
         .par_iter()

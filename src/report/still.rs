@@ -1,8 +1,9 @@
-//! Static figures: a chart of the report as SVG, for papers and CI. Drawn by `kuva`, with the
+//! Static figures: a chart of the report as SVG or PNG, for papers and CI. Drawn by `kuva`, with the
 //! data, ranges and colours of the page.
 
 use std::fmt::Write as _;
 
+use kuva::backend::raster::RasterBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::annotations::ShadedRegion;
 use kuva::plot::legend::LegendPosition;
@@ -10,6 +11,7 @@ use kuva::plot::{BoxPlot, LinePlot, LineStyle, ScatterPlot};
 use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
+use kuva::render::render::Scene;
 
 use crate::report::figures::{Chart, Cloud, Label, Line, Segment};
 use crate::report::fleet::Boxes;
@@ -30,8 +32,26 @@ const OUTLIER: &str = "#c0392b";
 /// Names of [`COLOURS`], for a heading that does without a legend.
 const COLOUR_NAMES: [&str; 6] = ["blue", "vermilion", "green", "pink", "orange", "sky blue"];
 
-/// One chart as an SVG document.
-pub fn chart(chart: &Chart) -> String {
+/// Pixels of a PNG per unit of the SVG: 300 to the inch at 16 cm. At two the turned labels, which
+/// `kuva` draws without grey edges, look bold.
+const SCALE: f32 = 3.0;
+
+/// A figure as an SVG document.
+pub fn svg(figure: &Scene) -> String {
+    SvgBackend.render_scene(figure)
+}
+
+/// A figure as a PNG file. Its font is DejaVu Sans, which `kuva` carries: those of the machine are
+/// not asked.
+///
+/// # Errors
+/// It cannot be encoded.
+pub fn png(figure: &Scene) -> Result<Vec<u8>, String> {
+    RasterBackend::new().with_scale(SCALE).render_scene(figure)
+}
+
+/// One chart.
+pub fn chart(chart: &Chart) -> Scene {
     let dated = chart.time.then(|| in_days(chart));
     let chart = dated.as_ref().unwrap_or(chart);
     let plots = drawn(chart, true);
@@ -63,7 +83,7 @@ pub fn chart(chart: &Chart) -> String {
 
 /// The panels of a time line over one another, segments shaded. Their axes stand under each other:
 /// there are no legends, the headings name the colours.
-pub fn timeline(panels: &[Chart], segments: &[Segment]) -> String {
+pub fn timeline(panels: &[Chart], segments: &[Segment]) -> Scene {
     let ends = || panels.iter().flat_map(|p| &p.lines).flat_map(|l| &l.x).copied();
     let (from, to) = (ends().fold(f64::INFINITY, f64::min), ends().fold(0.0, f64::max));
     let panel = |(i, chart): (usize, &Chart)| {
@@ -95,7 +115,7 @@ pub fn timeline(panels: &[Chart], segments: &[Segment]) -> String {
 }
 
 /// One coefficient's values by bike, as boxes.
-pub fn boxes(boxes: &Boxes) -> String {
+pub fn boxes(boxes: &Boxes) -> Scene {
     let mut plot = BoxPlot::new().with_color(COLOURS[5]).with_strip(0.2);
     for (name, values) in &boxes.groups {
         plot = plot.with_group(name.clone(), values.clone());
@@ -111,12 +131,12 @@ pub fn boxes(boxes: &Boxes) -> String {
     render(vec![(plots, layout)], width, 400.0)
 }
 
-fn render(panels: Vec<(Vec<Plot>, Layout)>, width: f64, height: f64) -> String {
+fn render(panels: Vec<(Vec<Plot>, Layout)>, width: f64, height: f64) -> Scene {
     let rows = panels.len();
     let (plots, layouts) = panels.into_iter().unzip();
     let figure =
         Figure::new(rows, 1).with_plots(plots).with_layouts(layouts).with_cell_size(width, height);
-    SvgBackend.render_scene(&figure.render())
+    figure.render()
 }
 
 /// What is drawn of a chart.
@@ -316,11 +336,39 @@ mod tests {
             shade: Some(Label { label: "wheel load".into(), unit: "N".into() }),
             ..Chart::default()
         };
-        let svg = chart(&drawn);
+        let svg = svg(&chart(&drawn));
         assert!(svg.starts_with("<svg") && svg.contains("camber, °"), "{}", &svg[..200]);
         assert!(!svg.contains("<b>&") && svg.contains("&lt;b"), "texts are escaped");
         assert!(svg.contains("(wheel load: 100 N light, 300 dark)"));
         assert_eq!(stretches(&drawn.lines[0].y), [0..2, 3..4]);
         assert_eq!((ramp(0.0), ramp(1.0)), ("#3fa7c4".into(), "#3a0f4f".into()));
+    }
+
+    /// Pixels that are drawn, row by row.
+    fn rows(bytes: &[u8]) -> Vec<usize> {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("head");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+        let frame = reader.next_frame(&mut pixels).expect("pixels");
+        let drawn = |row: &[u8]| row.chunks_exact(4).filter(|p| p[..3] != [255; 3]).count();
+        pixels.chunks_exact(4 * frame.width as usize).map(drawn).collect()
+    }
+
+    #[test]
+    fn pixels_have_the_text_of_the_figure() {
+        let of = |title: &str| {
+            let line = Line { x: vec![0.0, 1.0], y: vec![Some(0.0), Some(1.0)], ..Line::default() };
+            rows(
+                &png(&chart(&Chart { title: title.into(), lines: vec![line], ..Chart::default() }))
+                    .expect("encoded"),
+            )
+        };
+        let (dot, text) = (of("."), of("Friction"));
+        assert_eq!(dot.len(), text.len());
+        let more: Vec<usize> = (0..dot.len()).filter(|&i| text[i] > dot[i]).collect();
+        // the title alone is another: eight letters, as high as text of 14 units is
+        let (first, last) = (more[0], more[more.len() - 1]);
+        assert!((24..=48).contains(&(last - first)), "rows {first} to {last}");
+        let ink = text.iter().sum::<usize>() - dot.iter().sum::<usize>();
+        assert!((900..9000).contains(&ink), "{ink} pixels of title");
     }
 }

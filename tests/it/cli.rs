@@ -58,6 +58,8 @@ fn bad_usage_is_2_and_writes_nothing() {
         (&["run", ".", "--pipeline", "bad.toml", "--out", "out"], "high_cutt"),
         (&["run", ".", "--jobs", "many", "--out", "out"], "many"),
         (&["run", "."], "--out"),
+        (&["report", "sessions", "--figures", "out", "--figure-format", "gif"], "both"),
+        (&["report", "sessions", "--figure-format", "png"], "--figures"),
         (&["rum"], "rum"),
         (&["schema", "sesions"], "sesions"),
     ] {

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use crate::page;
-use roadbench::report::{self, publish};
+use roadbench::report;
+use roadbench::report::publish::{self, Format};
 use roadbench::rows::{
     Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance, RatioRow,
     SessionRow, Status,
@@ -229,7 +230,7 @@ fn every_plot_becomes_a_figure() {
     let folder = tempfile::tempdir().expect("folder");
     generate(folder.path());
     let to = folder.path().join("figures");
-    let count = publish::figures(folder.path(), &to, None).expect("figures");
+    let count = publish::figures(folder.path(), &to, Format::Svg, None).expect("figures");
     let files: Vec<_> = walkdir::WalkDir::new(&to)
         .into_iter()
         .map(|e| e.expect("entry"))
@@ -245,8 +246,42 @@ fn every_plot_becomes_a_figure() {
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
         assert!(!svg.contains("<b onmouseover") && !svg.contains("<script"));
     }
-    let one = publish::figures(folder.path(), &folder.path().join("one"), Some("s03"));
+}
+
+/// Width, height and RGBA of a PNG file.
+fn decoded(file: &Path) -> (u32, u32, Vec<u8>) {
+    let bytes = std::fs::File::open(file).expect("a PNG");
+    let mut reader = png::Decoder::new(std::io::BufReader::new(bytes)).read_info().expect("head");
+    let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+    let frame = reader.next_frame(&mut pixels).expect("pixels");
+    assert_eq!(frame.color_type, png::ColorType::Rgba);
+    (frame.width, frame.height, pixels)
+}
+
+#[test]
+fn figures_are_pixels_where_that_is_asked_for() {
+    let folder = tempfile::tempdir().expect("folder");
+    generate(folder.path());
+    let both = folder.path().join("both");
+    let one = publish::figures(folder.path(), &both, Format::Both, Some("s03"));
     assert_eq!(one.expect("figures of one session"), 2);
+    for name in ["friction_x_rear", "timeline"] {
+        let svg = std::fs::read_to_string(both.join(format!("s03/{name}.svg"))).expect("figure");
+        let size = |what: &str| -> f64 {
+            let rest = svg.split_once(&format!(" {what}=\"")).expect(what).1;
+            rest.split('"').next().and_then(|n| n.parse().ok()).expect(what)
+        };
+        let (width, height, pixels) = decoded(&both.join(format!("s03/{name}.png")));
+        let wanted = [3.0 * size("width"), 3.0 * size("height")].map(|n| n.ceil() as u32);
+        assert_eq!([width, height], wanted, "{name}");
+        assert!(width >= 1800, "{name}: {width}");
+        let drawn = pixels.chunks_exact(4).filter(|p| p[..3] != [255; 3]).count();
+        assert!(drawn > 10_000, "{name}: {drawn} pixels that are not white");
+        assert!(pixels.chunks_exact(4).all(|p| p[3] == 255), "{name}: nothing shines through");
+    }
+    let pixels = folder.path().join("pixels");
+    publish::figures(folder.path(), &pixels, Format::Png, Some("s03")).expect("figures");
+    assert!(pixels.join("s03/timeline.png").exists() && !pixels.join("s03/timeline.svg").exists());
 }
 
 #[test]

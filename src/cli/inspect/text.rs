@@ -1,0 +1,140 @@
+//! What `roadbench inspect` found, for people.
+
+use std::fmt::Write as _;
+
+use super::{ChannelFacts, Estimate, Facts, Inspection};
+
+impl Inspection {
+    /// All of it.
+    pub(super) fn to_text(&self) -> String {
+        let mut out = String::new();
+        // writing to a String cannot fail
+        let _ = self.session.write(&mut out);
+        let _ = write_channels(&self.channels, &mut out);
+        let _ = self.write_findings(&mut out);
+        let _ = write_estimates(&self.estimates, &mut out);
+        out
+    }
+
+    fn write_findings(&self, out: &mut String) -> std::fmt::Result {
+        if self.session.bike_file.is_none() {
+            writeln!(out, "\nNot checked against a bike: give --bikes to check units and signs.")?;
+        }
+        if !self.warnings.is_empty() {
+            writeln!(out, "\nWarnings")?;
+        }
+        for w in &self.warnings {
+            let time = w.time.map(|t| format!(" (first at {t:.1} s)")).unwrap_or_default();
+            writeln!(out, "  {}: {}{time}", w.code, w.message)?;
+        }
+        if let Some(reason) = &self.rejected {
+            writeln!(
+                out,
+                "\nThis session would be rejected\n  {}: {}",
+                reason.code, reason.message
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl Facts {
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "Session {}, bike {}", self.session_id, self.bike_id)?;
+        let known = [
+            ("started", &self.start_time),
+            ("site", &self.site),
+            ("rider", &self.rider_id),
+            ("front tyre", &self.tyre_front),
+            ("rear tyre", &self.tyre_rear),
+        ];
+        for (name, value) in known {
+            if let Some(value) = value {
+                writeln!(out, "  {name}: {value}")?;
+            }
+        }
+        write!(out, "  {:.1} s, {} samples at {:.4} Hz", self.duration, self.samples, self.rate)?;
+        match self.distance {
+            Some(d) => writeln!(out, ", {:.2} km recorded", d / 1000.0),
+            None => writeln!(out),
+        }
+    }
+}
+
+fn write_channels(channels: &[ChannelFacts], out: &mut String) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n{:<24}{:>6}{:>9}{:>9}{:>10}{:>6}{:>11}{:>11}{:>11}  verdict",
+        "channel", "unit", "rate Hz", "samples", "missing %", "gaps", "min", "median", "max"
+    )?;
+    for c in channels {
+        let rate = c.rate.map(|r| format!("{r:.1}")).unwrap_or_default();
+        writeln!(
+            out,
+            "{:<24}{:>6}{rate:>9}{:>9}{:>10.1}{:>6}{:>11}{:>11}{:>11}  {}",
+            c.channel,
+            c.unit,
+            c.samples,
+            c.missing,
+            c.gaps,
+            number(c.min),
+            number(c.median),
+            number(c.max),
+            c.verdict
+        )?;
+    }
+    Ok(())
+}
+
+/// Four digits that fit a column.
+pub(in crate::cli) fn number(value: Option<f64>) -> String {
+    match value {
+        None => "-".into(),
+        Some(v) if v != 0.0 && !(1e-3..1e7).contains(&v.abs()) => format!("{v:.2e}"),
+        Some(v) if v.abs() >= 1000.0 => format!("{v:.0}"),
+        Some(v) => format!("{v:.3}"),
+    }
+}
+
+fn write_estimates(estimates: &[Estimate], out: &mut String) -> std::fmt::Result {
+    let titles = [
+        ("possible", "Can be estimated, if it was ridden"),
+        ("not_available", "Cannot be estimated"),
+        ("assumed", "Taken from the bike file"),
+    ];
+    for (status, title) in titles {
+        let mut rows = estimates.iter().filter(|e| e.status == status).peekable();
+        if rows.peek().is_some() {
+            writeln!(out, "\n{title}")?;
+        }
+        for e in rows {
+            write!(out, "  {:<8}{}", e.tyre, e.coefficients.join(", "))?;
+            match status {
+                "assumed" => writeln!(out)?,
+                "possible" => writeln!(out, "\n          from {}", e.riding)?,
+                _ => writeln!(
+                    out,
+                    "\n          missing: {}; then from {}",
+                    e.missing_channels.join(", "),
+                    e.riding
+                )?,
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_fit_their_column() {
+        for (v, text) in
+            [(0.0, "0.000"), (1.5e-5, "1.50e-5"), (-2.5, "-2.500"), (1_800_001.0, "1800001")]
+        {
+            assert_eq!(number(Some(v)), text);
+        }
+        assert_eq!(number(None), "-");
+    }
+}
