@@ -1,5 +1,5 @@
-//! A log of any bytes through identification, reading and ingest, as a batch does it, and through
-//! the survey of all its channels, as `inspect` does it.
+//! A log of any bytes through reading (which begins with identification) and ingest, as a batch
+//! does it, and through the survey of all its channels, as `inspect` does it.
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -27,6 +27,7 @@ static PANIC: Mutex<String> = Mutex::new(String::new());
 struct Given {
     maps: Vec<ChannelMap>,
     aids: Aids,
+    config: ingest::Config,
 }
 
 fn given() -> &'static Given {
@@ -46,7 +47,7 @@ fn given() -> &'static Given {
             }
             maps.push(map);
         }
-        Given { maps, aids }
+        Given { maps, aids, config: Pipeline::onroad().ingest }
     })
 }
 
@@ -65,9 +66,8 @@ pub fn read(bytes: &[u8], extension: &str) {
 }
 
 fn through(path: &Path, given: &Given) {
-    let _ = ingest::identify(path, &given.maps);
     if let Ok(raw) = ingest::read(path, &given.maps) {
-        let _ = ingest::run(raw, &Pipeline::onroad().ingest);
+        let _ = ingest::run(raw, &given.config);
     }
     let _ = survey(path, &given.aids);
 }

@@ -303,6 +303,7 @@ def main():
     put("can", "plain.blf", blf(False))
     put("can", "ride.asc", lines("ride.asc", 5))
     put("can", "ride.log", lines("ride_candump.log", 0))
+    put("dbc", "ride.dbc", (SAMPLES / "ride.dbc").read_bytes())
     put("motec_ld", "ride.ld", motec_ld())
     put("ctrk", "ride", ctrk())
     put("kiro", "ride.txt", kiro())

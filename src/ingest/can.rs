@@ -114,10 +114,10 @@ impl Census {
                 continue;
             };
             let message = &database.messages[at];
-            let buses = self.seen.keys().filter(|(i, e, _)| (*i, *e) == (id, extended)).count();
-            let group = match buses {
-                1 => message.name.clone(),
-                _ => format!("{}@{bus}", message.name),
+            let mut buses = self.seen.range((id, extended, 0)..=(id, extended, u16::MAX));
+            let group = match buses.nth(1) {
+                None => message.name.clone(),
+                Some(_) => format!("{}@{bus}", message.name),
             };
             for (i, signal) in message.signals.iter().enumerate() {
                 let always = !signal.is_multiplexed();

@@ -10,6 +10,7 @@
 //! | [`Aim`]: AiM Race Studio 2 and 3 | `Format, AiM CSV File` | `Time`, or `Sample Rate` | second row |
 //! | [`RaceChrono`]: CSV v2 and v3 | its first line | `timestamp` or `Time (s)`, since 1970 | second row, v2: in the name |
 
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use crate::ingest::csv::table::{self, Table};
@@ -192,6 +193,8 @@ impl Dialect {
             table.notes.get(row).and_then(|r| r.get(place)).map_or("", |c| c.trim())
         };
         let mut channels: Vec<SourceChannel> = Vec::new();
+        let mut taken: HashSet<String> = HashSet::new();
+        let mut twins: HashMap<String, usize> = HashMap::new();
         for (place, name) in table.names.iter().enumerate() {
             if name.is_empty() || matches!(clock, Clock::Column(at, _) if at == place) {
                 continue;
@@ -212,15 +215,20 @@ impl Dialect {
                 in_name(&mut channel);
             }
             channel.unit = channel.unit.map(|u| spelt(&u)).filter(|u| !u.is_empty());
-            if channels.iter().any(|c| c.full() == channel.full()) {
+            if taken.contains(&channel.full()) {
                 // two receivers, say: the source with its number tells them apart
                 channel.group = note(1, place).to_owned();
             }
-            let twin = |c: &SourceChannel, n: usize| c.full() == format!("{} #{n}", channel.full());
-            if channels.iter().any(|c| c.full() == channel.full()) {
-                let number = (2..).find(|n| !channels.iter().any(|c| twin(c, *n))).unwrap_or(2);
+            let full = channel.full();
+            if taken.contains(&full) {
+                let number = twins.entry(full.clone()).or_insert(1);
+                *number += 1;
+                while taken.contains(&format!("{full} #{number}")) {
+                    *number += 1;
+                }
                 channel.name = format!("{} #{number}", channel.name);
             }
+            taken.insert(channel.full());
             channels.push(channel);
         }
         channels

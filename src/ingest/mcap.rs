@@ -25,6 +25,8 @@ pub struct Mcap;
 
 /// Messages of a topic that are looked at to learn its fields.
 const LEARN: u64 = 20;
+/// Most fields of a topic that become channels: those of no message of a logger are so many.
+const MOST_FIELDS: usize = 4096;
 /// Most elements of a list that become channels.
 const LISTED: usize = 16;
 /// A stamp that is as near to the time of logging is of the same clock, s.
@@ -171,11 +173,13 @@ impl Topics {
             Event::Schema { id, name, encoding, data } => {
                 self.schemas.insert(id, (name, encoding, data.to_vec()));
             }
+            // every block of messages names its topics again
+            Event::Channel { id, .. } if self.topics.contains_key(&id) => {}
             Event::Channel { id, topic, encoding, schema } => {
                 let known = self.schemas.get(&schema);
                 let decoder = decoder(&encoding, known);
                 let schema = known.map(|(name, _, _)| name.clone()).unwrap_or_default();
-                self.topics.entry(id).or_insert(Topic {
+                let topic = Topic {
                     name: topic,
                     schema,
                     decoder,
@@ -183,7 +187,8 @@ impl Topics {
                     first: 0,
                     last: 0,
                     fields: Vec::new(),
-                });
+                };
+                self.topics.insert(id, topic);
             }
             Event::Message { .. } | Event::Metadata { .. } => {}
         }
@@ -201,7 +206,7 @@ impl Topics {
             let fields = &mut topic.fields;
             // what comes before the damage of a bad message counts
             let _ = topic.decoder.numbers(data, &mut |path, _| {
-                if !fields.iter().any(|f| f == path) {
+                if fields.len() < MOST_FIELDS && !fields.iter().any(|f| f == path) {
                     fields.push(path.to_owned());
                 }
             });

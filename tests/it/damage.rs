@@ -3,11 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use roadbench::batch::{self, Finished, Maps, Settings, Stages, Watch};
 use roadbench::channel::Channel;
+use roadbench::ingest::foreign::Aids;
+use roadbench::ingest::survey::survey;
 use roadbench::ingest::{self, write_session};
 use roadbench::pipeline::Pipeline;
 use roadbench::session::{Meta, Session};
@@ -247,4 +250,46 @@ fn damaged_logs_are_each_accounted_for() {
     // the corpus is neither harmless nor hopeless
     assert!(run.done > 30 && run.rejected.len() > 60, "{} through", run.done);
     assert!(codes.len() >= 5, "{codes:?}");
+}
+
+/// A number of four or eight bytes written over every block of that kind in an MDF 4 sample.
+fn patched(kind: &[u8; 4], at: impl Fn(&[u8]) -> usize, number: &[u8]) -> Vec<u8> {
+    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/formats/ride_logger.mf4");
+    let mut bytes = std::fs::read(sample).expect("bundled");
+    let blocks: Vec<usize> =
+        (0..bytes.len()).step_by(8).filter(|i| bytes[*i..].starts_with(kind)).collect();
+    assert!(blocks.len() >= 4);
+    for block in blocks {
+        let place = block + at(&bytes[block..]);
+        bytes[place..place + number.len()].copy_from_slice(number);
+    }
+    bytes
+}
+
+/// Small files that claim much: read without end, or into more memory than there is, were it believed.
+#[test]
+fn files_that_claim_without_bounds_end() {
+    let twins =
+        format!("Format,MoTeC CSV File\nTime{}\n0{}\n", ",a".repeat(9000), ",1".repeat(9000));
+    let mut cases = vec![("twins.csv".to_owned(), twins.into_bytes())];
+    for length in [1_u64 << 33, 1 << 62, u64::MAX - 30, u64::MAX] {
+        let bytes = patched(b"##DT", |_| 8, &length.to_le_bytes());
+        cases.push((format!("length_{length}.mf4"), bytes));
+    }
+    for count in [0_u32, 65, 1 << 20, u32::MAX] {
+        let bytes = patched(b"##CN", |b| 24 + 8 * usize::from(b[16]) + 8, &count.to_le_bytes());
+        cases.push((format!("bits_{count}.mf4"), bytes));
+    }
+    let folder = tempfile::tempdir().expect("folder");
+    let maps = maps();
+    for (name, bytes) in cases {
+        let path = folder.path().join(&name);
+        std::fs::write(&path, bytes).expect("log");
+        let began = Instant::now();
+        let read = ingest::read(&path, maps.list()).map(|raw| raw.tracks.len());
+        let seen = survey(&path, &Aids::default()).map(|s| s.map_or(0, |s| s.seen.len()));
+        let seconds = began.elapsed().as_secs_f64();
+        println!("{name}: {read:?}, {seen:?} in {seconds:.2} s");
+        assert!(seconds < LONGEST, "{name} took {seconds} s");
+    }
 }

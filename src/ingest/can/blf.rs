@@ -229,7 +229,7 @@ fn start(bytes: &[u8]) -> Option<String> {
         small(4)?,
         small(5)?,
         small(6)?,
-        i32::from(ms) * 1_000_000,
+        i32::from(ms).checked_mul(1_000_000)?,
     );
     let zoned = time.ok()?.to_zoned(jiff::tz::TimeZone::UTC).ok()?;
     Some(zoned.timestamp().to_string())
@@ -241,4 +241,23 @@ fn u16_at(bytes: &[u8], at: usize) -> Option<u16> {
 
 fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn starts_that_are_no_time_are_none() {
+        let told = |parts: [u16; 8]| start(&parts.map(u16::to_le_bytes).concat());
+        let day = [2026, 5, 5, 1, 12, 2, 4, 500];
+        assert_eq!(told(day).as_deref(), Some("2026-05-01T12:02:04.5Z"));
+        for (part, values) in [(0, [0x8000, 10_000]), (1, [0, 300]), (7, [1000, 0x7FFF])] {
+            for value in values {
+                let mut odd = day;
+                odd[part] = value;
+                assert_eq!(told(odd), None, "{odd:?}");
+            }
+        }
+    }
 }

@@ -150,7 +150,8 @@ fn signal(dbc: &Dbc, message: &can_dbc::Message, signal: &can_dbc::Signal) -> Si
     Signal {
         name: signal.name.clone(),
         unit: (!unit.is_empty()).then(|| unit.to_owned()),
-        start: usize::try_from(signal.start_bit).unwrap_or(usize::MAX / 16),
+        // no frame has so many; more could not be counted on from
+        start: usize::try_from(signal.start_bit).unwrap_or(usize::MAX).min(usize::MAX / 16),
         size: usize::try_from(signal.size).unwrap_or(0),
         big_endian: signal.byte_order == ByteOrder::BigEndian,
         kind,
@@ -223,6 +224,17 @@ mod tests {
         let switched = &database.messages[database.find(512, true).expect("extended")];
         let there = |mode: u8| switched.value(1, &[mode, 7, 0, 0]).is_some();
         assert_eq!([0, 3, 4, 5, 6, 9].map(there), [false, true, true, true, false, true]);
+    }
+
+    #[test]
+    fn signals_beyond_every_frame_are_in_none() {
+        for start in ["9223372036854775807", "18446744073709551615"] {
+            let odd = DBC.replace("0|12@1+", &format!("{start}|12@1+"));
+            let odd = odd.replace("23|12@0-", &format!("{start}|12@0-"));
+            let database = database(&odd).expect("a database");
+            let plain = &database.messages[database.find(256, false).expect("standard")];
+            assert_eq!([0, 1].map(|signal| plain.value(signal, &[7; 8])), [None, None]);
+        }
     }
 
     #[test]

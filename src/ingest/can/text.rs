@@ -7,6 +7,9 @@ use super::frames::{Frame, Scan};
 /// Longest line that is read, bytes.
 const LONGEST: u64 = 4096;
 
+/// More buses than any logger has; the name of a further one is damage.
+const MOST_BUSES: usize = 256;
+
 /// What an ASC log's second line says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Base {
@@ -159,6 +162,7 @@ pub fn each_candump(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> 
         let Some(dumped) = candump(line) else { return scan.bad(|| format!("in line {number}")) };
         let bus = match buses.iter().position(|b| b == dumped.bus) {
             Some(bus) => bus,
+            None if buses.len() == MOST_BUSES => return scan.bad(|| format!("in line {number}")),
             None => {
                 buses.push(dumped.bus.to_owned());
                 buses.len() - 1
@@ -315,5 +319,14 @@ mod tests {
         assert_eq!(frames[4].4, [1]);
         assert_eq!((scan.bad, scan.first_bad.as_str()), (2, "in line 5"));
         assert_eq!(scan.start.as_deref(), Some("2026-05-01T12:02:04Z"));
+    }
+
+    #[test]
+    fn buses_without_end_are_damage() {
+        let line = |i: usize| format!("({i}.0) bus{i} 1A3#01\n");
+        let text: String = (0..70_000).map(line).collect();
+        let (frames, scan) = read(&text, |l, t| each_candump(l, t));
+        assert_eq!((frames.len(), scan.bad), (MOST_BUSES, 70_000 - MOST_BUSES));
+        assert_eq!(scan.first_bad, "in line 257");
     }
 }

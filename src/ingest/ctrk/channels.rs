@@ -171,7 +171,7 @@ fn moment(date: &str, time: &str) -> Option<i64> {
     let day = jiff::civil::Date::new(year, two(date, 2)?, two(date, 0)?).ok()?;
     let midnight = day.at(0, 0, 0, 0).to_zoned(jiff::tz::TimeZone::UTC).ok()?;
     let hours = f64::from(two(time, 0)?) * 3600.0 + f64::from(two(time, 2)?) * 60.0;
-    let seconds: f64 = time.get(4..)?.parse().ok()?;
+    let seconds = time.get(4..)?.parse::<f64>().ok().filter(|s| (0.0..62.0).contains(s))?;
     Some(midnight.timestamp().as_millisecond() + ((hours + seconds) * 1e3).round() as i64)
 }
 
@@ -277,6 +277,10 @@ mod tests {
         assert_eq!(fix.when, Some(when.as_millisecond()));
         let wrong = String::from_utf8_lossy(text).replace("*65", "*66");
         assert!(Fix::of(wrong.as_bytes()).is_none());
+        assert_eq!(moment("290725", "122135.000"), fix.when);
+        for odd in ["1221", "12211e300", "1221NaN", "1221-1", "1221é", "12"] {
+            assert_eq!(moment("290725", odd), None, "{odd}");
+        }
         let body = "GPRMC,122135.000,V,,,,,,,290725,,,N";
         let sum = body.bytes().fold(0, |a, b| a ^ b);
         let fix = Fix::of(format!("${body}*{sum:02X}").as_bytes()).expect("no fix, but a sentence");

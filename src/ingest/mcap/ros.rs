@@ -55,6 +55,10 @@ enum Count {
 /// Types within types go so deep.
 const DEEPEST: usize = 32;
 
+/// So many messages may be within one without a byte of their own: of types that hold nothing but
+/// each other there could be more than can be walked through.
+const MOST_EMPTY: usize = 1000;
+
 impl Definition {
     /// From the text of a `.msg` file and of those that it needs, as MCAP keeps them.
     ///
@@ -100,7 +104,7 @@ impl Definition {
             }
         };
         let mut walk =
-            Walk { types: &self.types, wire: self.wire, data, at: 0, big_endian, widest };
+            Walk { types: &self.types, wire: self.wire, data, at: 0, seen: 0, big_endian, widest };
         walk.message(0, &mut String::new(), 0, take)
     }
 }
@@ -177,6 +181,8 @@ struct Walk<'a> {
     wire: Wire,
     data: &'a [u8],
     at: usize,
+    /// Messages within the message so far.
+    seen: usize,
     big_endian: bool,
     widest: usize,
 }
@@ -191,6 +197,10 @@ impl Walk<'_> {
     ) -> Result<(), String> {
         if depth > DEEPEST {
             return Err("its types contain each other".to_owned());
+        }
+        self.seen += 1;
+        if self.seen > self.data.len() + MOST_EMPTY {
+            return Err("its types hold nothing but each other".to_owned());
         }
         let types = self.types;
         for field in types.get(kind).into_iter().flatten() {
@@ -388,6 +398,14 @@ mod tests {
         let definition = Definition::parse("a/B", b"B b", Wire::Ros1).expect("parsed");
         assert!(numbers(&definition, &[]).is_err());
         assert!(Definition::parse("a/B", b"Unknown u", Wire::Cdr).is_err());
+        // each twice in the one before: 2^30 of the last, and no byte of data
+        let mut text = "T0 a\nT0 b\n".to_owned();
+        for i in 0..30 {
+            text += &format!("====\nMSG: a/T{i}\nT{0} a\nT{0} b\n", i + 1);
+        }
+        text += "====\nMSG: a/T30\n";
+        let definition = Definition::parse("a/B", text.as_bytes(), Wire::Ros1).expect("parsed");
+        assert!(numbers(&definition, &[]).expect_err("no end").contains("nothing but"));
     }
 
     #[test]

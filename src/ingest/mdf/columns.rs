@@ -410,4 +410,57 @@ mod tests {
             assert!(same(got, &by_library(&whole, channel)[..100]), "{}", channel.name);
         }
     }
+
+    /// Where a file has its blocks of that kind.
+    fn places(bytes: &[u8], id: &[u8; 4]) -> Vec<usize> {
+        (0..bytes.len()).step_by(8).filter(|at| bytes[*at..].starts_with(id)).collect()
+    }
+
+    /// How many groups a damaged file still has; of none of them anything is read here.
+    fn left_alone(bytes: Vec<u8>, what: &str) -> usize {
+        let bytes: Arc<dyn Bytes> = Arc::new(MemorySource::new(bytes));
+        let Ok(file) = Mf4File::from_source(Arc::clone(&bytes) as _) else { return 0 };
+        for data in file.data_groups() {
+            let group = &data.channel_groups[0];
+            for channel in &group.channels {
+                let read = read(&*bytes, data, group, &[channel]);
+                assert!(read.is_none(), "{what}: {}", channel.name);
+            }
+        }
+        file.data_groups().len()
+    }
+
+    #[test]
+    fn impossible_bit_counts_are_left_to_the_library() {
+        let whole = sample("ride_logger.mf4");
+        let channels = places(&whole, b"##CN");
+        assert!(channels.len() > 16);
+        for count in [0, 65, 1 << 20, u32::MAX - 6, u32::MAX] {
+            for shift in [0, 1, 7, 64, 255] {
+                let mut bytes = whole.clone();
+                for at in &channels {
+                    let links = usize::from(whole[at + 16]);
+                    let data = at + BLOCK_HEADER_SIZE + 8 * links;
+                    bytes[data + 3] = shift;
+                    bytes[data + 8..data + 12].copy_from_slice(&count.to_le_bytes());
+                }
+                assert_eq!(left_alone(bytes, &format!("{count} bits from {shift} on")), 4);
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_lengths_of_plain_blocks_are_left_to_the_library() {
+        let whole = sample("ride_logger.mf4");
+        let streams = places(&whole, b"##DT");
+        assert_eq!(streams.len(), 4);
+        // one that is cut into pieces before it is held against the file takes memory until there is none
+        for length in [whole.len() as u64 * (MOST_UNPACKED + 1), 1 << 45, u64::MAX - 7, u64::MAX] {
+            let mut bytes = whole.clone();
+            for at in &streams {
+                bytes[at + 8..at + 16].copy_from_slice(&length.to_le_bytes());
+            }
+            assert_eq!(left_alone(bytes, &format!("{length} bytes")), 4);
+        }
+    }
 }
