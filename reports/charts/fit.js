@@ -84,8 +84,8 @@ const fit = (holder, chart) => {
   const build = () => {
     const was = u && { x: { ...u.scales.x }, y: { ...u.scales.y } };
     if (u) u.destroy();
-    const width = printing ? (chart.height && !chart.group ? 220 : 330) : holder.clientWidth, c = columns(chart, hidden, palette());
-    const height = chart.height || Math.round(Math.max(230, Math.min(320, width * 0.62)));
+    const width = printing ? 330 : holder.clientWidth, c = columns(chart, hidden, palette());
+    const height = chart.height || Math.round(Math.max(printing ? 220 : 230, Math.min(320, width * 0.62)));
     view = chart.equal ? levelled(home, width, height) : home;
     u = new uPlot({
       width, height,
