@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::base::{Linear, Problem};
+use super::problem::{Linear, Problem};
 use super::residuals::CHANNELS;
 use super::samples::{BLOCK, Samples};
 

@@ -30,6 +30,7 @@ pub mod model;
 pub mod name;
 pub mod null;
 pub mod offroad;
+pub mod problem;
 pub mod replay;
 pub mod residuals;
 pub mod ride;

@@ -7,10 +7,11 @@
 
 use rayon::prelude::*;
 
-use super::base::{Base, LARGE, Linear, Start};
+use super::base::{Base, LARGE, Start};
 use super::effects::Effect;
 use super::generic::{self, Term};
 use super::null::{Calibrated, Calibration, median};
+use super::problem::Linear;
 use super::rides::Rides;
 use super::samples::Samples;
 use super::scan::{Score, scan};
@@ -41,8 +42,11 @@ const EQUIVALENT: f64 = 0.8;
 const CONTRADICTS: f64 = 1.4;
 /// Share of what an effect shows that is in the structure's channel when it is contradicted by it.
 const TOUCHES: f64 = 0.1;
-/// Score from which a cause is believed beside structure that is elsewhere.
+/// Score from which a cause is believed beside structure that is elsewhere, and beside such as
+/// contradicts a weaker one where it shows itself.
 const STRONG: f64 = 3.0;
+/// Structure that contradicts even those.
+const OVERRULES: f64 = 2.0;
 /// Most causes of one ride.
 const MOST: usize = 4;
 /// What the model itself is uncertain by, as a share of an estimate.
@@ -410,13 +414,13 @@ pub fn name<'a>(
     };
     let mut unexplained = beyond(left, &named);
     let mut out: Vec<Cause> = Vec::new();
-    if let Some((term, _)) = left.filter(|_| unexplained) {
+    if let Some((term, times)) = left.filter(|_| unexplained) {
         // whoever shows where the structure is takes up part of something else, and so may the weak
         let problem = stage.model.problem(samples);
         let shows = |(cause, _): &mut (Cause, f64)| {
             let place = stage.model.parameters.iter().position(|p| p.name == cause.effect.name);
             let touches = |k: usize| problem.share(&linear.columns[k], term.channel) > TOUCHES;
-            cause.score < STRONG || place.is_some_and(touches)
+            cause.score < STRONG || times > OVERRULES && place.is_some_and(touches)
         };
         let contradicted = |(c, _)| Cause { verdict: Verdict::Contradicted, ..c };
         out.extend(named.extract_if(.., shows).map(contradicted));

@@ -9,8 +9,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::base::{Base, Linear, Problem};
+use super::base::Base;
 use super::effects::Effect;
+use super::problem::{Linear, Problem};
 use super::samples::{BLOCK, Samples};
 use super::world::Parameter;
 
@@ -31,14 +32,7 @@ pub struct Score {
 pub fn scan(samples: &Samples, base: &Base, effects: &[Effect]) -> Vec<Score> {
     let parameters: Vec<Parameter> =
         base.parameters.iter().copied().chain(effects.iter().map(Effect::parameter)).collect();
-    let problem = Problem {
-        samples,
-        start: &base.start,
-        sigma: base.sigma,
-        parameters: &parameters,
-        extra: None,
-        only: None,
-    };
+    let problem = Problem::new(samples, &base.start, base.sigma, &parameters);
     let mut linear = problem.linear(&base.world);
     base.problem(samples).relax(&mut linear, &base.world);
     scores(samples, base, &parameters, &linear)
@@ -51,14 +45,7 @@ pub fn scores(
     parameters: &[Parameter],
     linear: &Linear,
 ) -> Vec<Score> {
-    let problem = Problem {
-        samples,
-        start: &base.start,
-        sigma: base.sigma,
-        parameters,
-        extra: None,
-        only: None,
-    };
+    let problem = Problem::new(samples, &base.start, base.sigma, parameters);
     let (p, b) = (parameters.len(), base.parameters.len());
     let mut whole = DMatrix::zeros(p, p);
     let mut unused = DVector::zeros(p);

@@ -4,7 +4,7 @@
 //! Such scatter is neither an effect nor noise within a manoeuvre; nulls must have it, or what six
 //! stops happen to share looks certain.
 
-use super::base::{Linear, Problem};
+use super::problem::{Linear, Problem};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
 use crate::simulate::random::Random;

@@ -10,7 +10,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::base::{Base, Linear, Problem};
+use super::super::base::Base;
+use super::super::problem::{Linear, Problem};
 use super::super::samples::{BLOCK, Samples};
 use super::super::world::{Parameter, World};
 
@@ -26,14 +27,7 @@ pub struct Curvature {
 impl Curvature {
     /// That of samples in a world; `parameters` are the base's and then the effects'.
     pub fn of(samples: &Samples, base: &Base, world: &World, parameters: &[Parameter]) -> Self {
-        let problem = Problem {
-            samples,
-            start: &base.start,
-            sigma: base.sigma,
-            parameters,
-            extra: None,
-            only: None,
-        };
+        let problem = Problem::new(samples, &base.start, base.sigma, parameters);
         let linear: Linear = problem.linear(world);
         let p = parameters.len();
         let mut matrix = DMatrix::zeros(p, p);
