@@ -32,7 +32,12 @@ fn page(name: &str, wanted: &str) {
 
 /// A text within a table's cell.
 fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace('<', "&lt;").replace('\n', " ")
+    prose(text).replace('|', "\\|").replace('\n', " ")
+}
+
+/// `<name>` is a stand-in and no tag: as one it would not be seen.
+fn prose(text: &str) -> String {
+    text.replace('<', "&lt;")
 }
 
 fn range(range: Option<[f64; 2]>) -> String {
@@ -84,7 +89,7 @@ fn files_and_tables_are_those_of_the_schemas() {
         let value: toml::Table = text.parse().expect("a schema");
         if value.contains_key("key") {
             let table = KeyTable::embedded(name);
-            let _ = write!(files, "\n## {name}\n\n{}\n\n", table.description);
+            let _ = write!(files, "\n## {name}\n\n{}\n\n", prose(&table.description));
             files += "| key | type | unit | default | range | |\n|---|---|---|---|---|---|\n";
             table.keys.iter().for_each(|key| files += &key_row(key));
             keys_seen += table.keys.len();
@@ -92,7 +97,7 @@ fn files_and_tables_are_those_of_the_schemas() {
             let table = Table::embedded(name);
             // a session is what the user brings
             let page = if *name == "session" { &mut files } else { &mut tables };
-            let _ = write!(page, "\n## {name}\n\n{}\n\n", table.description);
+            let _ = write!(page, "\n## {name}\n\n{}\n\n", prose(&table.description));
             *page += "| column | type | unit | | range | |\n|---|---|---|---|---|---|\n";
             table.columns.iter().for_each(|column| *page += &column_row(column));
         }
