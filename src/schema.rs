@@ -348,10 +348,13 @@ fn flatten(table: &toml::Table) -> Vec<(String, &toml::Value)> {
 
 /// The candidate nearest to a misspelt word, if one is near.
 pub fn closest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let most = |c: &str| 2.max(c.len() / 4);
     candidates
+        // a log may have thousands of names, and most differ by their length already
+        .filter(|c| c.chars().count().abs_diff(word.chars().count()) <= most(c))
         .map(|c| (distance(word, c), c))
         .min()
-        .filter(|(d, c)| *d <= 2.max(c.len() / 4))
+        .filter(|(d, c)| *d <= most(c))
         .map(|(_, c)| c)
 }
 

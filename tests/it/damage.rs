@@ -270,7 +270,7 @@ fn patched(kind: &[u8; 4], at: impl Fn(&[u8]) -> usize, number: &[u8]) -> Vec<u8
 #[test]
 fn files_that_claim_without_bounds_end() {
     let twins =
-        format!("Format,MoTeC CSV File\nTime{}\n0{}\n", ",a".repeat(9000), ",1".repeat(9000));
+        format!("Format,MoTeC CSV File\nTime{}\n0{}\n", ",a".repeat(4000), ",1".repeat(4000));
     let mut cases = vec![("twins.csv".to_owned(), twins.into_bytes())];
     for length in [1_u64 << 33, 1 << 62, u64::MAX - 30, u64::MAX] {
         let bytes = patched(b"##DT", |_| 8, &length.to_le_bytes());
