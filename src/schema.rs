@@ -415,6 +415,15 @@ fn distance(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_differs_by_its_length_alone_may_still_be_meant() {
+        let near = |word: &str| closest(word, ["roll", "roll_rate", "velocity_x"].into_iter());
+        assert_eq!(near("rol"), Some("roll"));
+        assert_eq!(near("rollrate"), Some("roll_rate"));
+        assert_eq!(near("velocity_xyz"), Some("velocity_x"));
+        assert_eq!(near("velocity_wxyz"), None);
+    }
     use crate::channel::Channel;
 
     #[test]

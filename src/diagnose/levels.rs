@@ -219,4 +219,12 @@ mod tests {
         assert_eq!(told(|_, _, _| 4.0), vec![("fleet".to_owned(), None)]);
         assert!(told(|_, _, _| 0.0).is_empty());
     }
+
+    #[test]
+    fn no_number_of_sessions_makes_a_size_surer_than_they_may_be_off_by_together() {
+        let says = |n: usize| (0..n).map(|k| say(k, "a", "x", k, 5.0)).collect::<Vec<_>>();
+        let rows = pool(&BTreeMap::from([("latency", says(400))]));
+        let (Some(low), Some(high)) = (rows[0].ci95_low, rows[0].ci95_high) else { panic!() };
+        assert!(high - low > 2.0 * 1.96 * TOGETHER * 0.05, "{low} to {high}");
+    }
 }
