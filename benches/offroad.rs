@@ -9,12 +9,12 @@ use std::time::Instant;
 
 use roadbench::estimate::offroad::contact::Contact;
 use roadbench::estimate::offroad::kinematics::Kinematics;
-use roadbench::estimate::offroad::machine::Machine;
 use roadbench::estimate::offroad::rider::{self, Base, Rider};
 use roadbench::estimate::offroad::solve::{BRAKING, Config as SolveConfig, DRIVING, Solver};
 use roadbench::estimate::offroad::weights::Weights;
 use roadbench::estimate::offroad::{self, Config};
 use roadbench::filter;
+use roadbench::model::offroad::machine::Machine;
 use roadbench::simulate::motocross::{self, scenario::Motocross};
 
 const RATE: f64 = 1600.0;

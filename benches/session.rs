@@ -16,13 +16,17 @@ use std::time::Instant;
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use roadbench::batch::{self, Maps, Settings, Stages};
-use roadbench::bike::Bike;
+use roadbench::contract::bike::Bike;
+use roadbench::contract::session::Session;
 use roadbench::estimate::zeros;
 use roadbench::fit::chain::{self, Data};
 use roadbench::pipeline::{self, Input, Pipeline};
-use roadbench::session::Session;
 use roadbench::simulate::scenario::Scenario;
-use roadbench::{filter, fit, ingest, report, rows, schema, segment, simulate, table};
+use roadbench::{
+    contract::schema,
+    filter, fit, ingest, report, segment, simulate,
+    tables::{file, rows},
+};
 
 /// Samples of the ride: 20 min at 100 Hz.
 const SAMPLES: usize = 120_000;
@@ -137,8 +141,8 @@ fn by_stage(
         stages.plain("plots", || report::plots::rows(&session, &segments, &data, &solution));
     let tables = ["coefficients", "plots"].map(schema::Table::embedded);
     stages.time("(encoding)", || {
-        let coefficients = table::to_bytes(&tables[0], &coefficients)?;
-        Ok::<_, table::Error>((coefficients, table::to_bytes(&tables[1], &plots)?))
+        let coefficients = file::to_bytes(&tables[0], &coefficients)?;
+        Ok::<_, file::Error>((coefficients, file::to_bytes(&tables[1], &plots)?))
     })?;
     Ok(())
 }
@@ -146,7 +150,7 @@ fn by_stage(
 /// Many sessions through the batch engine, with one and with two jobs.
 fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
     let (inputs, bikes) = (folder.join("sessions"), folder.join("bikes"));
-    table::write_bytes(&bikes.join(format!("{}.toml", bike.bike_id)), bike.to_toml().as_bytes())?;
+    file::write_bytes(&bikes.join(format!("{}.toml", bike.bike_id)), bike.to_toml().as_bytes())?;
     let mut copy = ride.clone();
     for number in 0..SESSIONS {
         copy.meta.session_id = format!("ride_{number:02}");

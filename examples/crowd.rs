@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use rayon::prelude::*;
+use roadbench::contract::session::{Meta, Session};
 use roadbench::ingest::{self, write_session};
-use roadbench::session::{Meta, Session};
 
 /// Motorcycles of the archive.
 const BIKES: usize = 20;

@@ -51,32 +51,52 @@
 //! The source is Bartolozzi, Massaro, Mottola, Savino (2024), "An enhanced motorcycle tyre
 //! model characterised through experimental riding data"; equation numbers are its own.
 
-pub mod batch;
-pub mod bike;
-pub mod channel;
-pub mod cli;
-pub mod diagnose;
-pub mod estimate;
-pub mod export;
-pub mod filter;
-pub mod fit;
-pub mod fleet;
-pub mod ingest;
-pub mod model;
-pub mod motorcycle;
-pub mod multibody;
+pub mod statistics;
+
 pub mod objects;
+
+pub mod contract;
+
+pub mod tables;
+
+pub mod multibody;
+
+pub mod model;
+
+pub mod effects;
+
+pub mod motorcycle;
+
+pub mod ingest;
+
+pub mod filter;
+
+pub mod segment;
+
+pub mod estimate;
+
+pub mod fit;
+
+pub mod plots;
+
+pub mod report;
+
+pub mod export;
+
+pub mod simulate;
+
+pub mod fleet;
+
 pub mod pipeline;
+
+pub mod diagnose;
+
+pub mod batch;
+
+pub mod cli;
+
 #[cfg(feature = "python")]
 mod python;
-pub mod report;
-pub mod rows;
-pub mod schema;
-pub mod segment;
-pub mod session;
-pub mod simulate;
-pub mod table;
-pub mod warning;
 
 /// Version written to every row.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

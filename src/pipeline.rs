@@ -4,17 +4,18 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bike::Bike;
-use crate::channel::Channel;
-use crate::diagnose::model::Model;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
+use crate::effects::extended_model::Model;
 use crate::estimate::zeros::{self, Zeros};
-use crate::estimate::{Formulation, needs};
 use crate::fit::chain::{self, Data, Solution};
 use crate::fit::coefficients;
 use crate::segment::Segment;
-use crate::session::Session;
-use crate::warning::Warning;
-use crate::{estimate, filter, fit, ingest, report, rows, segment};
+use crate::tables::rows;
+use crate::{estimate, filter, fit, ingest, plots, segment};
+use crate::{estimate::needs, model::formulation::Formulation};
 
 mod offroad;
 
@@ -83,7 +84,7 @@ impl Pipeline {
         let text = std::fs::read_to_string(path).map_err(|e| {
             let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
             let word = path.to_string_lossy();
-            let meant = crate::schema::meant(&word, names.iter().copied());
+            let meant = crate::contract::schema::meant(&word, names.iter().copied());
             format!("cannot read pipeline {word}: {e}{meant}; built in are {}", names.join(", "))
         })?;
         Self::parse(&text, &path.display().to_string())
@@ -95,7 +96,7 @@ impl Pipeline {
     /// A sentence that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, String> {
         let pipeline: Pipeline = toml::from_str(text).map_err(|e| {
-            format!("pipeline {name}: {}", crate::schema::with_hint(&e.to_string()))
+            format!("pipeline {name}: {}", crate::contract::schema::with_hint(&e.to_string()))
         })?;
         let fail = |e: String| format!("pipeline {name}: {e}");
         pipeline.estimate.check().map_err(fail)?;
@@ -211,7 +212,7 @@ pub fn run_raw(
         true => Some(signals(&session, &data, &solution)?),
         false => None,
     };
-    let plots = report::plots::rows(&session, &segments, &data, &solution);
+    let plots = plots::rows(&session, &segments, &data, &solution);
     let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
     let session =
         session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);

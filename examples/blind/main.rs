@@ -14,10 +14,10 @@ use std::sync::Mutex;
 
 use clap::Parser;
 use rayon::prelude::*;
-use roadbench::bike::Bike;
-use roadbench::diagnose::effects::{ALL, Effect};
+use roadbench::contract::bike::Bike;
 use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::ride::{self, Settings};
+use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden::{Case, FAINT, Kind, PLANS};
 use serde::{Deserialize, Serialize};

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use roadbench::bike::Bike;
+use roadbench::contract::bike::Bike;
 use roadbench::diagnose::offroad;
 use roadbench::pipeline::Pipeline;
-use roadbench::rows::CauseRow;
 use roadbench::simulate::hidden_offroad::{Hidden, OffroadCase};
+use roadbench::tables::rows::CauseRow;
 
 /// Length of a ride, s.
 const DURATION: f64 = 120.0;

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use roadbench::GRAVITY;
-use roadbench::bike::{Axle, Bike};
-use roadbench::diagnose::effects::Effect;
+use roadbench::contract::bike::{Axle, Bike};
 use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::ride::{Diagnosis, Settings, diagnose};
+use roadbench::effects::Effect;
 use roadbench::ingest::write_session;
 use roadbench::model::custom::Custom;
 use roadbench::model::tyre_model::TyreModel;
@@ -158,7 +158,7 @@ pub fn told(d: &Diagnosis) -> String {
 
 /// Size, standard error, verdict and detection limit of one effect.
 pub fn about(d: &Diagnosis, effect: &str) -> String {
-    let j = roadbench::diagnose::effects::ALL.iter().position(|e| e.name == effect);
+    let j = roadbench::effects::ALL.iter().position(|e| e.name == effect);
     let cause = d.naming.causes.iter().find(|c| c.effect.name == effect);
     match (j, cause) {
         (Some(j), Some(c)) => format!(

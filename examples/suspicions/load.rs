@@ -1,8 +1,8 @@
 //! "The slip angle underestimation was likely caused by tyre load sensitivity" (Discussion).
 
-use roadbench::bike::Axle;
-use roadbench::model::departed::Departed;
-use roadbench::model::departure::Departure;
+use roadbench::contract::bike::Axle;
+use roadbench::effects::extended_tyre::ExtendedTyre;
+use roadbench::effects::model_error::ModelError;
 use roadbench::model::tyre::Input;
 use roadbench::motorcycle::Motorcycle;
 use roadbench::pipeline::Outcome;
@@ -91,10 +91,10 @@ pub fn study(truth: f64, rides: usize, prepare: fn(&mut Scenario)) -> Found {
     let reference = lane_change(own.clone(), 1.0);
     let [front, rear] = boxed(given);
     let before = lane_change(own.with_tyres(front, rear), 1.0);
-    let refitted = [0, 1].map(|k| Departed {
+    let refitted = [0, 1].map(|k| ExtendedTyre {
         custom: given[k],
         load: load[k],
-        departure: Departure { stiffness_per_load: sensitivity[k].0, ..Departure::default() },
+        departure: ModelError { stiffness_per_load: sensitivity[k].0, ..ModelError::default() },
     });
     let [front, rear] = boxed(refitted);
     let after = lane_change(own.with_tyres(front, rear), 1.0);

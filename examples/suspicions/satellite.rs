@@ -2,16 +2,19 @@
 //! vector, which is used to compute the slip angles" (Discussion).
 
 use roadbench::diagnose::attitude::Attitude;
-use roadbench::diagnose::effects::Effect;
+use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::samples::Samples;
-use roadbench::diagnose::world::World;
-use roadbench::estimate::{Formulation, zeros};
+use roadbench::effects::Effect;
 use roadbench::fit::chain::{self, Data};
 use roadbench::pipeline::Pipeline;
 use roadbench::segment::Kind;
 use roadbench::simulate::multibody;
 use roadbench::simulate::ride::Ridden;
-use roadbench::{bike::Bike, filter, segment, session::Session};
+use roadbench::{
+    contract::{bike::Bike, session::Session},
+    filter, segment,
+};
+use roadbench::{estimate::zeros, model::formulation::Formulation};
 
 use super::common::*;
 
@@ -27,7 +30,7 @@ pub fn errors(session: &Session, truth: &Ridden, bike: &Bike) -> [f64; 3] {
     let (zeros, _) = zeros::run(&filtered, bike);
     let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
     let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
-    let world = World::new(bike, &solution);
+    let world = Parameters::new(bike, &solution);
     let samples = Samples::gather(session, &segments);
     let mut sums = [(0.0, 0.0); 3];
     for (kind, range) in &samples.manoeuvres {

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use roadbench::bike::Bike;
+use roadbench::contract::bike::Bike;
 use roadbench::ingest::map::ChannelMap;
 use roadbench::model::tir;
 use roadbench::pipeline::Pipeline;

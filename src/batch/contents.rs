@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 use walkdir::WalkDir;
 
 use super::Error;
-use super::names::file_name;
 use crate::objects::{Stat, client, url};
-use crate::table;
+use crate::tables::file;
+use crate::tables::names::file_name;
 
 /// The tables of one session but for its commit marker; `signals` only on request, `forces` only
 /// off-road.
@@ -191,7 +191,7 @@ pub(super) fn mark(root: &Path, file: &str) -> PathBuf {
 fn torn(root: &Path) -> BTreeSet<String> {
     let entries = std::fs::read_dir(root.join(WRITING)).into_iter().flatten();
     let names = entries.filter_map(|e| e.ok()?.file_name().into_string().ok());
-    names.filter(|name| !name.starts_with(table::TEMPORARY.0)).collect()
+    names.filter(|name| !name.starts_with(file::TEMPORARY.0)).collect()
 }
 
 /// Of an object store: every file below it, but the report's pages.

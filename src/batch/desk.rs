@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use super::Error;
 use crate::objects::url::{self, Url};
 use crate::objects::{client, files};
-use crate::{report, table};
+use crate::{report, tables::file};
 
 /// Tables that fleet and report are made from.
 const READ: &[&str] = &[
@@ -92,7 +92,7 @@ impl Desk {
         for name in MADE {
             for entry in files::list(&self.folder.join(name)).map_err(fail)? {
                 let bytes = std::fs::read(self.folder.join(name).join(&entry.key)).map_err(fail)?;
-                table::write_bytes(&url.join(name).join(&entry.key).path(), &bytes)
+                file::write_bytes(&url.join(name).join(&entry.key).path(), &bytes)
                     .map_err(|e| Error::Output(e.to_string()))?;
                 pages.insert(entry.key);
             }

@@ -10,15 +10,15 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::discover::{Found, bikes_beside, discover};
-use super::names::is_plain;
 use super::plan::{self, Job, Plan};
 use super::store::{Committed, Contents, Stale, Store};
 use super::{Error, Settings, Work, guarded};
 use crate::ingest::UNREACHABLE;
 use crate::objects::source;
 use crate::pipeline::{Input, Outcome, Rejection};
-use crate::rows::{Rejected, WarningRow};
-use crate::table;
+use crate::tables::file;
+use crate::tables::names::is_plain;
+use crate::tables::rows::{Rejected, WarningRow};
 
 /// What became of an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -442,12 +442,12 @@ pub(super) fn note_unsafe_id(outcome: &mut Outcome) {
         time: None,
         message: format!(
             "the session id cannot be a file name as it is; its tables are stored as {}.parquet",
-            super::names::file_name(id)
+            crate::tables::names::file_name(id)
         ),
     });
     outcome.session.n_warnings += 1;
 }
 
-fn output(e: table::Error) -> Error {
+fn output(e: file::Error) -> Error {
     Error::Output(e.to_string())
 }

@@ -17,12 +17,12 @@ use polars::prelude::*;
 use super::Error;
 use super::contents::Contents;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
-use super::names::file_name;
 use super::spread;
+use crate::contract::schema::Table;
 use crate::fleet::Observation;
-use crate::rows::FleetRow;
-use crate::schema::Table;
-use crate::table;
+use crate::tables::file;
+use crate::tables::names::file_name;
+use crate::tables::rows::FleetRow;
 
 /// From so many sessions on, one that is far from the others is flagged.
 const FLAG_FROM: usize = 5;
@@ -62,7 +62,7 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
 
 fn save<R: serde::Serialize>(out: &Path, name: &str, rows: &[R]) -> Result<(), Error> {
     let path = out.join(name).join(format!("{name}.parquet"));
-    table::write(&path, &Table::embedded(name), rows).map_err(|e| Error::Output(e.to_string()))
+    file::write(&path, &Table::embedded(name), rows).map_err(|e| Error::Output(e.to_string()))
 }
 
 /// The coefficient tables of the committed sessions.

@@ -8,7 +8,7 @@ use crate::fleet::BikeAnalysis;
 use crate::fleet::events::{Event, Moved};
 use crate::fleet::ratio::Ratio;
 use crate::fleet::threshold::FALSE_ALARMS;
-use crate::rows::{EventRow, FleetRow, PooledRow, RatioRow};
+use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow};
 
 /// Unit by tyre and coefficient.
 pub type Units = BTreeMap<(String, String), String>;
@@ -133,9 +133,9 @@ pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contract::schema::Table;
     use crate::fleet::{Observation, analyse};
-    use crate::schema::Table;
-    use crate::table::batch;
+    use crate::tables::file::batch;
 
     #[test]
     fn the_rows_fit_their_schemas_and_a_lone_wild_session_is_an_event() {

@@ -18,16 +18,15 @@
 //! workers, the time or the machine's load.
 
 pub mod alone;
-pub mod cluster;
 pub mod contents;
 pub mod desk;
 pub mod discover;
+pub mod distributed;
 pub mod engine;
 #[cfg(feature = "fleet")]
 pub mod fleet;
 pub mod fleet_rows;
 pub mod lock;
-pub mod names;
 pub mod plan;
 pub mod progress;
 pub mod remote;
@@ -42,11 +41,11 @@ use std::time::SystemTime;
 
 pub use engine::{Finished, Intended, Run, State, Watch, intend, run};
 
-use crate::bike::Bike;
+use crate::contract::bike::Bike;
+use crate::contract::session::Meta;
 use crate::ingest;
 use crate::ingest::map::ChannelMap;
 use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
-use crate::session::Meta;
 
 /// Why a run did not take place, or had to end early.
 #[derive(Debug, thiserror::Error)]

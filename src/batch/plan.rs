@@ -8,15 +8,15 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::discover::Found;
-use super::names::is_plain;
 use super::store::{Committed, Contents};
 use super::{Error, Maps, Work, guarded};
-use crate::bike::Bike;
+use crate::contract::bike::Bike;
+use crate::contract::session::Meta;
 use crate::ingest::UNREACHABLE;
 use crate::objects::{files, source, url};
 use crate::pipeline::{Pipeline, Rejection};
-use crate::rows::Rejected;
-use crate::session::Meta;
+use crate::tables::names::is_plain;
+use crate::tables::rows::Rejected;
 
 /// Longest bike id: it becomes a folder name.
 const LONGEST_BIKE_ID: usize = 100;
@@ -303,7 +303,7 @@ impl BikeFile {
         bike_id: &str,
         path: &Path,
         salt: &[u8],
-    ) -> Result<Self, crate::bike::Error> {
+    ) -> Result<Self, crate::contract::bike::Error> {
         let bike = Bike::parse(&text, bike_id, path)?;
         let mut hasher = blake3::Hasher::new();
         hasher.update(salt);

@@ -22,12 +22,12 @@ use super::Error;
 pub use super::contents::{Committed, Contents, Stale};
 use super::contents::{OPTIONAL, PER_SESSION, WRITING, mark, path};
 use super::lock::Lock;
-use super::names::file_name;
 use super::tables::Schemas;
 use crate::objects::{files, url};
 use crate::pipeline::Outcome;
-use crate::rows::Rejected;
-use crate::table;
+use crate::tables::file;
+use crate::tables::names::file_name;
+use crate::tables::rows::Rejected;
 
 /// Every folder below the output that a run writes to.
 pub const TABLES: &[&str] = &[
@@ -103,7 +103,7 @@ impl Store {
     /// Removes tables that belong to no session: a run was killed before it wrote their marker, or
     /// after it removed it.
     fn sweep(&self) -> Result<(), Error> {
-        let output = |e: table::Error| Error::Output(e.to_string());
+        let output = |e: file::Error| Error::Output(e.to_string());
         for file in &self.found.torn {
             let mark = mark(&self.root, file);
             let known = self.found.committed.get(file).map(Vec::as_slice).unwrap_or_default();
@@ -184,12 +184,12 @@ impl Store {
     ///
     /// # Errors
     /// A row does not fit its schema: our own mistake.
-    pub fn encode(&self, outcome: &Outcome) -> Result<Files, table::Error> {
+    pub fn encode(&self, outcome: &Outcome) -> Result<Files, file::Error> {
         let tables = self.schemas.tables(outcome)?;
         let mut tables = tables
             .iter()
-            .map(|(name, batch)| Ok((*name, table::batch_to_bytes(name, batch)?)))
-            .collect::<Result<Vec<_>, table::Error>>()?;
+            .map(|(name, batch)| Ok((*name, file::batch_to_bytes(name, batch)?)))
+            .collect::<Result<Vec<_>, file::Error>>()?;
         let marker = tables.pop().map(|(_, bytes)| bytes).unwrap_or_default(); // `sessions`
         Ok(Files { tables, marker })
     }
@@ -205,19 +205,19 @@ impl Store {
         bike_id: &str,
         log: &str,
         files: &Files,
-    ) -> Result<(), table::Error> {
+    ) -> Result<(), file::Error> {
         let file = file_name(session_id);
         let mark = mark(&self.root, &file);
         self.changes()?;
-        table::write_bytes(&mark, bike_id.as_bytes())?;
+        file::write_bytes(&mark, bike_id.as_bytes())?;
         for (table, bytes) in &files.tables {
-            table::write_bytes(&self.path(table, bike_id, &file), bytes)?;
+            file::write_bytes(&self.path(table, bike_id, &file), bytes)?;
         }
         // what it had and has no more
         for table in OPTIONAL.iter().filter(|t| files.tables.iter().all(|(name, _)| name != *t)) {
             self.remove_file(&self.path(table, bike_id, &file))?;
         }
-        table::write_bytes(&self.path("sessions", bike_id, &file), &files.marker)?;
+        file::write_bytes(&self.path("sessions", bike_id, &file), &files.marker)?;
         self.remove_but(&file, Some(bike_id))?;
         self.forgive(log)?;
         remove_file(&mark)
@@ -227,18 +227,18 @@ impl Store {
     ///
     /// # Errors
     /// They are there and cannot be removed.
-    pub fn remove(&self, session_id: &str) -> Result<(), table::Error> {
+    pub fn remove(&self, session_id: &str) -> Result<(), file::Error> {
         let file = file_name(session_id);
         let Some(known) = self.found.committed.get(&file) else { return Ok(()) };
         let bikes: Vec<&str> = known.iter().map(|old| old.bike_id.as_str()).collect();
         let mark = mark(&self.root, &file);
         self.changes()?;
-        table::write_bytes(&mark, bikes.join("\n").as_bytes())?;
+        file::write_bytes(&mark, bikes.join("\n").as_bytes())?;
         self.remove_but(&file, None)?;
         remove_file(&mark)
     }
 
-    fn remove_but(&self, file: &str, kept: Option<&str>) -> Result<(), table::Error> {
+    fn remove_but(&self, file: &str, kept: Option<&str>) -> Result<(), file::Error> {
         let known = self.found.committed.get(file).into_iter().flatten();
         for old in known.filter(|old| Some(old.bike_id.as_str()) != kept) {
             self.remove_file(&self.path("sessions", &old.bike_id, file))?;
@@ -253,22 +253,22 @@ impl Store {
     ///
     /// # Errors
     /// The folder cannot be written.
-    pub fn reject(&self, row: &Rejected) -> Result<(), table::Error> {
+    pub fn reject(&self, row: &Rejected) -> Result<(), file::Error> {
         let (path, rows) = (self.rejected(&row.path), std::slice::from_ref(row));
-        let bytes = table::to_bytes(self.schemas.of("rejected"), rows)?;
+        let bytes = file::to_bytes(self.schemas.of("rejected"), rows)?;
         // it says the same every night
         if self.found.has(&path) && files::read(&path).is_ok_and(|there| there == bytes) {
             return Ok(());
         }
         self.changes()?;
-        table::write_bytes(&path, &bytes)
+        file::write_bytes(&path, &bytes)
     }
 
     /// Removes the row that an input had in `rejected`.
     ///
     /// # Errors
     /// It is there and cannot be removed.
-    pub fn forgive(&self, log: &str) -> Result<(), table::Error> {
+    pub fn forgive(&self, log: &str) -> Result<(), file::Error> {
         let path = self.rejected(log);
         if self.found.has(&path) {
             self.changes()?;
@@ -278,7 +278,7 @@ impl Store {
 
     /// Removes a file that was there when the run began; of an object store no request is spent on
     /// one that was not.
-    fn remove_file(&self, path: &Path) -> Result<(), table::Error> {
+    fn remove_file(&self, path: &Path) -> Result<(), file::Error> {
         match &self.found.names {
             Some(names) if !names.contains_key(path) => Ok(()),
             _ => remove_file(path),
@@ -287,11 +287,11 @@ impl Store {
 
     /// Before anything changes: the lock is still ours, and what is made over all sessions is known to
     /// be behind until it is made.
-    fn changes(&self) -> Result<(), table::Error> {
+    fn changes(&self) -> Result<(), file::Error> {
         let path = || self.root.join(BEHIND);
-        self.lock.check().map_err(|source| table::Error::Io { path: path(), source })?;
+        self.lock.check().map_err(|source| file::Error::Io { path: path(), source })?;
         if self.behind.get().is_none() {
-            table::write_bytes(&path(), b"")?;
+            file::write_bytes(&path(), b"")?;
             let _ = self.behind.set(()); // another worker may have been quicker
         }
         Ok(())
@@ -321,7 +321,7 @@ impl Store {
         let mark = self.root.join(BEHIND);
         let done = match cfg!(feature = "fleet") {
             true => remove_file(&mark),
-            false => table::write_bytes(&mark, ONLY_FLEET),
+            false => file::write_bytes(&mark, ONLY_FLEET),
         };
         done.map_err(|e| Error::Output(e.to_string()))
     }
@@ -353,7 +353,7 @@ fn remove_temporaries(root: &Path) -> Result<(), Error> {
     let files = folders.flat_map(|f| WalkDir::new(f).into_iter().filter_map(Result::ok));
     for entry in files.filter(|e| e.file_type().is_file()) {
         let name = entry.file_name().to_string_lossy();
-        if name.starts_with(table::TEMPORARY.0) && name.ends_with(table::TEMPORARY.1) {
+        if name.starts_with(file::TEMPORARY.0) && name.ends_with(file::TEMPORARY.1) {
             tracing::debug!("removing {}, left by a run that was killed", entry.path().display());
             remove_file(entry.path()).map_err(|e| Error::Output(e.to_string()))?;
         }
@@ -361,6 +361,6 @@ fn remove_temporaries(root: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-fn remove_file(path: &Path) -> Result<(), table::Error> {
-    files::remove(path).map_err(|source| table::Error::Io { path: path.to_owned(), source })
+fn remove_file(path: &Path) -> Result<(), file::Error> {
+    files::remove(path).map_err(|source| file::Error::Io { path: path.to_owned(), source })
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::{Error, Run};
 use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;
-use crate::table;
+use crate::tables::file;
 
 /// What a run did.
 #[derive(Debug, Serialize)]
@@ -78,7 +78,7 @@ impl<'a> Summary<'a> {
     pub fn write(&self, out: &Path) -> Result<(), Error> {
         let text = serde_json::to_string_pretty(self)
             .map_err(|e| Error::Internal(format!("run.json: {e}")))?;
-        table::write_bytes(&out.join("run.json"), (text + "\n").as_bytes())
+        file::write_bytes(&out.join("run.json"), (text + "\n").as_bytes())
             .map_err(|e| Error::Output(e.to_string()))
     }
 
@@ -87,8 +87,7 @@ impl<'a> Summary<'a> {
     /// # Errors
     /// It cannot be written.
     pub fn write_metrics(&self, path: &Path) -> Result<(), Error> {
-        table::write_bytes(path, self.metrics().as_bytes())
-            .map_err(|e| Error::Output(e.to_string()))
+        file::write_bytes(path, self.metrics().as_bytes()).map_err(|e| Error::Output(e.to_string()))
     }
 
     fn metrics(&self) -> String {
@@ -131,7 +130,7 @@ impl<'a> Summary<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rows::Rejected;
+    use crate::tables::rows::Rejected;
 
     #[test]
     fn metrics_are_prometheus_text() {

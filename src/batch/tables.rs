@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use arrow::array::RecordBatch;
 
+use crate::contract::schema::Table;
 use crate::pipeline::Outcome;
-use crate::schema::Table;
-use crate::table;
+use crate::tables::file;
 
 /// The schemas of a session's tables, parsed once.
 #[derive(Debug)]
@@ -34,21 +34,21 @@ impl Schemas {
     pub fn tables(
         &self,
         outcome: &Outcome,
-    ) -> Result<Vec<(&'static str, RecordBatch)>, table::Error> {
+    ) -> Result<Vec<(&'static str, RecordBatch)>, file::Error> {
         let mut tables = vec![
-            ("coefficients", table::batch(self.of("coefficients"), &outcome.coefficients)?),
-            ("manoeuvres", table::batch(self.of("manoeuvres"), &outcome.manoeuvres)?),
-            ("warnings", table::batch(self.of("warnings"), &outcome.warnings)?),
-            ("plots", table::batch(self.of("plots"), &outcome.plots)?),
+            ("coefficients", file::batch(self.of("coefficients"), &outcome.coefficients)?),
+            ("manoeuvres", file::batch(self.of("manoeuvres"), &outcome.manoeuvres)?),
+            ("warnings", file::batch(self.of("warnings"), &outcome.warnings)?),
+            ("plots", file::batch(self.of("plots"), &outcome.plots)?),
         ];
         if !outcome.forces.is_empty() {
-            tables.push(("forces", table::batch(self.of("forces"), &outcome.forces)?));
+            tables.push(("forces", file::batch(self.of("forces"), &outcome.forces)?));
         }
         if let Some(signals) = &outcome.signals {
             tables.push(("signals", signals.clone()));
         }
         let session = std::slice::from_ref(&outcome.session);
-        tables.push(("sessions", table::batch(self.of("sessions"), session)?));
+        tables.push(("sessions", file::batch(self.of("sessions"), session)?));
         Ok(tables)
     }
 }

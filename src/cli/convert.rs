@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use crate::channel::Channel;
 use crate::cli::Failure;
 use crate::cli::say::{put, say};
+use crate::contract::channel::Channel;
+use crate::contract::schema::Table;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::ingest::foreign::Aids;
 use crate::ingest::map::{self, ChannelMap, TimeSource};
 use crate::ingest::{self, Raw};
-use crate::schema::Table;
-use crate::session::Session;
-use crate::warning::Warning;
 
 /// Turn any supported log into a session.v1 Parquet file
 #[derive(Debug, clap::Args)]

@@ -8,12 +8,12 @@ use indicatif::ProgressBar;
 
 use crate::cli::say::say;
 use crate::cli::{Failure, colour, diagnose, run, simulate};
-use crate::diagnose::effects::Effect;
+use crate::effects::Effect;
 use crate::report::{tables, tables_diagnosis};
-use crate::rows::{CauseRow, Coefficient, Status};
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::{session, truth};
-use crate::table;
+use crate::tables::file;
+use crate::tables::rows::{CauseRow, Coefficient, Status};
 
 /// Simulate rides on which something is wrong, find the tyres and the fault, open the report
 #[derive(Debug, clap::Args)]
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let rides =
         simulate::write_bike(&scenario, 0, &archive).map_err(|e| Failure::Output(e.to_string()))?;
     let text = BUILTIN.iter().find(|(name, _)| *name == "demo").map_or("", |(_, text)| text);
-    table::write_bytes(&archive.join("scenario.toml"), text.as_bytes())
+    file::write_bytes(&archive.join("scenario.toml"), text.as_bytes())
         .map_err(|e| Failure::Output(e.to_string()))?;
     let at = step(&format!("simulate: {rides} rides with the sensors of a real one"), begin);
     run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar)?;

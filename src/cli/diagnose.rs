@@ -7,23 +7,23 @@ use std::sync::mpsc;
 use rayon::prelude::*;
 
 use crate::batch::discover::{bikes_beside, discover};
-use crate::batch::names::file_name;
 use crate::batch::plan::{self, Plan};
 use crate::batch::store::{Contents, Store};
 use crate::batch::{Maps, Stages, guarded};
 use crate::cli::Failure;
 use crate::cli::say::say;
-use crate::diagnose::effects::Effect;
+use crate::contract::schema::Table;
 use crate::diagnose::levels::{self, Say};
 use crate::diagnose::name::{ALARM, Cause, Verdict};
 use crate::diagnose::offroad;
 use crate::diagnose::ride::{self, Diagnosis, Settings};
+use crate::effects::Effect;
 use crate::objects::url::is_url;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::report::{self, terminal};
-use crate::rows::{CauseRow, DiscrepancyRow, Ident};
-use crate::schema::Table;
-use crate::table;
+use crate::tables::file;
+use crate::tables::names::file_name;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// Rejections that are listed on stderr.
 const LISTED: usize = 20;
@@ -109,7 +109,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let Plan { jobs, refused } =
         plan::plan(found, bikes, &Contents::default(), &pipeline, &maps, &Stages)?;
     let store = Store::open(&arguments.out)?;
-    let output = |e: table::Error| Failure::Output(e.to_string());
+    let output = |e: file::Error| Failure::Output(e.to_string());
     let mut rejected: Vec<_> = refused.into_iter().map(|r| r.row).collect();
     let count = jobs.len() + rejected.len();
     let settings =
@@ -135,15 +135,14 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
                     let file = format!("{}.parquet", file_name(&ident.session_id));
                     arguments.out.join(name).join(part).join(file)
                 };
-                table::write(&path("causes"), &Table::embedded("causes"), causes)
-                    .map_err(output)?;
-                table::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
+                file::write(&path("causes"), &Table::embedded("causes"), causes).map_err(output)?;
+                file::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
                     .map_err(output)?;
                 if let Found::Road(d) = &found {
-                    table::write(&path("replays"), &Table::embedded("replays"), &d.replays)
+                    file::write(&path("replays"), &Table::embedded("replays"), &d.replays)
                         .map_err(output)?;
                     let model = path("models").with_extension("toml");
-                    table::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
+                    file::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
                     // sizes under a model that is known to be wrong are no sizes
                     let sound = d.naming.named() || d.naming.alarm <= ALARM;
                     for row in d.causes.iter().filter(|_| sound && !d.naming.unexplained) {
@@ -216,7 +215,7 @@ fn pooled(says: &BTreeMap<&'static str, Vec<Say>>, arguments: &Arguments) -> Res
     if rows.is_empty() && !path.exists() {
         return Ok(());
     }
-    table::write(&path, &Table::embedded("causes"), &rows)
+    file::write(&path, &Table::embedded("causes"), &rows)
         .map_err(|e| Failure::Output(e.to_string()))?;
     for row in rows.iter().filter(|_| !arguments.quiet) {
         if arguments.json {

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use crate::bike::{Axle, Bike};
 use crate::cli::Failure;
+use crate::contract::bike::{Axle, Bike};
 use crate::export::fitted::Fitted;
 use crate::export::tyre::{Characterised, Setting};
 use crate::export::{csv, header, motorcycle, reduced};
-use crate::table;
+use crate::tables::file;
 
 /// Write a fitted tyre for other programs
 #[derive(Debug, clap::Args)]
@@ -91,7 +91,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             other => other.map_err(|e| Failure::Output(format!("cannot write to stdout: {e}")))?,
         },
         Some(path) => {
-            table::write_bytes(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))?
+            file::write_bytes(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))?
         }
     }
     Ok(())

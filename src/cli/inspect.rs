@@ -4,18 +4,18 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::bike::Bike;
-use crate::channel::Channel;
 use crate::cli::Failure;
 use crate::cli::inspect_source::{Form, print, show};
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::schema::Table;
+use crate::contract::session::{Meta, Session};
+use crate::contract::warning::Warning;
 use crate::estimate::needs::{NEEDS, OFFROAD};
 use crate::ingest::foreign::Aids;
 use crate::ingest::map::{self, ChannelMap};
 use crate::ingest::{self, Raw, Track};
 use crate::pipeline::Pipeline;
-use crate::schema::Table;
-use crate::session::{Meta, Session};
-use crate::warning::Warning;
 
 pub(super) mod text;
 
@@ -290,7 +290,7 @@ fn gaps(x: &[f64], ends: f64) -> (usize, usize) {
 fn channel_facts(
     session: &Session,
     channel: Channel,
-    column: &crate::schema::Column,
+    column: &crate::contract::schema::Column,
     source: OfSource,
 ) -> ChannelFacts {
     let OfSource { samples, rate, ends } = source;

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use crate::cli::Failure;
 use crate::cli::say::say;
+use crate::contract::schema::Table;
 use crate::motorcycle::modes::{Mode, Name, over_speed};
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::report::svg::{Panel, Series, Style, panels};
-use crate::rows::ModeRow;
-use crate::schema::Table;
-use crate::table;
+use crate::tables::file;
+use crate::tables::rows::ModeRow;
 
 /// Eigenvalues of a motorcycle over speed: weave, wobble, capsize
 #[derive(Debug, clap::Args)]
@@ -65,9 +65,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             damping_ratio: m.damping(),
         })
         .collect();
-    let fail = |e: table::Error| Failure::Output(e.to_string());
-    table::write(&out.join("modes.parquet"), &Table::embedded("modes"), &rows).map_err(fail)?;
-    table::write_bytes(&out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
+    let fail = |e: file::Error| Failure::Output(e.to_string());
+    file::write(&out.join("modes.parquet"), &Table::embedded("modes"), &rows).map_err(fail)?;
+    file::write_bytes(&out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
     say!("table: {}", out.join("modes.parquet").display());
     say!("figure: {}", out.join("modes.svg").display());
     Ok(())

@@ -2,19 +2,19 @@
 
 use std::path::PathBuf;
 
-use crate::bike::Bike;
 use crate::cli::Failure;
 use crate::cli::say::say;
+use crate::contract::bike::Bike;
+use crate::contract::schema::Table;
 use crate::ingest::map::ChannelMap;
 use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::pipeline::Pipeline;
 use crate::report::svg::{Panel, Series, Style, panels};
-use crate::rows::ReplayRow;
-use crate::schema::Table;
 use crate::segment::{self, Kind};
 use crate::simulate::replay::{self, Replay};
-use crate::{filter, ingest, table};
+use crate::tables::rows::ReplayRow;
+use crate::{filter, ingest, tables::file};
 
 /// Ride the brakings of a log again: measured pressures in, deceleration and slip out
 #[derive(Debug, clap::Args)]
@@ -145,11 +145,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let Some(out) = &arguments.out else { return Ok(()) };
-    let fail = |e: table::Error| Failure::Output(e.to_string());
-    table::write(&out.join("replay.parquet"), &Table::embedded("replay"), &rows).map_err(fail)?;
+    let fail = |e: file::Error| Failure::Output(e.to_string());
+    file::write(&out.join("replay.parquet"), &Table::embedded("replay"), &rows).map_err(fail)?;
     if let Some(replay) = drawn {
         let path = out.join("replay.svg");
-        table::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;
+        file::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;
         say!("figure: {}", path.display());
     }
     Ok(())

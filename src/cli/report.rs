@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::cli::Failure;
 use crate::cli::say::say;
 use crate::report::{self, Error, publish};
-use crate::table;
+use crate::tables::file;
 
 /// Rebuild the HTML report from the tables
 #[derive(Debug, clap::Args)]
@@ -66,7 +66,7 @@ impl Copies {
         }
         if let Some(file) = &self.markdown {
             let summary = publish::summary(out)?;
-            table::write_bytes(file, summary.as_bytes())?;
+            file::write_bytes(file, summary.as_bytes())?;
             tracing::info!("summary: {}", file.display());
         }
         Ok(())
@@ -86,7 +86,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
         let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
         report::bench::parse(&text).map_err(fail)?;
-        table::write_bytes(&out.join(report::bench::FILE), text.as_bytes())
+        file::write_bytes(&out.join(report::bench::FILE), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
     let only = arguments.session.as_deref();

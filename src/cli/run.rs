@@ -17,12 +17,12 @@ use crate::batch::summary::Summary;
 use crate::batch::{self, Intended, Maps, Run, Settings, Stages, State};
 use crate::cli::Failure;
 use crate::cli::report::{Copies, Pages};
-use crate::diagnose::model::Model;
+use crate::effects::extended_model::Model;
 use crate::objects::counts::Counts;
 use crate::objects::url::plain;
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
-use crate::rows;
+use crate::tables::rows;
 
 /// Rejections that are listed on stderr; the rest is in `rejected/`.
 const LISTED: usize = 20;

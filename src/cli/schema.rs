@@ -2,7 +2,7 @@
 
 use crate::cli::Failure;
 use crate::cli::say::{put, say};
-use crate::schema;
+use crate::contract::schema;
 
 /// Print the definition of a table or file of the contract
 #[derive(Debug, clap::Args)]

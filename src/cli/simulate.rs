@@ -6,17 +6,17 @@ use rayon::prelude::*;
 
 use crate::cli::Failure;
 use crate::cli::say::say;
+use crate::contract::schema::Table;
+use crate::contract::session::Meta;
 use crate::ingest::write_session;
 use crate::model::tir;
-use crate::schema::Table;
-use crate::session::Meta;
 use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tables::{self, Known};
 use crate::simulate::tour::Tour;
 use crate::simulate::{compare, ride, session, tyre_truth};
-use crate::table;
+use crate::tables::file;
 
 /// Write a synthetic archive with known truth beside it
 #[derive(Debug, clap::Args)]
@@ -68,11 +68,11 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         (0..scenario.fleet.bikes)
             .into_par_iter()
             .map(|bike| write_bike(&scenario, bike, out))
-            .collect::<Result<Vec<usize>, table::Error>>()
+            .collect::<Result<Vec<usize>, file::Error>>()
     });
     let sessions: usize = written.map_err(|e| Failure::Output(e.to_string()))?.iter().sum();
     if let Some((_, text)) = BUILTIN.iter().find(|(name, _)| *name == arguments.scenario) {
-        table::write_bytes(&out.join("scenario.toml"), text.as_bytes())
+        file::write_bytes(&out.join("scenario.toml"), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
     say!(
@@ -100,10 +100,10 @@ fn refuse_tyres(arguments: &Arguments) -> Result<(), Failure> {
 /// Rides motocross: sessions, bike file, true forces.
 fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Failure> {
     let out = &arguments.out;
-    let output = |e: table::Error| Failure::Output(e.to_string());
+    let output = |e: file::Error| Failure::Output(e.to_string());
     let bike_id = &scenario.bike.bike_id;
     let file = out.join("bikes").join(format!("{bike_id}.toml"));
-    table::write_bytes(&file, scenario.bike.to_toml().as_bytes()).map_err(output)?;
+    file::write_bytes(&file, scenario.bike.to_toml().as_bytes()).map_err(output)?;
     let ridden = pool(arguments.jobs)?.install(|| {
         (0..scenario.sessions)
             .into_par_iter()
@@ -118,7 +118,7 @@ fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Fail
                 let fall = fall.map(|f| format!("{}: {f}", session.meta.session_id));
                 Ok((duration, spent, fall))
             })
-            .collect::<Result<Vec<_>, table::Error>>()
+            .collect::<Result<Vec<_>, file::Error>>()
     });
     let ridden = ridden.map_err(output)?;
     let simulated: f64 = ridden.iter().map(|r| r.0).sum();
@@ -166,7 +166,7 @@ fn pool(jobs: usize) -> Result<rayon::ThreadPool, Failure> {
 /// Rides a tour of the nonlinear motorcycle: sessions, bike file, truth.
 fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
     let out = &arguments.out;
-    let output = |e: table::Error| Failure::Output(e.to_string());
+    let output = |e: file::Error| Failure::Output(e.to_string());
     let own = tour.clone();
     let tyre = |name: &Option<String>| match name {
         None => Ok(None),
@@ -178,7 +178,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
     let skill = Skill::learn(&own.model, ride::period(tour.rate))
         .map_err(|e| Failure::Usage(format!("scenario {}: {e}", tour.name)))?;
     let file = out.join("bikes").join(format!("{}.toml", tour.bike.bike_id));
-    table::write_bytes(&file, tour.bike.to_toml().as_bytes()).map_err(output)?;
+    file::write_bytes(&file, tour.bike.to_toml().as_bytes()).map_err(output)?;
     let coefficients = tyre_truth::coefficients(&tour.model);
     let ridden = pool(arguments.jobs)?.install(|| {
         (0..tour.sessions)
@@ -192,7 +192,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
                 let Known { session, fall, .. } = known;
                 Ok((session.meta.session_id.clone(), session.duration(), spent, fall))
             })
-            .collect::<Result<Vec<_>, table::Error>>()
+            .collect::<Result<Vec<_>, file::Error>>()
     });
     let ridden = ridden.map_err(output)?;
     let (mut simulated, mut spent, mut falls) = (0.0, 0.0, Vec::new());
@@ -220,7 +220,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
 
 /// Rides the first session on both pairs of tyres and shows the peaks.
 fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Failure> {
-    let fail = |e: table::Error| Failure::Output(e.to_string());
+    let fail = |e: file::Error| Failure::Output(e.to_string());
     let (reference, other) = (ride::ride(own, skill, 0), ride::ride(tour, skill, 0));
     let rows = compare::peaks(&reference, &other);
     say!("\n{:26} {:>6} {:>12} {:>12} {:>9}", "peak", "unit", "own tyres", "given", "error");
@@ -234,21 +234,21 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Fai
             100.0 * row.error
         );
     }
-    table::write(&out.join("compare/peaks.parquet"), &Table::embedded("peaks"), &rows)
+    file::write(&out.join("compare/peaks.parquet"), &Table::embedded("peaks"), &rows)
         .map_err(fail)?;
     let figure = compare::figure(&reference, &other);
     let path = out.join("compare/compare.svg");
-    table::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
+    file::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
     say!("figure: {}", path.display());
     Ok(())
 }
 
 /// A session and its truth.
-fn write(known: &Known, float32: bool, out: &Path) -> Result<(), table::Error> {
+fn write(known: &Known, float32: bool, out: &Path) -> Result<(), file::Error> {
     let place = Place::of(&known.session.meta, out);
     write_session(&place.log, &known.session, float32)?;
     for (kind, batch) in &known.truth {
-        table::write_batch(&place.truth(kind), batch)?;
+        file::write_batch(&place.truth(kind), batch)?;
     }
     Ok(())
 }
@@ -258,11 +258,11 @@ pub(super) fn write_bike(
     scenario: &Scenario,
     bike: usize,
     out: &Path,
-) -> Result<usize, table::Error> {
+) -> Result<usize, file::Error> {
     let machine = scenario.machine(bike);
     let id = &machine.bike.bike_id;
     let file = out.join("bikes").join(format!("{id}.toml"));
-    table::write_bytes(&file, machine.bike.to_toml().as_bytes())?;
+    file::write_bytes(&file, machine.bike.to_toml().as_bytes())?;
     let count = scenario.fleet.sessions_per_bike;
     for i in 0..count {
         let simulated = session(scenario, &machine, bike * count + i);

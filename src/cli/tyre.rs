@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use crate::cli::Failure;
 use crate::cli::say::{put, say};
+use crate::contract::schema::Table;
 use crate::model::tir;
 use crate::model::tyre::Input;
 use crate::model::tyre_model::TyreModel;
 use crate::report::svg::{Panel, Series, Style, panels};
-use crate::rows::BenchRow;
-use crate::schema::Table;
 use crate::simulate::tyre_truth::{Bench, bench};
-use crate::table;
+use crate::tables::file;
+use crate::tables::rows::BenchRow;
 
 /// Put a tyre on the bench: stiffnesses, lateral friction over slip and camber; against another
 #[derive(Debug, clap::Args)]
@@ -136,8 +136,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             }
         }
     }
-    let fail = |e: table::Error| Failure::Output(e.to_string());
-    table::write(&out.join("bench.parquet"), &Table::embedded("bench"), &rows).map_err(fail)?;
+    let fail = |e: file::Error| Failure::Output(e.to_string());
+    file::write(&out.join("bench.parquet"), &Table::embedded("bench"), &rows).map_err(fail)?;
     let curve = |tyre: &dyn TyreModel, camber: f64| -> Vec<(f64, f64)> {
         (-60..=60)
             .map(|i| f64::from(i) * 0.1)
@@ -163,7 +163,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
         .collect();
     let path = out.join("bench.svg");
-    table::write_bytes(&path, panels(&drawn, 2).as_bytes()).map_err(fail)?;
+    file::write_bytes(&path, panels(&drawn, 2).as_bytes()).map_err(fail)?;
     say!("figure: {}", path.display());
     Ok(())
 }

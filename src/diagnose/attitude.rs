@@ -3,9 +3,9 @@
 //! It hangs on few numbers of a world; a linearisation in fifty makes it once and shares it among the
 //! others.
 
+use super::parameters::Parameters;
 use super::samples::{RATE, Samples};
-use super::world::World;
-use crate::estimate::Formulation::Corrected;
+use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::front_wheel;
 
 /// How the bike lies at one sample. Pairs are front and rear.
@@ -37,7 +37,7 @@ pub struct Attitude {
 }
 
 /// What attitudes hang on.
-pub fn key(w: &World) -> [f64; 11] {
+pub fn key(w: &Parameters) -> [f64; 11] {
     let d = &w.departure;
     [
         d.roll_zero,
@@ -57,7 +57,7 @@ pub fn key(w: &World) -> [f64; 11] {
 impl Attitude {
     /// At sample `i`, of the caster angle its sine and cosine; straight runs need neither roll nor
     /// steering for their wheels' speeds.
-    pub fn of(s: &Samples, w: &World, caster: (f64, f64), i: usize, cornering: bool) -> Self {
+    pub fn of(s: &Samples, w: &Parameters, caster: (f64, f64), i: usize, cornering: bool) -> Self {
         let d = &w.departure;
         let (h, l) = (w.cg_height, w.wheelbase);
         let (lf, lr) = (w.cg_to_front, l - w.cg_to_front);

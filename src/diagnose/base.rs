@@ -7,11 +7,11 @@
 
 use rayon::prelude::*;
 
-use super::effects::Effect;
+use super::parameters::{BASE, Parameter, Parameters};
 use super::problem::{Linear, Problem};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
-use super::world::{BASE, Parameter, World};
+use crate::effects::Effect;
 
 /// Lags of the long-run variance, blocks: 3 s.
 const LAGS: usize = 10;
@@ -26,9 +26,9 @@ const LOCAL: f64 = 8.0;
 #[derive(Debug, Clone)]
 pub struct Base {
     /// The world.
-    pub world: World,
+    pub world: Parameters,
     /// Where it started, the centre of the priors.
-    pub start: World,
+    pub start: Parameters,
     /// Long-run standard deviation of each channel's block residual.
     pub sigma: [f64; 8],
     /// Loss at the end.
@@ -51,15 +51,15 @@ pub struct Start {
 }
 
 /// Fits the base from a start.
-pub fn fit(samples: &Samples, start: &World) -> Base {
+pub fn fit(samples: &Samples, start: &Parameters) -> Base {
     fit_with(samples, &start.believed(), start, BASE, None)
 }
 
 /// Fits `parameters` from `from`, with priors about `start`; `extra` is added to the residuals.
 pub fn fit_with(
     samples: &Samples,
-    start: &World,
-    from: &World,
+    start: &Parameters,
+    from: &Parameters,
     parameters: &[Parameter],
     extra: Option<&Blocks>,
 ) -> Base {
@@ -208,7 +208,7 @@ impl Base {
         let mut world = refit.world.clone();
         p.set(&mut world, p.get(&self.start));
         let sigma = noise(samples, &problem.residuals(&refit.world));
-        let from = |world: &World| {
+        let from = |world: &Parameters| {
             let base = Base { world: world.clone(), sigma, ..self.clone() };
             Base { loss: base.problem(samples).loss(world), ..base }.extended(samples, &[], 8)
         };

@@ -11,12 +11,12 @@
 //! The first looks like a lateral acceleration over roll rate, the second like a velocity sensor two
 //! centimetres from its place.
 
-use super::null::median;
+use super::null_calibration::median;
 use super::smooth::{gradient, smooth};
-use crate::bike::Bike;
-use crate::channel::Channel;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
 use crate::ingest::yaw::trace_angle;
-use crate::session::Session;
 
 /// More pitch is no dive, rad.
 const DEEPEST: f64 = 0.2;

@@ -7,8 +7,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::effects::{ALL, Effect, Level};
-use crate::rows::{CauseRow, Ident};
+use crate::effects::{ALL, Effect, Level};
+use crate::tables::rows::POOLED;
+use crate::tables::rows::{CauseRow, Ident};
 
 /// Standard errors that a group's mean is from nothing: one in a thousand fleets of thirty effects.
 const BEYOND: f64 = 4.2;
@@ -20,8 +21,6 @@ const COMMON: f64 = 0.35;
 const TOGETHER: f64 = 0.08;
 /// Least gain on sessions left out, in twice the loss.
 const GAIN: f64 = 9.0;
-/// Stands for what is not one thing in a pooled row.
-pub const POOLED: &str = "(pooled)";
 
 /// A session's say on an effect.
 #[derive(Debug, Clone)]

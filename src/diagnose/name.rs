@@ -8,14 +8,14 @@
 use rayon::prelude::*;
 
 use super::base::{Base, LARGE, Start};
-use super::effects::Effect;
 use super::generic::{self, Term};
-use super::null::{Calibrated, Calibration, median};
+use super::null_calibration::{Calibrated, Calibration, median};
+use super::null_simulation::Rides;
+use super::parameters::{BASE, Parameters};
 use super::problem::Linear;
-use super::rides::Rides;
 use super::samples::Samples;
 use super::scan::{Score, scan};
-use super::world::{BASE, World};
+use crate::effects::Effect;
 
 /// Share of the largest score that a candidate must have itself.
 const SHARE: f64 = 0.3;
@@ -140,7 +140,7 @@ struct Stage<'a> {
     /// With the noise that it leaves.
     rides: Rides<'a>,
     /// What was ridden: the model, with sizes as they must be for fits to show the model's.
-    ridden: World,
+    ridden: Parameters,
     /// Candidates that are not in it.
     open: Vec<Effect>,
     /// To first order, by `open`.
@@ -183,7 +183,7 @@ impl<'a> Stage<'a> {
             false => before.rides.on(&model.world),
         };
         let fit = |number| rides.fit(number, &model, &model.parameters, &[]).1.base.world;
-        let fits: Vec<World> = (0..count.min(FIRST)).into_par_iter().map(fit).collect();
+        let fits: Vec<Parameters> = (0..count.min(FIRST)).into_par_iter().map(fit).collect();
         // a fit that shows half of a size leaves the other half for somebody else to take up
         let settled = settled(&model, &model.world, &fits, named);
         let off = |((c, _), (value, _)): (&(Cause, f64), &(f64, f64))| {
@@ -321,8 +321,8 @@ fn largest<'a>(candidates: impl Iterator<Item = &'a Candidate>) -> f64 {
 /// unit: noise in a regressor holds it back. The rides tell both.
 fn settled(
     model: &Base,
-    ridden: &World,
-    fits: &[World],
+    ridden: &Parameters,
+    fits: &[Parameters],
     named: &[(Cause, f64)],
 ) -> Vec<(f64, f64)> {
     let (start, count) = (&model.start, fits.len() as f64);

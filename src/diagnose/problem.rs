@@ -7,9 +7,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::attitude;
+use super::parameters::{Parameter, Parameters};
 use super::residuals::{Blocks, CHANNELS, Curves, attitudes, blocks, blocks_at};
 use super::samples::{BLOCK, Samples};
-use super::world::{Parameter, World};
 
 /// Standard deviations at which the loss turns from square to straight.
 const HUBER: f64 = 2.5;
@@ -28,7 +28,7 @@ pub struct Problem<'a> {
     /// What was measured.
     pub samples: &'a Samples,
     /// Centre of the priors.
-    pub start: &'a World,
+    pub start: &'a Parameters,
     /// Standard deviations of the channels.
     pub sigma: [f64; 8],
     /// What is free.
@@ -63,7 +63,7 @@ impl<'a> Problem<'a> {
     /// The loss of every manoeuvre, without simulated noise.
     pub fn new(
         samples: &'a Samples,
-        start: &'a World,
+        start: &'a Parameters,
         sigma: [f64; 8],
         parameters: &'a [Parameter],
     ) -> Self {
@@ -73,7 +73,7 @@ impl<'a> Problem<'a> {
 
 impl Problem<'_> {
     /// Block residuals in a world.
-    pub fn residuals(&self, world: &World) -> Blocks {
+    pub fn residuals(&self, world: &Parameters) -> Blocks {
         let mut out = blocks(self.samples, world);
         self.add_extra(&mut out);
         out
@@ -86,13 +86,17 @@ impl Problem<'_> {
     }
 
     /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere.
-    pub fn advance(&self, world: &World) -> Option<(World, f64)> {
+    pub fn advance(&self, world: &Parameters) -> Option<(Parameters, f64)> {
         self.follow(&mut self.linear(world), world)
     }
 
     /// The same along slopes that may have been made near by; residuals are those of the world, and
     /// then of where it leads to.
-    pub(super) fn follow(&self, linear: &mut Linear, world: &World) -> Option<(World, f64)> {
+    pub(super) fn follow(
+        &self,
+        linear: &mut Linear,
+        world: &Parameters,
+    ) -> Option<(Parameters, f64)> {
         let (matrix, gradient) = self.normal_of(linear, world, true);
         let step = matrix.cholesky()?.solve(&gradient);
         let before = self.loss_of(&linear.residuals, world);
@@ -111,7 +115,7 @@ impl Problem<'_> {
 
     /// The optimum near a world: slopes are made anew at most `times`, and between that followed as
     /// long as they lead on.
-    pub(super) fn optimum(&self, from: &World, times: usize) -> World {
+    pub(super) fn optimum(&self, from: &Parameters, times: usize) -> Parameters {
         let mut world = from.clone();
         for _ in 0..times {
             let mut linear = self.linear(&world);
@@ -134,14 +138,14 @@ impl Problem<'_> {
 
     /// Takes a linearisation's residuals to the optimum of this problem's parameters, the first of its
     /// columns, to first order.
-    pub fn relax(&self, linear: &mut Linear, world: &World) {
+    pub fn relax(&self, linear: &mut Linear, world: &Parameters) {
         let (matrix, gradient) = self.normal_of(linear, world, true);
         let Some(factor) = matrix.cholesky() else { return };
         let step = factor.solve(&gradient);
         linear.follow(&step);
     }
 
-    pub(super) fn moved(&self, world: &World, step: &DVector<f64>, share: f64) -> World {
+    pub(super) fn moved(&self, world: &Parameters, step: &DVector<f64>, share: f64) -> Parameters {
         let mut out = world.clone();
         for (p, d) in self.parameters.iter().zip(step.iter()) {
             p.set(&mut out, p.get(world) + share * d * p.scale);
@@ -150,18 +154,18 @@ impl Problem<'_> {
     }
 
     /// Distance of a parameter from the start, in prior standard deviations, and its weight.
-    pub(super) fn prior(&self, p: &Parameter, world: &World) -> (f64, f64) {
+    pub(super) fn prior(&self, p: &Parameter, world: &Parameters) -> (f64, f64) {
         let weight = 1.0 / p.prior;
         (weight * (p.get(world) - p.get(self.start)) / p.scale, weight)
     }
 
     /// The loss of a world, priors included.
-    pub fn loss(&self, world: &World) -> f64 {
+    pub fn loss(&self, world: &Parameters) -> f64 {
         self.loss_of(&self.residuals(world), world)
     }
 
     /// The same of residuals that are known.
-    fn loss_of(&self, found: &Blocks, world: &World) -> f64 {
+    fn loss_of(&self, found: &Blocks, world: &Parameters) -> f64 {
         let priors = self.parameters.iter().map(|p| self.prior(p, world).0);
         self.misfit_of(found) + priors.map(|z| 0.5 * z * z).sum::<f64>()
     }
@@ -191,7 +195,7 @@ impl Problem<'_> {
     }
 
     /// Residuals and derivatives, by differences.
-    pub fn linear(&self, world: &World) -> Linear {
+    pub fn linear(&self, world: &Parameters) -> Linear {
         let known = attitudes(self.samples, world);
         let mut curves = Curves::Keep(vec![[[f64::NAN; 3]; 2]; self.samples.len()]);
         let here = blocks_at(self.samples, world, Some(&known), &mut curves);
@@ -323,7 +327,7 @@ impl Problem<'_> {
     pub(super) fn normal_of(
         &self,
         linear: &Linear,
-        world: &World,
+        world: &Parameters,
         curved: bool,
     ) -> (DMatrix<f64>, DVector<f64>) {
         let p = self.parameters.len();

@@ -6,16 +6,16 @@
 //! noise on it, it is a null for calibration. Speed runs free while braking and coasting; elsewhere
 //! the throttle brings it back to the measured one, so that the ride stays the same ride.
 
+use super::parameters::Parameters;
 use super::samples::along_strip;
 use super::smooth::{gradient, smooth};
-use super::world::World;
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::effects::model_error::{BrakeHistory, ModelError};
 use crate::ingest::gaps::bridge;
 use crate::ingest::resample;
-use crate::model::departure::{BrakeHistory, Departure};
 use crate::model::{Stiffness, Tyre};
 use crate::segment::{Kind, Segment};
-use crate::session::Session;
 use crate::simulate::motorcycle::{Action, Plant, State};
 use crate::simulate::programme::Lean;
 use crate::simulate::rider::steer;
@@ -28,7 +28,7 @@ const FALLEN: f64 = 1.5;
 const UPRIGHT: f64 = 0.1;
 
 /// The plant that a base world describes.
-pub fn plant(world: &World, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> Plant {
+pub fn plant(world: &Parameters, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> Plant {
     // one crown for the vehicle, shared by the tyres' widths
     let share = [1.0, widths[1] / widths[0]];
     let load =
@@ -67,7 +67,7 @@ pub fn plant(world: &World, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> P
         drag: world.drag,
         friction: 1.0,
         brake_gain: world.brake_gain,
-        departure: Departure::default(),
+        departure: ModelError::default(),
     }
     .with(&world.departure)
 }

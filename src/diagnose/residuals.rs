@@ -13,8 +13,8 @@
 //! world, so that two worlds are compared on the same blocks.
 
 use super::attitude::Attitude;
+use super::parameters::Parameters;
 use super::samples::{BLOCK, Samples};
-use super::world::World;
 use crate::GRAVITY;
 use crate::model::magic_formula::MagicFormula;
 use crate::segment::Kind;
@@ -43,12 +43,12 @@ const SIGMA_MU: f64 = 0.02;
 pub type Blocks = [Vec<f64>; 8];
 
 /// The residuals' block means in a world.
-pub fn blocks(samples: &Samples, world: &World) -> Blocks {
+pub fn blocks(samples: &Samples, world: &Parameters) -> Blocks {
     blocks_at(samples, world, None, &mut Curves::Unknown)
 }
 
 /// How the bike lies throughout, in a world.
-pub fn attitudes(samples: &Samples, world: &World) -> Vec<Attitude> {
+pub fn attitudes(samples: &Samples, world: &Parameters) -> Vec<Attitude> {
     let caster = world.caster_angle.sin_cos();
     samples
         .manoeuvres
@@ -94,7 +94,7 @@ impl Curves<'_> {
 /// The same with attitudes that are known already, and points of the friction curves.
 pub fn blocks_at(
     samples: &Samples,
-    world: &World,
+    world: &Parameters,
     known: Option<&[Attitude]>,
     curves: &mut Curves<'_>,
 ) -> Blocks {
@@ -160,7 +160,7 @@ struct Fixed {
 }
 
 impl Fixed {
-    fn of(w: &World) -> Self {
+    fn of(w: &Parameters) -> Self {
         let (l, lf) = (w.wheelbase, w.cg_to_front);
         let still = [w.mass * GRAVITY * (l - lf) / l, w.mass * GRAVITY * lf / l];
         Fixed {
@@ -178,7 +178,7 @@ impl Fixed {
 
 fn instant(
     s: &Samples,
-    w: &World,
+    w: &Parameters,
     fixed: &Fixed,
     i: usize,
     kind: Kind,

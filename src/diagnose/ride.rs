@@ -6,26 +6,26 @@ use std::path::Path;
 use super::advice::Advice;
 use super::base::{self, Base};
 use super::dive;
-use super::effects::{self, Effect};
-use super::model::Model;
 use super::name::{self, Naming, Verdict};
-use super::null::{Calibration, SEEN, correlation, rms};
+use super::null_calibration::{Calibration, SEEN, correlation, rms};
+use super::null_simulation::Rides;
+use super::parameters::Parameters;
 use super::residuals::{CHANNELS, UNITS, blocks};
-use super::rides::Rides;
 use super::samples::{BLOCK, Samples};
 use super::show;
 use super::smooth::{gradient, smooth};
-use super::world::World;
-use crate::bike::Bike;
-use crate::channel::Channel;
-use crate::estimate::Formulation;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::effects::extended_model::Model;
+use crate::effects::{self, Effect};
 use crate::estimate::zeros;
 use crate::fit::chain::{self, Data};
 use crate::ingest::map::ChannelMap;
+use crate::model::formulation::Formulation;
 use crate::pipeline::{Pipeline, Rejection};
-use crate::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
 use crate::segment::Segment;
-use crate::session::Session;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
 use crate::{filter, ingest, segment};
 
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
@@ -90,8 +90,9 @@ impl Diagnosis {
         for p in &self.naming.extended.parameters[self.base.parameters.len()..] {
             p.set(&mut elsewhere, p.get(&self.base.start));
         }
-        let from =
-            |world: World| Base { world, ..self.base.clone() }.extended(&self.samples, &more, 6);
+        let from = |world: Parameters| {
+            Base { world, ..self.base.clone() }.extended(&self.samples, &more, 6)
+        };
         let [here, there] = [self.base.world.clone(), elsewhere].map(from);
         let extended = if there.loss < here.loss { there } else { here };
         2.0 * (self.base.held_out(&self.samples, FOLDS) - extended.held_out(&self.samples, FOLDS))
@@ -165,7 +166,7 @@ pub fn fitted<'a>(
         );
         return Err(refuse("too_few_manoeuvres", message));
     }
-    let base = base::fit(&samples, &World::new(bike, &solution));
+    let base = base::fit(&samples, &Parameters::new(bike, &solution));
     Ok(Fitted { session, segments, samples, base })
 }
 

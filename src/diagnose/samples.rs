@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use super::smooth::{gradient, smooth};
-use crate::channel::Channel;
-use crate::model::departure::BrakeHistory;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::effects::model_error::BrakeHistory;
 use crate::segment::{Kind, Segment};
-use crate::session::Session;
 
 /// Samples per second.
 pub const RATE: f64 = 10.0;

@@ -10,10 +10,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::base::Base;
-use super::effects::Effect;
+use super::parameters::Parameter;
 use super::problem::{Linear, Problem};
 use super::samples::{BLOCK, Samples};
-use super::world::Parameter;
+use crate::effects::Effect;
 
 /// One candidate, to first order.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,7 @@
 use super::problem::{Linear, Problem};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
-use crate::simulate::random::Random;
+use crate::statistics::random::Random;
 
 /// Base parameters that differ between manoeuvres.
 const GAINS: [&str; 2] = ["brake_gain_front", "brake_gain_rear"];

@@ -1,14 +1,14 @@
 //! What was measured beside what the simulator makes of it, before and after: rows of `replays`.
 
 use super::name::Naming;
+use super::null_simulation::Rides;
+use super::parameters::Parameters;
 use super::replay::From;
-use super::rides::Rides;
 use super::smooth::smooth;
-use super::world::World;
-use crate::channel::Channel;
-use crate::rows::{Ident, ReplaySample};
-use crate::schema::Table;
-use crate::session::Session;
+use crate::contract::channel::Channel;
+use crate::contract::schema::Table;
+use crate::contract::session::Session;
+use crate::tables::rows::{Ident, ReplaySample};
 
 /// What is shown.
 const SHOWN: [Channel; 9] = [
@@ -28,7 +28,7 @@ const SHOWN: [Channel; 9] = [
 pub fn replays(
     session: &Session,
     rides: &Rides<'_>,
-    base: &World,
+    base: &Parameters,
     naming: &Naming,
     ident: &Ident,
 ) -> Vec<ReplaySample> {

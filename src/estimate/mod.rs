@@ -12,16 +12,7 @@ pub mod zeros;
 
 use serde::{Deserialize, Serialize};
 
-/// Which form of the paper's equations is used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Formulation {
-    /// With the corrections of `onroad.md`, section 4.
-    #[default]
-    Corrected,
-    /// As printed, for comparison.
-    Paper,
-}
+use crate::model::formulation::Formulation;
 
 /// Settings of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

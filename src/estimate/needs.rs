@@ -4,8 +4,8 @@
 //! to say what a log can give; estimation reads it to give the reason for `not_available`.
 //! The bike file's masses and lengths are always there and not listed.
 
-use crate::channel::Channel;
-use crate::session::Session;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
 
 use Channel as C;
 
@@ -109,7 +109,7 @@ pub fn of(tyre: &str, coefficient: &str) -> Option<&'static Need> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::Meta;
+    use crate::contract::session::Meta;
 
     /// The contract's list, word for word.
     const TYRE: &str = "effective_rolling_radius peak_slip mf_b mf_c mf_d mf_e1 mf_e2 \

@@ -1,8 +1,8 @@
 //! The measured channels of the used segments, gathered at the estimation rate.
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
 use crate::segment::{Direction, Kind, Segment};
-use crate::session::Session;
 
 use super::Config;
 

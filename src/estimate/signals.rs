@@ -16,13 +16,13 @@
 #![allow(non_snake_case)] // symbols keep the capitals of the source
 
 use crate::GRAVITY;
-use crate::bike::{Axle, Bike};
+use crate::contract::bike::{Axle, Bike};
 use crate::model::kinematics::{FrontWheel, front_wheel};
 use crate::model::tyre::trail_0;
 
-use super::Formulation;
 use super::samples::Samples;
 use super::zeros::Zeros;
+use crate::model::formulation::Formulation;
 
 /// What the algebra is given besides the samples. Any of it may be varied to see what depends
 /// on it.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
 
-use crate::schema::Table;
-use crate::session::Meta;
+use crate::contract::schema::Table;
+use crate::contract::session::Meta;
 
 use super::samples::Samples;
 use super::signals::Signals;

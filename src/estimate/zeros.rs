@@ -12,15 +12,15 @@
 //! Each comes with its standard error, which the fits pass on.
 
 use crate::GRAVITY;
-use crate::bike::Bike;
-use crate::channel::Channel;
-use crate::fit::bisquare::{self, Options};
-use crate::fit::cluster::{Scores, sandwich};
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::model::kinematics::kinematic_steer;
-use crate::session::Session;
-use crate::warning::Warning;
+use crate::statistics::bisquare::{self, Options};
+use crate::statistics::cluster_covariance::{Scores, sandwich};
 
-use super::Formulation::Corrected;
+use crate::model::formulation::Formulation::Corrected;
 
 /// An error of lateral velocity at an axle, `constant + angle v`, with its covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -11,7 +11,7 @@ use super::fitted::Fitted;
 use super::grid::Ends;
 use super::tyre::{Characterised, Setting};
 use crate::report::number;
-use crate::rows::{Coefficient, Status};
+use crate::tables::rows::{Coefficient, Status};
 
 /// A property file as it grows.
 #[derive(Default)]

@@ -7,10 +7,10 @@
 
 use super::grid;
 use super::tyre::Characterised;
-use crate::fit::nonlinear::{self, Model, Options};
 use crate::model::mf_mc::MfMc;
 use crate::model::tyre::{Input, Output, trail_0};
 use crate::model::tyre_model::TyreModel;
+use crate::statistics::nonlinear::{self, Model, Options};
 
 /// `pKy3`: so large that the stiffness is proportional to load, as the characterised tyre has it
 /// (within 0.2 % up to three times the nominal load).

@@ -6,9 +6,9 @@ use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use super::ranges::Ranges;
-use crate::bike::Axle;
+use crate::contract::bike::Axle;
 use crate::report::{tables, words};
-use crate::rows::{Coefficient, SessionRow, Status};
+use crate::tables::rows::{Coefficient, SessionRow, Status};
 
 /// One session's coefficients, as the tables have them.
 #[derive(Debug)]
@@ -142,7 +142,7 @@ fn unknown(session_id: &str, bike_id: Option<&str>, sessions: &[SessionRow]) -> 
     if bike_id.is_some() && ids().any(|id| id == session_id) {
         return format!("no session `{session_id}`{bike}; another bike has one of that name");
     }
-    match crate::schema::closest(session_id, ids()) {
+    match crate::contract::schema::closest(session_id, ids()) {
         Some(near) => format!("no session `{session_id}`{bike}; did you mean `{near}`?"),
         None => {
             let some: Vec<&str> = ids().take(5).collect();

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::GRAVITY;
-use crate::bike::{Axle, Bike};
+use crate::contract::bike::{Axle, Bike};
 use crate::report::{Error, tables};
-use crate::rows::{Ident, PlotPoint};
+use crate::tables::rows::{Ident, PlotPoint};
 
 /// Least robust weight of a sample that counts as ridden.
 const COUNTS: f64 = 0.5;

@@ -3,7 +3,7 @@
 use super::fitted::Fitted;
 use super::ranges::Ranges;
 use crate::GRAVITY;
-use crate::bike::{Axle, Bike, WheelData};
+use crate::contract::bike::{Axle, Bike, WheelData};
 use crate::model::custom::Custom;
 use crate::model::tyre::{Input, Tyre};
 

@@ -20,10 +20,10 @@ use std::ops::Range;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::channel::Channel;
-use crate::schema::closest;
-use crate::session::Session;
-use crate::warning::Warning;
+use crate::contract::channel::Channel;
+use crate::contract::schema::closest;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 
 mod band;
 mod fir;
@@ -211,7 +211,7 @@ fn check_band(name: &str, band: &Band) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::Meta;
+    use crate::contract::session::Meta;
 
     fn noise(n: usize, seed: u64) -> Vec<f64> {
         use rand::{RngExt, SeedableRng};

@@ -6,19 +6,20 @@
 //! moves by `s`. The chain is simply run again with `u` moved, robust weights held: no
 //! derivative is written by hand, and what depends on what is never stated twice.
 
-use crate::bike::{Axle, Bike};
+use crate::contract::bike::{Axle, Bike};
+use crate::contract::session::Session;
 use crate::estimate::samples::{Samples, gather};
 use crate::estimate::signals::{Action, Given, Signals};
 use crate::estimate::zeros::Zeros;
-use crate::estimate::{self, Formulation};
 use crate::model::tyre::trail_0;
 use crate::segment::{Kind, Segment};
-use crate::session::Session;
+use crate::{estimate, model::formulation::Formulation};
 
+use super::Config;
 use super::coasting::{self, Coasting};
 use super::cornering::{self, Lateral};
 use super::friction::{self, Friction};
-use super::{Config, clustered};
+use crate::statistics::clustered_fit;
 
 /// Coefficients of one tyre, in the order of the tables.
 pub const TYRE: usize = 17;
@@ -122,7 +123,7 @@ pub struct Fits {
     /// Lateral fits, front and rear.
     pub lateral: [Lateral; 2],
     /// The overturning coefficient.
-    pub overturning: Option<clustered::Fitted>,
+    pub overturning: Option<clustered_fit::Fitted>,
 }
 
 /// What the fits were made of, for the plots.
@@ -208,9 +209,9 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     clouds.overturning =
         cornering::overturning_rows(&signals, &data.corner.segment, &clouds.keep_steady);
     let (lever, moment, clusters) = &clouds.overturning;
-    if clustered::count(clusters) >= 2 {
+    if clustered_fit::count(clusters) >= 2 {
         let floor = cornering::MOMENT_FLOOR * bike.mass * crate::GRAVITY;
-        fits.overturning = clustered::fit(&[lever], moment, clusters, floor);
+        fits.overturning = clustered_fit::fit(&[lever], moment, clusters, floor);
     }
     // the crowns first: the driven rear wheel's pull beside the plane needs them
     let crown = front_crown(fits.overturning.as_ref().map(|f| f.theta[0]), &given);
@@ -347,13 +348,13 @@ fn steadiest(data: &Data, keep: &[usize]) -> Vec<usize> {
     let x = &data.corner;
     let steady: Vec<usize> = keep.iter().copied().filter(|&i| x.roll_change[i] < STEADY).collect();
     let clusters: Vec<usize> = steady.iter().map(|&i| x.segment[i]).collect();
-    if clustered::count(&clusters) >= 6 { steady } else { keep.to_vec() }
+    if clustered_fit::count(&clusters) >= 6 { steady } else { keep.to_vec() }
 }
 
 /// Every coefficient from the fits.
 fn values_of(fits: &Fits, given: &Given) -> (Vec<f64>, [[f64; 2]; 2]) {
     let theta =
-        |f: &Option<clustered::Fitted>, j: usize| f.as_ref().map_or(f64::NAN, |f| f.theta[j]);
+        |f: &Option<clustered_fit::Fitted>, j: usize| f.as_ref().map_or(f64::NAN, |f| f.theta[j]);
     let radius = [0, 1].map(|k| theta(&fits.coasting.radius[k], 0));
     let resistance = fits.coasting.resistance.as_ref().map(|f| [f.theta[0], f.theta[1]]);
     let friction =
@@ -573,7 +574,7 @@ fn follow(
     let overturning = fits.overturning.as_ref().and_then(|fitted| {
         let signals = given.corner(&thin.steady, data.corner_rate, None);
         let (lever, moment) = (&signals.overturning_lever, &signals.overturning);
-        clustered::refit(&[lever], moment, &fitted.weights).map(|t| t[0])
+        clustered_fit::refit(&[lever], moment, &fitted.weights).map(|t| t[0])
     });
     let crown = front_crown(overturning, &given);
     let signals = given.corner(&data.corner, data.corner_rate, crown);

@@ -12,11 +12,11 @@
 //! directions of travel tell apart from rolling resistance.
 
 use crate::GRAVITY;
-use crate::estimate::Formulation;
 use crate::estimate::samples::Samples;
 use crate::estimate::signals::Given;
+use crate::model::formulation::Formulation;
 
-use super::clustered::{self, Fitted};
+use crate::statistics::clustered_fit::{self, Fitted};
 
 /// Differences of speed that are never outliers, m/s.
 const SPEED_FLOOR: f64 = 0.005;
@@ -33,7 +33,7 @@ const ENOUGH: usize = 3;
 /// there are fewer than three coasting runs.
 pub fn rolls_freely(coast: &Samples, driving: &Samples) -> Samples {
     let mut out = coast.clone();
-    if clustered::count(&coast.segment) < ENOUGH {
+    if clustered_fit::count(&coast.segment) < ENOUGH {
         let gentle: Vec<usize> =
             (0..driving.len()).filter(|&i| driving.velocity_x_rate[i].abs() < GENTLE).collect();
         out.append(driving.select(&gentle));
@@ -115,16 +115,16 @@ pub fn fit(x: &Samples, front: &Samples, given: &Given) -> Coasting {
     let mut out = Coasting::default();
     for (wheel, x) in [front, x].into_iter().enumerate() {
         let (omega, v, clusters) = radius_rows(x, given, wheel);
-        if clustered::count(&clusters) >= 2 {
-            out.radius[wheel] = clustered::fit(&[&omega], &v, &clusters, SPEED_FLOOR);
+        if clustered_fit::count(&clusters) >= 2 {
+            out.radius[wheel] = clustered_fit::fit(&[&omega], &v, &clusters, SPEED_FLOOR);
         }
     }
     let nominal = given.radius;
     let radius = [0, 1].map(|k| out.radius[k].as_ref().map_or(nominal[k], |f| f.theta[0]));
     let rows = resistance_rows(x, given, radius);
-    if clustered::count(&rows.clusters) >= 3 {
+    if clustered_fit::count(&rows.clusters) >= 3 {
         let columns: Vec<&[f64]> = rows.columns.iter().map(Vec::as_slice).collect();
-        out.resistance = clustered::fit(&columns, &rows.y, &rows.clusters, RESISTANCE_FLOOR);
+        out.resistance = clustered_fit::fit(&columns, &rows.y, &rows.clusters, RESISTANCE_FLOOR);
     }
     out
 }
@@ -141,7 +141,7 @@ pub fn refit(
         if let Some(fitted) = &base.radius[wheel] {
             let x = if wheel == 0 { front } else { x };
             let (omega, v, _) = radius_rows(x, given, wheel);
-            *slot = clustered::refit(&[&omega], &v, &fitted.weights).map(|t| t[0]);
+            *slot = clustered_fit::refit(&[&omega], &v, &fitted.weights).map(|t| t[0]);
         }
     }
     let nominal = given.radius;
@@ -149,7 +149,7 @@ pub fn refit(
     let resistance = base.resistance.as_ref().and_then(|fitted| {
         let rows = resistance_rows(x, given, at);
         let columns: Vec<&[f64]> = rows.columns.iter().map(Vec::as_slice).collect();
-        clustered::refit(&columns, &rows.y, &fitted.weights).map(|t| [t[0], t[1]])
+        clustered_fit::refit(&columns, &rows.y, &fitted.weights).map(|t| [t[0], t[1]])
     });
     (radius, resistance)
 }

@@ -1,14 +1,14 @@
 //! From fits to the rows of the `coefficients` table: standard errors, intervals, status and,
 //! where there is nothing to believe, the manoeuvre that would change it.
 
-use crate::bike::{Axle, Bike};
-use crate::estimate::Formulation;
-use crate::rows::{Coefficient, Ident, Provenance, Status};
+use crate::contract::bike::{Axle, Bike};
+use crate::model::formulation::Formulation;
+use crate::tables::rows::{Coefficient, Ident, Provenance, Status};
 
 use super::Config;
 use super::chain::{ALL, Solution, TYRE, place};
-use super::clustered::Quality;
-use super::interval::{Interval, combined_dof, delta, ratio, ratio_se};
+use crate::statistics::clustered_fit::Quality;
+use crate::statistics::interval::{Interval, combined_dof, delta, ratio, ratio_se};
 
 /// Name, symbol and unit of every tyre coefficient, in the order of [`place`].
 pub const NAMES: [(&str, &str, &str); TYRE] = [
@@ -128,17 +128,18 @@ fn upstream_variance(solution: &Solution, at: usize) -> f64 {
 
 fn own(solution: &Solution, at: usize) -> Own {
     let fits = &solution.fits;
-    let linear = |fitted: &Option<super::clustered::Fitted>, j: usize, scale: f64| {
-        let Some(f) = fitted else { return Own::default() };
-        let (variance, dof) =
-            f.covariance.as_ref().map_or((f64::NAN, 0.0), |c| (c.covariance[(j, j)], c.dof[j]));
-        Own {
-            variance: variance * scale * scale,
-            dof,
-            dispersion: f.dispersion[j].map(|d| d * scale),
-            quality: f.quality.clone(),
-        }
-    };
+    let linear =
+        |fitted: &Option<crate::statistics::clustered_fit::Fitted>, j: usize, scale: f64| {
+            let Some(f) = fitted else { return Own::default() };
+            let (variance, dof) =
+                f.covariance.as_ref().map_or((f64::NAN, 0.0), |c| (c.covariance[(j, j)], c.dof[j]));
+            Own {
+                variance: variance * scale * scale,
+                dof,
+                dispersion: f.dispersion[j].map(|d| d * scale),
+                quality: f.quality.clone(),
+            }
+        };
     if at >= 2 * TYRE {
         return match at {
             place::DRAG => linear(&fits.coasting.resistance, 0, 1.0),

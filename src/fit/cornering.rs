@@ -16,10 +16,10 @@
 //! response. Without noise and in wide bends the two agree.
 //! Printed (35), (36): `Mx_tot = k_x m g tan(phi)`, split by the tyre widths.
 
-use super::clustered::{self, Fitted};
-use crate::bike::Bike;
-use crate::estimate::Formulation;
+use crate::contract::bike::Bike;
 use crate::estimate::signals::Signals;
+use crate::model::formulation::Formulation;
+use crate::statistics::clustered_fit::{self, Fitted};
 
 /// Differences of slip angle that are never outliers, rad.
 const ANGLE_FLOOR: f64 = 2e-3;
@@ -116,15 +116,25 @@ impl Rows {
 
 /// Fits (37), (38) and (39) robustly.
 pub fn fit(rows: &Rows) -> Lateral {
-    if clustered::count(&rows.clusters) < 2 {
+    if clustered_fit::count(&rows.clusters) < 2 {
         return Lateral::default();
     }
     let mut camber: Vec<f64> = rows.camber.iter().map(|g| g.abs()).collect();
     camber.sort_by(f64::total_cmp);
     Lateral {
-        slip: clustered::fit(&rows.slip_columns(), &rows.slip_angle, &rows.clusters, ANGLE_FLOOR),
-        friction: clustered::fit(&[&rows.tangent], &rows.friction, &rows.clusters, FRICTION_FLOOR),
-        compliance: clustered::fit(
+        slip: clustered_fit::fit(
+            &rows.slip_columns(),
+            &rows.slip_angle,
+            &rows.clusters,
+            ANGLE_FLOOR,
+        ),
+        friction: clustered_fit::fit(
+            &[&rows.tangent],
+            &rows.friction,
+            &rows.clusters,
+            FRICTION_FLOOR,
+        ),
+        compliance: clustered_fit::fit(
             &rows.compliance_columns(),
             &rows.side,
             &rows.clusters,
@@ -151,7 +161,7 @@ impl Lateral {
 /// The same coefficients when the inputs change a little.
 pub fn refit(rows: &Rows, base: &Lateral) -> Values {
     let again = |columns: &[&[f64]], y: &[f64], fitted: &Option<Fitted>| {
-        clustered::refit(columns, y, &fitted.as_ref()?.weights)
+        clustered_fit::refit(columns, y, &fitted.as_ref()?.weights)
     };
     (
         again(&rows.slip_columns(), &rows.slip_angle, &base.slip).map(|t| [t[0], t[1]]),

@@ -17,9 +17,11 @@ use nalgebra::{DMatrix, DVector};
 use crate::model::MagicFormula;
 
 use super::FrictionConfig;
-use super::cluster::{ClusterCovariance, Correction, Scores, sandwich, sandwich_with};
-use super::clustered::{Quality, count, dispersion};
-use super::nonlinear::{self, Model, Options};
+use crate::statistics::cluster_covariance::{
+    ClusterCovariance, Correction, Scores, sandwich, sandwich_with,
+};
+use crate::statistics::clustered_fit::{Quality, count, dispersion};
+use crate::statistics::nonlinear::{self, Model, Options};
 
 /// Samples of one tyre.
 #[derive(Debug, Clone, Default)]

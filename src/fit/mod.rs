@@ -8,20 +8,11 @@
 //! [`coasting`], [`friction`] and [`cornering`] are the paper's fits. [`chain`] runs them in their order and
 //! again for every upstream quantity that is uncertain; [`coefficients`] makes the table's rows.
 
-pub mod bisquare;
-pub mod bounds;
 pub mod chain;
-pub mod cluster;
-pub mod clustered;
 pub mod coasting;
 pub mod coefficients;
 pub mod cornering;
 pub mod friction;
-pub mod interval;
-pub mod loss;
-pub mod nonlinear;
-pub mod search;
-pub mod start;
 
 use serde::{Deserialize, Serialize};
 

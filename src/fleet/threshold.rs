@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::scan::{self, Shape, Sums};
-use crate::simulate::random::Random;
+use crate::statistics::random::Random;
 
 /// Share of bikes to which nothing has happened and yet an event is reported, per search.
 pub const FALSE_ALARMS: f64 = 0.01;

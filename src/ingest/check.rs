@@ -28,11 +28,11 @@
 //! is symmetric, coefficients stay right, left and right change names), and the sign of
 //! `velocity_y`, which physics leaves open.
 
-use crate::bike::Bike;
-use crate::channel::Channel;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::ingest::{Config, Error};
-use crate::session::Session;
-use crate::warning::Warning;
 
 mod accelerations;
 mod angles;

@@ -5,10 +5,10 @@
 
 use rayon::prelude::*;
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::warning::Warning;
 use crate::ingest::clock::{Clocked, Timed, median};
 use crate::ingest::{Config, session_table, warning};
-use crate::warning::Warning;
 
 use Channel::*;
 

@@ -7,9 +7,9 @@
 
 use std::sync::Arc;
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::warning::Warning;
 use crate::ingest::{Error, Track, warning};
-use crate::warning::Warning;
 
 /// Stamps that strictly increase.
 #[derive(Debug, Clone)]

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use ::csv::{ByteRecord, ReaderBuilder};
 
+use crate::contract::session::Meta;
 use crate::ingest::foreign::{Listing, SourceChannel, fit};
 use crate::ingest::map::{ChannelMap, CsvLayout, TimeSource, of_format};
 use crate::ingest::{Error, HEAD_LEN, Head, Raw, Reader, ident, warning};
 use crate::objects::source::{self, Source};
-use crate::session::Meta;
 
 pub(super) mod cells;
 pub(super) mod clocks;
@@ -223,7 +223,7 @@ fn builder(layout: &CsvLayout) -> ReaderBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::channel::Channel;
+    use crate::contract::channel::Channel;
 
     const MAP: &str = "name = 'x'\nformat = 'csv'\n[csv]\ndelimiter = ';'\ndecimal = ','\n\
          skip_rows = 1\nrows_after_header = 1\nmissing = ['n/a']\n[detect]\ncolumns = ['v']\n\

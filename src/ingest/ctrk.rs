@@ -5,12 +5,12 @@
 
 use std::path::Path;
 
+use crate::contract::session::Meta;
+use crate::contract::warning::Warning;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{Error, Head, warning};
 use crate::objects::source;
-use crate::session::Meta;
-use crate::warning::Warning;
 
 mod channels;
 mod records;

@@ -13,11 +13,11 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+use crate::contract::warning::Warning;
 use crate::ingest::csv::table::{self, Table};
 use crate::ingest::csv::{cells, clocks, start_time, text};
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::{Error, Head, ident, units, warning};
-use crate::warning::Warning;
 
 pub(super) mod facts;
 mod level;

@@ -16,11 +16,11 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
+use crate::contract::schema;
+use crate::contract::session::Meta;
+use crate::contract::warning::Warning;
 use crate::ingest::map::{self, ChannelMap, Column, Entry, of_format};
 use crate::ingest::{Error, Head, Raw, Reader, ident, units};
-use crate::schema;
-use crate::session::Meta;
-use crate::warning::Warning;
 
 /// A format whose logs bring channels and clocks of their own.
 pub trait Format {
@@ -384,7 +384,7 @@ pub(super) fn guarded<T>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::channel::Channel;
+    use crate::contract::channel::Channel;
 
     fn listing(channels: &[(&str, &str, Option<&str>)]) -> Listing {
         let channel = |&(group, name, unit): &(&str, &str, Option<&str>)| SourceChannel {

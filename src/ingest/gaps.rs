@@ -1,10 +1,10 @@
 //! Missing samples on the common clock: short ones bridged, long ones reported.
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::ingest::resample::{Kind, between};
 use crate::ingest::warning;
-use crate::session::Session;
-use crate::warning::Warning;
 
 /// Fills runs of NaN between two samples that are at most `longest` samples apart.
 pub fn bridge(values: &mut [f64], longest: usize, kind: Kind) {
@@ -101,7 +101,7 @@ fn find(values: &[f64], ends: f64) -> Option<Gaps> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::Meta;
+    use crate::contract::session::Meta;
 
     const NAN: f64 = f64::NAN;
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use crate::contract::session::Meta;
 use crate::ingest::Error;
-use crate::session::Meta;
 
 /// What the path `bike=<id>/date=<yyyy-mm-dd>/<session_id>.<ext>` says.
 pub fn from_path(path: &Path) -> Meta {

@@ -15,10 +15,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::contract::session::Meta;
 use crate::ingest::map::{ChannelMap, Column, of_format};
 use crate::ingest::{Error, Head, Raw, Reader, ident, warning};
 use crate::objects::source;
-use crate::session::Meta;
 
 /// The format.
 pub const READER: Reader =

@@ -16,12 +16,12 @@ use std::sync::{Arc, OnceLock};
 
 use serde::Deserialize;
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::schema;
+use crate::contract::session::Meta;
 use crate::ingest::foreign::Aids;
 use crate::ingest::units::{self, Conversion};
 use crate::ingest::{Error, Track, session_table};
-use crate::schema;
-use crate::session::Meta;
 
 mod form;
 

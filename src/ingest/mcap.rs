@@ -9,10 +9,10 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::contract::warning::Warning;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{Error, Head, session_meta, warning};
-use crate::warning::Warning;
 
 mod json;
 mod records;

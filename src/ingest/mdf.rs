@@ -13,11 +13,11 @@ use falcon_mdf::io::{ByteSlice, ByteSource};
 use falcon_mdf::mdf3::Mdf3File;
 use falcon_mdf::{Mf4Error, Mf4File};
 
+use crate::contract::warning::Warning;
 use crate::ingest::can::database::Database;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel, guarded};
 use crate::ingest::{Error, Head, warning};
 use crate::objects::source;
-use crate::warning::Warning;
 
 mod bus;
 mod columns;

@@ -16,12 +16,12 @@ use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::schema::Table;
+use crate::contract::session::{Meta, Session};
+use crate::contract::warning::Warning;
 use crate::objects::source;
 use crate::objects::url::is_url;
-use crate::schema::Table;
-use crate::session::{Meta, Session};
-use crate::warning::Warning;
 
 mod can;
 mod check;

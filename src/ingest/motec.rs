@@ -5,12 +5,12 @@ use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::contract::session::Meta;
 use crate::ingest::dialect::facts;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{Error, Head, ident, warning};
 use crate::objects::source::{self, Source};
-use crate::session::Meta;
 
 mod ld;
 

@@ -18,13 +18,13 @@ use arrow::array::{Array, ArrayRef, AsArray};
 use arrow::compute::cast;
 use arrow::datatypes::{DataType, Field, Float32Type, Float64Type, Schema, TimeUnit};
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::schema;
+use crate::contract::session::Meta;
 use crate::ingest::map::{ChannelMap, Column, TimeSource, of_format};
 use crate::ingest::units::{self, Conversion};
 use crate::ingest::{Error, Head, Raw, Reader, Track, ident, session_table, warning};
 use crate::objects::source::{self, Source};
-use crate::schema;
-use crate::session::Meta;
 
 /// The format.
 pub const READER: Reader =

@@ -183,7 +183,7 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::channel::Channel;
+    use crate::contract::channel::Channel;
     use crate::ingest::foreign::fit;
     use crate::ingest::map::ChannelMap;
 

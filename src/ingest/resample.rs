@@ -6,12 +6,12 @@
 
 use rayon::prelude::*;
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::{Meta, Session};
+use crate::contract::warning::Warning;
 use crate::ingest::clock::{Clock, Clocked, Timed};
 use crate::ingest::low_pass::{CUT_OFF, low_passed};
 use crate::ingest::{Config, Error, gaps, warning};
-use crate::session::{Meta, Session};
-use crate::warning::Warning;
 
 /// Fastest clock, Hz.
 const MAX_RATE: f64 = 2000.0;

@@ -5,9 +5,9 @@ use std::path::Path;
 use arrow::array::RecordBatch;
 use arrow::datatypes::Schema;
 
+use crate::contract::session::Meta;
 use crate::ingest::parquet::{append, check_kinds, meta_from, read_contract};
 use crate::ingest::{Error, Raw, ident};
-use crate::session::Meta;
 
 /// Reads a table by the same rules as a `session.v1` Parquet file: units in the fields' metadata,
 /// who and when in the schema's. `known` fills what that does not say.
@@ -45,7 +45,7 @@ mod tests {
     use arrow::datatypes::{DataType, Field};
 
     use super::*;
-    use crate::channel::Channel;
+    use crate::contract::channel::Channel;
 
     fn schema(fields: Vec<Field>) -> Schema {
         let metadata = [("session_id", "s1"), ("bike_id", "b1")];

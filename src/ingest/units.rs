@@ -123,7 +123,7 @@ fn lookup(text: &str) -> Option<Unit> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::schema::Table;
+    use crate::contract::schema::Table;
 
     fn convert(x: f64, from: &str, to: &str) -> f64 {
         let c = conversion(from, to).expect(from);

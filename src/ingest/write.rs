@@ -14,9 +14,9 @@ use arrow::buffer::NullBuffer;
 use arrow::datatypes::{DataType, Schema};
 use rayon::prelude::*;
 
+use crate::contract::session::{Meta, Session};
 use crate::ingest::session_table;
-use crate::session::{Meta, Session};
-use crate::table;
+use crate::tables::file;
 
 /// Writes a session as one Parquet file, whole or not at all: units and descriptions with
 /// every field, who and when in the file's key-value metadata, NaN as null.
@@ -25,10 +25,10 @@ use crate::table;
 ///
 /// # Errors
 /// The folder cannot be made or the file not be written.
-pub fn write_session(path: &Path, session: &Session, float32: bool) -> Result<(), table::Error> {
+pub fn write_session(path: &Path, session: &Session, float32: bool) -> Result<(), file::Error> {
     let bytes = encode(session, float32)
-        .map_err(|message| table::Error::Encode { table: path.display().to_string(), message })?;
-    table::write_bytes(path, &bytes)
+        .map_err(|message| file::Error::Encode { table: path.display().to_string(), message })?;
+    file::write_bytes(path, &bytes)
 }
 
 /// A session as one Arrow batch of `session.v1`, as [`write_session`] writes it; who and when in
@@ -36,8 +36,8 @@ pub fn write_session(path: &Path, session: &Session, float32: bool) -> Result<()
 ///
 /// # Errors
 /// The channels do not fit together: our own mistake.
-pub fn session_batch(session: &Session, float32: bool) -> Result<RecordBatch, table::Error> {
-    let fail = |e: String| table::Error::Encode { table: "session".to_owned(), message: e };
+pub fn session_batch(session: &Session, float32: bool) -> Result<RecordBatch, file::Error> {
+    let fail = |e: String| file::Error::Encode { table: "session".to_owned(), message: e };
     let batch = to_batch(session, float32).map_err(fail)?;
     let mut metadata = batch.schema().metadata().clone();
     metadata.extend(pairs(&session.meta).into_iter().filter_map(|p| Some((p.key, p.value?))));
@@ -139,7 +139,7 @@ fn pairs(meta: &Meta) -> Vec<KeyValue> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::channel::Channel;
+    use crate::contract::channel::Channel;
     use ::parquet::file::reader::{FileReader, SerializedFileReader};
 
     /// Ten minutes of fourteen channels with 12 bits of sensor noise each.

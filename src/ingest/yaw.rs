@@ -6,10 +6,10 @@
 //! `delta = atan2(-sin p sin r, cos r) = -atan(sin p tan r)` to the Euler heading, about
 //! `-pitch tan(roll)`.
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::ingest::warning;
-use crate::session::Session;
-use crate::warning::Warning;
 
 /// Angle from the Euler heading to the trace, rad, positive to the left.
 pub fn trace_angle(roll: f64, pitch: f64) -> f64 {
@@ -57,7 +57,7 @@ fn rotate(session: &mut Session, x: Channel, y: Channel, delta: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::Meta;
+    use crate::contract::session::Meta;
     use nalgebra::{Rotation3, Vector3};
 
     /// The frame itself, not the formula: rotate a body, cut its plane with the road.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::magic_formula::MagicFormula;
 use super::tyre::{Input, Output, Stiffness, Tyre};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
-use crate::bike::WheelData;
+use crate::contract::bike::WheelData;
 
 /// The paper's tyre (eqs. 1-22) and what a simulator needs beside it.
 ///

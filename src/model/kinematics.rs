@@ -3,7 +3,7 @@
 //! The wheel's axle is turned about the raked steering axis, then rolled; ISO axes. Both
 //! signs differ from the print (`onroad.md`, section 4).
 
-use crate::estimate::Formulation;
+use super::formulation::Formulation;
 
 /// Kinematic steering angle `Delta` on the road, rad, eq. 30.
 pub fn kinematic_steer(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {

@@ -1,6 +1,6 @@
 //! The asymmetric Magic Formula of the longitudinal friction (eq. 28) and its peak.
 
-use crate::fit::search::minimum;
+use crate::statistics::search::minimum;
 
 /// Coefficients of eq. 28.
 ///

@@ -2,13 +2,13 @@
 //! ([`tyre_model::TyreModel`]); and the kinematics that steering and roll give a wheel.
 
 pub mod custom;
-pub mod departed;
-pub mod departure;
+pub mod formulation;
 pub mod kinematics;
 pub mod linear;
 pub mod magic_formula;
 pub mod mf_62;
 pub mod mf_mc;
+pub mod offroad;
 pub mod published;
 pub mod tir;
 pub mod tyre;

@@ -17,7 +17,7 @@ use super::mf_62::Mf62;
 use super::mf_mc::MfMc;
 use super::published;
 use super::tyre_model::TyreModel;
-use crate::schema::{closest, meant};
+use crate::contract::schema::{closest, meant};
 
 /// What can be wrong with a tyre file.
 #[derive(Debug, thiserror::Error)]

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use crate::contract::schema::{KeyTable, Values};
 use crate::model::tyre_model::TyreModel;
 use crate::model::{published, tir};
 use crate::multibody::Rigid;
-use crate::schema::{KeyTable, Values};
 
 /// Built-in motorcycles: name and text.
 pub const BUILTIN: &[(&str, &str)] = &[
@@ -170,7 +170,7 @@ impl Motorcycle {
             let known: Vec<&str> = BUILTIN.iter().map(|(n, _)| *n).collect();
             return Err(Error::Unknown {
                 name: name_or_path.into(),
-                meant: crate::schema::meant(name_or_path, known.iter().copied()),
+                meant: crate::contract::schema::meant(name_or_path, known.iter().copied()),
                 known: known.join(", "),
             });
         }

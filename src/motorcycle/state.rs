@@ -27,7 +27,7 @@ pub mod joint {
 /// Length of the state as an array.
 pub const N: usize = 32;
 
-/// The integrated state. World axes: x and y on the road, z along its normal.
+/// The integrated state. Parameters axes: x and y on the road, z along its normal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
     /// Frame-fixed point that is the nominal rear contact, m.

@@ -99,7 +99,7 @@ impl Link {
         }
     }
 
-    /// World to link axes.
+    /// Parameters to link axes.
     pub fn to_link(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.tr_mul(v)
     }

@@ -1,5 +1,5 @@
 //! Files by their paths, local or in an object store: reading, listing, removing. Writing is
-//! [`crate::table::write_bytes`].
+//! [`crate::tables::file::write_bytes`].
 
 use std::io::{ErrorKind, Result};
 use std::path::Path;
@@ -61,7 +61,7 @@ pub fn list(folder: &Path) -> Result<Vec<Entry>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::write_bytes;
+    use crate::tables::file::write_bytes;
 
     #[test]
     fn a_folder_gives_back_what_it_was_given() {

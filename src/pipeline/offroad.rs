@@ -5,13 +5,14 @@
 //! ```
 
 use super::{Input, Outcome, Pipeline, Rejection, manoeuvres, row, session_row};
-use crate::bike::Bike;
-use crate::channel::Channel;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Config};
 use crate::segment::offroad::Ride;
-use crate::session::Session;
-use crate::warning::Warning;
-use crate::{filter, ingest, report, rows, segment};
+use crate::tables::rows;
+use crate::{filter, ingest, plots, segment};
 
 /// From a session on one clock to its tables.
 pub fn run(
@@ -67,7 +68,7 @@ pub fn run(
         ),
         false => None,
     };
-    let plots = report::plots_offroad::rows(&session, &estimate, &segments);
+    let plots = plots::offroad::rows(&session, &estimate, &segments);
     let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
     let session =
         session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);

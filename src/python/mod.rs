@@ -12,7 +12,7 @@ use crate::batch;
 use crate::cli;
 use crate::pipeline::{Pipeline, Rejection};
 
-mod cluster;
+mod distributed;
 mod session;
 mod simulate;
 mod table;

@@ -14,9 +14,9 @@ use super::{pipeline, rejected};
 use crate::batch::alone::{self, Log, NO_PATH};
 use crate::batch::plan::{self, BikeFile};
 use crate::batch::{Maps, guarded};
+use crate::contract::session::Meta;
 use crate::ingest;
 use crate::pipeline::Rejection;
-use crate::session::Meta;
 
 /// See `python/roadbench/__init__.pyi`.
 #[pyfunction]
@@ -83,7 +83,7 @@ impl Source {
 
 /// A path to a bike file, or its text: a text has an equals sign and a line's end, a path has not.
 fn bike_file(given: &Bound<'_, PyAny>, salt: &[u8]) -> PyResult<BikeFile> {
-    let invalid = |e: crate::bike::Error| PyValueError::new_err(e.to_string());
+    let invalid = |e: crate::contract::bike::Error| PyValueError::new_err(e.to_string());
     if let Ok(text) = given.extract::<String>()
         && text.contains('=')
         && text.contains('\n')
@@ -93,8 +93,9 @@ fn bike_file(given: &Bound<'_, PyAny>, salt: &[u8]) -> PyResult<BikeFile> {
     let path: PathBuf = given.extract().map_err(|_| {
         PyTypeError::new_err("the bike must be the path of a bike file, or what such a file says")
     })?;
-    let text = std::fs::read_to_string(&path)
-        .map_err(|source| invalid(crate::bike::Error::Read { path: path.clone(), source }))?;
+    let text = std::fs::read_to_string(&path).map_err(|source| {
+        invalid(crate::contract::bike::Error::Read { path: path.clone(), source })
+    })?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     BikeFile::parse(text, &stem, &path, salt).map_err(invalid)
 }

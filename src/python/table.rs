@@ -10,7 +10,7 @@ use pyo3::types::PyCapsule;
 use pyo3_arrow::error::PyArrowResult;
 use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
 
-use crate::schema::{self, FILES};
+use crate::contract::schema::{self, FILES};
 
 /// An Arrow table. Give it to `pyarrow.table`, `polars.DataFrame`, DuckDB or whatever else takes
 /// `__arrow_c_stream__`: it shares its memory with them.

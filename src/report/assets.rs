@@ -9,7 +9,7 @@ use std::path::Path;
 use minijinja::{Value, context};
 
 use crate::report::{Error, MARK, SCRIPT, STYLE, UPLOT_SCRIPT, UPLOT_STYLE};
-use crate::table;
+use crate::tables::file;
 
 /// The folder of the shared files, below that of the pages.
 pub const FOLDER: &str = "assets";
@@ -113,7 +113,7 @@ pub(super) fn write(folder: &Path) -> Result<(), Error> {
         if std::fs::read(&path).is_ok_and(|there| there == text.as_bytes()) {
             continue;
         }
-        table::write_bytes(&path, text.as_bytes())?;
+        file::write_bytes(&path, text.as_bytes())?;
     }
     Ok(())
 }

@@ -93,7 +93,7 @@ pub fn parse(text: &str) -> Result<Bench, String> {
         }
         if words::word(coefficient).is_none() {
             let names = words::WORDS.iter().map(|w| w.name);
-            let near = crate::schema::closest(coefficient, names);
+            let near = crate::contract::schema::closest(coefficient, names);
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
             return Err(format!(
                 "line {line}, column `coefficient`: `{coefficient}` is unknown{hint}"

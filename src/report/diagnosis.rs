@@ -9,7 +9,7 @@ use crate::report::page::when;
 use crate::report::plots_diagnosis::Reproduced;
 use crate::report::words;
 use crate::report::words_diagnosis::{self as wording, UNKNOWN, sentence};
-use crate::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// Candidates that are shown before the reader asks for the rest.
 const SHOWN: usize = 8;

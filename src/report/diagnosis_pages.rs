@@ -8,14 +8,14 @@ use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
-use crate::batch::names::file_name;
 use crate::report::assets::{self, Source};
 use crate::report::figures::{Figures, pack};
 use crate::report::{
     Error, diagnosis, extended, names, plots_diagnosis, run_of, still, tables, tables_diagnosis,
 };
-use crate::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
-use crate::table;
+use crate::tables::file;
+use crate::tables::names::file_name;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
 
 /// Every diagnosed session of a folder.
 #[derive(Debug)]
@@ -166,7 +166,7 @@ impl Diagnosed {
                 data => Value::from_safe_string(pack::pack(&figures)?),
                 ..assets::context(source)
             })?;
-            Ok(table::write_bytes(&folder.join(&session.page), html.as_bytes())?)
+            Ok(file::write_bytes(&folder.join(&session.page), html.as_bytes())?)
         })
     }
 }

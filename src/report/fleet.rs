@@ -13,7 +13,7 @@ use crate::report::page::when;
 use crate::report::tables::key;
 use crate::report::tables_fleet::{Histories, Seen};
 use crate::report::{drawing, ratios, words};
-use crate::rows::{EventRow, FleetRow, SessionRow};
+use crate::tables::rows::{EventRow, FleetRow, SessionRow};
 
 /// File name of the page.
 pub const PAGE: &str = "fleet.html";

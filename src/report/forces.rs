@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::report::number::{fixed, typeset};
 use crate::report::words;
-use crate::rows::{ForceRow, Manoeuvre};
+use crate::tables::rows::{ForceRow, Manoeuvre};
 
 /// What several segments of one kind come to, for one rider and force.
 #[derive(Debug, Clone, PartialEq)]

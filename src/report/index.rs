@@ -9,7 +9,7 @@ use crate::report::number::{self, fixed, typeset};
 use crate::report::page::when;
 use crate::report::tables;
 use crate::report::{diagnosis, drawing, words};
-use crate::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, WarningRow};
+use crate::tables::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, WarningRow};
 
 /// The run's page, as its template reads it.
 #[derive(Debug, Serialize)]

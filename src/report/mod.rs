@@ -18,7 +18,7 @@ use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
-use crate::{rows, table};
+use crate::tables::{file, rows};
 use assets::Source;
 
 pub use assets::Pages;
@@ -38,9 +38,7 @@ pub mod markdown;
 pub mod names;
 pub mod number;
 pub mod page;
-pub mod plots;
 pub mod plots_diagnosis;
-pub mod plots_offroad;
 pub mod publish;
 pub mod ratios;
 pub mod still;
@@ -74,7 +72,7 @@ pub enum Error {
     },
     /// A page cannot be written.
     #[error(transparent)]
-    Write(#[from] table::Error),
+    Write(#[from] file::Error),
     /// A figure cannot be drawn as PNG.
     #[error("cannot draw {path}: {message}")]
     Figure {
@@ -197,7 +195,7 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
             charts => Serde(figures::heads(&figures.charts)),
             panels => Serde(figures::heads(&figures.panels)),
             residuals => Serde(figures::residuals(&figures.charts)),
-            bins => plots::BINS,
+            bins => crate::plots::BINS,
             absent => page::absent_charts(&figures),
             offroad => page::is_offroad(&figures),
             forces => Serde(forces::table(force_rows)),
@@ -206,7 +204,7 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
             ..assets::context(source)
         })?;
         let html = html.replacen(MARK, &format!("{MARK}\n{made_of}, {} -->", source.word()), 1);
-        Ok(table::write_bytes(&folder.join(name), html.as_bytes())?)
+        Ok(file::write_bytes(&folder.join(name), html.as_bytes())?)
     })?;
 
     let rejected = tables::rejected(out)?;
@@ -221,7 +219,7 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
         long_script => Value::from_safe_string(LONG_SCRIPT.to_owned()),
         ..assets::context(Source::Page)
     })?;
-    table::write_bytes(&folder.join("index.html"), html.as_bytes())?;
+    file::write_bytes(&folder.join("index.html"), html.as_bytes())?;
     let own: Vec<&str> = pages
         .iter()
         .map(String::as_str)
@@ -252,7 +250,7 @@ fn write_fleet(
         data => Value::from_safe_string(figures::pack::pack(&figures)?),
         ..assets::context(Source::Page)
     })?;
-    table::write_bytes(&out.join("report").join(fleet::PAGE), html.as_bytes())?;
+    file::write_bytes(&out.join("report").join(fleet::PAGE), html.as_bytes())?;
     Ok(page.events.len())
 }
 

@@ -6,7 +6,7 @@ use crate::report::bench::Bench;
 use crate::report::figures::{Figures, OFFROAD_PLOTS, PLOTS, Plot, RIDE_PLOTS};
 use crate::report::number::{self, fixed, typeset};
 use crate::report::{drawing, words};
-use crate::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
+use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
 
 /// One session's page, as its template reads it.
 #[derive(Debug, Serialize)]

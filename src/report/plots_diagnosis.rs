@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::report::figures::{Chart, Label, Line, digits};
 use crate::report::number::{self, fixed, round, typeset};
 use crate::report::{words, words_diagnosis};
-use crate::rows::{DiscrepancyRow, ReplaySample};
+use crate::tables::rows::{DiscrepancyRow, ReplaySample};
 
 /// Most overlays on a page.
 const MOST: usize = 3;

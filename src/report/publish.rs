@@ -12,8 +12,8 @@ use crate::report::{
     Error, bench, check, figures, fleet, index, markdown, names, page, ratios, run_of, still,
     tables, tables_fleet,
 };
-use crate::rows::SessionRow;
-use crate::table;
+use crate::tables::file;
+use crate::tables::rows::SessionRow;
 
 /// What files a figure becomes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -44,13 +44,13 @@ pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Res
     let save = |folder: &str, name: &str, figure: &Scene| -> Result<(), Error> {
         let file = |ending: &str| to.join(folder).join(format!("{}.{ending}", names::stem(name)));
         if format != Format::Png {
-            table::write_bytes(&file("svg"), still::svg(figure).as_bytes())?;
+            file::write_bytes(&file("svg"), still::svg(figure).as_bytes())?;
         }
         if format != Format::Svg {
             let path = file("png");
             let bytes = still::png(figure)
                 .map_err(|message| Error::Figure { path: path.clone(), message })?;
-            table::write_bytes(&path, &bytes)?;
+            file::write_bytes(&path, &bytes)?;
         }
         Ok(())
     };

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::report::number::{self, fixed, typeset};
 use crate::report::words;
-use crate::rows::{FleetRow, RatioRow, Status};
+use crate::tables::rows::{FleetRow, RatioRow, Status};
 
 /// One tyre's ratio.
 #[derive(Debug, Serialize)]

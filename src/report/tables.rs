@@ -13,13 +13,13 @@ use arrow::datatypes::{Float64Type, Int64Type};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use walkdir::WalkDir;
 
+use crate::contract::schema::Table;
 use crate::report::Error;
 use crate::report::words;
-use crate::rows::{
+use crate::tables::rows::{
     Coefficient, ForceRow, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status,
     WarningRow,
 };
-use crate::schema::Table;
 
 /// Every `sessions` row, by bike and session.
 ///

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::diagnose::levels::POOLED;
 use crate::report::Error;
 use crate::report::tables::{Columns, collect, key, read};
-use crate::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use crate::tables::rows::POOLED;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
 
 /// Every `causes` row, by bike, session and rank.
 ///

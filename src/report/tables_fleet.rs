@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::report::tables::{Columns, collect, for_each_batch};
 use crate::report::{Error, words};
-use crate::rows::{EventRow, FleetRow, RatioRow};
+use crate::tables::rows::{EventRow, FleetRow, RatioRow};
 
 /// Every `fleet` row, by bike, then in the contract's order.
 ///

@@ -8,7 +8,7 @@ use crate::report::index::count;
 use crate::report::number::{self, fixed};
 use crate::report::page::{Shown, when};
 use crate::report::words;
-use crate::rows::{Coefficient, Rejected, SessionRow, Status};
+use crate::tables::rows::{Coefficient, Rejected, SessionRow, Status};
 
 const WIDTH: usize = 100;
 
@@ -204,7 +204,7 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rows::{Ident, Provenance};
+    use crate::tables::rows::{Ident, Provenance};
 
     fn session() -> SessionRow {
         SessionRow {

@@ -1,6 +1,6 @@
 //! What the names of the contract are called when people read them.
 
-use crate::rows::Status;
+use crate::tables::rows::Status;
 
 /// A coefficient in words.
 #[derive(Debug, Clone, Copy)]

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use crate::diagnose::effects::Effect;
+use crate::effects::Effect;
 use crate::report::number::{self, fixed, typeset};
 use crate::report::words;
-use crate::rows::CauseRow;
+use crate::tables::rows::CauseRow;
 
 /// The effect of the row that says that no candidate explains what is wrong.
 pub const UNKNOWN: &str = "unknown";

@@ -14,9 +14,9 @@
 
 use super::mask;
 use crate::GRAVITY;
-use crate::bike::Bike;
-use crate::channel::Channel;
-use crate::session::Session;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
 
 /// Coarse clock aimed at, Hz.
 const RATE: f64 = 25.0;

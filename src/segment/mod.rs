@@ -19,8 +19,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bike::Bike;
-use crate::session::Session;
+use crate::contract::bike::Bike;
+use crate::contract::session::Session;
 
 pub mod braking;
 pub mod coasting;

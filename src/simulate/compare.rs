@@ -3,7 +3,7 @@
 use super::ride::{Ridden, Sample};
 use crate::motorcycle::joint;
 use crate::report::svg::{Panel, Series, Style, panels};
-use crate::rows::PeakRow;
+use crate::tables::rows::PeakRow;
 
 /// Which extreme of a channel counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,15 +6,15 @@
 use std::path::{Path, PathBuf};
 
 use super::multibody;
-use super::random::Random;
 use super::scenario::{Machine, Scenario};
-use crate::bike::Bike;
-use crate::channel::Channel;
-use crate::diagnose::effects::{ALL, Effect};
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::effects::model_error::ModelError;
+use crate::effects::{ALL, Effect};
 use crate::ingest::write_session;
-use crate::model::departure::Departure;
-use crate::session::Session;
-use crate::table;
+use crate::statistics::random::Random;
+use crate::tables::file;
 
 /// What a case is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -136,7 +136,7 @@ impl Case {
             sensor.slow *= more;
         }
         let mut machine = scenario.machine(self.number);
-        let mut departure = Departure::default();
+        let mut departure = ModelError::default();
         for (effect, value) in &self.hidden {
             (effect.set)(&mut departure, *value);
         }
@@ -185,7 +185,7 @@ fn files(folder: &Path, session: &Session, bike: &Bike) -> Result<(PathBuf, Path
     let log = folder.join("sessions").join(format!("{}.parquet", session.meta.session_id));
     let path = folder.join("bikes").join(format!("{}.toml", bike.bike_id));
     write_session(&log, session, false).map_err(|e| e.to_string())?;
-    table::write_bytes(&path, bike.to_toml().as_bytes()).map_err(|e| e.to_string())?;
+    file::write_bytes(&path, bike.to_toml().as_bytes()).map_err(|e| e.to_string())?;
     Ok((log, path))
 }
 

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::motocross::scenario::{Legs, Motocross, VerticalMotion};
 use super::motocross::{self};
-use super::random::Random;
 use crate::ingest::write_session;
-use crate::table;
+use crate::statistics::random::Random;
+use crate::tables::file;
 
 /// What is hidden; the rider of all but the last is one without a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +95,7 @@ impl OffroadCase {
         let log = folder.join(format!("{}.parquet", ridden.session.meta.session_id));
         let bike = folder.join(format!("{}.toml", scenario.bike.bike_id));
         write_session(&log, &ridden.session, false).map_err(|e| e.to_string())?;
-        table::write_bytes(&bike, scenario.bike.to_toml().as_bytes()).map_err(|e| e.to_string())?;
+        file::write_bytes(&bike, scenario.bike.to_toml().as_bytes()).map_err(|e| e.to_string())?;
         Ok((log, bike))
     }
 }

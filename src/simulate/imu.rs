@@ -16,9 +16,9 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::random::{Coloured, Random};
+use crate::statistics::random::{Coloured, Random};
 
-/// Motion of the main frame at one sample. World axes: x and y on the road, z up.
+/// Motion of the main frame at one sample. Parameters axes: x and y on the road, z up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     /// Frame (x forward, y left, z up) to world.

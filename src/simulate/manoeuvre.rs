@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::path::LaneChange;
 use super::plan::{Phase, Plan};
-use super::random::Random;
 use crate::segment::Direction;
+use crate::statistics::random::Random;
 
 const FULL: f64 = 30e6;
 

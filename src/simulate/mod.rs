@@ -23,7 +23,6 @@ pub mod pilot;
 pub mod plan;
 pub mod preview;
 pub mod programme;
-pub mod random;
 pub mod replay;
 pub mod ride;
 pub mod rider;
@@ -37,14 +36,14 @@ pub mod unsteady;
 
 use std::path::PathBuf;
 
-use crate::channel::Channel;
-use crate::rows;
+use crate::contract::channel::Channel;
+use crate::contract::session::{Meta, Session};
 use crate::segment::{Direction, Kind};
-use crate::session::{Meta, Session};
+use crate::statistics::random::Random;
+use crate::tables::rows;
 use motorcycle::{Action, Plant, Response, State};
 use plan::Phase;
 use programme::Controls;
-use random::Random;
 use rider::{Disturbance, Rider};
 use scenario::{Machine, Scenario};
 

@@ -19,8 +19,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::GRAVITY;
-use crate::estimate::Formulation::Corrected;
-use crate::model::departure::Departure;
+use crate::effects::model_error::ModelError;
+use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::front_wheel;
 use crate::model::tyre::{Input, Output, Tyre};
 
@@ -52,7 +52,7 @@ pub struct Plant {
     /// Brake torque per pressure, front and rear.
     pub brake_gain: [f64; 2],
     /// What it has beyond all that; put in by [`Plant::with`].
-    pub departure: Departure,
+    pub departure: ModelError,
 }
 
 /// The integrated state.
@@ -161,7 +161,7 @@ const STEER_LAG: f64 = 0.01;
 impl Plant {
     /// The plant with a departure in it.
     #[must_use]
-    pub fn with(mut self, departure: &Departure) -> Self {
+    pub fn with(mut self, departure: &ModelError) -> Self {
         for (i, tyre) in self.tyres.iter_mut().enumerate() {
             tyre.side_force_ratio += departure.side_force_ratio[i];
             tyre.stiffness.c1 -= departure.side_force_ratio[i]; // k_alpha stays what it is

@@ -19,9 +19,9 @@ use super::ride::{self, Ridden};
 use super::scenario::{Machine, Scenario};
 use super::tour::Tour;
 use crate::GRAVITY;
-use crate::bike::Bike;
+use crate::contract::bike::Bike;
+use crate::effects::extended_tyre::ExtendedTyre;
 use crate::model::custom::Custom;
-use crate::model::departed::Departed;
 use crate::motorcycle::{Model, Motorcycle, Road, description};
 
 /// The machine that lends its bodies.
@@ -186,14 +186,14 @@ pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, String> {
     put("aerodynamics.z", plant.cg_height + beyond.drag_height);
     let motorcycle = Motorcycle::parse(&table.to_string(), BODIES, Path::new(BODIES))
         .map_err(|e| e.to_string())?;
-    let [front, rear] = [0, 1].map(|k| Departed::boxed(tyres[k], load[k], beyond));
+    let [front, rear] = [0, 1].map(|k| ExtendedTyre::boxed(tyres[k], load[k], beyond));
     Ok(motorcycle.with_tyres(front, rear))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::effects::Effect;
+    use crate::effects::Effect;
 
     #[test]
     fn the_motorcycle_has_the_machines_mass_geometry_and_tyres() {

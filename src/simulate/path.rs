@@ -103,13 +103,13 @@ impl Course {
         (p[0] - self.origin[0]) * cos + (p[1] - self.origin[1]) * sin
     }
 
-    /// World position of a point given along and to the left.
+    /// Parameters position of a point given along and to the left.
     pub fn point(&self, along: f64, left: f64) -> [f64; 2] {
         let (sin, cos) = self.heading.sin_cos();
         [self.origin[0] + along * cos - left * sin, self.origin[1] + along * sin + left * cos]
     }
 
-    /// World position of the path itself.
+    /// Parameters position of the path itself.
     pub fn path(&self, along: f64) -> [f64; 2] {
         self.point(along, self.shape.offset_at(along).0)
     }

@@ -5,8 +5,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::path::LaneChange;
-use super::random::Random;
 use crate::segment::Direction;
+use crate::statistics::random::Random;
 
 /// One thing the rider does, with its end.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::preview::{Preview, Target};
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
 use crate::motorcycle::run::{Fall, Run};
 use crate::motorcycle::trim::{self, NoTrim};
 use crate::motorcycle::{Action, Model};
-use crate::session::Session;
 
 /// Longest integration step, s.
 const STEP: f64 = 1e-3;

@@ -6,15 +6,15 @@ use super::Label;
 use super::imu::{self, Motion};
 use super::pilot::{Pilot, Skill};
 use super::programme::{Controls, Programme};
-use super::random::Random;
 use super::sensors;
 use super::tour::Tour;
 use super::unsteady::Unsteady;
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::{Meta, Session};
 use crate::motorcycle::run::{Fall, Run};
 use crate::motorcycle::{Action, Wheel, joint};
-use crate::rows::TruthSignal;
-use crate::session::{Meta, Session};
+use crate::statistics::random::Random;
+use crate::tables::rows::TruthSignal;
 
 /// Longest ride that is simulated, s.
 const LONGEST: f64 = 7200.0;

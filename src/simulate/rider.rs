@@ -7,10 +7,10 @@
 use super::motorcycle::{Action, Plant, Response, State};
 use super::plan::Phase;
 use super::programme::{Controls, Lean, Programme, Seen};
-use super::random::{Coloured, Random};
 use crate::GRAVITY;
-use crate::model::departure::BrakeHistory;
+use crate::effects::model_error::BrakeHistory;
 use crate::segment::{Direction, Kind};
+use crate::statistics::random::{Coloured, Random};
 
 /// How unsteady rider, road and air are.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -11,15 +11,15 @@ use serde::Deserialize;
 
 use super::motorcycle::Plant;
 use super::plan::Plan;
-use super::random::Random;
 use super::rider::Disturbance;
 use super::sensors::Sensors;
-use crate::bike::{Axle, Bike};
-use crate::channel::Channel;
-use crate::diagnose::effects::Effect;
-use crate::model::departure::Departure;
+use crate::contract::bike::{Axle, Bike};
+use crate::contract::channel::Channel;
+use crate::contract::schema::{closest, meant};
+use crate::effects::Effect;
+use crate::effects::model_error::ModelError;
 use crate::model::{MagicFormula, Stiffness, Tyre};
-use crate::schema::{closest, meant};
+use crate::statistics::random::Random;
 
 /// Built-in scenarios by name.
 pub const BUILTIN: &[(&str, &str)] = &[
@@ -121,7 +121,7 @@ pub struct Scenario {
     bike: Bike,
     truth: BTreeMap<String, f64>,
     spread: BTreeMap<String, f64>,
-    departure: Departure,
+    departure: ModelError,
 }
 
 /// One bike of the fleet: what its file says and what is true.
@@ -168,8 +168,8 @@ impl Scenario {
     /// A sentence that names the key.
     pub fn parse(text: &str, source: &str) -> Result<Self, String> {
         let fail = |message: String| format!("scenario {source}: {message}");
-        let file: File =
-            toml::from_str(text).map_err(|e| fail(crate::schema::with_hint(&e.to_string())))?;
+        let file: File = toml::from_str(text)
+            .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
         if !(10.0..=1000.0).contains(&file.rate) {
             return Err(fail(format!("`rate` = {} Hz is not between 10 and 1000", file.rate)));
         }
@@ -193,7 +193,7 @@ impl Scenario {
                 return Err(fail(format!("[spread]: `{key}` is neither a bike key nor `truth.*`")));
             }
         }
-        let mut departure = Departure::default();
+        let mut departure = ModelError::default();
         for (name, value) in &file.effects {
             let effect = Effect::named(name).map_err(|e| fail(format!("[effects]: {e}")))?;
             (effect.set)(&mut departure, *value);
@@ -356,7 +356,7 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
         drag: get("drag"),
         friction: get("friction"),
         brake_gain: [get("brake_gain_front"), get("brake_gain_rear")],
-        departure: Departure::default(),
+        departure: ModelError::default(),
     }
 }
 

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::random::{Coloured, Random};
-use crate::channel::Channel;
-use crate::session::Session;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::statistics::random::{Coloured, Random};
 
 /// One channel's errors, in the channel's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

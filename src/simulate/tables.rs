@@ -9,10 +9,10 @@ use super::scenario::{Machine, Scenario};
 use super::tour::Tour;
 use super::truth::{self, True};
 use super::{Label, Simulated, ride, session, truth_rows, tyre_truth};
-use crate::rows::TruthSegment;
-use crate::schema::Table;
-use crate::session::{Meta, Session};
-use crate::table;
+use crate::contract::schema::Table;
+use crate::contract::session::{Meta, Session};
+use crate::tables::file;
+use crate::tables::rows::TruthSegment;
 
 /// One session with its truth.
 #[derive(Debug)]
@@ -38,15 +38,15 @@ pub fn schema_of(kind: &str) -> &'static str {
 fn batch<R: Serialize>(
     kind: &'static str,
     rows: &[R],
-) -> Result<(&'static str, RecordBatch), table::Error> {
-    Ok((kind, table::batch(&Table::embedded(schema_of(kind)), rows)?))
+) -> Result<(&'static str, RecordBatch), file::Error> {
+    Ok((kind, file::batch(&Table::embedded(schema_of(kind)), rows)?))
 }
 
 /// A session of the reduced-order motorcycle.
 ///
 /// # Errors
 /// A row does not fit its schema: our own mistake.
-pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, table::Error> {
+pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::Error> {
     let meta = &simulated.session.meta;
     let coefficients = truth_rows(meta, &truth::coefficients(&machine.plant, &simulated));
     let segments = segment_rows(meta, &simulated.labels);
@@ -58,7 +58,7 @@ pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, table:
 ///
 /// # Errors
 /// As [`of_fleet`].
-pub fn of_tour(coefficients: &[True], ridden: ride::Ridden) -> Result<Known, table::Error> {
+pub fn of_tour(coefficients: &[True], ridden: ride::Ridden) -> Result<Known, file::Error> {
     let meta = &ridden.session.meta;
     let truth = vec![
         batch("coefficients", &truth_rows(meta, coefficients))?,
@@ -73,10 +73,7 @@ pub fn of_tour(coefficients: &[True], ridden: ride::Ridden) -> Result<Known, tab
 ///
 /// # Errors
 /// As [`of_fleet`].
-pub fn of_motocross(
-    scenario: &Motocross,
-    ridden: motocross::Ridden,
-) -> Result<Known, table::Error> {
+pub fn of_motocross(scenario: &Motocross, ridden: motocross::Ridden) -> Result<Known, file::Error> {
     let segments = segment_rows(&ridden.session.meta, &ridden.labels);
     let forces = motocross::truth_rows(&ridden, scenario.truth_rate);
     let truth = vec![batch("segments", &segments)?, batch("offroad", &forces)?];
@@ -148,7 +145,7 @@ impl Rideable {
     ///
     /// # Errors
     /// As [`of_fleet`].
-    pub fn ride(&self, number: usize) -> Result<(Known, String), table::Error> {
+    pub fn ride(&self, number: usize) -> Result<(Known, String), file::Error> {
         match self {
             Rideable::Fleet(s) => {
                 let machine = s.machine(number / s.fleet.sessions_per_bike.max(1));

@@ -19,13 +19,13 @@ use super::manoeuvre::Manoeuvre;
 use super::rider::Disturbance;
 use super::sensors::Sensors;
 use super::text_with_key;
-use crate::bike::Bike;
-use crate::channel::Channel;
-use crate::model::departure::Departure;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::schema::KeyTable;
+use crate::effects::model_error::ModelError;
 use crate::model::tir;
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road};
-use crate::schema::KeyTable;
 
 /// Built-in rides by name.
 pub const BUILTIN: &[(&str, &str)] = &[
@@ -89,7 +89,7 @@ pub struct Tour {
     /// The inertial unit; `None` is a perfect one.
     pub imu: Option<Imu>,
     /// What brakes and sensors have beyond that; tyres, road and air have theirs in them.
-    pub departure: Departure,
+    pub departure: ModelError,
     /// Unsteadiness of rider, pads and air.
     pub disturbance: Disturbance,
     /// The motorcycle on its road.
@@ -162,7 +162,7 @@ impl Tour {
             wind: file.wind,
             sensors: file.sensors,
             imu: file.imu,
-            departure: Departure::default(),
+            departure: ModelError::default(),
             disturbance: Disturbance::default(),
             bike,
             model: Model::new(motorcycle, file.road),

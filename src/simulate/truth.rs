@@ -7,7 +7,7 @@
 use super::Simulated;
 use super::motorcycle::Plant;
 use crate::GRAVITY;
-use crate::bike::Axle;
+use crate::contract::bike::Axle;
 use crate::estimate::signals::Signals;
 use crate::fit::cornering;
 use crate::model::tyre::trail_0;

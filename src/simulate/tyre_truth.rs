@@ -4,11 +4,11 @@
 //! load, as a bench would. `c1`, `c3` and `ct` belong to a ride and are not given.
 
 use super::truth::True;
-use crate::bike::Axle;
-use crate::fit::search;
+use crate::contract::bike::Axle;
 use crate::model::tyre::Input;
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::Model;
+use crate::statistics::search;
 
 /// The paper's coefficients of one tyre at a load, by central differences about rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

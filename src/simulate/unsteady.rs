@@ -1,12 +1,12 @@
 //! What a ride on the multibody motorcycle has beyond machine, road and rider's wish: gusts, pads that
-//! bite anew at every stop, hands that tremble; and the brakes of a [`Departure`].
+//! bite anew at every stop, hands that tremble; and the brakes of a [`ModelError`].
 
 use super::programme::Controls;
-use super::random::{Coloured, Random};
 use super::rider::Disturbance;
 use crate::GRAVITY;
-use crate::model::departure::{BrakeHistory, Departure};
+use crate::effects::model_error::{BrakeHistory, ModelError};
 use crate::motorcycle::{Action, Motorcycle};
+use crate::statistics::random::{Coloured, Random};
 
 /// Gusts are those of a ride at this speed or more, m/s.
 const BREEZE: f64 = 5.0;
@@ -15,7 +15,7 @@ const BREEZE: f64 = 5.0;
 #[derive(Debug)]
 pub struct Unsteady {
     disturbance: Disturbance,
-    departure: Departure,
+    departure: ModelError,
     wind: [f64; 2],
     mass: f64,
     drag: f64,
@@ -33,7 +33,7 @@ impl Unsteady {
     pub fn new(
         motorcycle: &Motorcycle,
         disturbance: Disturbance,
-        departure: Departure,
+        departure: ModelError,
         wind: [f64; 2],
         mut random: Random,
         period: f64,

@@ -2,12 +2,12 @@
 //! undoes it.
 
 use assert_cmd::Command;
+use roadbench::contract::session::Session;
 use roadbench::diagnose::advice::{ALIKE, Advice, known, sets};
-use roadbench::diagnose::effects::{ALL, Effect};
 use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::ride::{self, Diagnosis, Fitted, Settings};
+use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
-use roadbench::session::Session;
 use roadbench::simulate;
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::plan::{Plan, PlanKind};

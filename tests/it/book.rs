@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::diagnose::effects::ALL;
-use roadbench::schema::{self, Column, Key, KeyTable, Table};
+use roadbench::contract::schema::{self, Column, Key, KeyTable, Table};
+use roadbench::effects::ALL;
 
 fn book(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src").join(path)

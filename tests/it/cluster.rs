@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use roadbench::batch::cluster::{Answer, Driver, Task, Terms, Worker};
+use roadbench::batch::distributed::{Answer, Driver, Task, Terms, Worker};
 use roadbench::batch::plan::{self, BikeFile};
 use roadbench::batch::{self, Error, Maps, Settings, Stages, State, alone};
 use roadbench::pipeline::Pipeline;
-use roadbench::table;
+use roadbench::tables::file;
 
 fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive")
@@ -164,7 +164,7 @@ fn a_session_in_memory_is_what_is_written() {
     assert_eq!(tables.len(), written.len());
     for (name, batch) in tables {
         let file = PathBuf::from(name).join("bike=archive_01/archive_s0001.parquet");
-        let bytes = table::batch_to_bytes(name, &batch).expect("encoded");
+        let bytes = file::batch_to_bytes(name, &batch).expect("encoded");
         assert_eq!(written.get(&file), Some(&bytes), "{name}");
     }
 }

@@ -8,12 +8,12 @@ use std::time::Instant;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use roadbench::batch::{self, Finished, Maps, Settings, Stages, Watch};
-use roadbench::channel::Channel;
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::{Meta, Session};
 use roadbench::ingest::foreign::Aids;
 use roadbench::ingest::survey::survey;
 use roadbench::ingest::{self, write_session};
 use roadbench::pipeline::Pipeline;
-use roadbench::session::{Meta, Session};
 
 use crate::racing_files;
 

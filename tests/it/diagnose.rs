@@ -3,20 +3,20 @@
 
 use std::path::Path;
 
-use roadbench::bike::Bike;
-use roadbench::channel::Channel;
+use roadbench::contract::bike::Bike;
+use roadbench::contract::channel::Channel;
 use roadbench::diagnose::base;
-use roadbench::diagnose::effects::{ALL, Effect};
-use roadbench::diagnose::model::Model;
 use roadbench::diagnose::name::Verdict;
+use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::ride::{self, Diagnosis, Settings, diagnose};
 use roadbench::diagnose::samples::Samples;
-use roadbench::diagnose::world::World;
-use roadbench::estimate::{Formulation, zeros};
+use roadbench::effects::extended_model::Model;
+use roadbench::effects::{ALL, Effect};
 use roadbench::fit::chain::{self, Data};
 use roadbench::pipeline::{self, Pipeline};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::scenario::Scenario;
+use roadbench::{estimate::zeros, model::formulation::Formulation};
 use roadbench::{filter, segment};
 
 /// A naturalistic ride with some effects in it.
@@ -66,7 +66,7 @@ fn the_base_is_the_generating_model() {
     let data = Data::gather(&filtered, &segments, &machine.bike, zeros, &pipeline.estimate);
     let solution = chain::solve(&data, &machine.bike, Formulation::Corrected, &pipeline.fit);
     let samples = Samples::gather(&session, &segments);
-    let fitted = base::fit(&samples, &World::new(&machine.bike, &solution)).world;
+    let fitted = base::fit(&samples, &Parameters::new(&machine.bike, &solution)).world;
     let plant = &machine.plant;
     for (name, got, truth, most) in [
         ("drag", fitted.drag, plant.drag, 0.01),
@@ -114,7 +114,7 @@ fn two_hidden_effects_are_both_named_with_their_sizes() {
         .expect("structured");
     assert!(worst.rmse_extended.expect("extended") < 0.6 * worst.rmse_base, "{worst:?}");
     // and the simulator itself comes closer to what was measured
-    let off = |of: fn(&roadbench::rows::ReplaySample) -> Option<f64>| -> f64 {
+    let off = |of: fn(&roadbench::tables::rows::ReplaySample) -> Option<f64>| -> f64 {
         let steer =
             d.replays.iter().filter(|r| r.channel == "steer_angle" && r.kind == "cornering");
         let squares: Vec<f64> =

@@ -1,15 +1,15 @@
 //! Off-road `roadbench diagnose` on simulated motocross that hides one thing, two, or nothing.
 
-use roadbench::channel::Channel;
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::Session;
 use roadbench::diagnose::offroad::{Diagnosis, diagnose};
 use roadbench::estimate::offroad::rider::{self, Rider};
 use roadbench::estimate::offroad::{self, Config};
 use roadbench::filter;
 use roadbench::pipeline::Pipeline;
-use roadbench::rows::CauseRow;
-use roadbench::session::Session;
 use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
 use roadbench::simulate::motocross::{self, Ridden};
+use roadbench::tables::rows::CauseRow;
 
 const NULLS: usize = 12;
 

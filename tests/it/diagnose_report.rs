@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
+use roadbench::contract::schema::Table;
 use roadbench::report;
-use roadbench::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
-use roadbench::schema::Table;
-use roadbench::table;
+use roadbench::tables::file;
+use roadbench::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
 
 const HOSTILE: &str = "</script><b onmouseover=alert(1)>&\"'";
 
@@ -217,19 +217,18 @@ fn unexplained() -> Ride {
 }
 
 fn store(out: &Path, mut ride: Ride, replays: bool) {
-    let file = roadbench::batch::names::file_name(&ride.ident.session_id);
+    let file = roadbench::tables::names::file_name(&ride.ident.session_id);
     let path = |name: &str| out.join(name).join(format!("bike=tourer/{file}.parquet"));
     for (k, row) in ride.causes.iter_mut().enumerate() {
         (row.ident, row.rank) = (ride.ident.clone(), k as i64 + 1);
     }
     ride.discrepancies.iter_mut().for_each(|r| r.ident = ride.ident.clone());
     ride.replays.iter_mut().for_each(|r| r.ident = ride.ident.clone());
-    table::write(&path("causes"), &Table::embedded("causes"), &ride.causes).expect("causes");
-    table::write(&path("discrepancies"), &Table::embedded("discrepancies"), &ride.discrepancies)
+    file::write(&path("causes"), &Table::embedded("causes"), &ride.causes).expect("causes");
+    file::write(&path("discrepancies"), &Table::embedded("discrepancies"), &ride.discrepancies)
         .expect("discrepancies");
     if replays {
-        table::write(&path("replays"), &Table::embedded("replays"), &ride.replays)
-            .expect("replays");
+        file::write(&path("replays"), &Table::embedded("replays"), &ride.replays).expect("replays");
     }
 }
 

@@ -14,15 +14,15 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use roadbench::batch::{self, Maps, Settings, Stages};
-use roadbench::channel::Channel::{self, *};
+use roadbench::contract::channel::Channel::{self, *};
+use roadbench::contract::session::Session;
 use roadbench::ingest::write_session;
 use roadbench::pipeline::Pipeline;
 use roadbench::report::tables;
-use roadbench::rows::{Coefficient, Status};
-use roadbench::session::Session;
 use roadbench::simulate::plan::{Plan, PlanKind};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::simulate::session;
+use roadbench::tables::rows::{Coefficient, Status};
 
 /// What must become of a log.
 enum Fate {
@@ -206,7 +206,7 @@ impl Tables {
         for c in tables::coefficients(out).expect("coefficients") {
             coefficients.entry(c.ident.session_id.clone()).or_default().push(c);
         }
-        let why = |r: roadbench::rows::Rejected| (stem(&r.path), (r.code, r.message));
+        let why = |r: roadbench::tables::rows::Rejected| (stem(&r.path), (r.code, r.message));
         Tables { rejected: rejected.into_iter().map(why).collect(), warnings, coefficients }
     }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command as Process;
 
 use assert_cmd::Command;
-use roadbench::bike::{Axle, Bike};
+use roadbench::contract::bike::{Axle, Bike};
 use roadbench::export::fitted::Fitted;
 use roadbench::export::tyre::{Characterised, Setting};
 use roadbench::model::tyre::Input;

@@ -4,11 +4,11 @@ use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
-use roadbench::fit::bisquare::{self, Options, Start};
-use roadbench::fit::cluster::{self, Scores};
-use roadbench::fit::interval;
-use roadbench::fit::loss::TUNING;
-use roadbench::fit::nonlinear::{self, Model};
+use roadbench::statistics::bisquare::{self, Options, Start};
+use roadbench::statistics::cluster_covariance::{self, Scores};
+use roadbench::statistics::interval;
+use roadbench::statistics::loss::TUNING;
+use roadbench::statistics::nonlinear::{self, Model};
 
 /// Columns of a file of `fixtures/reference`.
 fn columns(name: &str) -> Vec<Vec<f64>> {
@@ -353,7 +353,7 @@ fn coverage(groups: usize, rounds: usize) -> ([f64; 3], [f64; 3]) {
             psi_derivatives: Some(&fit.psi_derivatives),
             clusters: &clusters,
         };
-        let v = cluster::sandwich(&scores).expect("covariance");
+        let v = cluster_covariance::sandwich(&scores).expect("covariance");
         for (j, se) in v.std_errors().into_iter().enumerate() {
             let half = interval::t95(v.dof[j]) * se;
             inside[j] += usize::from((fit.coefficients[j] - truth[j]).abs() <= half);
@@ -361,7 +361,7 @@ fn coverage(groups: usize, rounds: usize) -> ([f64; 3], [f64; 3]) {
         }
     }
     let share = inside.map(|k| k as f64 / rounds as f64);
-    (share, widths.map(|mut w| roadbench::fit::loss::median(&mut w)))
+    (share, widths.map(|mut w| roadbench::statistics::loss::median(&mut w)))
 }
 
 #[test]

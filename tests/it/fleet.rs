@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::bike::Bike;
-use roadbench::estimate::{Config, Formulation, zeros};
+use roadbench::contract::bike::Bike;
 use roadbench::fit;
 use roadbench::fit::chain::{ALL, Data, solve};
 use roadbench::fit::coefficients::name;
@@ -11,10 +10,14 @@ use roadbench::fleet::events::Kind;
 use roadbench::fleet::{self, Observation};
 use roadbench::ingest::write_session;
 use roadbench::pipeline::{self, Input, Pipeline};
-use roadbench::rows::Status;
-use roadbench::simulate::random::Random;
 use roadbench::simulate::scenario::Scenario;
 use roadbench::simulate::session;
+use roadbench::statistics::random::Random;
+use roadbench::tables::rows::Status;
+use roadbench::{
+    estimate::{Config, zeros},
+    model::formulation::Formulation,
+};
 use roadbench::{filter, segment};
 
 /// Every coefficient of one noiseless simulated session, fitted with each of some bike files.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
-use roadbench::channel::Channel;
+use roadbench::contract::channel::Channel;
 use roadbench::ingest::map::ChannelMap;
 use roadbench::ingest::{self, Raw, Track};
 use roadbench::pipeline::Pipeline;

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use proptest::prelude::*;
-use roadbench::channel::Channel;
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::{Meta, Session};
+use roadbench::contract::warning::Warning;
 use roadbench::ingest::map::ChannelMap;
 use roadbench::ingest::{self, Config, Raw, Track};
-use roadbench::session::{Meta, Session};
-use roadbench::warning::Warning;
 
 const NAN: f64 = f64::NAN;
 
@@ -378,7 +378,7 @@ mod columns {
             .expect("fits");
         let folder = folder();
         let path = folder.path().join("bike=b7").join("date=2025-01-02").join("s 9.parquet");
-        roadbench::table::write_batch(&path, &batch).expect("written");
+        roadbench::tables::file::write_batch(&path, &batch).expect("written");
         (folder, path)
     }
 

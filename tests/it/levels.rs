@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::diagnose::effects::Effect;
 use roadbench::diagnose::levels::{self, Say};
 use roadbench::diagnose::ride::{Settings, diagnose};
+use roadbench::effects::Effect;
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate;
 use roadbench::simulate::hidden::{Case, Kind};

@@ -7,23 +7,23 @@ use arrow::array::{Array, AsArray};
 use arrow::datatypes::Float64Type;
 
 use roadbench::GRAVITY;
-use roadbench::bike::Bike;
-use roadbench::channel::Channel;
-use roadbench::estimate::offroad::equations::Motion;
-use roadbench::estimate::offroad::machine::Machine;
+use roadbench::contract::bike::Bike;
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::Session;
+use roadbench::contract::warning::Warning;
 use roadbench::estimate::offroad::rider::Rider;
 use roadbench::estimate::offroad::solve::{BRAKING, RowWeights, Solver};
 use roadbench::estimate::offroad::weights::Weights;
 use roadbench::estimate::offroad::{self, Config, Estimate};
 use roadbench::filter;
+use roadbench::model::offroad::equations::Motion;
+use roadbench::model::offroad::machine::Machine;
 use roadbench::pipeline::{self, Input, Outcome, Pipeline};
-use roadbench::rows::Status;
 use roadbench::segment::Kind;
-use roadbench::session::Session;
 use roadbench::simulate::motocross::machine::{Levers, Plant, Touching};
 use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
 use roadbench::simulate::motocross::{self, Ridden, pilot};
-use roadbench::warning::Warning;
+use roadbench::tables::rows::Status;
 
 fn scenario() -> Motocross {
     Motocross::load("motocross").expect("scenario").expect("built in")

@@ -1,12 +1,12 @@
 //! The off-road equations and riders against `fixtures/reference/offroad_reference.json`: numbers
 //! from an independent symbolic derivation, evaluated with 50 digits.
 
-use roadbench::estimate::offroad::chain::{Chain, Run, lever};
-use roadbench::estimate::offroad::equations::{Equations, Motion, Parameters};
 use roadbench::estimate::offroad::nnls;
 use roadbench::estimate::offroad::rider::a::{Instant, Standing};
 use roadbench::estimate::offroad::rider::{Body, b, c};
 use roadbench::estimate::offroad::weights::Weights;
+use roadbench::model::offroad::chain::{Chain, Run, lever};
+use roadbench::model::offroad::equations::{Equations, Motion, Parameters};
 use serde_json::Value;
 
 const G: f64 = 9.80665;

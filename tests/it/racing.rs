@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use roadbench::channel::Channel;
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::{Meta, Session};
 use roadbench::ingest::map::ChannelMap;
 use roadbench::ingest::{self, Config, Raw};
 use roadbench::pipeline::Pipeline;
-use roadbench::session::{Meta, Session};
 
 use crate::racing_files::{self as files, DIGITS};
 

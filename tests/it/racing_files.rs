@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 use std::io::Cursor;
 
 use motec_i2::{ChannelMetadata, Datatype, Header, LDWriter, Sample};
-use roadbench::channel::Channel;
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::Session;
 use roadbench::ingest::map::{self, ChannelMap, Entry};
 use roadbench::ingest::yaw::trace_angle;
-use roadbench::session::Session;
 
 /// Digits after the point in every text.
 pub const DIGITS: usize = 5;

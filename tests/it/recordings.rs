@@ -11,7 +11,7 @@ use assert_cmd::Command;
 use roadbench::batch::{self, Maps, Settings, Stages};
 use roadbench::pipeline::Pipeline;
 use roadbench::report::tables;
-use roadbench::rows::{Coefficient, Status};
+use roadbench::tables::rows::{Coefficient, Status};
 
 const LOGS: [&str; 7] = [
     "emoto_kiro/KIRO_4.txt",

@@ -3,15 +3,21 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use roadbench::estimate::{Config, Formulation, zeros};
 use roadbench::fit::chain::{ALL, Data, Solution, place, solve};
 use roadbench::fit::coefficients::{self, name};
 use roadbench::fit::friction::Rows;
-use roadbench::fit::{self, clustered, coasting, cornering};
-use roadbench::rows::{Coefficient, Status};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::{Simulated, session, truth};
+use roadbench::tables::rows::{Coefficient, Status};
+use roadbench::{
+    estimate::{Config, zeros},
+    model::formulation::Formulation,
+};
 use roadbench::{filter, segment};
+use roadbench::{
+    fit::{self, coasting, cornering},
+    statistics::clustered_fit,
+};
 
 /// Everything of one simulated session.
 struct Study {
@@ -113,7 +119,7 @@ fn without_a_lateral_velocity_friction_and_overturning_are_still_there() {
     let machine = scenario.machine(0);
     let simulated = session(&scenario, &machine, 0);
     let mut log = simulated.session.clone();
-    log.remove(roadbench::channel::Channel::VelocityY);
+    log.remove(roadbench::contract::channel::Channel::VelocityY);
     filter::run(&mut log, &filter::Config::default());
     let segments = segment::run(&log, &machine.bike, &segment::Config::default());
     let zeros = zeros::run(&log, &machine.bike).0;
@@ -226,7 +232,7 @@ fn thirty_per_cent_gross_outliers_move_no_fit_by_three_per_cent() {
     let mut moment = moment.clone();
     spoil(&mut moment, 500.0);
     let floor = cornering::MOMENT_FLOOR * study.machine.bike.mass * roadbench::GRAVITY;
-    let again = clustered::fit(&[lever], &moment, clusters, floor).expect("fit");
+    let again = clustered_fit::fit(&[lever], &moment, clusters, floor).expect("fit");
     close("overturning", &fits.overturning.as_ref().expect("fit").theta, &again.theta, 0.0);
     // the friction curve, over the ridden slip
     for k in 0..2 {

@@ -4,14 +4,14 @@
 use std::path::Path;
 
 use crate::page;
+use roadbench::contract::schema::Table;
 use roadbench::report;
 use roadbench::report::publish::{self, Format};
-use roadbench::rows::{
+use roadbench::tables::file;
+use roadbench::tables::rows::{
     Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance, RatioRow,
     SessionRow, Status,
 };
-use roadbench::schema::Table;
-use roadbench::table;
 
 const HOSTILE: &str = "</script><b onmouseover=alert(1)>|@all";
 
@@ -35,7 +35,7 @@ fn ridden(i: usize) -> (&'static str, String, String, &'static str, f64) {
 
 fn generate(out: &Path) {
     let write =
-        |name: &str, file: &str, write: &dyn Fn(&Path, &Table) -> Result<(), table::Error>| {
+        |name: &str, file: &str, write: &dyn Fn(&Path, &Table) -> Result<(), file::Error>| {
             write(&out.join(name).join(file), &Table::embedded(name)).expect(name);
         };
     let mut pooled = Vec::new();
@@ -128,12 +128,10 @@ fn generate(out: &Path) {
             ..Manoeuvre::default()
         };
         let file = format!("bike={}/s{i}.parquet", i / 6);
-        write("sessions", &file, &|p, t| table::write(p, t, std::slice::from_ref(&session)));
-        write("coefficients", &file, &|p, t| {
-            table::write(p, t, std::slice::from_ref(&coefficient))
-        });
-        write("manoeuvres", &file, &|p, t| table::write(p, t, std::slice::from_ref(&manoeuvre)));
-        write("plots", &file, &|p, t| table::write(p, t, &points));
+        write("sessions", &file, &|p, t| file::write(p, t, std::slice::from_ref(&session)));
+        write("coefficients", &file, &|p, t| file::write(p, t, std::slice::from_ref(&coefficient)));
+        write("manoeuvres", &file, &|p, t| file::write(p, t, std::slice::from_ref(&manoeuvre)));
+        write("plots", &file, &|p, t| file::write(p, t, &points));
     }
     let fleet: Vec<FleetRow> = ["one", HOSTILE]
         .into_iter()
@@ -167,10 +165,10 @@ fn generate(out: &Path) {
         false_alarm_rate: 0.01,
         reason: "only the rear tyre's coefficients moved, and stayed".into(),
     };
-    write("fleet", "fleet.parquet", &|p, t| table::write(p, t, &fleet));
-    write("fleet_pooled", "fleet_pooled.parquet", &|p, t| table::write(p, t, &pooled));
+    write("fleet", "fleet.parquet", &|p, t| file::write(p, t, &fleet));
+    write("fleet_pooled", "fleet_pooled.parquet", &|p, t| file::write(p, t, &pooled));
     write("fleet_events", "fleet_events.parquet", &|p, t| {
-        table::write(p, t, std::slice::from_ref(&event))
+        file::write(p, t, std::slice::from_ref(&event))
     });
     let ratio = |bike: &str, ends: Option<(f64, f64)>| RatioRow {
         bike_id: bike.into(),
@@ -187,7 +185,7 @@ fn generate(out: &Path) {
         ..RatioRow::default()
     };
     let ratios = [ratio("one", Some((0.0312, 0.0551))), ratio(HOSTILE, None)];
-    write("fleet_ratios", "fleet_ratios.parquet", &|p, t| table::write(p, t, &ratios));
+    write("fleet_ratios", "fleet_ratios.parquet", &|p, t| file::write(p, t, &ratios));
 }
 
 #[test]

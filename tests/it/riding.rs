@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use assert_cmd::prelude::*;
-use roadbench::bike::Axle;
-use roadbench::channel::Channel;
+use roadbench::contract::bike::Axle;
+use roadbench::contract::channel::Channel;
 use roadbench::ingest::write_session;
 use roadbench::model::custom::Custom;
 use roadbench::motorcycle::Motorcycle;

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
 use roadbench::batch::{self, Error, Maps, Run, Settings, State, Watch, Work};
-use roadbench::bike::Bike;
+use roadbench::contract::bike::Bike;
+use roadbench::contract::session::Meta;
 use roadbench::ingest;
 use roadbench::ingest::map::ChannelMap;
 use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
-use roadbench::rows::{Coefficient, Ident, PlotPoint, Provenance, SessionRow, Status};
-use roadbench::session::Meta;
+use roadbench::tables::rows::{Coefficient, Ident, PlotPoint, Provenance, SessionRow, Status};
 
 pub const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_height = 0.62\n\
     caster_angle = 0.43\n[front]\nradius = 0.3\nwidth = 0.12\n[rear]\nradius = 0.31\nwidth = 0.18\n";
@@ -146,8 +146,8 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
             })
             .collect(),
         signals: input.signals.then(|| {
-            let table = roadbench::schema::Table::embedded("plots");
-            roadbench::table::batch::<PlotPoint>(&table, &[]).expect("empty batch")
+            let table = roadbench::contract::schema::Table::embedded("plots");
+            roadbench::tables::file::batch::<PlotPoint>(&table, &[]).expect("empty batch")
         }),
     }
 }

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::bike::Bike;
-use roadbench::channel::Channel;
+use roadbench::contract::bike::Bike;
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::{Meta, Session};
 use roadbench::filter;
 use roadbench::ingest;
 use roadbench::segment::{self, Direction, Kind, Segment};
-use roadbench::session::{Meta, Session};
 use roadbench::simulate::{self, Simulated, scenario::Scenario};
 
 /// Seconds found right, found, true; by kind.

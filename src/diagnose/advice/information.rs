@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::base::Base;
 use super::super::problem::{Linear, Problem};
 use super::super::samples::{BLOCK, Samples};
-use super::super::world::{Parameter, World};
+use crate::diagnose::parameters::{Parameter, Parameters};
 
 /// Standard deviations at which about half of the effects are named.
 const LIMIT: f64 = 3.3;
@@ -26,7 +26,12 @@ pub struct Curvature {
 
 impl Curvature {
     /// That of samples in a world; `parameters` are the base's and then the effects'.
-    pub fn of(samples: &Samples, base: &Base, world: &World, parameters: &[Parameter]) -> Self {
+    pub fn of(
+        samples: &Samples,
+        base: &Base,
+        world: &Parameters,
+        parameters: &[Parameter],
+    ) -> Self {
         let problem = Problem::new(samples, &base.start, base.sigma, parameters);
         let linear: Linear = problem.linear(world);
         let p = parameters.len();

@@ -9,17 +9,17 @@
 use rayon::prelude::*;
 
 use super::base::{self, Base};
-use super::effects::Effect;
+use super::parameters::{BASE, Parameter, Parameters};
 use super::replay;
 use super::residuals::blocks;
 use super::samples::Samples;
-use super::world::{BASE, Parameter, World};
-use crate::bike::Bike;
+use crate::contract::bike::Bike;
+use crate::contract::session::{Meta, Session};
+use crate::effects::Effect;
 use crate::pipeline::Pipeline;
-use crate::session::{Meta, Session};
 use crate::simulate;
-use crate::simulate::random::Random;
 use crate::simulate::rider::Disturbance;
+use crate::statistics::random::Random;
 use crate::{filter, segment};
 
 pub mod information;
@@ -89,7 +89,7 @@ impl Advice {
         let own = Curvature::of(samples, &best, &best.world, &parameters);
         let later = session.duration();
         // the simulated sensors have no zeros
-        let world = World {
+        let world = Parameters {
             yaw_rate_zero: 0.0,
             ay_zero: 0.0,
             ax_zero: 0.0,
@@ -156,7 +156,7 @@ fn quiet(samples: &Samples, best: &Base) -> Base {
 fn ridden(
     set: &Set,
     session: &Session,
-    world: &World,
+    world: &Parameters,
     bike: &Bike,
     pipeline: &Pipeline,
     later: f64,

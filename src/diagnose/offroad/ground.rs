@@ -12,8 +12,8 @@
 //! along:  cos phi D + sin phi N, a radius below it
 //! ```
 
-use crate::estimate::offroad::equations::{Equations, Matrices};
 use crate::estimate::offroad::kinematics::Kinematics;
+use crate::model::offroad::equations::{Equations, Matrices};
 
 /// Largest angle between ground and chassis that is believed, rad.
 const STEEPEST: f64 = 0.7;

@@ -26,18 +26,18 @@ pub mod uncertain;
 
 use std::path::Path;
 
-use crate::bike::Bike;
-use crate::channel::Channel;
-use crate::estimate::offroad::equations::Motion;
-use crate::estimate::offroad::machine::{Machine, Noise};
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::estimate::offroad::rider::{self, Rider};
 use crate::estimate::offroad::{self as estimate, Estimate};
 use crate::ingest::map::ChannelMap;
+use crate::model::offroad::equations::Motion;
+use crate::model::offroad::machine::{Machine, Noise};
 use crate::pipeline::{Pipeline, Rejection};
-use crate::rows::{CauseRow, DiscrepancyRow, Ident};
 use crate::segment::offroad::Ride as Plan;
-use crate::session::Session;
-use crate::warning::Warning;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 use crate::{filter, ingest, segment};
 
 use fit::{Fit, Problem, long_run, weights};

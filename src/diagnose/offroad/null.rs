@@ -19,7 +19,7 @@ use super::effects::ALL;
 use super::fit::{Linear, Problem, median};
 use super::residuals::{CHANNELS, Residuals};
 use crate::segment::Kind;
-use crate::simulate::random::Random;
+use crate::statistics::random::Random;
 
 /// Share of the nulls whose largest score lies below the threshold.
 const QUANTILE: f64 = 0.95;

@@ -20,9 +20,9 @@ use std::ops::Range;
 use super::ground;
 use crate::GRAVITY;
 use crate::estimate::offroad::Estimate;
-use crate::estimate::offroad::equations::Matrices;
-use crate::estimate::offroad::machine::Machine;
 use crate::estimate::offroad::rider;
+use crate::model::offroad::equations::Matrices;
+use crate::model::offroad::machine::Machine;
 use crate::segment::{Kind, Segment};
 
 /// Samples per second that the residuals are made from.

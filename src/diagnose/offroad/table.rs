@@ -5,10 +5,10 @@ use super::fit::{Fit, Problem};
 use super::name::{Cause, FOLDS, Naming, Verdict};
 use super::null::{Calibration, rms};
 use super::residuals::{CHANNELS, Residuals};
-use crate::diagnose::null::correlation;
+use crate::contract::warning::Warning;
+use crate::diagnose::null_calibration::correlation;
 use crate::estimate::offroad::Estimate;
-use crate::rows::{CauseRow, DiscrepancyRow, Ident};
-use crate::warning::Warning;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// How much more than every null a structured residual is.
 const MORE: f64 = 1.25;

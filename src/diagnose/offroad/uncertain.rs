@@ -8,9 +8,9 @@
 
 use super::residuals::Residuals;
 use crate::GRAVITY;
-use crate::bike::Bike;
+use crate::contract::bike::Bike;
 use crate::estimate::offroad::Estimate;
-use crate::estimate::offroad::machine::Machine;
+use crate::model::offroad::machine::Machine;
 
 /// Key, standard uncertainty as a share of the number, the same in its unit.
 const KEYS: &[(&str, f64, f64)] = &[

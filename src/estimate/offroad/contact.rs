@@ -14,8 +14,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::kinematics::Kinematics;
-use super::machine::Machine;
 use crate::GRAVITY;
+use crate::model::offroad::machine::Machine;
 
 /// Settings of the detection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

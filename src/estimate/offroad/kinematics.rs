@@ -24,12 +24,12 @@
 //! not, the rows of the equations that hang on it are [`Kinematics::lost`].
 
 use crate::GRAVITY;
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::filter::{derivative, high_cut, integral, remove_slow, runs};
-use crate::session::Session;
-use crate::warning::Warning;
 
-use super::machine::Machine;
+use crate::model::offroad::machine::Machine;
 
 /// Window of the FIR derivatives, s: a 20 Hz motion loses 0.6 % in it.
 const WINDOW: f64 = 0.02;
@@ -496,7 +496,7 @@ fn accelerometers(column: &Columns<'_>, mu: &[f64], notes: &mut Notes) -> Specif
     })
 }
 
-impl super::machine::Sensors {
+impl crate::model::offroad::machine::Sensors {
     /// Inertial unit, head, tail.
     pub fn places(&self) -> [[f64; 2]; 3] {
         [self.imu, self.head, self.tail]

@@ -13,12 +13,9 @@
 //! Source: Vasquez, Lot, Rustighi, Pegoraro (2019), "Rider model for the estimation of tyre forces
 //! in off-road motorcycles", with the corrections of `offroad.md`.
 
-pub mod chain;
 pub mod contact;
 pub mod curve;
-pub mod equations;
 pub mod kinematics;
-pub mod machine;
 pub mod nnls;
 pub mod rider;
 pub mod solve;
@@ -29,14 +26,14 @@ pub mod weights;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bike::Bike;
-use crate::session::Session;
-use crate::warning::Warning;
+use crate::contract::bike::Bike;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 
-use chain::Chain;
+use crate::model::offroad::chain::Chain;
+use crate::model::offroad::machine::Machine;
 use contact::Contact;
 use kinematics::Kinematics;
-use machine::Machine;
 use rider::{Base, Forces, Rider};
 use solve::{Solver, TyreForces};
 

@@ -13,13 +13,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::contact::Contact;
-use super::equations::Motion;
 use super::kinematics::Kinematics;
-use super::machine::Machine;
 use super::nnls;
 use super::rider::Forces;
 use super::weights::{Weights, determined};
 use crate::GRAVITY;
+use crate::model::offroad::equations::Motion;
+use crate::model::offroad::machine::Machine;
 
 /// Which rows count how much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -1,12 +1,12 @@
 //! What a segment's forces come to: peak, mean and spread of each, flights and landings, load
 //! transfer, and how much of the load each tyre's grip was worth.
 
-use crate::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
 use crate::segment::{Kind, Segment};
+use crate::tables::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
 
 use super::Estimate;
 use super::solve::TyreForces;
-use crate::fit::interval::t95;
+use crate::statistics::interval::t95;
 
 /// A longitudinal force smaller than this engages no friction worth the name, N.
 const ENGAGED: f64 = 100.0;

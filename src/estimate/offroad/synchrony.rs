@@ -5,13 +5,13 @@
 //! from the tail (or the inertial unit) and the pitch. The lag at which the two agree best is the
 //! lag between the loggers.
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
 use crate::filter::{derivative, remove_slow, runs};
-use crate::session::Session;
-use crate::warning::Warning;
 
 use super::kinematics::Kinematics;
-use super::machine::Machine;
+use crate::model::offroad::machine::Machine;
 
 /// Largest lag that is looked for, s.
 const FARTHEST: f64 = 0.25;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
 
 use super::Estimate;
-use crate::schema::Table;
+use crate::contract::schema::Table;
+use crate::contract::session::Meta;
 use crate::segment::Segment;
-use crate::session::Meta;
 
 /// One batch of every rider's forces and the motion they come from, at about `rate` samples per
 /// second, rider by rider.

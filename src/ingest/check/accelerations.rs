@@ -8,7 +8,7 @@
 use super::Finding;
 use super::view::{Median, View};
 use crate::GRAVITY;
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
 
 /// Accelerations above this are compared, m/s².
 const LEAST: f64 = 1.0;

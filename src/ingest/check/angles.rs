@@ -8,8 +8,8 @@
 use super::view::{Median, View};
 use super::{Error, Finding};
 use crate::GRAVITY;
-use crate::bike::Bike;
-use crate::channel::Channel;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
 
 /// Degrees per radian.
 const DEGREES: f64 = 57.295_78;

@@ -2,8 +2,8 @@
 
 use super::view::{Median, View, quantile};
 use super::{Error, Finding};
-use crate::bike::{Axle, Bike};
-use crate::channel::Channel;
+use crate::contract::bike::{Axle, Bike};
+use crate::contract::channel::Channel;
 
 /// What a channel's number is multiplied by when its unit is another one.
 struct Unit {

@@ -7,8 +7,8 @@
 
 use super::Error;
 use super::view::{FEWEST, View, quantile};
-use crate::bike::Bike;
-use crate::channel::Channel;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
 
 /// A slip difference below this is no evidence: tyres grow with speed.
 const LEAST_SLIP: f64 = 0.004;

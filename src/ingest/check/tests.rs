@@ -8,7 +8,7 @@ use rand_distr::{Distribution, Normal, Uniform};
 
 use super::*;
 use crate::GRAVITY;
-use crate::session::Meta;
+use crate::contract::session::Meta;
 
 const RATE: f64 = 50.0;
 const FRONT: f64 = 0.295;

@@ -1,7 +1,7 @@
 //! A session at a glance: 0.2 s means, and medians over them.
 
-use crate::channel::Channel;
-use crate::session::Session;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
 
 /// Length of a mean, s.
 const BLOCK: f64 = 0.2;

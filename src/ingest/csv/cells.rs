@@ -6,8 +6,8 @@ use std::path::Path;
 use ::csv::{ByteRecord, Reader};
 
 use super::text::decoded;
+use crate::contract::warning::Warning;
 use crate::ingest::{Error, warning};
-use crate::warning::Warning;
 
 /// Share of a column's cells that may be unreadable before the log is refused.
 const BAD_CELLS: f64 = 0.01;

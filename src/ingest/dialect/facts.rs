@@ -1,8 +1,8 @@
 //! What the lines above a table say of the log.
 
+use crate::contract::session::Meta;
+use crate::contract::warning::Warning;
 use crate::ingest::warning;
-use crate::session::Meta;
-use crate::warning::Warning;
 
 /// Which of a source's words mean what.
 #[derive(Debug)]

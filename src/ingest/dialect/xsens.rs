@@ -23,11 +23,11 @@ use std::path::Path;
 use super::facts::{Facts, Words};
 use super::level::{self, Derived};
 use super::{beginning, rate_told, rows};
+use crate::contract::session::Meta;
 use crate::ingest::csv::table::{self, Table};
 use crate::ingest::csv::{cells, clocks, start_time};
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::{Error, Head};
-use crate::session::Meta;
 
 /// Exports of MT Manager.
 #[derive(Debug)]

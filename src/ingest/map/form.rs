@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::{ChannelMap, CsvLayout, Entry, TimeSource, si_unit};
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
+use crate::contract::schema;
+use crate::contract::session::Meta;
 use crate::ingest::foreign::Aids;
 use crate::ingest::units::{self, Conversion};
 use crate::ingest::{READERS, Reader};
-use crate::schema;
-use crate::session::Meta;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

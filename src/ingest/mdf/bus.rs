@@ -49,7 +49,7 @@ pub fn decode(file: &Mf4File, database: &Database, wanted: &[&SourceChannel]) ->
 fn each(
     file: &Mf4File,
     take: &mut dyn FnMut(&Frame<'_>),
-    warnings: &mut Vec<crate::warning::Warning>,
+    warnings: &mut Vec<crate::contract::warning::Warning>,
 ) {
     for group in file.can_frame_groups() {
         match file.can_frames(group) {

@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use falcon_mdf::io::ByteSource;
 
+use crate::contract::warning::Warning;
 use crate::ingest::warning;
-use crate::warning::Warning;
 
 /// Where the first block is.
 const HEADER: u64 = 64;

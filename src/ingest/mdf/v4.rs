@@ -9,10 +9,10 @@ use rayon::prelude::*;
 
 use super::file::Bytes;
 use super::{broken, columns, group_names, unit};
+use crate::contract::warning::Warning;
 use crate::ingest::foreign::{Decoded, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{session_meta, warning};
-use crate::warning::Warning;
 
 /// Records that are decoded at a time.
 const WINDOW: usize = 1 << 16;

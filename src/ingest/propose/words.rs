@@ -1,6 +1,6 @@
 //! What people call the columns of `session.v1`.
 
-use crate::channel::Channel;
+use crate::contract::channel::Channel;
 
 use Channel::*;
 

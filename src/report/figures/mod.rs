@@ -10,10 +10,10 @@ pub mod pack;
 use catalogue::axis;
 pub use catalogue::{Axis, OFFROAD_PLOTS, PANELS, PLOTS, Plot, RIDE_PLOTS};
 
+use crate::contract::schema::Table;
 use crate::report::number::round;
 use crate::report::words;
-use crate::rows::{Manoeuvre, PlotPoint};
-use crate::schema::Table;
+use crate::tables::rows::{Manoeuvre, PlotPoint};
 
 /// The name of the plot that is the time line.
 const TIMELINE: &str = "timeline";

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use serde::Deserialize;
 
 use crate::segment::Kind;
-use crate::simulate::random::Random;
+use crate::statistics::random::Random;
 
 /// One part of a lap, from its entry to the entry of the next.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

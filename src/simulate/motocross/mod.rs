@@ -12,13 +12,13 @@ pub mod pilot;
 pub mod rider;
 pub mod scenario;
 
-use super::random::Random;
 use super::{Label, sensors};
 use crate::GRAVITY;
-use crate::channel::Channel;
-use crate::rows;
+use crate::contract::channel::Channel;
+use crate::contract::session::{Meta, Session};
 use crate::segment::Kind;
-use crate::session::{Meta, Session};
+use crate::statistics::random::Random;
+use crate::tables::rows;
 use machine::{Plant, Response, State};
 use pilot::Decision;
 use scenario::{Motocross, Vibration};

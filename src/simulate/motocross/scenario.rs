@@ -16,12 +16,12 @@ use super::ground::{Ground, Part};
 use super::machine::{Plant, Touching, Tyre};
 use super::passive::Passive;
 use super::rider::Active;
-use crate::bike::Bike;
-use crate::channel::Channel;
-use crate::estimate::offroad::machine::Machine;
-use crate::simulate::random::Random;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::model::offroad::machine::Machine;
 use crate::simulate::sensors::Sensors;
 use crate::simulate::text_with_key;
+use crate::statistics::random::Random;
 
 /// Built-in motocross scenarios by name.
 pub const BUILTIN: &[(&str, &str)] =

@@ -5,8 +5,8 @@
 //! went through the filter with them; so does its column here.
 
 use super::{Curve, Effect, Ride};
-use crate::estimate::offroad::machine::Strut;
 use crate::filter::high_cut;
+use crate::model::offroad::machine::Strut;
 
 /// Coulomb friction of the fork.
 pub const FORK_FRICTION: Effect = Effect {

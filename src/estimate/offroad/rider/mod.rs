@@ -1,7 +1,7 @@
 //! What a standing rider does to the bike: forces at pegs and handlebar.
 //!
 //! Every rider gives the same table: [`Forces`], on the bike, in ground axes (X forward, Z down),
-//! N, for `A_r` of the [`equations`](super::equations). Adding a rider is adding a file, a line in
+//! N, for `A_r` of the [`equations`](crate::model::offroad::equations). Adding a rider is adding a file, a line in
 //! [`Rider`] and one in [`forces`].
 
 use serde::{Deserialize, Serialize};

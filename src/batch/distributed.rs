@@ -1,0 +1,309 @@
+//! The same batch over many machines: one process plans and keeps the accounts, others compute.
+//!
+//! ```text
+//! Driver::open -> terms, a task per log -> Worker::run, anywhere -> answers -> Driver::close
+//! ```
+//!
+//! All of them see logs and output under the same paths. The driver alone locks the output, looks
+//! for what is there, and says at the end whether every input is accounted for; bike files, channel
+//! maps and pipeline go to the workers as text. A worker writes a session as a run on one machine
+//! does, with the same bytes. A task may be lost, repeated, or done twice at once: whole files
+//! replace whole files of the same content.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::discover::Found;
+use super::engine::{self, Ended, inputs, wanted};
+use super::plan::{self, BikeFile, Job, Plan};
+use super::store::{Committed, Contents, Store};
+use super::{Error, Maps, Run, Settings, State, Work};
+use crate::contract::bike::Bike;
+use crate::contract::session::Meta;
+use crate::pipeline::Pipeline;
+use crate::tables::rows::Rejected;
+
+/// What every task has in common.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Terms {
+    /// The driver's roadbench.
+    pub version: String,
+    /// The output folder.
+    pub out: PathBuf,
+    /// The pipeline, resolved, as TOML.
+    pub pipeline: String,
+    /// Channel maps: names and texts.
+    pub maps: Vec<(String, String)>,
+    /// Bike files by id.
+    pub bikes: BTreeMap<String, BikeText>,
+    /// Compute again what is there already.
+    pub force: bool,
+    /// Keep the estimated time series.
+    pub signals: bool,
+}
+
+/// A bike file on its way to the workers.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct BikeText {
+    /// What the file says.
+    pub text: String,
+    /// As in [`BikeFile`].
+    pub pipeline_hash: String,
+}
+
+/// One session to compute.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Task {
+    /// The log.
+    pub log: String,
+    /// Its size, bytes.
+    pub bytes: u64,
+    /// The session in it.
+    pub session_id: String,
+    /// Its bike.
+    pub bike_id: String,
+    /// What the output has of the session already.
+    pub there: Vec<Committed>,
+}
+
+/// What became of a task.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Answer {
+    /// The log.
+    pub log: String,
+    /// What became of it.
+    pub state: State,
+    /// Its row, if it was rejected.
+    pub rejected: Option<Rejected>,
+    /// BLAKE3 of the log's bytes, if it was computed.
+    pub input_hash: Option<String>,
+    /// Samples on the common clock.
+    pub samples: i64,
+    /// Time it took, s.
+    pub seconds: f64,
+}
+
+/// The process that plans; it holds the output until it is dropped.
+#[derive(Debug)]
+pub struct Driver {
+    store: Store,
+    inputs: usize,
+    jobs: Vec<Job>,
+    refused: Vec<Rejected>,
+    bytes: u64,
+    terms: Terms,
+}
+
+impl Driver {
+    /// Finds the logs and their bikes, locks the output and writes the rows of what is refused
+    /// unread. `maps` are the texts that the settings' maps were made from.
+    ///
+    /// # Errors
+    /// As [`super::run`] before any session.
+    pub fn open(
+        settings: &Settings<'_>,
+        maps: Vec<(String, String)>,
+        work: &impl Work,
+    ) -> Result<Self, Error> {
+        let (found, bikes) = inputs(settings)?;
+        let inputs = found.len();
+        let Plan { mut jobs, refused } = plan::plan(
+            found,
+            &bikes,
+            &Contents::default(),
+            settings.pipeline,
+            settings.maps,
+            work,
+        )?;
+        let bytes = jobs.iter().map(|j| j.bytes).chain(refused.iter().map(|r| r.bytes)).sum();
+        let store = Store::open(settings.out)?;
+        let refused: Vec<Rejected> = refused.into_iter().map(|r| r.row).collect();
+        for row in &refused {
+            engine::reject(&store, row)?;
+        }
+        jobs.sort_by(|a, b| b.bytes.cmp(&a.bytes).then_with(|| a.log.cmp(&b.log)));
+        let text = |bike: &BikeFile| BikeText {
+            text: bike.text.clone(),
+            pipeline_hash: bike.pipeline_hash.clone(),
+        };
+        let terms = Terms {
+            version: crate::VERSION.to_owned(),
+            out: settings.out.to_owned(),
+            pipeline: resolved(settings.pipeline)?,
+            maps,
+            bikes: jobs.iter().map(|j| (j.meta.bike_id.clone(), text(&j.bike))).collect(),
+            force: settings.force,
+            signals: settings.signals,
+        };
+        Ok(Driver { store, inputs, jobs, refused, bytes, terms })
+    }
+
+    /// What every worker has to know.
+    pub fn terms(&self) -> &Terms {
+        &self.terms
+    }
+
+    /// A task per session, the largest log first.
+    pub fn tasks(&self) -> Vec<Task> {
+        let task = |job: &Job| Task {
+            log: job.log.clone(),
+            bytes: job.bytes,
+            session_id: job.meta.session_id.clone(),
+            bike_id: job.meta.bike_id.clone(),
+            there: self.store.there(&job.meta.session_id).to_vec(),
+        };
+        self.jobs.iter().map(task).collect()
+    }
+
+    /// Holds the answers against the tasks and against what is in the output, and clears what
+    /// killed workers left. Gives back the output, still locked.
+    ///
+    /// # Errors
+    /// An input is not accounted for, or a session that was said to be done is not whole.
+    pub fn close(self, answers: Vec<Answer>) -> Result<(Run, Store), Error> {
+        let mut by_log: BTreeMap<String, Answer> =
+            answers.into_iter().map(|a| (a.log.clone(), a)).collect();
+        self.store.tidy()?;
+        for job in &self.jobs {
+            if by_log.get(&job.log).is_some_and(|a| a.state == State::Done) {
+                self.store.settle(&job.meta.session_id)?;
+            }
+        }
+        let there = Contents::read(self.store.root())?;
+        let mut run = Run {
+            inputs: self.inputs,
+            rejected: self.refused,
+            bytes: self.bytes,
+            ..Run::default()
+        };
+        for job in &self.jobs {
+            let Some(answer) = by_log.remove(&job.log) else {
+                return Err(Error::Output(format!(
+                    "{}: no worker says what became of it; run again to go on",
+                    job.log
+                )));
+            };
+            if let Some(row) = answer.rejected {
+                run.rejected.push(row);
+                continue;
+            }
+            let hash = answer.input_hash.or_else(|| there.input_hash(&job.meta.session_id));
+            let wanted = wanted(job, hash.unwrap_or_default());
+            if let Some(stale) = there.stale(&wanted, self.terms.signals) {
+                return Err(Error::Output(format!(
+                    "{}: a worker wrote its tables, but they are not in {} ({}); is that folder \
+                     the same on every machine?",
+                    job.log,
+                    self.store.root().display(),
+                    stale.words()
+                )));
+            }
+            run.sessions.insert(job.meta.session_id.clone());
+            match answer.state {
+                State::Unchanged => run.unchanged += 1,
+                State::Done | State::Rejected => run.done += 1,
+            }
+        }
+        run.rejected.sort_by(|a, b| a.path.cmp(&b.path));
+        Ok((run, self.store))
+    }
+}
+
+/// The pipeline as text, made sure of: it must read back as itself.
+fn resolved(pipeline: &Pipeline) -> Result<String, Error> {
+    let fail = |e: String| Error::Internal(format!("pipeline {}: {e}", pipeline.name));
+    let text = toml::to_string(pipeline).map_err(|e| fail(e.to_string()))?;
+    let back = Pipeline::parse(&text, &pipeline.name).map_err(fail)?;
+    if back == *pipeline { Ok(text) } else { Err(fail("its text says something else".into())) }
+}
+
+/// A process that computes.
+#[derive(Debug)]
+pub struct Worker {
+    terms: Terms,
+    pipeline: Pipeline,
+    maps: Maps,
+    bikes: BTreeMap<String, Arc<BikeFile>>,
+}
+
+impl Worker {
+    /// Gets ready.
+    ///
+    /// # Errors
+    /// The driver's roadbench is another one.
+    pub fn new(terms: Terms) -> Result<Self, Error> {
+        if terms.version != crate::VERSION {
+            return Err(Error::Usage(format!(
+                "this worker has roadbench {}, the driver {}: install the same wheel on all machines",
+                crate::VERSION,
+                terms.version
+            )));
+        }
+        let pipeline = Pipeline::parse(&terms.pipeline, "driver").map_err(Error::Internal)?;
+        let maps = Maps::parse(&terms.maps).map_err(Error::Internal)?;
+        let mut bikes = BTreeMap::new();
+        for (id, BikeText { text, pipeline_hash }) in &terms.bikes {
+            let bike =
+                Bike::parse(text, id, Path::new(id)).map_err(|e| Error::Internal(e.to_string()))?;
+            let (text, pipeline_hash) = (text.clone(), pipeline_hash.clone());
+            bikes.insert(id.clone(), Arc::new(BikeFile { bike, text, pipeline_hash }));
+        }
+        Ok(Worker { terms, pipeline, maps, bikes })
+    }
+
+    /// Computes a session and writes its tables, or its row in `rejected`.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn run(&self, task: Task, work: &impl Work) -> Result<Answer, Error> {
+        let start = Instant::now();
+        let Some(bike) = self.bikes.get(&task.bike_id) else {
+            return Err(Error::Internal(format!("{}: no bike {}", task.log, task.bike_id)));
+        };
+        let job = Job {
+            found: Found { path: PathBuf::from(&task.log), problem: None },
+            log: task.log.clone(),
+            bytes: task.bytes,
+            meta: Meta { session_id: task.session_id, bike_id: task.bike_id, ..Meta::default() },
+            bike: Arc::clone(bike),
+            hash: None,
+        };
+        let settings = Settings {
+            inputs: &[],
+            bikes: None,
+            out: &self.terms.out,
+            pipeline: &self.pipeline,
+            maps: &self.maps,
+            jobs: 1,
+            force: self.terms.force,
+            since: None,
+            signals: self.terms.signals,
+        };
+        let store = Store::join(&self.terms.out, task.there);
+        let mut answer = Answer {
+            log: task.log,
+            state: State::Done,
+            rejected: None,
+            input_hash: None,
+            samples: 0,
+            seconds: 0.0,
+        };
+        match engine::session(&job, &settings, &store, work)? {
+            Ended::Unchanged => answer.state = State::Unchanged,
+            Ended::Rejected(row) => {
+                answer.state = State::Rejected;
+                answer.rejected = Some(row);
+            }
+            Ended::Done(outcome) => {
+                answer.samples = outcome.session.n_samples;
+                answer.input_hash = Some(outcome.session.provenance.input_hash);
+            }
+        }
+        answer.seconds = start.elapsed().as_secs_f64();
+        Ok(answer)
+    }
+}

@@ -1,0 +1,347 @@
+//! The bike file: what is known of the motorcycle before the ride.
+//!
+//! Keys, units, ranges and defaults are declared in `schemas/bike.v1.toml`. A number may be
+//! given bare or, in the table `[uncertainty]` under the same key, with its standard
+//! uncertainty, which the fits then pass on to every coefficient that depends on it:
+//!
+//! ```toml
+//! mass = 260.0
+//! [uncertainty]
+//! mass = 2.0
+//! ```
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::schema::KeyTable;
+
+/// What can be wrong with a bike file.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file is not there or cannot be read.
+    #[error("cannot read bike file {path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// Not TOML.
+    #[error("bike file {path} is not valid TOML: {message}")]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// The parser's word, with line and column.
+        message: String,
+    },
+    /// A key is missing, misspelt, of the wrong type or out of its physical range.
+    #[error("bike file {path}: {message}")]
+    Key {
+        /// The file.
+        path: PathBuf,
+        /// Names the key.
+        message: String,
+    },
+}
+
+/// What is known of one tyre before the ride. Symbols as in Bartolozzi et al. 2024.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WheelData {
+    /// Nominal rolling radius, m.
+    pub radius: f64,
+    /// Tyre width, m.
+    pub width: f64,
+    /// Tyre model, where the session does not say.
+    pub model: Option<String>,
+    /// Spin inertia, kg m², where known.
+    pub wheel_inertia: Option<f64>,
+    /// Side force stiffness ratio `C`.
+    pub side_force_ratio: f64,
+    /// Non-dimensional twisting stiffness `k_t`, m/rad.
+    pub twisting_stiffness: f64,
+    /// Vertical stiffness `K_z`, N/m.
+    pub vertical_stiffness: f64,
+    /// Share of the vertical deflection by which the rolling radius falls; `None` is unknown, and
+    /// none is taken.
+    pub deflection_share: Option<f64>,
+    /// Relaxation length, m; `None` means the wheel radius.
+    pub relaxation_length: Option<f64>,
+    /// Slip transition coefficient `q1`.
+    pub slip_transition: f64,
+    /// `c_Fy_gamma` of eq. 15.
+    pub camber_force_decay: f64,
+    /// `c_Mz_gamma` of eq. 17.
+    pub camber_moment_decay: f64,
+}
+
+/// One bike. SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bike {
+    /// The file's stem.
+    pub bike_id: String,
+    /// What it is called in reports.
+    pub name: Option<String>,
+    /// Mass of motorcycle and rider, kg.
+    pub mass: f64,
+    /// Wheelbase `l`, m.
+    pub wheelbase: f64,
+    /// Mass centre behind the front contact `l_f`, m.
+    pub cg_to_front: f64,
+    /// Mass centre height `h_G`, m.
+    pub cg_height: f64,
+    /// Caster angle `epsilon`, rad.
+    pub caster_angle: f64,
+    /// Front wheel and tyre.
+    pub front: WheelData,
+    /// Rear wheel and tyre.
+    pub rear: WheelData,
+    /// Assumed drag, kg/m, where no coasting run gives it.
+    pub drag: f64,
+    /// Assumed rolling resistance coefficient.
+    pub rolling_resistance: f64,
+    /// Front brake torque per pressure, N m/Pa.
+    pub brake_gain_front: Option<f64>,
+    /// Rear brake torque per pressure, N m/Pa.
+    pub brake_gain_rear: Option<f64>,
+    /// Velocity reference point ahead of the mass centre, m.
+    pub velocity_sensor_x: f64,
+    /// Velocity reference point above the mass centre, m.
+    pub velocity_sensor_z: f64,
+    /// Standard uncertainty per key, in the key's unit.
+    pub uncertainty: BTreeMap<String, f64>,
+    /// Measured curves by key: pairs of abscissa and ordinate.
+    pub curves: BTreeMap<String, Vec<[f64; 2]>>,
+    keys: BTreeMap<String, f64>,
+}
+
+/// The declaration of every key.
+pub fn schema() -> KeyTable {
+    KeyTable::embedded("bike")
+}
+
+impl Bike {
+    /// Reads and checks a bike file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is not TOML, or a key is missing, misspelt or out of range;
+    /// the message names the key.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| Error::Read { path: path.to_owned(), source })?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        Self::parse(&text, &stem, path)
+    }
+
+    /// Checks the text of a bike file; `path` is for messages only.
+    ///
+    /// # Errors
+    /// As [`Bike::read`].
+    pub fn parse(text: &str, bike_id: &str, path: &Path) -> Result<Self, Error> {
+        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| Error::Syntax {
+            path: path.to_owned(),
+            message: e.to_string(),
+        })?;
+        let fail = |message: String| Error::Key { path: path.to_owned(), message };
+        let mut table = table;
+        let uncertainty = match table.remove("uncertainty") {
+            None => toml::Table::new(),
+            Some(toml::Value::Table(t)) => t,
+            Some(_) => return Err(fail("`uncertainty` must be a table".into())),
+        };
+        let schema = schema();
+        let values = schema.check(&table).map_err(fail)?;
+        let uncertainty = schema.check_uncertainty(&uncertainty).map_err(fail)?;
+        if let Some(linkage) = values.curve.get("offroad.linkage")
+            && let Some(k) = linkage.windows(2).position(|w| w[1][1] <= w[0][1])
+        {
+            return Err(fail(format!(
+                "`offroad.linkage` is not monotonic: row {} says {} rad at {} m after {} rad at {} m; \
+                 the swing arm must rise with the shock's travel",
+                k + 2,
+                linkage[k + 1][1],
+                linkage[k + 1][0],
+                linkage[k][1],
+                linkage[k][0]
+            )));
+        }
+        let mut bike = Self::assemble(bike_id, values.text, values.number, uncertainty);
+        bike.curves = values.curve;
+        if bike.cg_to_front >= bike.wheelbase {
+            return Err(fail(format!(
+                "`cg_to_front` = {} m lies behind the rear contact (`wheelbase` = {} m)",
+                bike.cg_to_front, bike.wheelbase
+            )));
+        }
+        Ok(bike)
+    }
+
+    /// The same bike with one numeric key changed: how uncertainty of the bike file is passed on.
+    pub fn with(&self, key: &str, value: f64) -> Self {
+        let mut keys = self.keys.clone();
+        keys.insert(key.to_owned(), value);
+        let mut text = BTreeMap::new();
+        for (k, v) in [
+            ("name", &self.name),
+            ("front.model", &self.front.model),
+            ("rear.model", &self.rear.model),
+        ] {
+            if let Some(v) = v {
+                text.insert(k.to_owned(), v.clone());
+            }
+        }
+        let bike = Self::assemble(&self.bike_id, text, keys, self.uncertainty.clone());
+        Bike { curves: self.curves.clone(), ..bike }
+    }
+
+    /// A numeric key's value, given or default.
+    pub fn value(&self, key: &str) -> Option<f64> {
+        self.keys.get(key).copied()
+    }
+
+    /// Yaw inertia about the mass centre, kg m²: the file's, or that of a radius of gyration of
+    /// 0.235 wheelbases, usual for motorcycles with rider. It matters while turning in and out.
+    pub fn yaw_inertia(&self) -> f64 {
+        self.keys
+            .get("yaw_inertia")
+            .copied()
+            .unwrap_or_else(|| self.mass * (0.235 * self.wheelbase).powi(2))
+    }
+
+    /// How far the front contact leaves the frame's plane per sine of the handlebar angle, m: the
+    /// trail square to the steering axis; zero where the trail is not known.
+    pub fn normal_trail(&self) -> f64 {
+        self.keys.get("trail").map_or(0.0, |trail| trail * self.caster_angle.cos())
+    }
+
+    /// Distance of the mass centre from the rear contact `l_r`, m.
+    pub fn cg_to_rear(&self) -> f64 {
+        self.wheelbase - self.cg_to_front
+    }
+
+    /// The bike as a bike file, for simulated archives.
+    pub fn to_toml(&self) -> String {
+        let mut root = toml::Table::new();
+        let mut put = |key: &str, value: toml::Value| {
+            let (table, leaf) = match key.split_once('.') {
+                None => (&mut root, key),
+                Some((head, leaf)) => {
+                    let entry =
+                        root.entry(head).or_insert_with(|| toml::Value::Table(toml::Table::new()));
+                    match entry {
+                        toml::Value::Table(t) => (t, leaf),
+                        _ => return,
+                    }
+                }
+            };
+            table.insert(leaf.to_owned(), value);
+        };
+        if let Some(name) = &self.name {
+            put("name", toml::Value::String(name.clone()));
+        }
+        for (key, model) in [("front.model", &self.front.model), ("rear.model", &self.rear.model)] {
+            if let Some(model) = model {
+                put(key, toml::Value::String(model.clone()));
+            }
+        }
+        for (key, value) in &self.keys {
+            if key.starts_with("offroad.") && self.curves.is_empty() {
+                continue; // defaults of a bike that has no such suspension
+            }
+            put(key, toml::Value::Float(*value));
+        }
+        for (key, rows) in &self.curves {
+            let pair = |row: &[f64; 2]| toml::Value::Array(row.map(toml::Value::Float).to_vec());
+            put(key, toml::Value::Array(rows.iter().map(pair).collect()));
+        }
+        let uncertainty: toml::Table =
+            self.uncertainty.iter().map(|(k, v)| (k.clone(), toml::Value::Float(*v))).collect();
+        let mut text = root.to_string();
+        if !uncertainty.is_empty() {
+            // dotted keys are quoted by the writer, and read back as one flat key
+            text.push_str("\n[uncertainty]\n");
+            text.push_str(&uncertainty.to_string());
+        }
+        text
+    }
+
+    fn assemble(
+        bike_id: &str,
+        mut text: BTreeMap<String, String>,
+        keys: BTreeMap<String, f64>,
+        uncertainty: BTreeMap<String, f64>,
+    ) -> Self {
+        // `schema.check` has put in every required key and every default
+        let get = |key: &str| keys.get(key).copied().unwrap_or(f64::NAN);
+        let opt = |key: &str| keys.get(key).copied();
+        let mut wheel = |end: &str| WheelData {
+            radius: get(&format!("{end}.radius")),
+            width: get(&format!("{end}.width")),
+            model: text.remove(&format!("{end}.model")),
+            wheel_inertia: opt(&format!("{end}.wheel_inertia")),
+            side_force_ratio: get(&format!("{end}.side_force_ratio")),
+            twisting_stiffness: get(&format!("{end}.twisting_stiffness")),
+            vertical_stiffness: get(&format!("{end}.vertical_stiffness")),
+            deflection_share: opt(&format!("{end}.deflection_share")),
+            relaxation_length: opt(&format!("{end}.relaxation_length")),
+            slip_transition: get(&format!("{end}.slip_transition")),
+            camber_force_decay: get(&format!("{end}.camber_force_decay")),
+            camber_moment_decay: get(&format!("{end}.camber_moment_decay")),
+        };
+        let (front, rear) = (wheel("front"), wheel("rear"));
+        Bike {
+            bike_id: bike_id.to_owned(),
+            name: text.remove("name"),
+            mass: get("mass"),
+            wheelbase: get("wheelbase"),
+            cg_to_front: get("cg_to_front"),
+            cg_height: get("cg_height"),
+            caster_angle: get("caster_angle"),
+            front,
+            rear,
+            drag: get("aerodynamics.drag"),
+            rolling_resistance: get("aerodynamics.rolling_resistance"),
+            brake_gain_front: opt("brakes.gain_front"),
+            brake_gain_rear: opt("brakes.gain_rear"),
+            velocity_sensor_x: get("sensors.velocity_x"),
+            velocity_sensor_z: get("sensors.velocity_z"),
+            uncertainty,
+            curves: BTreeMap::new(),
+            keys,
+        }
+    }
+}
+
+/// Which end of the bike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Axle {
+    /// The front tyre.
+    Front,
+    /// The rear tyre.
+    Rear,
+}
+
+impl Axle {
+    /// Both, front first.
+    pub const BOTH: [Axle; 2] = [Axle::Front, Axle::Rear];
+
+    /// `front` or `rear`, as in the tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Axle::Front => "front",
+            Axle::Rear => "rear",
+        }
+    }
+}
+
+impl Bike {
+    /// Wheel and tyre of one end.
+    pub fn wheel(&self, axle: Axle) -> &WheelData {
+        match axle {
+            Axle::Front => &self.front,
+            Axle::Rear => &self.rear,
+        }
+    }
+}

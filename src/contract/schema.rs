@@ -1,0 +1,458 @@
+//! The contract's tables and files, as declared in `schemas/`.
+//!
+//! Each file there is the one declaration of its table: the writers build their Arrow schema
+//! from it, the readers check against it, `roadbench schema NAME` prints it.
+
+use std::collections::BTreeMap;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
+use serde::Deserialize;
+
+macro_rules! embed {
+    ($($name:literal),* $(,)?) => {
+        /// Name and text of every schema file, in data-flow order.
+        pub const FILES: &[(&str, &str)] = &[
+            $(($name, include_str!(concat!("../../schemas/", $name, ".v1.toml")))),*
+        ];
+    };
+}
+
+embed!(
+    "session",
+    "channel_map",
+    "bike",
+    "motorcycle",
+    "ride",
+    "sessions",
+    "manoeuvres",
+    "forces",
+    "coefficients",
+    "warnings",
+    "rejected",
+    "plots",
+    "signals",
+    "fleet",
+    "fleet_pooled",
+    "fleet_events",
+    "fleet_ratios",
+    "discrepancies",
+    "causes",
+    "replays",
+    "truth",
+    "truth_segments",
+    "truth_signals",
+    "truth_offroad",
+    "modes",
+    "peaks",
+    "replay",
+    "bench",
+);
+
+/// The text of a schema file, by name with or without its version (`session`, `session.v1`).
+pub fn text(name: &str) -> Option<&'static str> {
+    let name = name.strip_suffix(".v1").unwrap_or(name);
+    FILES.iter().find(|(n, _)| *n == name).map(|(_, t)| *t)
+}
+
+/// One column of a table.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// `float64`, `int64`, `utf8` or `bool`.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Unit of numbers.
+    pub unit: Option<String>,
+    /// Whether a row may lack it.
+    pub nullable: bool,
+    /// Physical range, where one is known.
+    pub range: Option<[f64; 2]>,
+    /// What it means.
+    pub description: String,
+}
+
+/// One table of the contract.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: u32,
+    /// What one row is.
+    pub description: String,
+    /// Its columns, in order.
+    #[serde(rename = "column")]
+    pub columns: Vec<Column>,
+}
+
+impl Table {
+    /// The embedded table of that name.
+    ///
+    /// # Panics
+    /// If there is none: the names are the program's own, and a test loads them all.
+    pub fn embedded(name: &str) -> Self {
+        let text = text(name).unwrap_or_else(|| panic!("no schema named {name}"));
+        toml::from_str(text).unwrap_or_else(|e| panic!("schemas/{name}.v1.toml: {e}"))
+    }
+
+    /// The column of that name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|c| c.name == name)
+    }
+
+    /// The Arrow schema: unit and description of each field in its metadata.
+    pub fn arrow(&self) -> SchemaRef {
+        let fields: Vec<Field> = self.columns.iter().map(Column::arrow).collect();
+        let metadata = HashMap::from([
+            ("roadbench.table".to_owned(), self.name.clone()),
+            ("roadbench.schema".to_owned(), format!("{}.v{}", self.name, self.version)),
+            ("description".to_owned(), self.description.clone()),
+        ]);
+        Arc::new(Schema::new_with_metadata(fields, metadata))
+    }
+}
+
+impl Column {
+    /// The Arrow field, with unit and description.
+    pub fn arrow(&self) -> Field {
+        let kind = match self.kind.as_str() {
+            "float64" => DataType::Float64,
+            "int64" => DataType::Int64,
+            "bool" => DataType::Boolean,
+            _ => DataType::Utf8,
+        };
+        let mut metadata = HashMap::from([("description".to_owned(), self.description.clone())]);
+        if let Some(unit) = &self.unit {
+            metadata.insert("unit".to_owned(), unit.clone());
+        }
+        Field::new(&self.name, kind, self.nullable).with_metadata(metadata)
+    }
+}
+
+/// One key of a TOML file such as the bike file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Key {
+    /// Dotted path, e.g. `front.radius`.
+    pub path: String,
+    /// `number`, `text`, `bool`, `curve` (a list of pairs), or `list` and `table`, which their
+    /// own reader looks at.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Unit of a number.
+    pub unit: Option<String>,
+    /// Whether the file must have it.
+    pub required: bool,
+    /// Physical range of a number.
+    pub range: Option<[f64; 2]>,
+    /// Used where the file does not have it.
+    pub default: Option<f64>,
+    /// What it means.
+    pub description: String,
+    /// Where the default comes from.
+    pub source: Option<String>,
+}
+
+/// The keys of a TOML file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeyTable {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: u32,
+    /// What the file is.
+    pub description: String,
+    /// Its keys.
+    #[serde(rename = "key")]
+    pub keys: Vec<Key>,
+}
+
+/// Checked values of a TOML file, by dotted path; defaults are filled in.
+#[derive(Debug, Default)]
+pub struct Values {
+    /// Numbers.
+    pub number: BTreeMap<String, f64>,
+    /// Texts.
+    pub text: BTreeMap<String, String>,
+    /// Curves: rows of abscissa and ordinate, abscissae strictly increasing.
+    pub curve: BTreeMap<String, Vec<[f64; 2]>>,
+}
+
+impl KeyTable {
+    /// The embedded key table of that name.
+    ///
+    /// # Panics
+    /// If there is none, as [`Table::embedded`].
+    pub fn embedded(name: &str) -> Self {
+        let text = text(name).unwrap_or_else(|| panic!("no schema named {name}"));
+        toml::from_str(text).unwrap_or_else(|e| panic!("schemas/{name}.v1.toml: {e}"))
+    }
+
+    fn key(&self, path: &str) -> Result<&Key, String> {
+        let beneath = |k: &&Key| {
+            let rest = path.strip_prefix(&k.path);
+            k.kind == "table" && rest.is_some_and(|r| r.starts_with('.'))
+        };
+        let exact = self.keys.iter().find(|k| k.path == path);
+        exact.or_else(|| self.keys.iter().find(beneath)).ok_or_else(|| {
+            let near = closest(path, self.keys.iter().map(|k| k.path.as_str()));
+            match near {
+                Some(near) => format!("unknown key `{path}`; did you mean `{near}`?"),
+                None => {
+                    format!("unknown key `{path}`; `roadbench schema {}` lists them", self.name)
+                }
+            }
+        })
+    }
+
+    /// Checks a file's table against the keys and fills in the defaults.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check(&self, table: &toml::Table) -> Result<Values, String> {
+        let mut values = Values::default();
+        let mut given: Vec<String> = Vec::new();
+        for (path, value) in flatten(table) {
+            let key = self.key(&path)?;
+            let fits = match key.kind.as_str() {
+                // its own reader looks at what is beneath
+                "table" => key.path != path,
+                "list" => value.is_array(),
+                "bool" => value.is_bool(),
+                _ => true,
+            };
+            if !fits {
+                return Err(format!("`{path}` must be a {}", key.kind));
+            }
+            if matches!(key.kind.as_str(), "table" | "list" | "bool") {
+                given.push(key.path.clone());
+                continue;
+            }
+            if key.kind == "text" {
+                let toml::Value::String(text) = value else {
+                    return Err(format!("`{path}` must be a text, in quotes"));
+                };
+                values.text.insert(path, text.clone());
+                continue;
+            }
+            if key.kind == "curve" {
+                values.curve.insert(path.clone(), curve(&path, value)?);
+                continue;
+            }
+            let number = number(&path, value)?;
+            let unit = key.unit.as_deref().unwrap_or("1");
+            if let Some([low, high]) = key.range
+                && !(low..=high).contains(&number)
+            {
+                return Err(format!(
+                    "`{path}` = {number} {unit} is out of its physical range {low} to {high} {unit}"
+                ));
+            }
+            values.number.insert(path, number);
+        }
+        for key in &self.keys {
+            if values.number.contains_key(&key.path)
+                || values.text.contains_key(&key.path)
+                || values.curve.contains_key(&key.path)
+                || given.contains(&key.path)
+            {
+                continue;
+            }
+            if key.required {
+                return Err(format!(
+                    "missing key `{}` ({}{})",
+                    key.path,
+                    key.description.trim_end_matches('.'),
+                    key.unit.as_ref().map(|u| format!(", {u}")).unwrap_or_default()
+                ));
+            }
+            if let Some(default) = key.default {
+                values.number.insert(key.path.clone(), default);
+            }
+        }
+        Ok(values)
+    }
+
+    /// Checks a table of standard uncertainties: the same keys, positive numbers.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check_uncertainty(&self, table: &toml::Table) -> Result<BTreeMap<String, f64>, String> {
+        let mut out = BTreeMap::new();
+        for (path, value) in flatten(table) {
+            let key = self.key(&path).map_err(|e| format!("[uncertainty]: {e}"))?;
+            if key.kind != "number" {
+                return Err(format!("[uncertainty]: `{path}` is not a number"));
+            }
+            let sd = number(&path, value).map_err(|e| format!("[uncertainty]: {e}"))?;
+            if !(sd >= 0.0 && sd.is_finite()) {
+                return Err(format!("[uncertainty]: `{path}` = {sd} must not be negative"));
+            }
+            out.insert(path, sd);
+        }
+        Ok(out)
+    }
+}
+
+fn number(path: &str, value: &toml::Value) -> Result<f64, String> {
+    match value {
+        toml::Value::Float(x) if x.is_finite() => Ok(*x),
+        toml::Value::Integer(i) => Ok(*i as f64),
+        other => Err(format!("`{path}` must be a finite number, found {other}")),
+    }
+}
+
+/// Reads a list of pairs whose first column increases.
+fn curve(path: &str, value: &toml::Value) -> Result<Vec<[f64; 2]>, String> {
+    let shape =
+        || format!("`{path}` must be a list of pairs, such as [[0.0, 250.0], [0.3, 1700.0]]");
+    let rows = value.as_array().filter(|rows| rows.len() >= 2).ok_or_else(shape)?;
+    let mut out = Vec::with_capacity(rows.len());
+    for (k, row) in rows.iter().enumerate() {
+        let pair = row.as_array().filter(|pair| pair.len() == 2).ok_or_else(shape)?;
+        let at = format!("{path}[{k}]");
+        out.push([number(&at, &pair[0])?, number(&at, &pair[1])?]);
+    }
+    if let Some(k) = out.windows(2).position(|w| w[1][0] <= w[0][0]) {
+        return Err(format!(
+            "`{path}`: its first column must increase from row to row, but row {} has {} after {}",
+            k + 2,
+            out[k + 1][0],
+            out[k][0]
+        ));
+    }
+    Ok(out)
+}
+
+/// Leaves of a table by dotted path, in the file's order of keys.
+fn flatten(table: &toml::Table) -> Vec<(String, &toml::Value)> {
+    fn walk<'a>(prefix: &str, table: &'a toml::Table, out: &mut Vec<(String, &'a toml::Value)>) {
+        for (key, value) in table {
+            let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+            match value {
+                toml::Value::Table(inner) => walk(&path, inner, out),
+                leaf => out.push((path, leaf)),
+            }
+        }
+    }
+    let mut out = Vec::new();
+    walk("", table, &mut out);
+    out
+}
+
+/// The candidate nearest to a misspelt word, if one is near.
+pub fn closest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let most = |c: &str| 2.max(c.len() / 4);
+    candidates
+        // a log may have thousands of names, and most differ by their length already
+        .filter(|c| c.chars().count().abs_diff(word.chars().count()) <= most(c))
+        .map(|c| (distance(word, c), c))
+        .min()
+        .filter(|(d, c)| *d <= most(c))
+        .map(|(_, c)| c)
+}
+
+/// As [`closest`], whatever the case, and else a name that the word is a part of or has in it.
+pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    let named: Vec<(String, &str)> = candidates.map(|c| (c.to_lowercase(), c)).collect();
+    let near = closest(&lower, named.iter().map(|(l, _)| l.as_str())).map(str::to_owned);
+    let within =
+        |l: &str| l.len().min(lower.len()) > 2 && (l.contains(&lower) || lower.contains(l));
+    let found = match near {
+        Some(near) => named.iter().find(|(l, _)| *l == near),
+        None => named.iter().find(|(l, _)| within(l)),
+    };
+    found.map(|(_, c)| *c)
+}
+
+/// `; did you mean ...?` where a candidate is near to a misspelt word, else nothing.
+pub fn meant<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> String {
+    closest(word, candidates).map(|c| format!("; did you mean `{c}`?")).unwrap_or_default()
+}
+
+/// The message of a TOML reader about an unknown key or word, with the nearest of those that it
+/// says it expected.
+pub fn with_hint(message: &str) -> String {
+    let quoted = |text: &str| -> Vec<String> {
+        text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+    };
+    let line =
+        message.lines().find(|l| l.contains("unknown field") || l.contains("unknown variant"));
+    let Some((unknown, expected)) = line.and_then(|l| l.split_once("expected")) else {
+        return message.to_owned();
+    };
+    let (unknown, expected) = (quoted(unknown), quoted(expected));
+    let word = unknown.first().map_or("", String::as_str);
+    match closest(word, expected.iter().map(String::as_str)) {
+        Some(near) => format!("{}\ndid you mean `{near}`?", message.trim_end()),
+        None => message.to_owned(),
+    }
+}
+
+/// Levenshtein distance of two short words.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let change = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_differs_by_its_length_alone_may_still_be_meant() {
+        let near = |word: &str| closest(word, ["roll", "roll_rate", "velocity_x"].into_iter());
+        assert_eq!(near("rol"), Some("roll"));
+        assert_eq!(near("rollrate"), Some("roll_rate"));
+        assert_eq!(near("velocity_xyz"), Some("velocity_x"));
+        assert_eq!(near("velocity_wxyz"), None);
+    }
+    use crate::contract::channel::Channel;
+
+    #[test]
+    fn every_file_loads_and_knows_its_name() {
+        for (name, text) in FILES {
+            let value: toml::Table = text.parse().expect(name);
+            assert_eq!(value["name"].as_str(), Some(*name));
+            if value.contains_key("column") {
+                Table::embedded(name);
+            } else {
+                KeyTable::embedded(name);
+            }
+        }
+    }
+
+    #[test]
+    fn channels_and_session_schema_agree() {
+        let table = Table::embedded("session");
+        let names: Vec<&str> = table.columns.iter().skip(1).map(|c| c.name.as_str()).collect();
+        let channels: Vec<&str> = Channel::ALL.iter().map(|c| c.name()).collect();
+        assert_eq!(names, channels);
+        assert!(table.columns.iter().skip(1).all(|c| c.range.is_some()));
+    }
+
+    #[test]
+    fn a_misspelt_key_is_named_with_its_neighbour() {
+        let bikes = KeyTable::embedded("bike");
+        let table: toml::Table = "masss = 200.0".parse().expect("toml");
+        let message = bikes.check(&table).expect_err("unknown key");
+        assert!(message.contains("`masss`") && message.contains("`mass`"), "{message}");
+    }
+}

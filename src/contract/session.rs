@@ -1,0 +1,85 @@
+//! One riding session in memory: who, when, on what, and its channels on one clock.
+
+use super::channel::Channel;
+
+/// What identifies a session; written to every table.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Meta {
+    /// Unique name of the session.
+    pub session_id: String,
+    /// Names the bike file `<bikes>/<bike_id>.toml`.
+    pub bike_id: String,
+    /// RFC 3339, as the source gives it.
+    pub start_time: Option<String>,
+    /// Tyre model on the front wheel, where known.
+    pub tyre_front: Option<String>,
+    /// Tyre model on the rear wheel, where known.
+    pub tyre_rear: Option<String>,
+    /// Where it was ridden.
+    pub site: Option<String>,
+    /// Who rode.
+    pub rider_id: Option<String>,
+}
+
+/// Channels on one uniform clock. A missing sample is NaN; an absent channel is `None`.
+#[derive(Debug, Clone)]
+pub struct Session {
+    /// Who, when, on what.
+    pub meta: Meta,
+    /// Sampling rate, Hz.
+    pub rate: f64,
+    /// Number of samples; sample `i` is at `i / rate` seconds.
+    pub len: usize,
+    columns: Vec<Option<Vec<f64>>>,
+}
+
+impl Session {
+    /// An empty session of `len` samples at `rate` Hz.
+    pub fn new(meta: Meta, rate: f64, len: usize) -> Self {
+        Session { meta, rate, len, columns: vec![None; Channel::COUNT] }
+    }
+
+    /// The samples of a channel, SI units, NaN where there is none.
+    pub fn get(&self, channel: Channel) -> Option<&[f64]> {
+        self.columns[channel as usize].as_deref()
+    }
+
+    /// The samples of a channel, to change them in place.
+    pub fn get_mut(&mut self, channel: Channel) -> Option<&mut Vec<f64>> {
+        self.columns[channel as usize].as_mut()
+    }
+
+    /// Whether the session has the channel at all.
+    pub fn has(&self, channel: Channel) -> bool {
+        self.columns[channel as usize].is_some()
+    }
+
+    /// Puts a channel in.
+    ///
+    /// # Panics
+    /// If `samples` is not `len` long: a caller's mistake, never the input's.
+    pub fn set(&mut self, channel: Channel, samples: Vec<f64>) {
+        assert_eq!(samples.len(), self.len, "channel {channel}: wrong length");
+        self.columns[channel as usize] = Some(samples);
+    }
+
+    /// Takes a channel out.
+    pub fn remove(&mut self, channel: Channel) -> Option<Vec<f64>> {
+        self.columns[channel as usize].take()
+    }
+
+    /// The channels that are there, in schema order.
+    pub fn channels(&self) -> impl Iterator<Item = Channel> + '_ {
+        Channel::ALL.iter().copied().filter(|&c| self.has(c))
+    }
+
+    /// Time of sample `i` since the start, s.
+    pub fn time(&self, i: usize) -> f64 {
+        i as f64 / self.rate
+    }
+
+    /// Length of the session, s.
+    pub fn duration(&self) -> f64 {
+        self.len as f64 / self.rate
+    }
+}

@@ -1,0 +1,295 @@
+//! The off-road side of a bike file, in the paper's axes: the one place where z turns over.
+
+use super::chain::Chain;
+use super::equations::{Equations, Parameters};
+use crate::contract::bike::Bike;
+use crate::estimate::offroad::curve::{Beyond, Lines, Linkage};
+use crate::estimate::offroad::rider::Body;
+
+/// Fork or shock: force from travel and rate, compression positive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strut {
+    spring: Lines,
+    damper: Lines,
+    top_out: Option<Lines>,
+    bump_stop: Option<Lines>,
+    /// Coulomb friction, N.
+    pub friction: f64,
+}
+
+/// Rate at which Coulomb friction has fully turned round, m/s.
+const FRICTION_RATE: f64 = 0.02;
+
+impl Strut {
+    /// The damper's part of the force at a rate of compression (m/s), N.
+    pub fn damping(&self, rate: f64) -> f64 {
+        self.damper.at(rate)
+    }
+
+    /// Coulomb friction of one newton at a rate of compression (m/s), N.
+    pub fn unit_friction(rate: f64) -> f64 {
+        (rate / FRICTION_RATE).clamp(-1.0, 1.0)
+    }
+
+    /// Force, N, positive when it pushes apart.
+    #[inline]
+    pub fn force(&self, travel: f64, rate: f64) -> f64 {
+        let stop = |s: &Option<Lines>| s.as_ref().map_or(0.0, |s| s.at(travel));
+        let friction = match self.friction > 0.0 {
+            true => self.friction * Self::unit_friction(rate),
+            false => 0.0,
+        };
+        self.spring.at(travel)
+            + self.damper.at(rate)
+            + stop(&self.top_out)
+            + stop(&self.bump_stop)
+            + friction
+    }
+}
+
+/// Where the accelerometers are: (x, z down) from the chassis' mass centre, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensors {
+    /// Inertial unit.
+    pub imu: [f64; 2],
+    /// What the velocity is that of.
+    pub velocity: [f64; 2],
+    /// Steering head.
+    pub head: [f64; 2],
+    /// Tail.
+    pub tail: [f64; 2],
+    /// Upper fork accelerometer from the axle along the fork, fork extended.
+    pub fork_top: f64,
+    /// Between the two accelerometers of the shock, extended.
+    pub shock: f64,
+}
+
+/// Standard deviations after the filter: of the accelerations, of fork force and shock moment, of
+/// the rider's forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// `[x'', z'', mu'', z_f'', alpha_r'']`.
+    pub qdd: [f64; 5],
+    /// `[F_sf, T_sr]`.
+    pub fs: [f64; 2],
+    /// Each of the rider's forces.
+    pub fr: f64,
+}
+
+/// Everything the off-road estimate knows of a bike.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    /// Equations of motion.
+    pub equations: Equations,
+    /// Chain.
+    pub chain: Chain,
+    /// Fork.
+    pub fork: Strut,
+    /// Shock.
+    pub shock: Strut,
+    /// Shock travel to swing-arm angle.
+    pub linkage: Linkage,
+    /// Accelerometers.
+    pub sensors: Sensors,
+    /// Rider.
+    pub rider: Body,
+    /// Air, kg/m.
+    pub drag: f64,
+    /// Noise, where the bike file gives all of it.
+    pub noise: Option<Noise>,
+    /// Keys that are given but not enough to be used.
+    pub notes: Vec<String>,
+}
+
+/// What an off-road estimate cannot do without.
+const NEEDED: &[&str] = &[
+    "mass_rear_wheel",
+    "mass_swing_arm",
+    "mass_chassis",
+    "mass_front_wheel",
+    "inertia_rear_wheel",
+    "inertia_swing_arm",
+    "inertia_chassis",
+    "inertia_front_wheel",
+    "swing_arm_length",
+    "swing_arm_cg",
+    "swing_arm_angle",
+    "chassis_cg_to_rear",
+    "chassis_cg_height",
+    "peg_x",
+    "peg_z",
+    "bar_x",
+    "bar_z",
+    "head_x",
+    "head_z",
+    "tail_x",
+    "tail_z",
+];
+const NEEDED_CURVES: &[&str] =
+    &["fork_spring", "fork_damper", "shock_spring", "shock_damper", "linkage"];
+const SPROCKETS: [&str; 4] =
+    ["front_sprocket_radius", "rear_sprocket_radius", "front_sprocket_x", "front_sprocket_z"];
+const NOISE: [&str; 8] = [
+    "acceleration_x",
+    "acceleration_z",
+    "pitch_acceleration",
+    "fork_acceleration",
+    "swing_arm_acceleration",
+    "fork_force",
+    "shock_moment",
+    "rider_force",
+];
+
+impl Machine {
+    /// The bike file's off-road side.
+    ///
+    /// # Errors
+    /// Keys are missing or contradict each other; a sentence that names them.
+    pub fn new(bike: &Bike) -> Result<Self, String> {
+        let value = |key: &str| bike.value(&format!("offroad.{key}"));
+        let curve = |key: &str| bike.curves.get(&format!("offroad.{key}"));
+        let missing: Vec<String> = NEEDED
+            .iter()
+            .filter(|k| value(k).is_none())
+            .chain(NEEDED_CURVES.iter().filter(|k| curve(k).is_none()))
+            .map(|k| format!("offroad.{k}"))
+            .collect();
+        if !missing.is_empty() {
+            let number = missing.len();
+            return Err(format!(
+                "the bike file of `{}` lacks {number} of the keys that the off-road estimate needs: \
+                 {}; `roadbench schema bike` describes them",
+                bike.bike_id,
+                missing.join(", ")
+            ));
+        }
+        let get = |key: &str| value(key).unwrap_or(f64::NAN);
+        let at = |what: &str| [get(&format!("{what}_x")), -get(&format!("{what}_z"))];
+        let parameters = Parameters {
+            m: ["rear_wheel", "swing_arm", "chassis", "front_wheel"]
+                .map(|part| get(&format!("mass_{part}"))),
+            i: ["rear_wheel", "swing_arm", "chassis", "front_wheel"]
+                .map(|part| get(&format!("inertia_{part}"))),
+            l_r: get("swing_arm_length"),
+            l_s: get("swing_arm_cg"),
+            a_r0: get("swing_arm_angle"),
+            eps: bike.caster_angle,
+            b: get("chassis_cg_to_rear"),
+            h: get("chassis_cg_height"),
+            w: value("wheelbase").unwrap_or(bike.wheelbase),
+            r_f: bike.front.radius,
+            r_r: bike.rear.radius,
+            peg: at("peg"),
+            bar: at("bar"),
+        };
+        let whole: f64 = parameters.m.iter().sum::<f64>() + get("rider_mass");
+        if (whole - bike.mass).abs() > 0.1 * bike.mass {
+            return Err(format!(
+                "the bike file of `{}` contradicts itself: `mass` = {} kg, but the four masses of \
+                 [offroad] and `offroad.rider_mass` add up to {whole:.1} kg",
+                bike.bike_id, bike.mass
+            ));
+        }
+        let equations = Equations::new(parameters);
+        if !positive_definite(&equations) {
+            return Err(format!(
+                "the bike file of `{}`: no bodies have these masses and inertias together (the mass \
+                 matrix is not positive definite); a negative `offroad.inertia_swing_arm` is allowed, \
+                 but not this one",
+                bike.bike_id
+            ));
+        }
+        let strut = |name: &str| {
+            let lines = |part: &str, beyond| {
+                curve(&format!("{name}_{part}")).map(|rows| Lines::new(rows, beyond))
+            };
+            let empty = || Lines::new(&[[0.0, 0.0], [1.0, 0.0]], Beyond::Both);
+            Strut {
+                spring: lines("spring", Beyond::Both).unwrap_or_else(empty),
+                damper: lines("damper", Beyond::Both).unwrap_or_else(empty),
+                top_out: lines("top_out", Beyond::Below),
+                bump_stop: lines("bump_stop", Beyond::Above),
+                friction: get(&format!("{name}_friction")),
+            }
+        };
+        let rider_x = value("rider_cg_x").unwrap_or(parameters.peg[0] - get("hip_x"));
+        let noise = NOISE.map(|key| value(&format!("noise.{key}")));
+        let mut notes = Vec::new();
+        let some_noise = noise.iter().any(Option::is_some);
+        if some_noise && !noise.iter().all(|n| n.is_some_and(|n| n > 0.0)) {
+            notes.push(format!(
+                "[offroad.noise] is used when all of {} are given and positive: the rows are weighted \
+                 by lengths",
+                NOISE.join(", ")
+            ));
+        }
+        let sprockets = SPROCKETS.iter().filter(|k| value(k).is_some()).count();
+        if (1..SPROCKETS.len()).contains(&sprockets) {
+            notes.push(format!(
+                "the chain's geometry is used when all of offroad.{} are given",
+                SPROCKETS.join(", offroad.")
+            ));
+        }
+        Ok(Machine {
+            notes,
+            chain: chain(&value),
+            fork: strut("fork"),
+            shock: strut("shock"),
+            linkage: Linkage::new(
+                curve("linkage").map_or(&[[0.0, 0.0], [1.0, 1.0]], Vec::as_slice),
+            ),
+            sensors: Sensors {
+                imu: at("imu"),
+                // of the mass centre of bike and rider, and from there by the lever arm
+                velocity: [
+                    bike.cg_to_rear() - parameters.b + bike.velocity_sensor_x,
+                    parameters.h - bike.cg_height - bike.velocity_sensor_z,
+                ],
+                head: at("head"),
+                tail: at("tail"),
+                fork_top: get("fork_top_distance"),
+                shock: get("shock_length"),
+            },
+            rider: Body {
+                mass: get("rider_mass"),
+                k_a: get("arm_stiffness"),
+                k_l: get("leg_stiffness"),
+                c_a: get("arm_damping"),
+                c_l: get("leg_damping"),
+                cg: [rider_x, -get("rider_cg_z")],
+                hip: at("hip"),
+                shoulder: at("shoulder"),
+            },
+            drag: bike.drag,
+            noise: noise.iter().all(|n| n.is_some_and(|n| n > 0.0)).then(|| {
+                let n = noise.map(|n| n.unwrap_or(1.0));
+                Noise { qdd: [n[0], n[1], n[2], n[3], n[4]], fs: [n[5], n[6]], fr: n[7] }
+            }),
+            equations,
+        })
+    }
+
+    /// Weight of bike and rider, N.
+    pub fn weight(&self) -> f64 {
+        (self.equations.mass() + self.rider.mass) * crate::GRAVITY
+    }
+}
+
+/// The chain as well as the file knows it.
+fn chain(value: &dyn Fn(&str) -> Option<f64>) -> Chain {
+    if let [Some(r_p), Some(r_s), Some(x), Some(z)] = SPROCKETS.map(value) {
+        return Chain::Geometry { r_p, r_s, centre: [x, -z] };
+    }
+    match (value("front_sprocket_teeth"), value("rear_sprocket_teeth")) {
+        (Some(front), Some(rear)) => Chain::ToothRatio(front / rear),
+        _ => Chain::Ignored,
+    }
+}
+
+/// Whether the mass matrix can be one, anywhere in the travel.
+fn positive_definite(equations: &Equations) -> bool {
+    [(0.0, 0.0), (0.15, 0.25), (0.3, 0.5)].iter().all(|&(z_f, a_r)| {
+        let m = equations.at(&super::equations::Motion { z_f, a_r, ..Default::default() }).m;
+        nalgebra::Matrix5::from_fn(|i, j| m[i][j]).cholesky().is_some()
+    })
+}

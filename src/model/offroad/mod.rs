@@ -1,0 +1,5 @@
+//! TODO room
+
+pub mod chain;
+pub mod equations;
+pub mod machine;

@@ -1,0 +1,220 @@
+//! The fits over their data.
+
+use super::{Cloud, LINE, POINTS, Sheet};
+use crate::GRAVITY;
+use crate::fit::chain::{Data, Solution};
+use crate::model::formulation::Formulation;
+use crate::statistics::interval::t95;
+
+/// The signals of the samples that the fits used, front and rear: what the clouds do not hold.
+pub(super) struct Used {
+    /// Wheel load of the friction samples, N.
+    pub straight_load: [Vec<f64>; 2],
+    /// Camber of the friction samples, rad: the roll of a wheel that is not steered.
+    pub straight_roll: [Vec<f64>; 2],
+    /// Time of the friction samples, s.
+    pub straight_time: [Vec<f64>; 2],
+    /// Wheel load of the corner samples, N.
+    pub corner_load: [Vec<f64>; 2],
+    /// Speed of the corner samples, m/s.
+    pub corner_speed: Vec<f64>,
+    /// Time of the corner samples, s.
+    pub corner_time: Vec<f64>,
+}
+
+impl Used {
+    pub(super) fn new(data: &Data, solution: &Solution) -> Self {
+        let (given, clouds) = (&solution.given, &solution.clouds);
+        let of = |x: &[f64], places: &[usize]| places.iter().map(|&i| x[i]).collect::<Vec<f64>>();
+        let straight = [0, 1].map(|k| {
+            let keep = &clouds.friction_keep[k];
+            let signals = given.straight(&data.straight[k], &data.action[k]);
+            (of(&signals.load[k], keep), of(&signals.roll, keep), of(&data.straight[k].time, keep))
+        });
+        // loads and speeds of a corner do without the crown
+        let corner = given.corner(&data.corner, data.corner_rate, None);
+        let [front, rear] = straight;
+        Used {
+            straight_load: [front.0, rear.0],
+            straight_roll: [front.1, rear.1],
+            straight_time: [front.2, rear.2],
+            corner_load: [0, 1].map(|k| of(&corner.load[k], &clouds.keep)),
+            corner_speed: of(&corner.speed, &clouds.keep),
+            corner_time: of(&data.corner.time, &clouds.keep),
+        }
+    }
+}
+
+pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used: &Used) {
+    for (k, end) in ["front", "rear"].into_iter().enumerate() {
+        friction(sheet, solution, used, k, &format!("friction_x_{end}"));
+        lateral(sheet, solution, used, k, end);
+        stiffness(sheet, solution, k, end);
+    }
+    coast_down(sheet, data, solution);
+    overturning(sheet, data, solution);
+}
+
+fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, plot: &str) {
+    let Some(fit) = &solution.fits.friction[k] else { return };
+    let rows = &solution.clouds.friction[k];
+    let cloud = Cloud {
+        x: &rows.slip,
+        y: &rows.friction,
+        weights: &fit.weights,
+        clusters: &rows.clusters,
+        shade: &used.straight_load[k],
+    };
+    sheet.cloud(plot, &cloud, POINTS);
+    let band = |s: f64| {
+        let covariance = fit.covariance.as_ref()?;
+        let at = |theta: &[f64]| fit.formula_of(theta).value(s);
+        let gradient: Vec<f64> = (0..fit.theta.len())
+            .map(|j| {
+                let step = 1e-4 * fit.theta[j].abs().max(0.1);
+                let mut moved = fit.theta.clone();
+                moved[j] += step;
+                (at(&moved) - at(&fit.theta)) / step
+            })
+            .collect();
+        let (se, dof) = covariance.contrast(&gradient);
+        Some(t95(dof.max(1.0)) * se)
+    };
+    let [from, to] = fit.ridden;
+    sheet.line(plot, "fit", from, to.max(0.0), &|s| (fit.formula.value(s), band(s)));
+}
+
+fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, end: &str) {
+    let lateral = &solution.fits.lateral[k];
+    let rows = &solution.clouds.lateral[k];
+    let low = rows.camber.iter().copied().fold(0.0, f64::min);
+    let high = rows.camber.iter().copied().fold(0.0, f64::max);
+    let cloud = Cloud { clusters: &rows.clusters, shade: &used.corner_load[k], ..Cloud::default() };
+    if let Some(fit) = &lateral.slip {
+        let plot = format!("slip_angle_{end}");
+        let own = Cloud { x: &rows.camber, y: &rows.slip_angle, weights: &fit.weights, ..cloud };
+        sheet.cloud(&plot, &own, POINTS);
+        sheet.line(&plot, "fit", low, high, &|g| {
+            let contrast = [g, g.powi(3)];
+            let half = fit.covariance.as_ref().map(|c| {
+                let (se, dof) = c.contrast(&contrast);
+                t95(dof.max(1.0)) * se
+            });
+            (fit.theta[0] * contrast[0] + fit.theta[1] * contrast[1], half)
+        });
+    }
+    let Some(fit) = &lateral.friction else { return };
+    let at = |g: f64| {
+        let half = fit
+            .covariance
+            .as_ref()
+            .map(|c| t95(c.dof[0].max(1.0)) * c.covariance[(0, 0)].max(0.0).sqrt() * g.tan().abs());
+        (fit.theta[0] * g.tan(), half)
+    };
+    let plot = format!("friction_y_{end}");
+    let own = Cloud { x: &rows.camber, y: &rows.friction, weights: &fit.weights, ..cloud };
+    sheet.cloud(&plot, &own, POINTS);
+    sheet.line(&plot, "fit", low, high, &at);
+    // a steady corner has one slip angle to its camber: the curve runs through both fits
+    let Some(slip) = &lateral.slip else { return };
+    let plot = format!("friction_y_slip_{end}");
+    let own = Cloud { x: &rows.slip_angle, y: &rows.friction, weights: &fit.weights, ..cloud };
+    sheet.cloud(&plot, &own, POINTS);
+    for i in 0..LINE {
+        let g = low + (high - low) * i as f64 / (LINE - 1) as f64;
+        let (y, half) = at(g);
+        let x = slip.theta[0] * g + slip.theta[1] * g.powi(3);
+        let y = [Some(y), half.map(|h| y - h), half.map(|h| y + h)];
+        sheet.push(&plot, "fit", x, y, None, None);
+    }
+}
+
+fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize, end: &str) {
+    let lateral = &solution.fits.lateral[k];
+    let formulation = solution.given.formulation;
+    let wheel = if k == 0 { &solution.given.bike.front } else { &solution.given.bike.rear };
+    let ratio = wheel.side_force_ratio;
+    if lateral.k_alpha(0.0, ratio, formulation).is_none() {
+        return;
+    }
+    // 1/k is linear in what is fitted; the printed form is a quotient of two fits without a
+    // common covariance
+    let half = |g: f64, k: f64| {
+        let fit = lateral.compliance.as_ref()?;
+        let (se, dof) = fit.covariance.as_ref()?.contrast(&[1.0, g * g]);
+        let tangent = if g.abs() < 1e-6 { 1.0 } else { g.tan() / g };
+        (formulation == Formulation::Corrected).then(|| t95(dof.max(1.0)) * se * k * k / tangent)
+    };
+    for (series, scale) in [("k_alpha", 1.0), ("k_gamma", ratio)] {
+        sheet.line(&format!("stiffness_{end}"), series, 0.0, lateral.ridden, &|g| {
+            let k = lateral.k_alpha(g, ratio, formulation).unwrap_or(f64::NAN);
+            (scale * k, half(g, k).map(|h| scale * h))
+        });
+    }
+}
+
+/// Force that slows the coasting bike, wheels' inertia included, over the speed squared.
+fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
+    let given = &solution.given;
+    let Some(fit) = &solution.fits.coasting.resistance else { return };
+    let x = &data.coast;
+    let weight = given.bike.mass * GRAVITY;
+    let square: Vec<f64> = x.velocity_x.iter().map(|v| v * v).collect();
+    let force = coasting_force(data, solution, &fit.theta);
+    let own =
+        Cloud { x: &square, y: &force, weights: &fit.weights, clusters: &x.segment, shade: &[] };
+    sheet.cloud("coast_down", &own, POINTS);
+    let top = square.iter().copied().fold(0.0, f64::max);
+    sheet.line("coast_down", "fit", 0.0, top, &|v2| {
+        let half = fit.covariance.as_ref().map(|c| {
+            let mut contrast = vec![0.0; fit.theta.len()];
+            contrast[0] = v2;
+            contrast[1] = weight;
+            let (se, dof) = c.contrast(&contrast);
+            t95(dof.max(1.0)) * se
+        });
+        (fit.theta[0] * v2 + fit.theta[1] * weight, half)
+    });
+}
+
+/// Force that slows each coasting sample, the grade taken off, N.
+pub(super) fn coasting_force(data: &Data, solution: &Solution, theta: &[f64]) -> Vec<f64> {
+    let (given, x) = (&solution.given, &data.coast);
+    let inertia = given.bike.mass + given.rotating_mass().iter().sum::<f64>();
+    let weight = given.bike.mass * GRAVITY;
+    let slope = theta.get(2).copied().unwrap_or(0.0);
+    (0..x.len())
+        .map(|i| {
+            let a = x.acceleration_x[i] - given.zeros.acceleration_x;
+            -inertia * a - slope * weight * x.direction[i]
+        })
+        .collect()
+}
+
+fn overturning(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
+    let Some(fit) = &solution.fits.overturning else { return };
+    let given = &solution.given;
+    let weight = given.bike.mass * GRAVITY;
+    let (lever, moment, clusters) = &solution.clouds.overturning;
+    let roll: Vec<f64> = solution
+        .clouds
+        .keep_steady
+        .iter()
+        .map(|&i| data.corner.roll[i] - given.zeros.roll)
+        .collect();
+    let arm: Vec<f64> = moment.iter().map(|m| m / weight).collect();
+    let own = Cloud { x: &roll, y: &arm, weights: &fit.weights, clusters, shade: &[] };
+    sheet.cloud("overturning", &own, POINTS);
+    // the lever per tangent of roll is all but constant: its mean draws the line
+    let tangent: f64 = roll.iter().map(|r| r.tan().powi(2)).sum();
+    let per_tangent: f64 = lever.iter().zip(&roll).map(|(l, r)| l * r.tan()).sum::<f64>() / tangent;
+    let low = roll.iter().copied().fold(0.0, f64::min);
+    let high = roll.iter().copied().fold(0.0, f64::max);
+    let scale = per_tangent / weight;
+    sheet.line("overturning", "fit", low, high, &|r| {
+        let half = fit.covariance.as_ref().map(|c| {
+            t95(c.dof[0].max(1.0)) * c.covariance[(0, 0)].max(0.0).sqrt() * (scale * r.tan()).abs()
+        });
+        (fit.theta[0] * scale * r.tan(), half)
+    });
+}

@@ -1,0 +1,5 @@
+//! TODO room
+
+pub mod file;
+pub mod names;
+pub mod rows;

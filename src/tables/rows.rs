@@ -1,0 +1,490 @@
+//! The rows of the output tables, field by field as in `schemas/`.
+//!
+//! A struct here mirrors its schema file; writing fails a test when the two differ.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contract::session::Meta;
+
+/// Stands for what is not one thing in a pooled row.
+pub const POOLED: &str = "(pooled)";
+
+/// Who and when, repeated in every per-session row.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Ident {
+    /// The session.
+    pub session_id: String,
+    /// The bike.
+    pub bike_id: String,
+    /// RFC 3339.
+    pub start_time: Option<String>,
+}
+
+impl From<&Meta> for Ident {
+    fn from(meta: &Meta) -> Self {
+        Ident {
+            session_id: meta.session_id.clone(),
+            bike_id: meta.bike_id.clone(),
+            start_time: meta.start_time.clone(),
+        }
+    }
+}
+
+/// From what a row was made.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Provenance {
+    /// BLAKE3 of the input's bytes.
+    pub input_hash: String,
+    /// BLAKE3 of the resolved pipeline and the bike file.
+    pub pipeline_hash: String,
+    /// Of roadbench.
+    pub version: String,
+}
+
+/// How far a coefficient is to be believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Estimated, with an interval that can be believed.
+    Ok,
+    /// Not estimated: taken from the bike file.
+    Assumed,
+    /// Estimated, but the ride does not pin it down.
+    PoorlyDetermined,
+    /// The ride cannot give it.
+    NotAvailable,
+}
+
+/// A row of `coefficients`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Coefficient {
+    /// Who and when.
+    #[serde(flatten)]
+    pub ident: Ident,
+    /// `front`, `rear` or `vehicle`.
+    pub tyre: String,
+    /// Name.
+    pub coefficient: String,
+    /// Symbol in the paper.
+    pub symbol: String,
+    /// Estimate.
+    pub value: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// Standard error.
+    pub std_error: Option<f64>,
+    /// Interval.
+    pub ci95_low: Option<f64>,
+    /// Interval.
+    pub ci95_high: Option<f64>,
+    /// Robust spread between manoeuvres.
+    pub dispersion: Option<f64>,
+    /// Manoeuvres that took part.
+    pub n_manoeuvres: i64,
+    /// Samples that took part.
+    pub n_samples: i64,
+    /// Robust residual standard deviation of the fit.
+    pub residual_scale: Option<f64>,
+    /// Share of zero weights.
+    pub outlier_fraction: Option<f64>,
+    /// Share of variance explained.
+    pub r_squared: Option<f64>,
+    /// How far to believe it.
+    pub status: Status,
+    /// Why not `ok`.
+    pub reason: Option<String>,
+    /// From what.
+    #[serde(flatten)]
+    pub provenance: Provenance,
+}
+
+/// A row of `manoeuvres`.
+#[derive(Debug, Clone, Default, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct Manoeuvre {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub manoeuvre_id: i64,
+    pub kind: String,
+    pub start: f64,
+    pub end: f64,
+    pub direction: Option<String>,
+    pub quality: Option<f64>,
+    pub used: bool,
+    pub reason: Option<String>,
+    pub speed_start: Option<f64>,
+    pub speed_end: Option<f64>,
+    pub speed_mean: Option<f64>,
+    pub acceleration_x_mean: Option<f64>,
+    pub acceleration_x_peak: Option<f64>,
+    pub acceleration_y_peak: Option<f64>,
+    pub roll_peak: Option<f64>,
+    pub slip_front_peak: Option<f64>,
+    pub slip_rear_peak: Option<f64>,
+    pub flight_time: Option<f64>,
+    pub landing_load_front: Option<f64>,
+    pub landing_load_rear: Option<f64>,
+    pub load_transfer: Option<f64>,
+}
+
+/// A row of `forces`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ForceRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub manoeuvre_id: i64,
+    pub kind: String,
+    pub rider: String,
+    pub force: String,
+    pub unit: String,
+    pub peak: Option<f64>,
+    pub rms: Option<f64>,
+    pub mean: Option<f64>,
+    pub dispersion: Option<f64>,
+    pub n_samples: i64,
+}
+
+/// A row of `sessions`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct SessionRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub path: String,
+    pub duration: f64,
+    pub rate: f64,
+    pub n_samples: i64,
+    pub distance: Option<f64>,
+    pub channels: String,
+    pub n_manoeuvres: i64,
+    pub n_used: i64,
+    pub n_coefficients_ok: i64,
+    pub n_warnings: i64,
+    pub tyre_front: Option<String>,
+    pub tyre_rear: Option<String>,
+    pub site: Option<String>,
+    pub rider_id: Option<String>,
+    #[serde(flatten)]
+    pub provenance: Provenance,
+}
+
+/// A row of `warnings`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct WarningRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub stage: String,
+    pub code: String,
+    pub channel: Option<String>,
+    pub count: i64,
+    pub time: Option<f64>,
+    pub message: String,
+}
+
+/// A row of `rejected`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct Rejected {
+    pub path: String,
+    pub session_id: Option<String>,
+    pub bike_id: Option<String>,
+    pub stage: String,
+    pub code: String,
+    pub message: String,
+    pub input_hash: Option<String>,
+    pub version: String,
+}
+
+/// A row of `plots`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct PlotPoint {
+    pub session_id: String,
+    pub bike_id: String,
+    pub plot: String,
+    pub series: String,
+    pub x: f64,
+    pub y: Option<f64>,
+    pub y_low: Option<f64>,
+    pub y_high: Option<f64>,
+    pub weight: Option<f64>,
+    pub manoeuvre_id: Option<i64>,
+    pub shade: Option<f64>,
+    pub n: Option<i64>,
+}
+
+/// A row of `fleet`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct FleetRow {
+    pub bike_id: String,
+    pub tyre: String,
+    pub coefficient: String,
+    pub unit: String,
+    pub n_sessions: i64,
+    pub median: Option<f64>,
+    pub robust_sd: Option<f64>,
+    pub quartile_1: Option<f64>,
+    pub quartile_3: Option<f64>,
+    pub within_sd: Option<f64>,
+    pub between_sd: Option<f64>,
+    pub drift_per_day: Option<f64>,
+    pub n_flagged: i64,
+    pub flagged_sessions: Option<String>,
+    pub between_sd_settled: Option<f64>,
+    pub between_ci95_low: Option<f64>,
+    pub between_ci95_high: Option<f64>,
+    pub between_sd_fleet: Option<f64>,
+    pub drift_settled_per_day: Option<f64>,
+    pub drift_ci95_low: Option<f64>,
+    pub drift_ci95_high: Option<f64>,
+    pub n_events: i64,
+}
+
+/// A row of `fleet_pooled`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct PooledRow {
+    pub bike_id: String,
+    pub session_id: String,
+    pub tyre: String,
+    pub coefficient: String,
+    pub unit: String,
+    pub status: String,
+    pub value: f64,
+    pub std_error: f64,
+    pub pooled: f64,
+    pub pooled_std_error: f64,
+    pub pooled_ci95_low: f64,
+    pub pooled_ci95_high: f64,
+    pub shrinkage: f64,
+}
+
+/// A row of `fleet_events`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct EventRow {
+    pub bike_id: String,
+    pub kind: String,
+    pub tyre: String,
+    pub coefficients: String,
+    pub first_session: String,
+    pub last_session: String,
+    pub first_time: Option<String>,
+    pub n_sessions: i64,
+    pub size: Option<f64>,
+    pub evidence: f64,
+    pub false_alarm_rate: f64,
+    pub reason: String,
+}
+
+/// A row of `fleet_ratios`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct RatioRow {
+    pub bike_id: String,
+    pub tyre: String,
+    pub first_session: String,
+    pub last_session: String,
+    pub n_sessions: i64,
+    pub side_force_ratio: Option<f64>,
+    pub ci95_low: Option<f64>,
+    pub ci95_high: Option<f64>,
+    pub cornering_stiffness_0: Option<f64>,
+    pub scatter: Option<f64>,
+    pub variety: f64,
+    pub noise: f64,
+    pub status: String,
+    pub reason: Option<String>,
+}
+
+/// A row of `causes`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct CauseRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub rank: i64,
+    pub effect: String,
+    pub verdict: String,
+    pub level: String,
+    pub pooled_over: Option<String>,
+    pub parameter: String,
+    pub value: Option<f64>,
+    pub unit: String,
+    pub ci95_low: Option<f64>,
+    pub ci95_high: Option<f64>,
+    pub score: f64,
+    pub false_alarm_rate: f64,
+    pub gain_heldout: Option<f64>,
+    pub gain_upper_bound: Option<f64>,
+    pub equivalent_to: Option<String>,
+    pub separate_by: Option<String>,
+    pub reason: String,
+}
+
+/// A row of `discrepancies`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct DiscrepancyRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub channel: String,
+    pub kind: String,
+    pub unit: String,
+    pub rmse_base: f64,
+    pub rmse_extended: Option<f64>,
+    pub bias: f64,
+    pub noise_floor: f64,
+    pub null_largest: f64,
+    pub structured: bool,
+    pub covariate: Option<String>,
+    pub correlation: Option<f64>,
+    pub n: i64,
+}
+
+/// A row of `replays` ([`ReplayRow`] is one of `replay`).
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ReplaySample {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub manoeuvre: i64,
+    pub kind: String,
+    pub channel: String,
+    pub unit: String,
+    pub time: f64,
+    pub measured: Option<f64>,
+    pub base: Option<f64>,
+    pub extended: Option<f64>,
+}
+
+/// A row of `truth`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct Truth {
+    pub session_id: String,
+    pub bike_id: String,
+    pub tyre: String,
+    pub coefficient: String,
+    pub value: f64,
+    pub unit: String,
+}
+
+/// A row of `truth_segments`.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct TruthSegment {
+    pub session_id: String,
+    pub bike_id: String,
+    pub kind: String,
+    pub start: f64,
+    pub end: f64,
+    pub direction: Option<String>,
+}
+
+/// A row of `truth_signals`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct TruthSignal {
+    pub session_id: String,
+    pub bike_id: String,
+    pub time: f64,
+    pub steer_torque: f64,
+    pub drive_torque: f64,
+    pub x: f64,
+    pub y: f64,
+    pub slip_ratio_front: f64,
+    pub slip_angle_front: f64,
+    pub camber_front: f64,
+    pub load_front: f64,
+    pub force_x_front: f64,
+    pub force_y_front: f64,
+    pub moment_x_front: f64,
+    pub moment_z_front: f64,
+    pub slip_ratio_rear: f64,
+    pub slip_angle_rear: f64,
+    pub camber_rear: f64,
+    pub load_rear: f64,
+    pub force_x_rear: f64,
+    pub force_y_rear: f64,
+    pub moment_x_rear: f64,
+    pub moment_z_rear: f64,
+}
+
+/// A row of `truth_offroad`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct TruthOffroad {
+    pub session_id: String,
+    pub bike_id: String,
+    pub time: f64,
+    pub distance: f64,
+    pub load_front: f64,
+    pub load_rear: f64,
+    pub force_x_front: f64,
+    pub force_x_rear: f64,
+    pub contact_front: bool,
+    pub contact_rear: bool,
+    pub slip_ratio_front: f64,
+    pub slip_ratio_rear: f64,
+    pub rider_peg_x: f64,
+    pub rider_peg_z: f64,
+    pub rider_bar_x: f64,
+    pub rider_bar_z: f64,
+}
+
+/// A row of `modes`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ModeRow {
+    pub motorcycle: String,
+    pub speed: f64,
+    pub mode: String,
+    pub real: f64,
+    pub imaginary: f64,
+    pub frequency: f64,
+    pub damping_ratio: f64,
+}
+
+/// A row of `peaks`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct PeakRow {
+    pub channel: String,
+    pub unit: String,
+    pub reference: f64,
+    pub other: f64,
+    pub error: f64,
+    pub rms_difference: f64,
+}
+
+/// A row of `replay`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct ReplayRow {
+    pub session_id: String,
+    pub bike_id: String,
+    pub kind: String,
+    pub start: f64,
+    pub measured_deceleration: f64,
+    pub simulated_deceleration: f64,
+    pub measured_slip: f64,
+    pub simulated_slip: f64,
+    pub delay: Option<f64>,
+    pub rms_acceleration: f64,
+    pub rms_slip: f64,
+}
+
+/// A row of `bench`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct BenchRow {
+    pub tyre: String,
+    pub load: f64,
+    pub camber: f64,
+    pub slip_angle: f64,
+    pub friction_y: f64,
+}
