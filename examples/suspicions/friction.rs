@@ -1,10 +1,10 @@
 //! "Beyond 20 degrees the model gave less side force than the bench: the machine's track has possibly
 //! more friction than the asphalt" (Discussion).
 
+use roadbench::contract::manoeuvre::ManoeuvreKind;
 use roadbench::model::tir;
 use roadbench::model::tyre::Input;
 use roadbench::motorcycle::{Model, Road};
-use roadbench::segment::Kind;
 use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
 use roadbench::simulate::multibody;
 use roadbench::simulate::replay;
@@ -36,7 +36,7 @@ pub fn study(friction: f64, number: usize) -> ([f64; 2], [f64; 2], f64) {
     let brakings: Vec<_> = there
         .labels
         .iter()
-        .filter(|(kind, ..)| *kind == Kind::FrontBraking)
+        .filter(|(kind, ..)| *kind == ManoeuvreKind::FrontBraking)
         .map(|(_, start, end, _)| {
             let at = |t: f64| (t * there.session.rate) as usize;
             at(*start).saturating_sub(20)..at(*end)

@@ -1,13 +1,13 @@
 //! "A standard GNSS, and about 30 km/h in the corners: both increase the relative error of the speed
 //! vector, which is used to compute the slip angles" (Discussion).
 
+use roadbench::contract::manoeuvre::ManoeuvreKind;
 use roadbench::diagnose::attitude::Attitude;
 use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::samples::Samples;
 use roadbench::effects::Effect;
 use roadbench::fit::chain::{self, Data};
 use roadbench::pipeline::Pipeline;
-use roadbench::segment::Kind;
 use roadbench::simulate::multibody;
 use roadbench::simulate::ride::Ridden;
 use roadbench::{
@@ -34,7 +34,7 @@ pub fn errors(session: &Session, truth: &Ridden, bike: &Bike) -> [f64; 3] {
     let samples = Samples::gather(session, &segments);
     let mut sums = [(0.0, 0.0); 3];
     for (kind, range) in &samples.manoeuvres {
-        for i in range.clone().filter(|_| *kind == Kind::Cornering) {
+        for i in range.clone().filter(|_| *kind == ManoeuvreKind::Cornering) {
             let k = SPEEDS.windows(2).position(|w| (w[0]..w[1]).contains(&samples.v[i]));
             let estimated =
                 Attitude::of(&samples, &world, world.caster_angle.sin_cos(), i, true).alpha[1];

@@ -11,9 +11,9 @@ use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::pipeline::Pipeline;
 use crate::report::svg::{Panel, Series, Style, panels};
-use crate::segment::{self, Kind};
 use crate::simulate::replay::{self, Replay};
 use crate::tables::rows::ReplayRow;
+use crate::{contract::manoeuvre::ManoeuvreKind, segment};
 use crate::{filter, ingest, tables::file};
 
 /// Ride the brakings of a log again: measured pressures in, deceleration and slip out
@@ -78,7 +78,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .iter()
         .filter(|s| {
             s.used
-                && matches!(s.kind, Kind::FrontBraking | Kind::RearBraking | Kind::CombinedBraking)
+                && matches!(
+                    s.kind,
+                    ManoeuvreKind::FrontBraking
+                        | ManoeuvreKind::RearBraking
+                        | ManoeuvreKind::CombinedBraking
+                )
         })
         .collect();
     if brakings.is_empty() {
@@ -104,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for s in &brakings {
         // a little of the coasting before, so that the start is steady
         let from = s.start.saturating_sub((0.3 * session.rate) as usize);
-        let wheel = usize::from(s.kind == Kind::RearBraking);
+        let wheel = usize::from(s.kind == ManoeuvreKind::RearBraking);
         let replay = match replay::braking(&model, &steering, &session, from..s.end) {
             Ok(replay) => replay,
             Err(e) => {
@@ -140,7 +145,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             rms_acceleration,
             rms_slip,
         });
-        if drawn.is_none() && s.kind == Kind::FrontBraking {
+        if drawn.is_none() && s.kind == ManoeuvreKind::FrontBraking {
             drawn = Some(replay);
         }
     }

@@ -17,8 +17,8 @@ use super::parameters::{Parameter, Parameters};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
 use super::scan::{Score, scores};
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::effects::{Effect, PRIOR};
-use crate::segment::Kind;
 
 /// Largest detection limit that is one, in usual sizes.
 pub const SEEN: f64 = 4.0;
@@ -50,7 +50,7 @@ pub struct Calibration {
     /// Largest score of each null, each judged like a real ride.
     pub tops: Vec<f64>,
     /// Mean and largest rms of the nulls' residuals, by kind and channel.
-    pub floor: BTreeMap<(Kind, usize), [f64; 2]>,
+    pub floor: BTreeMap<(ManoeuvreKind, usize), [f64; 2]>,
     /// What each null's fit made of the model that was ridden.
     pub fits: Vec<Parameters>,
 }
@@ -262,7 +262,7 @@ fn quantile(mut tops: Vec<f64>) -> f64 {
 }
 
 /// Root mean square and number of the residuals, by kind and channel.
-pub type Rms = BTreeMap<(Kind, usize), (f64, usize)>;
+pub type Rms = BTreeMap<(ManoeuvreKind, usize), (f64, usize)>;
 
 /// Root mean squares of block residuals.
 pub fn rms(samples: &Samples, found: &Blocks) -> Rms {

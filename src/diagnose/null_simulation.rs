@@ -18,8 +18,8 @@ use super::sensor_drift::{self, Slow};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::segment::{Kind, Segment};
 use crate::statistics::random::Random;
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Rides with sensor noise only, by which what else there is is known.
 const QUIET: usize = 3;
@@ -32,7 +32,7 @@ pub struct Rides<'a> {
     session: &'a Session,
     segments: &'a [Segment],
     bike: &'a Bike,
-    picks: Vec<(Kind, Vec<usize>)>,
+    picks: Vec<(ManoeuvreKind, Vec<usize>)>,
     world: Parameters,
     clean: Session,
     white: Vec<(Channel, f64)>,
@@ -109,7 +109,7 @@ impl<'a> Rides<'a> {
     }
 
     /// The samples that are looked at, per manoeuvre.
-    pub fn picks(&self) -> &[(Kind, Vec<usize>)] {
+    pub fn picks(&self) -> &[(ManoeuvreKind, Vec<usize>)] {
         &self.picks
     }
 

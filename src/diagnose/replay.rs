@@ -15,10 +15,10 @@ use crate::effects::model_error::{BrakeHistory, ModelError};
 use crate::ingest::gaps::bridge;
 use crate::ingest::resample;
 use crate::model::{Stiffness, Tyre};
-use crate::segment::{Kind, Segment};
 use crate::simulate::motorcycle::{Action, Plant, State};
 use crate::simulate::programme::Lean;
 use crate::simulate::rider::steer;
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// How fast the throttle brings the speed back, 1/s.
 const THROTTLE: f64 = 0.8;
@@ -96,7 +96,7 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
     let rolldd = gradient(&smooth(&rolld, rate), rate);
     let pressures = [Channel::BrakePressureFront, Channel::BrakePressureRear].map(column);
     let mut free = vec![false; n];
-    for s in segments.iter().filter(|s| s.kind == Kind::Coasting) {
+    for s in segments.iter().filter(|s| s.kind == ManoeuvreKind::Coasting) {
         free[s.start..s.end.min(n)].fill(true);
     }
 

@@ -16,8 +16,8 @@ use super::attitude::Attitude;
 use super::parameters::Parameters;
 use super::samples::{BLOCK, Samples};
 use crate::GRAVITY;
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::model::magic_formula::MagicFormula;
-use crate::segment::Kind;
 
 /// The channels, in their order.
 pub const CHANNELS: [&str; 8] = [
@@ -54,7 +54,7 @@ pub fn attitudes(samples: &Samples, world: &Parameters) -> Vec<Attitude> {
         .manoeuvres
         .iter()
         .flat_map(|(kind, range)| {
-            let cornering = *kind == Kind::Cornering;
+            let cornering = *kind == ManoeuvreKind::Cornering;
             range.clone().map(move |i| Attitude::of(samples, world, caster, i, cornering))
         })
         .collect()
@@ -103,7 +103,7 @@ pub fn blocks_at(
     for (kind, range) in &samples.manoeuvres {
         let mut lagged = [Lag::default(), Lag::default()];
         let mut sums = [0.0; 8];
-        let cornering = *kind == Kind::Cornering;
+        let cornering = *kind == ManoeuvreKind::Cornering;
         for (k, i) in range.clone().enumerate() {
             let attitude = match known {
                 Some(known) => known[i],
@@ -181,12 +181,12 @@ fn instant(
     w: &Parameters,
     fixed: &Fixed,
     i: usize,
-    kind: Kind,
+    kind: ManoeuvreKind,
     a: &Attitude,
     curves: &mut Curves<'_>,
 ) -> [f64; 8] {
     let d = &w.departure;
-    let cornering = kind == Kind::Cornering;
+    let cornering = kind == ManoeuvreKind::Cornering;
     let (m, h) = (w.mass, w.cg_height);
     let (lf, lr) = (w.cg_to_front, w.wheelbase - w.cg_to_front);
     let &Attitude { v, r, vy, phi, sin_phi, cos_phi, sin_d, cos_d, camber, .. } = a;
@@ -199,8 +199,11 @@ fn instant(
     // without a heading nothing is known of what depends on it
     let along_strip = if s.along[i].is_nan() { 0.0 } else { s.along[i] };
     let &Fixed { inertia, ratio, per_mass, per_length, per_radius, still, per_still, .. } = fixed;
-    let free = kind == Kind::Coasting;
-    let braking = matches!(kind, Kind::FrontBraking | Kind::RearBraking | Kind::CombinedBraking);
+    let free = kind == ManoeuvreKind::Coasting;
+    let braking = matches!(
+        kind,
+        ManoeuvreKind::FrontBraking | ManoeuvreKind::RearBraking | ManoeuvreKind::CombinedBraking
+    );
 
     // forces along the bike
     let drag = d.drag(w.drag, v, along_strip);

@@ -6,7 +6,7 @@ use super::smooth::{gradient, smooth};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::model_error::BrakeHistory;
-use crate::segment::{Kind, Segment};
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Samples per second.
 pub const RATE: f64 = 10.0;
@@ -49,17 +49,17 @@ pub struct Samples {
     /// What the brakes have been through.
     pub brakes: Vec<BrakeHistory>,
     /// One per manoeuvre: its kind and its samples, whole blocks.
-    pub manoeuvres: Vec<(Kind, Range<usize>)>,
+    pub manoeuvres: Vec<(ManoeuvreKind, Range<usize>)>,
 }
 
 /// Kinds that the base model describes.
-const KINDS: [Kind; 6] = [
-    Kind::Coasting,
-    Kind::FrontBraking,
-    Kind::RearBraking,
-    Kind::CombinedBraking,
-    Kind::Driving,
-    Kind::Cornering,
+const KINDS: [ManoeuvreKind; 6] = [
+    ManoeuvreKind::Coasting,
+    ManoeuvreKind::FrontBraking,
+    ManoeuvreKind::RearBraking,
+    ManoeuvreKind::CombinedBraking,
+    ManoeuvreKind::Driving,
+    ManoeuvreKind::Cornering,
 ];
 
 impl Samples {
@@ -84,7 +84,7 @@ impl Samples {
     }
 
     /// Picked samples of a session.
-    pub fn take(session: &Session, picks: &[(Kind, Vec<usize>)]) -> Self {
+    pub fn take(session: &Session, picks: &[(ManoeuvreKind, Vec<usize>)]) -> Self {
         let rate = session.rate;
         let n = session.len;
         let missing = || vec![f64::NAN; n];
@@ -149,7 +149,7 @@ impl Samples {
 }
 
 /// Which samples of a session are looked at: per manoeuvre, whole blocks of them.
-pub fn picks(session: &Session, segments: &[Segment]) -> Vec<(Kind, Vec<usize>)> {
+pub fn picks(session: &Session, segments: &[Segment]) -> Vec<(ManoeuvreKind, Vec<usize>)> {
     let rate = session.rate;
     let smoothed = |c: Channel| session.get(c).map(|x| smooth(x, rate));
     let (Some(v), Some(ax)) = (smoothed(Channel::VelocityX), smoothed(Channel::AccelerationX))

@@ -17,8 +17,8 @@ use super::samples::{BLOCK, RATE, Samples};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::segment::{Kind, Segment};
 use crate::statistics::random::{Coloured, Random};
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// The roll residual's place among the channels.
 const ROLL: usize = 5;
@@ -94,7 +94,7 @@ fn wander(
     let mut changes: [Vec<f64>; 3] = Default::default();
     let spans = SPANS.map(|s| (s * sampling) as usize);
     // in a bend each velocity's wander turns into the other's
-    for segment in segments.iter().filter(|s| s.used && s.kind != Kind::Cornering) {
+    for segment in segments.iter().filter(|s| s.used && s.kind != ManoeuvreKind::Cornering) {
         let end = segment.end.min(x.len());
         let mut sum = 0.0;
         let off: Vec<f64> = (segment.start..end)

@@ -5,7 +5,7 @@ use super::Level;
 use super::model_error::HEAT;
 use super::remove::add;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -23,7 +23,7 @@ pub const EFFECT: Effect = Effect {
         Channel::BrakePressureFront,
         Channel::AccelerationX,
     ],
-    kinds: &[Kind::Coasting],
+    kinds: &[ManoeuvreKind::Coasting],
     alike: &["rolling_resistance"],
     separate_by: "coasting before and straight after hot stops",
     level: Level::Bike,

@@ -5,7 +5,7 @@ use super::Level;
 use super::model_error::HEAT;
 use super::remove::scale;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,11 @@ pub const EFFECT: Effect = Effect {
     source: "organic pads lose 5 to 20 % in one hard stop",
     enters: "brake gain over the heat of the stop",
     channels: &[Channel::BrakePressureFront, Channel::BrakePressureRear],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking],
+    kinds: &[
+        ManoeuvreKind::FrontBraking,
+        ManoeuvreKind::RearBraking,
+        ManoeuvreKind::CombinedBraking,
+    ],
     alike: &[],
     separate_by: "hard stops from different speeds",
     level: Level::Bike,

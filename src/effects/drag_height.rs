@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "the centre of pressure is 0 to 0.3 m above the mass centre",
     enters: "load transfer over speed",
     channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::Driving],
+    kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::Driving],
     alike: &["lift", "stiffness_load"],
     separate_by: "coasting and braking above 30 m/s",
     level: Level::Bike,

@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -20,7 +20,11 @@ pub const EFFECT: Effect = Effect {
         Channel::WheelSpeedFront,
         Channel::WheelSpeedRear,
     ],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking],
+    kinds: &[
+        ManoeuvreKind::FrontBraking,
+        ManoeuvreKind::RearBraking,
+        ManoeuvreKind::CombinedBraking,
+    ],
     alike: &["lift"],
     separate_by: "the same slip at different loads",
     level: Level::Bike,

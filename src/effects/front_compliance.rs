@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "0.3 to 3 degrees per kN",
     enters: "steering angle at the road",
     channels: &[Channel::SteerAngle, Channel::AccelerationY],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &["cornering_stiffness_front", "side_force_ratio_front", "twisting_stiffness"],
     separate_by: "bends with the brake on",
     level: Level::Bike,

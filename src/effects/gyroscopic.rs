@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "a crankshaft adds 10 to 40 % of the wheels' gyroscopic moment",
     enters: "gyroscopic moments in roll and yaw",
     channels: &[Channel::Roll, Channel::AccelerationY, Channel::YawRate],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &["overturning_stiffness", "rider_lean"],
     separate_by: "bends of the same lean at different speeds",
     level: Level::Bike,

@@ -4,7 +4,7 @@ use super::Effect;
 use super::Level;
 use super::model_error::ModelError;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,12 @@ pub const EFFECT: Effect = Effect {
     source: "satellite receivers are 10 to 100 ms late",
     enters: "velocities over time",
     channels: &[Channel::VelocityX, Channel::AccelerationX],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking, Kind::Driving],
+    kinds: &[
+        ManoeuvreKind::FrontBraking,
+        ManoeuvreKind::RearBraking,
+        ManoeuvreKind::CombinedBraking,
+        ManoeuvreKind::Driving,
+    ],
     alike: &[],
     separate_by: "hard braking",
     level: Level::Bike,

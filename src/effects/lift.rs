@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "lift areas of 0.05 to 0.15 m2, Cossalter 2006, section 3.2",
     enters: "wheel loads over speed",
     channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::Cornering],
+    kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::Cornering],
     alike: &["drag_height", "friction_load"],
     separate_by: "bends above 30 m/s",
     level: Level::Bike,

@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "dust, paint and damp cost 5 to 30 % of friction",
     enters: "friction of what is ridden along the first straight's heading",
     channels: &[Channel::Yaw, Channel::BrakePressureFront],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking],
+    kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking],
     alike: &[],
     separate_by: "braking to the limit in both directions",
     level: Level::Site,

@@ -6,9 +6,9 @@
 
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::contract::session::Session;
 use crate::diagnose::parameters::{Parameter, Place};
-use crate::segment::Kind;
 use model_error::ModelError;
 
 mod brake_drag;
@@ -92,7 +92,7 @@ pub struct Effect {
     /// Channels without which it cannot be seen.
     pub channels: &'static [Channel],
     /// Manoeuvres of which at least one kind must be there.
-    pub kinds: &'static [Kind],
+    pub kinds: &'static [ManoeuvreKind],
     /// What it is hard to tell from, by the names of effects or base parameters.
     pub alike: &'static [&'static str],
     /// The riding or channel that tells them apart.

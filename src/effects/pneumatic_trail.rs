@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "(12) takes it from the static deflection",
     enters: "yaw moment over side slip",
     channels: &[Channel::YawRate, Channel::AccelerationY],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &["side_force_ratio_front", "side_force_ratio_rear", "twisting_stiffness"],
     separate_by: "a tyre bench",
     level: Level::Bike,

@@ -4,7 +4,7 @@ use super::Effect;
 use super::Level;
 use super::remove::scale;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "tyres are toroids of 50 to 95 mm; how much of the versine the rolling radius loses is the tyre's",
     enters: "rolling radius of both wheels",
     channels: &[Channel::WheelSpeedFront, Channel::VelocityX, Channel::Roll],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &[],
     separate_by: "bends with the front wheel rolling freely",
     level: Level::Bike,

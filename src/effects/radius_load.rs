@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,11 @@ pub const EFFECT: Effect = Effect {
     source: "a third of a deflection of 6 mm per kN on 300 mm",
     enters: "rolling radius of both wheels",
     channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::BrakePressureFront],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking],
+    kinds: &[
+        ManoeuvreKind::FrontBraking,
+        ManoeuvreKind::RearBraking,
+        ManoeuvreKind::CombinedBraking,
+    ],
     alike: &[],
     separate_by: "braking of the other wheel",
     level: Level::Bike,

@@ -4,7 +4,7 @@ use super::Effect;
 use super::Level;
 use super::remove::scale;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "a few per mille at 20 m/s for cross-ply carcasses, less for radial ones",
     enters: "rolling radius of both wheels",
     channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
-    kinds: &[Kind::Coasting, Kind::FrontBraking, Kind::RearBraking],
+    kinds: &[ManoeuvreKind::Coasting, ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking],
     alike: &[],
     separate_by: "rolling freely over a wide range of speed",
     level: Level::Bike,

@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "0.1 to 0.4 m, growing with speed, de Vries and Pacejka 1998",
     enters: "lag of the slip angles",
     channels: &[Channel::SteerAngle, Channel::VelocityY, Channel::YawRate],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &[],
     separate_by: "quick changes of lean",
     level: Level::Bike,

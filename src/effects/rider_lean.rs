@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "a hanging rider moves the mass centre by 3 to 8 cm",
     enters: "mass centre across the bike over roll",
     channels: &[Channel::Roll, Channel::AccelerationY],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &["overturning_stiffness", "roll_zero", "gyroscopic"],
     separate_by: "no ride; a camera",
     level: Level::Night,

@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "cross falls of 1 to 3 % drain a road",
     enters: "camber against the road, and weight across it",
     channels: &[Channel::AccelerationY, Channel::Roll],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &["roll_zero"],
     separate_by: "bends to both sides",
     level: Level::Site,

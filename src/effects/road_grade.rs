@@ -4,7 +4,7 @@ use super::Effect;
 use super::Level;
 use super::remove::add;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "roads that pass for level fall by a few per mille for drainage",
     enters: "gravity along the road, with the sign of the heading",
     channels: &[Channel::AccelerationX, Channel::Yaw],
-    kinds: &[Kind::Coasting, Kind::FrontBraking, Kind::RearBraking],
+    kinds: &[ManoeuvreKind::Coasting, ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking],
     alike: &["wind"],
     separate_by: "coasting from more than 20 m/s in both directions, or the altitude",
     level: Level::Site,

@@ -4,7 +4,7 @@ use super::Effect;
 use super::Level;
 use super::remove::add;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "mounting angles and attitude filters are off by half a degree",
     enters: "roll",
     channels: &[Channel::Roll, Channel::AccelerationY],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &["road_bank", "rider_lean"],
     separate_by: "bends to both sides",
     level: Level::Bike,

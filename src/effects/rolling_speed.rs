@@ -4,7 +4,7 @@ use super::Effect;
 use super::Level;
 use super::remove::add;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "about 0.0002 s/m at 20 m/s by the formula in Cossalter 2006, section 2.2",
     enters: "rolling resistance coefficient",
     channels: &[Channel::AccelerationX],
-    kinds: &[Kind::Coasting],
+    kinds: &[ManoeuvreKind::Coasting],
     alike: &["drag"],
     separate_by: "coasting over a wide range of speed",
     level: Level::Bike,

@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -21,7 +21,7 @@ pub const EFFECT: Effect = Effect {
         Channel::Roll,
         Channel::AccelerationY,
     ],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &[
         "cornering_stiffness_front",
         "twisting_stiffness",

@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "0.05 to 0.12 in published motorcycle tyres",
     enters: "camber's share of the rear side force",
     channels: &[Channel::VelocityY, Channel::YawRate, Channel::Roll, Channel::AccelerationY],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &["cornering_stiffness_rear", "twisting_stiffness", "pneumatic_trail"],
     separate_by: "bends with the brake or the throttle on",
     level: Level::Bike,

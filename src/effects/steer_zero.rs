@@ -4,7 +4,7 @@ use super::Effect;
 use super::Level;
 use super::remove::add;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "potentiometers are set to a degree",
     enters: "handlebar angle",
     channels: &[Channel::SteerAngle, Channel::VelocityY, Channel::YawRate],
-    kinds: &[Kind::Cornering, Kind::Coasting],
+    kinds: &[ManoeuvreKind::Cornering, ManoeuvreKind::Coasting],
     alike: &[],
     separate_by: "straight running",
     level: Level::Bike,

@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -21,7 +21,7 @@ pub const EFFECT: Effect = Effect {
         Channel::AccelerationY,
         Channel::BrakePressureFront,
     ],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &["drag_height"],
     separate_by: "bends with the brake on",
     level: Level::Bike,

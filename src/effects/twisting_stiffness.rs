@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "0.02 to 0.06 m/rad in published tyres, seldom measured",
     enters: "yaw moment over camber",
     channels: &[Channel::YawRate, Channel::AccelerationY, Channel::Roll],
-    kinds: &[Kind::Cornering],
+    kinds: &[ManoeuvreKind::Cornering],
     alike: &[
         "cornering_stiffness_front",
         "cornering_stiffness_rear",

@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "5 to 20 % less for the first minutes",
     enters: "friction over the time of the ride",
     channels: &[Channel::BrakePressureFront, Channel::WheelSpeedFront],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking],
+    kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking],
     alike: &[],
     separate_by: "braking to the limit early and late",
     level: Level::Night,

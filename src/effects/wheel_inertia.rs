@@ -3,7 +3,7 @@
 use super::Effect;
 use super::Level;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -15,7 +15,12 @@ pub const EFFECT: Effect = Effect {
     source: "a wheel's inertia is a guess until it is swung",
     enters: "torque that spins the wheels, and their gyroscopic moment",
     channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::BrakePressureFront],
-    kinds: &[Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking, Kind::Coasting],
+    kinds: &[
+        ManoeuvreKind::FrontBraking,
+        ManoeuvreKind::RearBraking,
+        ManoeuvreKind::CombinedBraking,
+        ManoeuvreKind::Coasting,
+    ],
     alike: &[],
     separate_by: "short hard stops and long gentle ones on the same wheel",
     level: Level::Bike,

@@ -4,7 +4,7 @@ use super::Effect;
 use super::Level;
 use super::remove::add;
 use crate::contract::channel::Channel;
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// See the sentence.
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "a light breeze, Beaufort 1 to 3",
     enters: "air speed in the drag, with the sign of the heading",
     channels: &[Channel::AccelerationX, Channel::Yaw],
-    kinds: &[Kind::Coasting],
+    kinds: &[ManoeuvreKind::Coasting],
     alike: &["road_grade"],
     separate_by: "coasting from more than 20 m/s in both directions, or a still day",
     level: Level::Night,

@@ -2,7 +2,10 @@
 
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::segment::{Direction, Kind, Segment};
+use crate::{
+    contract::manoeuvre::{Direction, ManoeuvreKind},
+    segment::Segment,
+};
 
 use super::Config;
 
@@ -133,7 +136,7 @@ fn between(x: &[f64], at: f64) -> f64 {
 pub fn gather(
     session: &Session,
     segments: &[Segment],
-    kinds: &[Kind],
+    kinds: &[ManoeuvreKind],
     rate: f64,
     latency: f64,
     config: &Config,

@@ -12,7 +12,7 @@ use crate::estimate::samples::{Samples, gather};
 use crate::estimate::signals::{Action, Given, Signals};
 use crate::estimate::zeros::Zeros;
 use crate::model::tyre::trail_0;
-use crate::segment::{Kind, Segment};
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 use crate::{estimate, model::formulation::Formulation};
 
 use super::Config;
@@ -86,11 +86,13 @@ impl Data {
         config: &estimate::Config,
     ) -> Self {
         let late = zeros.latency;
-        let of = |kinds: &[Kind], rate: f64| gather(session, segments, kinds, rate, late, config);
-        let front = of(&[Kind::FrontBraking], config.straight_rate);
-        let braking = of(&[Kind::RearBraking], config.straight_rate);
-        let driving = of(&[Kind::Driving], config.corner_rate);
-        let coast = of(&[Kind::Coasting], config.corner_rate);
+        let of = |kinds: &[ManoeuvreKind], rate: f64| {
+            gather(session, segments, kinds, rate, late, config)
+        };
+        let front = of(&[ManoeuvreKind::FrontBraking], config.straight_rate);
+        let braking = of(&[ManoeuvreKind::RearBraking], config.straight_rate);
+        let driving = of(&[ManoeuvreKind::Driving], config.corner_rate);
+        let coast = of(&[ManoeuvreKind::Coasting], config.corner_rate);
         let front_rolling = coasting::rolls_freely(&coast, &driving);
         let front_action = vec![Action::Braking(1.0); front.len()];
         let mut rear_action = vec![Action::Braking(0.0); braking.len()];
@@ -103,7 +105,7 @@ impl Data {
             front_rolling,
             straight: [front, rear],
             action: [front_action, rear_action],
-            corner: of(&[Kind::Cornering], config.corner_rate),
+            corner: of(&[ManoeuvreKind::Cornering], config.corner_rate),
             corner_rate: session.rate / step,
             max_roll_rate: config.max_roll_rate,
             min_camber: config.min_camber,

@@ -8,8 +8,8 @@ use super::ride::bins;
 use super::{BINS, Sheet};
 use crate::contract::session::Session;
 use crate::estimate::offroad::{Estimate, Ridden};
-use crate::segment::{Kind, Segment};
 use crate::tables::rows::PlotPoint;
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Points of a line in a situation.
 const POINTS: usize = 500;
@@ -91,7 +91,7 @@ fn situations(
 ) -> Vec<(&'static str, std::ops::Range<usize>)> {
     // whole in the log before cut by its end
     let margin = rate as usize;
-    let longest = |kind: Kind| {
+    let longest = |kind: ManoeuvreKind| {
         let whole = |s: &Segment| s.start >= margin && s.end + margin <= len;
         let kin = segments.iter().filter(|s| s.kind == kind && s.used);
         kin.max_by_key(|s| (whole(s), s.end - s.start))
@@ -101,10 +101,10 @@ fn situations(
         start..(end + (after * rate) as usize).min(len).min(start + (LONGEST * rate) as usize)
     };
     let mut out = Vec::new();
-    if let Some(first) = longest(Kind::Airborne) {
+    if let Some(first) = longest(ManoeuvreKind::Airborne) {
         let soon = (4.0 * rate) as usize;
         let neighbour = |s: &&Segment| {
-            s.kind == Kind::Airborne
+            s.kind == ManoeuvreKind::Airborne
                 && ((s.start > first.end && s.start - first.end < soon)
                     || (s.end < first.start && first.start - s.end < soon))
         };
@@ -114,10 +114,10 @@ fn situations(
         }
         out.push(("jumps", window(start, end, 0.8, 1.2)));
     }
-    if let Some(s) = longest(Kind::Whoops) {
+    if let Some(s) = longest(ManoeuvreKind::Whoops) {
         out.push(("whoops", window(s.start, s.end, 0.5, 0.5)));
     }
-    if let Some(s) = longest(Kind::Cornering) {
+    if let Some(s) = longest(ManoeuvreKind::Cornering) {
         out.push(("corner", window(s.start, s.end, 0.3, 0.3)));
     }
     out

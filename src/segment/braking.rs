@@ -17,8 +17,9 @@ use serde::{Deserialize, Serialize};
 
 use super::features::{Features, SLIP_STIFFNESS};
 use super::mask::{close_holes, drop_short, hysteresis, runs};
-use super::{Evidence, Kind, Verdict};
+use super::{Evidence, Verdict};
 use crate::GRAVITY;
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// Share of the last half second's hold at which the lever is being let go.
 const LETTING_GO: f64 = 0.7;
@@ -67,7 +68,7 @@ impl Default for Config {
 }
 
 /// Brakings and which wheels took part.
-pub fn detect(f: &Features, config: &Config) -> Vec<(Range<usize>, Kind)> {
+pub fn detect(f: &Features, config: &Config) -> Vec<(Range<usize>, ManoeuvreKind)> {
     let pressed = |p: &Option<Vec<f64>>| {
         p.as_ref().map(|p| {
             let mut on = hysteresis(p.iter().copied(), config.pressure, config.pressure_end);
@@ -92,9 +93,9 @@ pub fn detect(f: &Features, config: &Config) -> Vec<(Range<usize>, Kind)> {
                     / run.len() as f64
             };
             let kind = match on.each_ref().map(|m| share(m) >= config.least_share) {
-                [true, true] => Kind::CombinedBraking,
-                [false, true] => Kind::RearBraking,
-                _ => Kind::FrontBraking,
+                [true, true] => ManoeuvreKind::CombinedBraking,
+                [false, true] => ManoeuvreKind::RearBraking,
+                _ => ManoeuvreKind::FrontBraking,
             };
             events.push((run, kind));
         }
@@ -109,8 +110,8 @@ pub fn detect(f: &Features, config: &Config) -> Vec<(Range<usize>, Kind)> {
         };
         let kind = match (share(&on[0]), share(&on[1])) {
             // one pressure is known and that brake was not used: it was the other
-            (Some(false), None) => Kind::RearBraking,
-            (None, Some(false)) => Kind::FrontBraking,
+            (Some(false), None) => ManoeuvreKind::RearBraking,
+            (None, Some(false)) => ManoeuvreKind::FrontBraking,
             _ => by_slip(f, &run, config),
         };
         events.push((run, kind));
@@ -155,8 +156,8 @@ fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
 }
 
 /// Which brake, by what the wheels do; both where that cannot be told.
-fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> Kind {
-    let Some(slip) = &f.slip else { return Kind::CombinedBraking };
+fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> ManoeuvreKind {
+    let Some(slip) = &f.slip else { return ManoeuvreKind::CombinedBraking };
     let (mut in_front, mut all) = (0.0, 0.0);
     for i in run.clone().filter(|&i| f.surplus[i] < -0.5 && slip[i].is_finite()) {
         let force = -f.surplus[i] / GRAVITY;
@@ -168,11 +169,11 @@ fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> Kind {
     }
     let share = if all > 0.0 { in_front / all } else { 0.5 };
     if share > config.front_share {
-        Kind::FrontBraking
+        ManoeuvreKind::FrontBraking
     } else if share < config.rear_share {
-        Kind::RearBraking
+        ManoeuvreKind::RearBraking
     } else {
-        Kind::CombinedBraking
+        ManoeuvreKind::CombinedBraking
     }
 }
 
@@ -180,12 +181,12 @@ fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> Kind {
 pub fn judge(
     f: &Features,
     at: &Range<usize>,
-    kind: Kind,
+    kind: ManoeuvreKind,
     _evidence: &Evidence,
     config: &Config,
 ) -> Verdict {
     let peak = at.clone().map(|i| -f.acceleration[i]).fold(0.0, f64::max);
-    let reason = if kind == Kind::CombinedBraking {
+    let reason = if kind == ManoeuvreKind::CombinedBraking {
         let known = f.slip.is_some() || f.pressure.iter().any(Option::is_some);
         Some(if known {
             "both brakes: the tyres' shares of the force are not known".to_owned()

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use super::Claim;
 use super::features::Features;
-use super::{Claim, Direction};
+use crate::contract::manoeuvre::Direction;
 
 /// Share of the way along the axis (cosine) from which a straight counts as out or back.
 const ALONG: f64 = 0.5;

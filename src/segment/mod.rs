@@ -20,6 +20,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::contract::bike::Bike;
+use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::contract::session::Session;
 
 pub mod braking;
@@ -67,91 +68,11 @@ impl Default for Config {
     }
 }
 
-/// What the rider was doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Kind {
-    /// In neutral, no brake, straight.
-    Coasting,
-    /// Front brake only, straight.
-    FrontBraking,
-    /// Rear brake only, straight.
-    RearBraking,
-    /// Both brakes, straight.
-    CombinedBraking,
-    /// Under engine power, straight.
-    Driving,
-    /// Leaning steadily in a bend.
-    Cornering,
-    /// Both wheels off the ground.
-    Airborne,
-    /// Over waves close together.
-    Whoops,
-    /// Anything else, standing included.
-    Other,
-}
-
-impl Kind {
-    /// Every kind.
-    pub const ALL: [Kind; 9] = [
-        Kind::Coasting,
-        Kind::FrontBraking,
-        Kind::RearBraking,
-        Kind::CombinedBraking,
-        Kind::Driving,
-        Kind::Cornering,
-        Kind::Airborne,
-        Kind::Whoops,
-        Kind::Other,
-    ];
-
-    /// As in the tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Coasting => "coasting",
-            Kind::FrontBraking => "front_braking",
-            Kind::RearBraking => "rear_braking",
-            Kind::CombinedBraking => "combined_braking",
-            Kind::Driving => "driving",
-            Kind::Cornering => "cornering",
-            Kind::Airborne => "airborne",
-            Kind::Whoops => "whoops",
-            Kind::Other => "other",
-        }
-    }
-}
-
-/// Which way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Direction {
-    /// A left-hand bend.
-    Left,
-    /// A right-hand bend.
-    Right,
-    /// Straight, along the session's first straight heading.
-    Outbound,
-    /// Straight, the other way.
-    Inbound,
-}
-
-impl Direction {
-    /// As in the tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Direction::Left => "left",
-            Direction::Right => "right",
-            Direction::Outbound => "outbound",
-            Direction::Inbound => "inbound",
-        }
-    }
-}
-
 /// One manoeuvre: samples `start..end` of the session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     /// What.
-    pub kind: Kind,
+    pub kind: ManoeuvreKind,
     /// First sample.
     pub start: usize,
     /// One past the last sample.
@@ -189,19 +110,19 @@ enum Claim {
     Slow,
     Cornering(Direction),
     Rolling,
-    Braking(Kind),
+    Braking(ManoeuvreKind),
     Coasting,
     Driving,
 }
 
 impl Claim {
-    fn kind(self) -> Kind {
+    fn kind(self) -> ManoeuvreKind {
         match self {
-            Claim::Unknown | Claim::Slow | Claim::Rolling => Kind::Other,
-            Claim::Cornering(_) => Kind::Cornering,
+            Claim::Unknown | Claim::Slow | Claim::Rolling => ManoeuvreKind::Other,
+            Claim::Cornering(_) => ManoeuvreKind::Cornering,
             Claim::Braking(kind) => kind,
-            Claim::Coasting => Kind::Coasting,
-            Claim::Driving => Kind::Driving,
+            Claim::Coasting => ManoeuvreKind::Coasting,
+            Claim::Driving => ManoeuvreKind::Driving,
         }
     }
 }

@@ -10,8 +10,9 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::Segment;
 use super::mask::{close_holes, drop_short, hysteresis, runs};
-use super::{Direction, Kind, Segment};
+use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::filter::remove_slow;
 
 /// Settings.
@@ -90,7 +91,7 @@ pub fn run(ride: &Ride<'_>, config: &Config) -> Vec<Segment> {
     };
     let speed = coarse(ride.speed);
     let acceleration = smooth(&coarse(ride.acceleration), (0.3 * rate) as usize);
-    let mut kinds = vec![Kind::Other; speed.len()];
+    let mut kinds = vec![ManoeuvreKind::Other; speed.len()];
 
     let mut driving =
         hysteresis(acceleration.iter().copied(), config.driving, 0.5 * config.driving);
@@ -100,30 +101,30 @@ pub fn run(ride: &Ride<'_>, config: &Config) -> Vec<Segment> {
         close_holes(mask, (0.1 * rate) as usize);
         drop_short(mask, (config.shortest * rate) as usize);
     }
-    paint(&mut kinds, &driving, |_| Kind::Driving);
+    paint(&mut kinds, &driving, |_| ManoeuvreKind::Driving);
     let [front, rear] = ride.braking.map(&coarse);
     let sum =
         |x: &[f64], at: &Range<usize>| x[at.clone()].iter().filter(|v| v.is_finite()).sum::<f64>();
     paint(&mut kinds, &braking, |at| {
         let (f, r) = (sum(&front, at), sum(&rear, at));
         match f / (f + r) {
-            share if share > 0.85 => Kind::FrontBraking,
-            share if share < 0.15 => Kind::RearBraking,
-            _ => Kind::CombinedBraking,
+            share if share > 0.85 => ManoeuvreKind::FrontBraking,
+            share if share < 0.15 => ManoeuvreKind::RearBraking,
+            _ => ManoeuvreKind::CombinedBraking,
         }
     });
     let waves = waves(&coarse(ride.pitch), rate, config);
     for corner in corners(&speed, &acceleration, &waves, rate, config) {
-        kinds[corner].fill(Kind::Cornering);
+        kinds[corner].fill(ManoeuvreKind::Cornering);
     }
     // a flight is exact to the sample: found on the fine clock, painted last
     for at in runs(&waves) {
-        kinds[at].fill(Kind::Whoops);
+        kinds[at].fill(ManoeuvreKind::Whoops);
     }
-    let mut fine: Vec<Kind> = (0..n).map(|i| kinds[i / step]).collect();
+    let mut fine: Vec<ManoeuvreKind> = (0..n).map(|i| kinds[i / step]).collect();
     for at in runs(ride.airborne) {
         if at.len() as f64 >= config.shortest_flight * ride.rate && !waves[at.start / step] {
-            fine[at].fill(Kind::Airborne);
+            fine[at].fill(ManoeuvreKind::Airborne);
         }
     }
     pieces(&fine, (0.06 * ride.rate) as usize)
@@ -132,7 +133,11 @@ pub fn run(ride: &Ride<'_>, config: &Config) -> Vec<Segment> {
         .collect()
 }
 
-fn paint(kinds: &mut [Kind], mask: &[bool], kind: impl Fn(&Range<usize>) -> Kind) {
+fn paint(
+    kinds: &mut [ManoeuvreKind],
+    mask: &[bool],
+    kind: impl Fn(&Range<usize>) -> ManoeuvreKind,
+) {
     for at in runs(mask) {
         let kind = kind(&at);
         kinds[at].fill(kind);
@@ -140,7 +145,7 @@ fn paint(kinds: &mut [Kind], mask: &[bool], kind: impl Fn(&Range<usize>) -> Kind
 }
 
 /// Runs of one kind; a scrap goes to the run before it, unless that is a flight.
-fn pieces(kinds: &[Kind], shortest: usize) -> Vec<Range<usize>> {
+fn pieces(kinds: &[ManoeuvreKind], shortest: usize) -> Vec<Range<usize>> {
     let mut out: Vec<Range<usize>> = Vec::new();
     let mut start = 0;
     while start < kinds.len() {
@@ -148,11 +153,11 @@ fn pieces(kinds: &[Kind], shortest: usize) -> Vec<Range<usize>> {
             .iter()
             .position(|k| *k != kinds[start])
             .map_or(kinds.len(), |d| start + d);
-        let scrap = end - start < shortest && kinds[start] != Kind::Airborne;
+        let scrap = end - start < shortest && kinds[start] != ManoeuvreKind::Airborne;
         match out.last_mut() {
             Some(last)
                 if kinds[last.start] == kinds[start]
-                    || (scrap && kinds[last.start] != Kind::Airborne) =>
+                    || (scrap && kinds[last.start] != ManoeuvreKind::Airborne) =>
             {
                 last.end = end;
             }
@@ -163,18 +168,18 @@ fn pieces(kinds: &[Kind], shortest: usize) -> Vec<Range<usize>> {
     out
 }
 
-fn segment(ride: &Ride<'_>, at: Range<usize>, kind: Kind, config: &Config) -> Segment {
+fn segment(ride: &Ride<'_>, at: Range<usize>, kind: ManoeuvreKind, config: &Config) -> Segment {
     let missing = ride.load[at.clone()].iter().filter(|v| !v.is_finite()).count();
     let missing = missing as f64 / at.len() as f64;
     let reason = if missing > config.missing {
         Some(format!("{:.0} % of its samples have no estimate", 100.0 * missing))
-    } else if kind == Kind::Other {
+    } else if kind == ManoeuvreKind::Other {
         Some("neither flight, whoops, corner, braking nor drive".to_owned())
     } else {
         None
     };
     let direction = match (kind, ride.yaw_rate) {
-        (Kind::Cornering, Some(yaw)) => {
+        (ManoeuvreKind::Cornering, Some(yaw)) => {
             let turn: f64 = yaw[at.clone()].iter().filter(|v| v.is_finite()).sum();
             (turn != 0.0).then_some(if turn > 0.0 { Direction::Left } else { Direction::Right })
         }
@@ -321,16 +326,16 @@ mod tests {
         assert_eq!(segments.first().map(|s| s.start), Some(0));
         assert_eq!(segments.last().map(|s| s.end), Some(n));
         assert!(segments.windows(2).all(|w| w[0].end == w[1].start));
-        let found = |kind: Kind| -> Vec<(f64, f64)> {
+        let found = |kind: ManoeuvreKind| -> Vec<(f64, f64)> {
             segments.iter().filter(|s| s.kind == kind).map(|s| (t(s.start), t(s.end))).collect()
         };
-        assert_eq!(found(Kind::Airborne), [(12.0, 12.8)]);
+        assert_eq!(found(ManoeuvreKind::Airborne), [(12.0, 12.8)]);
         let near = |got: &[(f64, f64)], start: f64, end: f64, by: f64| {
             assert_eq!(got.len(), 1, "{got:?}");
             assert!((got[0].0 - start).abs() < by && (got[0].1 - end).abs() < by, "{got:?}");
         };
-        near(&found(Kind::Whoops), 15.0, 19.0, 0.3);
-        near(&found(Kind::Cornering), 5.0, 10.0, 0.4);
-        near(&found(Kind::FrontBraking), 26.0, 28.0, 0.4);
+        near(&found(ManoeuvreKind::Whoops), 15.0, 19.0, 0.3);
+        near(&found(ManoeuvreKind::Cornering), 5.0, 10.0, 0.4);
+        near(&found(ManoeuvreKind::FrontBraking), 26.0, 28.0, 0.4);
     }
 }

@@ -37,8 +37,8 @@ pub mod unsteady;
 use std::path::PathBuf;
 
 use crate::contract::channel::Channel;
+use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::contract::session::{Meta, Session};
-use crate::segment::{Direction, Kind};
 use crate::statistics::random::Random;
 use crate::tables::rows;
 use motorcycle::{Action, Plant, Response, State};
@@ -48,7 +48,7 @@ use rider::{Disturbance, Rider};
 use scenario::{Machine, Scenario};
 
 /// What the rider was doing: kind, start and end (s), direction.
-pub type Label = (Kind, f64, f64, Option<Direction>);
+pub type Label = (ManoeuvreKind, f64, f64, Option<Direction>);
 
 /// One simulated session with everything known about it.
 #[derive(Debug, Clone)]
@@ -193,7 +193,7 @@ struct Record {
     states: Vec<State>,
     responses: Vec<Response>,
     controls: Vec<Controls>,
-    kinds: Vec<(Kind, Option<Direction>)>,
+    kinds: Vec<(ManoeuvreKind, Option<Direction>)>,
 }
 
 impl Record {
@@ -202,7 +202,7 @@ impl Record {
         state: &State,
         response: &Response,
         controls: Controls,
-        kind: (Kind, Option<Direction>),
+        kind: (ManoeuvreKind, Option<Direction>),
     ) {
         self.states.push(*state);
         self.responses.push(*response);
@@ -238,7 +238,7 @@ impl Record {
 }
 
 /// What went on, and from when to when (s).
-fn runs_of(kinds: &[(Kind, Option<Direction>)], rate: f64) -> Vec<Label> {
+fn runs_of(kinds: &[(ManoeuvreKind, Option<Direction>)], rate: f64) -> Vec<Label> {
     let mut labels = Vec::new();
     let mut start = 0;
     for i in 1..=kinds.len() {

@@ -4,7 +4,7 @@
 
 use super::path::LaneChange;
 use super::plan::Phase;
-use crate::segment::{Direction, Kind};
+use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 
 /// What the rider's hands and feet show to the loggers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -139,17 +139,17 @@ impl<'a> Programme<'a> {
     }
 
     /// What the phase under way is called, and which way it goes.
-    pub fn label(&self, lean: f64) -> (Kind, Option<Direction>) {
+    pub fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
         match self.phase() {
             Some(Phase::Accelerate { .. } | Phase::Cruise { .. } | Phase::Shift { .. }) => {
-                (Kind::Driving, None)
+                (ManoeuvreKind::Driving, None)
             }
-            Some(Phase::Coast { .. }) => (Kind::Coasting, None),
+            Some(Phase::Coast { .. }) => (ManoeuvreKind::Coasting, None),
             Some(Phase::Brake { ramp, .. }) => {
                 let kind = match (ramp[0] > 0.0, ramp[1] > 0.0) {
-                    (true, false) => Kind::FrontBraking,
-                    (false, true) => Kind::RearBraking,
-                    _ => Kind::CombinedBraking,
+                    (true, false) => ManoeuvreKind::FrontBraking,
+                    (false, true) => ManoeuvreKind::RearBraking,
+                    _ => ManoeuvreKind::CombinedBraking,
                 };
                 (kind, None)
             }
@@ -157,12 +157,12 @@ impl<'a> Programme<'a> {
             Some(Phase::Corner { direction, .. } | Phase::TrailBraked { direction, .. })
                 if lean.abs() > 0.07 =>
             {
-                (Kind::Cornering, Some(*direction))
+                (ManoeuvreKind::Cornering, Some(*direction))
             }
             Some(Phase::Spiral { direction, .. }) if lean.abs() > 0.07 => {
-                (Kind::Cornering, Some(*direction))
+                (ManoeuvreKind::Cornering, Some(*direction))
             }
-            _ => (Kind::Other, None),
+            _ => (ManoeuvreKind::Other, None),
         }
     }
 

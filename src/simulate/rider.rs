@@ -8,8 +8,8 @@ use super::motorcycle::{Action, Plant, Response, State};
 use super::plan::Phase;
 use super::programme::{Controls, Lean, Programme, Seen};
 use crate::GRAVITY;
+use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::effects::model_error::BrakeHistory;
-use crate::segment::{Direction, Kind};
 use crate::statistics::random::{Coloured, Random};
 
 /// How unsteady rider, road and air are.
@@ -97,7 +97,7 @@ impl<'a> Rider<'a> {
     }
 
     /// What the phase under way is called, and which way it goes.
-    pub fn label(&self, lean: f64) -> (Kind, Option<Direction>) {
+    pub fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
         self.programme.label(lean)
     }
 

@@ -8,10 +8,10 @@ use super::Simulated;
 use super::motorcycle::Plant;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::estimate::signals::Signals;
 use crate::fit::cornering;
 use crate::model::tyre::trail_0;
-use crate::segment::Kind;
 
 /// One true coefficient: tyre, name, value, unit.
 pub type True = (&'static str, &'static str, f64, &'static str);
@@ -25,7 +25,7 @@ fn cornering_rows(plant: &Plant, ride: &Simulated, tyre: usize) -> cornering::Ro
     let mut signals = Signals::default();
     let mut clusters = Vec::new();
     for (number, &(kind, start, end, _)) in ride.labels.iter().enumerate() {
-        if kind != Kind::Cornering {
+        if kind != ManoeuvreKind::Cornering {
             continue;
         }
         let range = (start * rate) as usize..((end * rate) as usize).min(ride.states.len());

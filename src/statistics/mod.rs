@@ -1,4 +1,7 @@
-//! TODO room
+//! Robust statistics that know nothing of motorcycles: losses, linear and nonlinear fits, covariance of
+//! clustered samples, intervals, searches in one dimension, random numbers.
+//!
+//! Ground floor: imports nothing of the other rooms.
 
 pub mod bisquare;
 pub mod bounds;

@@ -9,6 +9,7 @@ use arrow::datatypes::Float64Type;
 use roadbench::GRAVITY;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::channel::Channel;
+use roadbench::contract::manoeuvre::ManoeuvreKind;
 use roadbench::contract::session::Session;
 use roadbench::contract::warning::Warning;
 use roadbench::estimate::offroad::rider::Rider;
@@ -19,7 +20,6 @@ use roadbench::filter;
 use roadbench::model::offroad::equations::Motion;
 use roadbench::model::offroad::machine::Machine;
 use roadbench::pipeline::{self, Input, Outcome, Pipeline};
-use roadbench::segment::Kind;
 use roadbench::simulate::motocross::machine::{Levers, Plant, Touching};
 use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
 use roadbench::simulate::motocross::{self, Ridden, pilot};
@@ -166,7 +166,7 @@ fn riders_are_ranked_against_the_truth() {
     // around the jumps: a second before take-off to a second after landing, the flight itself left out
     let mut near = vec![false; ridden.truth.x.len()];
     for (kind, start, end, _) in &ridden.labels {
-        if *kind == Kind::Airborne {
+        if *kind == ManoeuvreKind::Airborne {
             let at = |t: f64| ((t * rate).max(0.0) as usize).min(near.len());
             let (from, off, on, to) = (at(start - 1.0), at(*start), at(*end), at(end + 1.0));
             near[from..off].fill(true);
@@ -295,14 +295,14 @@ fn jumps_whoops_and_corners_are_segments_with_their_figures() {
     };
     let segments = roadbench::segment::offroad::run(&ride, &Default::default());
     assert!(segments.windows(2).all(|w| w[0].end == w[1].start));
-    let true_of = |kind: Kind| ridden.labels.iter().filter(move |l| l.0 == kind);
-    let found = |kind: Kind, start: f64, end: f64| {
+    let true_of = |kind: ManoeuvreKind| ridden.labels.iter().filter(move |l| l.0 == kind);
+    let found = |kind: ManoeuvreKind, start: f64, end: f64| {
         segments.iter().any(|s| {
             let (a, b) = (s.start as f64 / rate, s.end as f64 / rate);
             s.kind == kind && b.min(end) - a.max(start) > 0.6 * (end - start)
         })
     };
-    for kind in [Kind::Airborne, Kind::Whoops, Kind::Cornering] {
+    for kind in [ManoeuvreKind::Airborne, ManoeuvreKind::Whoops, ManoeuvreKind::Cornering] {
         let (mut all, mut hit) = (0, 0);
         for (_, start, end, _) in true_of(kind) {
             all += 1;
@@ -312,13 +312,13 @@ fn jumps_whoops_and_corners_are_segments_with_their_figures() {
         assert!(all >= 2 && hit == all, "{kind:?}: {hit} of {all}");
     }
     assert_eq!(
-        segments.iter().filter(|s| s.kind == Kind::Airborne).count(),
-        true_of(Kind::Airborne).count()
+        segments.iter().filter(|s| s.kind == ManoeuvreKind::Airborne).count(),
+        true_of(ManoeuvreKind::Airborne).count()
     );
     // landings against the truth below 20 Hz
     let load = band(&ridden.truth.forces[1], rate);
     let mut errors = Vec::new();
-    for s in segments.iter().filter(|s| s.kind == Kind::Airborne) {
+    for s in segments.iter().filter(|s| s.kind == ManoeuvreKind::Airborne) {
         let figures = e.figures(s);
         let time = (s.end - s.start) as f64 / rate;
         assert!((figures.flight_time.expect("flight") - time).abs() < 0.02);
@@ -739,7 +739,7 @@ fn odd_logs_go_through_the_pipeline() {
         signals.num_rows()
     );
     // a flight that the log's end cuts off has no landing
-    let end = ridden.labels.iter().find(|l| l.0 == Kind::Airborne).expect("flight").2;
+    let end = ridden.labels.iter().find(|l| l.0 == ManoeuvreKind::Airborne).expect("flight").2;
     let outcome = run_pipeline(&cut(2.0, end - 0.1, &[]), &scenario.bike);
     let last = outcome.manoeuvres.iter().rfind(|m| m.kind == "airborne").expect("flight");
     assert_eq!(last.landing_load_rear, None);

@@ -3,10 +3,13 @@
 
 use roadbench::estimate::offroad::nnls;
 use roadbench::estimate::offroad::rider::a::{Instant, Standing};
-use roadbench::estimate::offroad::rider::{Body, b, c};
 use roadbench::estimate::offroad::weights::Weights;
 use roadbench::model::offroad::chain::{Chain, Run, lever};
 use roadbench::model::offroad::equations::{Equations, Motion, Parameters};
+use roadbench::{
+    estimate::offroad::rider::{b, c},
+    model::offroad::body::Body,
+};
 use serde_json::Value;
 
 const G: f64 = 9.80665;

@@ -125,7 +125,10 @@ fn the_papers_study_again() {
     let segments = segment::run(&session, &braked.bike, &onroad.segment);
     let steering = replay::steering(&braked.model, session.rate).expect("rides");
     let mut count = 0;
-    for s in segments.iter().filter(|s| s.used && s.kind == segment::Kind::FrontBraking) {
+    for s in segments
+        .iter()
+        .filter(|s| s.used && s.kind == roadbench::contract::manoeuvre::ManoeuvreKind::FrontBraking)
+    {
         let from = s.start.saturating_sub(30);
         let replay =
             replay::braking(&braked.model, &steering, &session, from..s.end).expect("replay");

@@ -7,23 +7,26 @@ use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
 use roadbench::filter;
 use roadbench::ingest;
-use roadbench::segment::{self, Direction, Kind, Segment};
 use roadbench::simulate::{self, Simulated, scenario::Scenario};
+use roadbench::{
+    contract::manoeuvre::{Direction, ManoeuvreKind},
+    segment::{self, Segment},
+};
 
 /// Seconds found right, found, true; by kind.
-type Score = BTreeMap<Kind, [f64; 3]>;
+type Score = BTreeMap<ManoeuvreKind, [f64; 3]>;
 
 fn add(score: &mut Score, truth: &Simulated, session: &Session, bike: &Bike) {
     let mut session = session.clone();
     filter::run(&mut session, &filter::Config::default());
     let segments = segment::run(&session, bike, &segment::Config::default());
-    let mut label = vec![Kind::Other; session.len];
+    let mut label = vec![ManoeuvreKind::Other; session.len];
     for &(kind, start, end, _) in &truth.labels {
         let at = |t: f64| ((t * session.rate).round() as usize).min(session.len);
         label[at(start)..at(end)].fill(kind);
     }
     let dt = 1.0 / session.rate;
-    let mut confusion: BTreeMap<(Kind, Kind), f64> = BTreeMap::new();
+    let mut confusion: BTreeMap<(ManoeuvreKind, ManoeuvreKind), f64> = BTreeMap::new();
     for s in &segments {
         for kind in &label[s.start..s.end] {
             *confusion.entry((*kind, s.kind)).or_default() += dt;
@@ -59,7 +62,7 @@ fn sessions() -> Vec<(Bike, Simulated)> {
 }
 
 /// F1 by kind, with all channels and without those of hands and feet.
-fn scores(sessions: &[(Bike, Simulated)]) -> [BTreeMap<Kind, f64>; 2] {
+fn scores(sessions: &[(Bike, Simulated)]) -> [BTreeMap<ManoeuvreKind, f64>; 2] {
     let hidden =
         [Channel::BrakePressureFront, Channel::BrakePressureRear, Channel::Throttle, Channel::Gear];
     [&[][..], &hidden[..]].map(|remove| {
@@ -83,10 +86,12 @@ fn scores(sessions: &[(Bike, Simulated)]) -> [BTreeMap<Kind, f64>; 2] {
 #[test]
 fn every_kind_is_found_with_and_without_pedals_and_gears() {
     for score in scores(&sessions()) {
-        let road = Kind::ALL.into_iter().filter(|k| !matches!(k, Kind::Airborne | Kind::Whoops));
+        let road = ManoeuvreKind::ALL
+            .into_iter()
+            .filter(|k| !matches!(k, ManoeuvreKind::Airborne | ManoeuvreKind::Whoops));
         for kind in road {
             // the first and last degrees of a bend are labelled `other`, but hardly to be seen
-            let least = if kind == Kind::Other { 0.85 } else { 0.95 };
+            let least = if kind == ManoeuvreKind::Other { 0.85 } else { 0.95 };
             assert!(score[&kind] >= least, "{}: {:.3}", kind.name(), score[&kind]);
         }
     }
@@ -146,16 +151,16 @@ fn hopeless_sessions_are_told_from_good_ones_without_a_fuss() {
     one.set(Channel::VelocityX, vec![3.0]);
     assert_eq!(cut(&one).len(), 1);
     let nothing = cut(&made(&[(Channel::VelocityX, |_| f64::NAN), (Channel::Gear, |_| f64::NAN)]));
-    assert_eq!((nothing.len(), nothing[0].kind), (1, Kind::Other));
+    assert_eq!((nothing.len(), nothing[0].kind), (1, ManoeuvreKind::Other));
     let gap = |t: f64| if (20.0..30.0).contains(&t) { f64::NAN } else { 10.0 };
     let found = cut(&made(&[(Channel::VelocityX, gap)]));
-    let other = found.iter().find(|s| s.kind == Kind::Other).expect("the gap");
+    let other = found.iter().find(|s| s.kind == ManoeuvreKind::Other).expect("the gap");
     assert_eq!((other.start, other.end), (1000, 1500));
     assert_eq!(other.reason.as_deref(), Some("no forward velocity recorded"));
     let all: Vec<Made> =
         Channel::ALL.iter().map(|&c| (c, (|_| f64::NAN) as fn(f64) -> f64)).collect();
     assert_eq!(cut(&made(&all)).len(), 1);
-    assert_eq!(cut(&made(&[(Channel::VelocityX, |_| 0.0)]))[0].kind, Kind::Other);
+    assert_eq!(cut(&made(&[(Channel::VelocityX, |_| 0.0)]))[0].kind, ManoeuvreKind::Other);
 }
 
 /// Beside a gap there is no acceleration; what is missing neither coasts nor carries coasting on.
@@ -179,7 +184,7 @@ fn coasting_does_not_reach_over_gaps() {
     let mut session = Session::new(Meta::default(), rate, v.len());
     session.set(Channel::VelocityX, v);
     let coasting: Vec<Segment> =
-        cut(&session).into_iter().filter(|s| s.kind == Kind::Coasting).collect();
+        cut(&session).into_iter().filter(|s| s.kind == ManoeuvreKind::Coasting).collect();
     assert!(coasting.iter().any(|s| s.used), "the ride does coast");
     assert!(coasting.iter().all(|s| s.end <= island.start || s.start >= island.end));
 }
@@ -193,7 +198,7 @@ fn reasons_name_what_is_wrong() {
         (Channel::BrakePressureRear, |t| if t < 20.0 { 0.0 } else { 6e5 }),
     ]);
     let found = cut(&braking);
-    let both = found.iter().find(|s| s.kind == Kind::CombinedBraking).expect("braking");
+    let both = found.iter().find(|s| s.kind == ManoeuvreKind::CombinedBraking).expect("braking");
     assert!(!both.used && both.reason.as_deref().is_some_and(|r| r.contains("both brakes")));
     assert!((both.start as f64 / 50.0 - 20.0).abs() < 0.1);
     // a bend that is all rolling, and one ridden steadily the other way
@@ -208,9 +213,9 @@ fn reasons_name_what_is_wrong() {
         }),
     ]);
     let found = cut(&bends);
-    let first = found.iter().find(|s| s.kind == Kind::Cornering).expect("bend");
+    let first = found.iter().find(|s| s.kind == ManoeuvreKind::Cornering).expect("bend");
     assert!(!first.used && first.reason.as_deref().is_some_and(|r| r.contains("no steady lean")));
-    let last = found.iter().rfind(|s| s.kind == Kind::Cornering).expect("bend");
+    let last = found.iter().rfind(|s| s.kind == ManoeuvreKind::Cornering).expect("bend");
     assert!(last.used && last.direction == Some(Direction::Left), "{last:?}");
 }
 
@@ -235,7 +240,7 @@ fn straights_are_out_or_back_by_heading_or_its_rate() {
             (Some(Direction::Outbound), Some(Direction::Inbound)),
             "{kinds:?}"
         );
-        assert!(kinds.contains(&(Kind::Cornering, Some(Direction::Left))), "{kinds:?}");
+        assert!(kinds.contains(&(ManoeuvreKind::Cornering, Some(Direction::Left))), "{kinds:?}");
     }
 }
 
@@ -254,7 +259,12 @@ fn real_recordings_are_covered_without_gaps() {
         let found = cut(&session);
         assert!(found.len() > 10, "{name}: {found:?}");
         // neither has a gear or a brake: nothing may claim to know which brake
-        assert!(!found.iter().any(|s| matches!(s.kind, Kind::FrontBraking | Kind::RearBraking)));
+        assert!(
+            !found.iter().any(|s| matches!(
+                s.kind,
+                ManoeuvreKind::FrontBraking | ManoeuvreKind::RearBraking
+            ))
+        );
     }
 }
 
@@ -265,7 +275,7 @@ fn times_and_reasons() {
     let now = std::time::Instant::now();
     let found = segment::run(&simulated.session, &bike, &segment::Config::default());
     println!("{} segments in {} samples: {:?}", found.len(), simulated.session.len, now.elapsed());
-    let mut reasons: BTreeMap<(Kind, String), usize> = BTreeMap::new();
+    let mut reasons: BTreeMap<(ManoeuvreKind, String), usize> = BTreeMap::new();
     for s in &found {
         let reason = s.reason.clone().unwrap_or_else(|| "used".into());
         *reasons.entry((s.kind, reason)).or_default() += 1;

@@ -171,7 +171,7 @@ mod tests {
         // one base parameter and one effect with the same response, one of its own beside it
         let rows = DMatrix::from_row_slice(3, 3, &[1.0, 1.0, 0.0, 2.0, 2.0, 0.0, 0.0, 0.0, 3.0]);
         let curvature = Curvature { matrix: rows.transpose() * &rows * 1e6 };
-        let base = [super::super::super::world::BASE[0]];
+        let base = [super::super::super::parameters::BASE[0]];
         let information = curvature.information(&base);
         assert!(information.limit(0) > 3.0, "{}", information.limit(0));
         assert!((information.limit(1) - 3.3e-3 / 3.0).abs() < 1e-9);

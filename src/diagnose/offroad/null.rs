@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::effects::ALL;
 use super::fit::{Linear, Problem, median};
 use super::residuals::{CHANNELS, Residuals};
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
 
 /// Share of the nulls whose largest score lies below the threshold.
@@ -37,7 +37,7 @@ pub struct Calibration {
     pub tops: Vec<f64>,
     /// Mean and largest root mean square of the residuals that sensors and bike file explain, by kind and
     /// channel.
-    pub floor: BTreeMap<(Kind, usize), [f64; 2]>,
+    pub floor: BTreeMap<(ManoeuvreKind, usize), [f64; 2]>,
 }
 
 impl Calibration {
@@ -88,7 +88,7 @@ impl Calibration {
                 Drawn { gains, values, sizes: rms(residuals, &seen) }
             })
             .collect();
-        let mut floor: BTreeMap<(Kind, usize), [f64; 2]> = BTreeMap::new();
+        let mut floor: BTreeMap<(ManoeuvreKind, usize), [f64; 2]> = BTreeMap::new();
         for (key, (size, _)) in drawn.iter().flat_map(|d| &d.sizes) {
             let floor = floor.entry(*key).or_insert([0.0, 0.0]);
             floor[0] += size / nulls as f64;
@@ -142,10 +142,10 @@ struct Drawn {
 }
 
 /// Root mean squares and numbers of blocks.
-type Sizes = BTreeMap<(Kind, usize), (f64, usize)>;
+type Sizes = BTreeMap<(ManoeuvreKind, usize), (f64, usize)>;
 
 /// Root mean square and number of the residuals, by kind and channel.
-pub fn rms(residuals: &Residuals, r: &[f64]) -> BTreeMap<(Kind, usize), (f64, usize)> {
+pub fn rms(residuals: &Residuals, r: &[f64]) -> BTreeMap<(ManoeuvreKind, usize), (f64, usize)> {
     let mut out = Sizes::new();
     for (block, r) in residuals.blocks.iter().zip(r) {
         let entry = out.entry((block.kind, block.channel)).or_default();

@@ -23,7 +23,7 @@ use crate::estimate::offroad::Estimate;
 use crate::estimate::offroad::rider;
 use crate::model::offroad::equations::Matrices;
 use crate::model::offroad::machine::Machine;
-use crate::segment::{Kind, Segment};
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Samples per second that the residuals are made from.
 const RATE: f64 = 200.0;
@@ -70,8 +70,8 @@ pub struct Block {
     pub at: usize,
     /// Jump, whoops or corner that it belongs to.
     pub cluster: usize,
-    /// Kind of manoeuvre.
-    pub kind: Kind,
+    /// ManoeuvreKind of manoeuvre.
+    pub kind: ManoeuvreKind,
     /// One over the number of its samples.
     share: f64,
 }
@@ -168,7 +168,7 @@ impl Residuals {
                 let kind = segments
                     .iter()
                     .find(|s| (s.start..s.end).contains(&at))
-                    .map_or(Kind::Other, |s| s.kind);
+                    .map_or(ManoeuvreKind::Other, |s| s.kind);
                 let block = blocks.len();
                 let share = 1.0 / inside.len() as f64;
                 blocks.push(Block { channel, at, cluster: of_sample(at), kind, share });
@@ -349,9 +349,12 @@ const TOGETHER: f64 = 1.0;
 /// The clusters: around every jump, whoops and corner up to half way to the next; long stretches
 /// between them are cut.
 fn clusters(segments: &[Segment], rate: f64, n: usize) -> (impl Fn(usize) -> usize, usize) {
-    let mut events: Vec<(Kind, Range<usize>)> = Vec::new();
+    let mut events: Vec<(ManoeuvreKind, Range<usize>)> = Vec::new();
     for s in segments {
-        if !matches!(s.kind, Kind::Airborne | Kind::Whoops | Kind::Cornering) {
+        if !matches!(
+            s.kind,
+            ManoeuvreKind::Airborne | ManoeuvreKind::Whoops | ManoeuvreKind::Cornering
+        ) {
             continue;
         }
         match events.last_mut() {

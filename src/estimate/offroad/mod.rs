@@ -14,7 +14,6 @@
 //! in off-road motorcycles", with the corrections of `offroad.md`.
 
 pub mod contact;
-pub mod curve;
 pub mod kinematics;
 pub mod nnls;
 pub mod rider;

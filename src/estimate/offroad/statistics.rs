@@ -1,8 +1,8 @@
 //! What a segment's forces come to: peak, mean and spread of each, flights and landings, load
 //! transfer, and how much of the load each tyre's grip was worth.
 
-use crate::segment::{Kind, Segment};
 use crate::tables::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 use super::Estimate;
 use super::solve::TyreForces;
@@ -88,7 +88,7 @@ impl Estimate {
         let down = [&self.contact.front.off, &self.contact.rear.off]
             .map(|off| off[end..].iter().position(|off| !off).map(|d| end + d));
         let landing = [&tyres.n_f, &tyres.n_r].map(|load| {
-            let (Kind::Airborne, [Some(front), Some(rear)]) = (segment.kind, down) else {
+            let (ManoeuvreKind::Airborne, [Some(front), Some(rear)]) = (segment.kind, down) else {
                 return None;
             };
             let window = load.get(end..front.max(rear) + (LANDING * rate) as usize)?;
@@ -106,7 +106,7 @@ impl Estimate {
         Figures {
             flight_time: (flying > 0).then(|| flying as f64 / rate),
             landing,
-            load_transfer: (both > 0.0 && segment.kind != Kind::Airborne)
+            load_transfer: (both > 0.0 && segment.kind != ManoeuvreKind::Airborne)
                 .then(|| front / both - self.share_at_rest()),
         }
     }

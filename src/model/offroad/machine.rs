@@ -1,10 +1,10 @@
 //! The off-road side of a bike file, in the paper's axes: the one place where z turns over.
 
+use super::body::Body;
 use super::chain::Chain;
+use super::curve::{Beyond, Lines, Linkage};
 use super::equations::{Equations, Parameters};
 use crate::contract::bike::Bike;
-use crate::estimate::offroad::curve::{Beyond, Lines, Linkage};
-use crate::estimate::offroad::rider::Body;
 
 /// Fork or shock: force from travel and rate, compression positive.
 #[derive(Debug, Clone, PartialEq)]

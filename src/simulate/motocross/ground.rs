@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use crate::segment::Kind;
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
 
 /// One part of a lap, from its entry to the entry of the next.
@@ -102,11 +102,11 @@ impl Part {
     }
 
     /// What a segmentation should call it, while on the ground.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ManoeuvreKind {
         match self {
-            Part::Whoops { .. } => Kind::Whoops,
-            Part::Corner { .. } => Kind::Cornering,
-            Part::Straight { .. } | Part::Jump { .. } => Kind::Other,
+            Part::Whoops { .. } => ManoeuvreKind::Whoops,
+            Part::Corner { .. } => ManoeuvreKind::Cornering,
+            Part::Straight { .. } | Part::Jump { .. } => ManoeuvreKind::Other,
         }
     }
 

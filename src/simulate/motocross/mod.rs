@@ -15,8 +15,8 @@ pub mod scenario;
 use super::{Label, sensors};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::contract::session::{Meta, Session};
-use crate::segment::Kind;
 use crate::statistics::random::Random;
 use crate::tables::rows;
 use machine::{Plant, Response, State};
@@ -263,7 +263,8 @@ fn shake(session: &mut Session, vibration: &Vibration, seed: u64) {
 /// Flights of both wheels, whoops and corners in time order; the rest is `other`.
 fn labels(plant: &Plant, truth: &Truth, rate: f64) -> Vec<Label> {
     let n = truth.x.len();
-    let mut kinds: Vec<Kind> = truth.x.iter().map(|&x| plant.ground.part(x).kind()).collect();
+    let mut kinds: Vec<ManoeuvreKind> =
+        truth.x.iter().map(|&x| plant.ground.part(x).kind()).collect();
     let mut i = 0;
     while i < n {
         let flying = |i: usize| truth.off[0][i] && truth.off[1][i];
@@ -272,8 +273,8 @@ fn labels(plant: &Plant, truth: &Truth, rate: f64) -> Vec<Label> {
             continue;
         }
         let end = (i..n).find(|&j| !flying(j)).unwrap_or(n);
-        if (end - i) as f64 >= SHORTEST_FLIGHT * rate && kinds[i] != Kind::Whoops {
-            kinds[i..end].fill(Kind::Airborne);
+        if (end - i) as f64 >= SHORTEST_FLIGHT * rate && kinds[i] != ManoeuvreKind::Whoops {
+            kinds[i..end].fill(ManoeuvreKind::Airborne);
         }
         i = end;
     }

@@ -12,8 +12,9 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::{Base, Body, Forces};
+use super::{Base, Forces};
 use crate::GRAVITY;
+use crate::model::offroad::body::Body;
 
 /// A limb in the posture of rest: natural length, m, and force, N, positive in compression.
 #[derive(Debug, Clone, Copy, PartialEq)]

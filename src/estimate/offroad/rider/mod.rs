@@ -6,6 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::model::offroad::body::Body;
+
 pub mod a;
 pub mod b;
 pub mod c;
@@ -37,27 +39,6 @@ impl Rider {
             Rider::C => "c",
         }
     }
-}
-
-/// The rider's body, in the paper's axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
-    /// Mass, kg.
-    pub mass: f64,
-    /// Both arms: stiffness, N/m.
-    pub k_a: f64,
-    /// Both legs: stiffness, N/m.
-    pub k_l: f64,
-    /// Both arms: damping, N s/m.
-    pub c_a: f64,
-    /// Both legs: damping, N s/m.
-    pub c_l: f64,
-    /// Mass centre in the nominal posture, from the chassis' (x, z), m.
-    pub cg: [f64; 2],
-    /// Hip from the mass centre, ground axes: the torso keeps its attitude, m.
-    pub hip: [f64; 2],
-    /// Shoulder from the mass centre, ground axes, m.
-    pub shoulder: [f64; 2],
 }
 
 /// The chassis' motion as a rider feels it, sample by sample; NaN where it is not known.
