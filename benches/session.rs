@@ -24,7 +24,7 @@ use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::{
     contract::schema,
-    filter, fit, ingest, report, segment, simulate,
+    filter, fit, ingest, plots, segment, simulate,
     tables::{file, rows},
 };
 
@@ -137,8 +137,7 @@ fn by_stage(
     let coefficients = stages.plain("rows", || {
         fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_, _| None, &ident, &made)
     });
-    let plots =
-        stages.plain("plots", || report::plots::rows(&session, &segments, &data, &solution));
+    let plots = stages.plain("plots", || plots::rows(&session, &segments, &data, &solution));
     let tables = ["coefficients", "plots"].map(schema::Table::embedded);
     stages.time("(encoding)", || {
         let coefficients = file::to_bytes(&tables[0], &coefficients)?;
