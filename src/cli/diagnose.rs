@@ -12,7 +12,6 @@ use crate::batch::store::{Contents, Store};
 use crate::batch::{Maps, Stages, guarded};
 use crate::cli::Failure;
 use crate::cli::say::say;
-use crate::contract::schema::Table;
 use crate::diagnose::levels::{self, Say};
 use crate::diagnose::name::{ALARM, Cause, Verdict};
 use crate::diagnose::offroad;
@@ -135,12 +134,10 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
                     let file = format!("{}.parquet", file_name(&ident.session_id));
                     arguments.out.join(name).join(part).join(file)
                 };
-                file::write(&path("causes"), &Table::embedded("causes"), causes).map_err(output)?;
-                file::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
-                    .map_err(output)?;
+                file::write(&path("causes"), causes).map_err(output)?;
+                file::write(&path("discrepancies"), rows).map_err(output)?;
                 if let Found::Road(d) = &found {
-                    file::write(&path("replays"), &Table::embedded("replays"), &d.replays)
-                        .map_err(output)?;
+                    file::write(&path("replays"), &d.replays).map_err(output)?;
                     let model = path("models").with_extension("toml");
                     file::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
                     // sizes under a model that is known to be wrong are no sizes
@@ -215,8 +212,7 @@ fn pooled(says: &BTreeMap<&'static str, Vec<Say>>, arguments: &Arguments) -> Res
     if rows.is_empty() && !path.exists() {
         return Ok(());
     }
-    file::write(&path, &Table::embedded("causes"), &rows)
-        .map_err(|e| Failure::Output(e.to_string()))?;
+    file::write(&path, &rows).map_err(|e| Failure::Output(e.to_string()))?;
     for row in rows.iter().filter(|_| !arguments.quiet) {
         if arguments.json {
             let text = serde_json::to_string(row).map_err(|e| Failure::Output(e.to_string()))?;
