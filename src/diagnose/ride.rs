@@ -81,6 +81,12 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Whether its sizes may be pooled with those of other sessions.
+    pub fn is_poolable(&self) -> bool {
+        let sound = self.naming.named() || self.naming.alarm <= name::ALARM;
+        sound && !self.naming.unexplained
+    }
+
     /// Held-out gain, in twice the loss, of the base with some effects free: with the true ones of a
     /// simulated ride it is what a perfect diagnosis would gain.
     pub fn gain_of(&self, effects: &[Effect]) -> f64 {
