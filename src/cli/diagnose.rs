@@ -12,7 +12,6 @@ use crate::batch::store::{Contents, Store};
 use crate::batch::{Maps, Stages, guarded};
 use crate::cli::Failure;
 use crate::cli::say::say;
-use crate::contract::schema::Table;
 use crate::diagnose::levels::{self, Evidence};
 use crate::diagnose::{self, Diagnosis, Settings, summary};
 use crate::objects::url::is_url;
@@ -130,14 +129,11 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
                     let file = format!("{}.parquet", file_name(&ident.session_id));
                     arguments.out.join(name).join(part).join(file)
                 };
-                file::write(&path("causes"), &Table::embedded("causes"), &found.causes)
-                    .map_err(output)?;
+                file::write(&path("causes"), &found.causes).map_err(output)?;
                 let rows = &found.discrepancies;
-                file::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
-                    .map_err(output)?;
+                file::write(&path("discrepancies"), rows).map_err(output)?;
                 if let Some(model) = &found.model {
-                    file::write(&path("replays"), &Table::embedded("replays"), &found.replays)
-                        .map_err(output)?;
+                    file::write(&path("replays"), &found.replays).map_err(output)?;
                     let path = path("models").with_extension("toml");
                     file::write_bytes(&path, model.to_toml().as_bytes()).map_err(output)?;
                 }
@@ -206,8 +202,7 @@ fn pooled(
     if rows.is_empty() && !path.exists() {
         return Ok(());
     }
-    file::write(&path, &Table::embedded("causes"), &rows)
-        .map_err(|e| Failure::Output(e.to_string()))?;
+    file::write(&path, &rows).map_err(|e| Failure::Output(e.to_string()))?;
     for row in rows.iter().filter(|_| !arguments.quiet) {
         if arguments.json {
             let text = serde_json::to_string(row).map_err(|e| Failure::Output(e.to_string()))?;

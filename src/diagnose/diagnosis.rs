@@ -3,7 +3,7 @@
 use super::levels::{self, Evidence};
 use super::{offroad, ride, summary};
 use crate::effects::extended_model::Model;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
 
 pub use super::ride::Settings;
 
@@ -19,7 +19,7 @@ pub struct Diagnosis {
     /// Rows of `discrepancies`.
     pub discrepancies: Vec<DiscrepancyRow>,
     /// Rows of `replays`; off-road, where nothing is simulated again, there are none.
-    pub replays: Vec<ReplaySample>,
+    pub replays: Vec<SimulatedSample>,
     /// The extended model; off-road there is no file of it.
     pub model: Option<Model>,
     /// Whether the sizes in `causes` may be pooled over sessions: sizes under a model that is known to
