@@ -10,8 +10,9 @@ use super::remove;
 use super::{Effect, Level};
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
+use crate::contract::verdict::Verdict;
 use crate::contract::warning::Warning;
-use crate::diagnose::name::{Cause, Naming, Verdict};
+use crate::diagnose::name::{Cause, Naming};
 use crate::tables::rows::Ident;
 
 /// A number and how well it is known.

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use roadbench::contract::bike::Bike;
 use roadbench::contract::channel::Channel;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::base;
-use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::ride::{self, Diagnosis, Settings, diagnose};
 use roadbench::diagnose::samples::Samples;
