@@ -2,7 +2,7 @@
 //! vector, which is used to compute the slip angles" (Discussion).
 
 use roadbench::contract::manoeuvre::ManoeuvreKind;
-use roadbench::diagnose::attitude::Attitude;
+use roadbench::diagnose::attitude::{Attitude, Posture};
 use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::samples::Samples;
 use roadbench::effects::Effect;
@@ -31,13 +31,13 @@ pub fn errors(session: &Session, truth: &Ridden, bike: &Bike) -> [f64; 3] {
     let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
     let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
     let world = Parameters::new(bike, &solution);
+    let posture = Posture::of(&world);
     let samples = Samples::gather(session, &segments);
     let mut sums = [(0.0, 0.0); 3];
     for (kind, range) in &samples.manoeuvres {
         for i in range.clone().filter(|_| *kind == ManoeuvreKind::Cornering) {
             let k = SPEEDS.windows(2).position(|w| (w[0]..w[1]).contains(&samples.v[i]));
-            let estimated =
-                Attitude::of(&samples, &world, world.caster_angle.sin_cos(), i, true).alpha[1];
+            let estimated = Attitude::of(&samples, &posture, i, true).alpha[1];
             let at = (samples.time[i] * session.rate).round() as usize;
             if let Some(k) = k
                 && estimated.is_finite()
@@ -85,8 +85,8 @@ pub fn study(plan: &'static str, number: usize, hidden: &[(&str, f64)], noise: f
         println!("    {}", about(&d, name));
         let cause = d.naming.causes.iter().find(|c| c.effect.name == *name);
         let effect = Effect::named(name).expect("known");
-        if let (Some(undo), Some(cause)) = (effect.undo, cause) {
-            undo(&mut session, &mut bike, cause.value);
+        if let (Some(remove), Some(cause)) = (effect.remove, cause) {
+            remove(&mut session, &mut bike, cause.value);
         }
     }
     if !hidden.is_empty() {
