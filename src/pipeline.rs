@@ -9,7 +9,7 @@ use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::effects::extended_model::Model;
+use crate::effects::extended_model::ExtendedModel;
 use crate::estimate::needs;
 use crate::fit::chain::{Data, Solution};
 use crate::fit::coefficients;
@@ -49,7 +49,7 @@ pub struct Pipeline {
     /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
     pub offroad: Option<estimate::offroad::Config>,
     /// What a diagnosis found, taken out of its motorcycle's sessions.
-    pub model: Option<Model>,
+    pub model: Option<ExtendedModel>,
 }
 
 /// Built-in pipelines by name.

@@ -4,7 +4,7 @@
 use roadbench::contract::bike::Bike;
 use roadbench::contract::manoeuvre::ManoeuvreKind;
 use roadbench::contract::session::Session;
-use roadbench::diagnose::attitude::Attitude;
+use roadbench::diagnose::attitude::{Attitude, Posture};
 use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::samples::Samples;
 use roadbench::effects::Effect;
@@ -24,13 +24,13 @@ pub fn errors(session: &Session, truth: &Ridden, bike: &Bike) -> [f64; 3] {
     let Characterised { segments, solution, .. } =
         pipeline::characterise(session.clone(), bike, &pipeline, Formulation::Corrected);
     let world = Parameters::new(bike, &solution);
+    let posture = Posture::of(&world);
     let samples = Samples::gather(session, &segments);
     let mut sums = [(0.0, 0.0); 3];
     for (kind, range) in &samples.manoeuvres {
         for i in range.clone().filter(|_| *kind == ManoeuvreKind::Cornering) {
             let k = SPEEDS.windows(2).position(|w| (w[0]..w[1]).contains(&samples.v[i]));
-            let estimated =
-                Attitude::of(&samples, &world, world.caster_angle.sin_cos(), i, true).alpha[1];
+            let estimated = Attitude::of(&samples, &posture, i, true).alpha[1];
             let at = (samples.time[i] * session.rate).round() as usize;
             if let Some(k) = k
                 && estimated.is_finite()
@@ -78,8 +78,8 @@ pub fn study(plan: &'static str, number: usize, hidden: &[(&str, f64)], noise: f
         println!("    {}", about(&d, name));
         let cause = d.naming.causes.iter().find(|c| c.effect.name == *name);
         let effect = Effect::named(name).expect("known");
-        if let (Some(undo), Some(cause)) = (effect.undo, cause) {
-            undo(&mut session, &mut bike, cause.value);
+        if let (Some(remove), Some(cause)) = (effect.remove, cause) {
+            remove(&mut session, &mut bike, cause.value);
         }
     }
     if !hidden.is_empty() {

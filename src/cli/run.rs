@@ -17,7 +17,7 @@ use crate::batch::summary::Summary;
 use crate::batch::{self, Intended, Maps, Run, Settings, Stages, State};
 use crate::cli::Failure;
 use crate::cli::report::{Copies, Pages};
-use crate::effects::extended_model::Model;
+use crate::effects::extended_model::ExtendedModel;
 use crate::objects::counts::Counts;
 use crate::objects::url::plain;
 use crate::pipeline::Pipeline;
@@ -139,7 +139,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
             let message = "--model is for road sessions; take a pipeline without [offroad]";
             return Err(Failure::Usage(message.to_owned()));
         }
-        pipeline.model = Some(Model::read(path).map_err(Failure::Usage)?);
+        pipeline.model = Some(ExtendedModel::read(path).map_err(Failure::Usage)?);
     }
     let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
     let stop = stop_on_signal()?;

@@ -221,7 +221,7 @@ impl<'a> Stage<'a> {
         sees: &dyn Fn(&Effect) -> bool,
     ) -> Option<(Cause, f64, Base)> {
         // what could not be that large says nothing of how much the others share in
-        let possible = |c: &&Candidate| c.effect.possible(c.seen.delta * c.effect.typical.abs());
+        let possible = |c: &&Candidate| c.effect.in_bounds(c.seen.delta * c.effect.typical.abs());
         let believed = largest(candidates.iter().filter(possible));
         let scored = |c: &Candidate, least: f64| c.seen.score > least.max(SHARE * believed);
         let mut gated: Vec<&Candidate> = candidates
@@ -240,7 +240,7 @@ impl<'a> Stage<'a> {
                 let refit = self.model.extended(samples, &[c.effect.parameter()], 8);
                 (c, 2.0 * (self.model.loss - refit.loss), refit)
             })
-            .filter(|(c, _, refit)| c.effect.possible(size(&c.effect, refit)))
+            .filter(|(c, _, refit)| c.effect.in_bounds(size(&c.effect, refit)))
             .collect();
         refits.sort_by(|a, b| b.1.total_cmp(&a.1));
         let further = self.model.parameters.len() > BASE.len();
@@ -424,7 +424,8 @@ pub fn name<'a>(
             stage = Stage::new(samples, &kept, Vec::new(), &first(), &named);
         }
         let settled = settled(&stage.model, &stage.ridden, &stage.nulls.fits, &named);
-        let is = |c: &Cause, (value, sd): (f64, f64)| value.abs() >= sd && c.effect.possible(value);
+        let is =
+            |c: &Cause, (value, sd): (f64, f64)| value.abs() >= sd && c.effect.in_bounds(value);
         whole = named.iter().zip(&settled).all(|((c, _), found)| is(c, *found));
         let mut found = settled.into_iter();
         let mut kept = Vec::new();

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::advice::Advice;
 use super::base::{self, Base};
 use super::dive;
+use super::extended_model::extended_model;
 use super::name::{self, Naming, Objection};
 use super::null_calibration::{Calibration, SEEN, correlation, rms};
 use super::null_simulation::Rides;
@@ -13,17 +14,17 @@ use super::parameters::Parameters;
 use super::residuals::{CHANNELS, UNITS, blocks};
 use super::samples::{BLOCK, Samples};
 use super::show;
-use super::smooth::{gradient, smooth};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
-use crate::effects::extended_model::Model;
+use crate::effects::extended_model::ExtendedModel;
 use crate::effects::{self, Effect};
 use crate::ingest::map::ChannelMap;
 use crate::model::formulation::Formulation;
 use crate::pipeline::{self, Characterised, Pipeline, Rejection};
 use crate::segment::Segment;
+use crate::statistics::smooth::{gradient, smooth};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
 
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
@@ -71,7 +72,7 @@ pub struct Diagnosis {
     /// Rows of `replays`.
     pub replays: Vec<SimulatedSample>,
     /// The extended model.
-    pub model: Model,
+    pub model: ExtendedModel,
     /// Where it was ridden.
     pub site: Option<String>,
     /// What was looked at.
@@ -203,7 +204,7 @@ pub fn diagnose(
     }
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     let replays = show::replays(session, &rides, &base.world, &naming, &ident);
-    let model = Model::of(&naming, &ident);
+    let model = extended_model(&naming, &ident);
     let site = session.meta.site.clone();
     Ok(Diagnosis {
         ident,

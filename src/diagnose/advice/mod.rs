@@ -168,7 +168,7 @@ fn ridden(
     let simulated =
         simulate::ridden(&plant, &phases, calm, random, LOGGED, LONGEST, Meta::default());
     let mut ride = simulated.session;
-    plant.departure.measure(&mut ride);
+    plant.model_error.measure(&mut ride);
     let lacking: Vec<_> = ride.channels().filter(|c| !session.has(*c)).collect();
     for channel in lacking {
         ride.remove(channel);
