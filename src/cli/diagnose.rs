@@ -18,7 +18,7 @@ use crate::diagnose::name::{ALARM, Cause, Verdict};
 use crate::diagnose::offroad;
 use crate::diagnose::ride::{self, Diagnosis, Settings};
 use crate::effects::Effect;
-use crate::objects::url::is_url;
+use crate::objects::url::is_url_path;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::report::{self, terminal};
 use crate::tables::file;
@@ -96,7 +96,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         None => Pipeline::onroad(),
     };
     let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
-    if is_url(&arguments.out) {
+    if is_url_path(&arguments.out) {
         let out = arguments.out.display();
         let message = format!("--out {out}: diagnose writes to a folder; copy it from there");
         return Err(Failure::Usage(message));

@@ -1,7 +1,5 @@
 //! Rows to Parquet: every table is written through its schema, whole or not at all.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use arrow::array::RecordBatch;
@@ -12,19 +10,17 @@ use parquet::file::properties::WriterProperties;
 use serde::Serialize;
 
 use crate::contract::schema::Table;
-use crate::objects::{client, url};
-
-/// How the name of a file that is still being written starts and ends.
-pub const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
+use crate::objects::Location;
+pub use crate::objects::files::TEMPORARY;
 
 /// Why a table could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The file system said no.
-    #[error("cannot write {}: {source}", path.display())]
+    /// The file system or the object store refuses.
+    #[error("cannot write {path}: {source}")]
     Io {
         /// The file.
-        path: PathBuf,
+        path: Location,
         /// Why.
         source: std::io::Error,
     },
@@ -62,10 +58,11 @@ pub fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Err
 ///
 /// # Errors
 /// The folder cannot be made or the file not be written.
-pub fn write_batch(path: &Path, batch: &RecordBatch) -> Result<(), Error> {
-    let bytes = encode(batch)
-        .map_err(|message| Error::Encode { table: path.display().to_string(), message })?;
-    write_bytes(path, &bytes)
+pub fn write_batch(to: impl Into<Location>, batch: &RecordBatch) -> Result<(), Error> {
+    let to = to.into();
+    let bytes =
+        encode(batch).map_err(|message| Error::Encode { table: to.to_string(), message })?;
+    write_bytes(to, &bytes)
 }
 
 /// Rows as the bytes of one Parquet file of the table.
@@ -88,37 +85,21 @@ pub fn batch_to_bytes(table: &str, batch: &RecordBatch) -> Result<Vec<u8>, Error
 ///
 /// # Errors
 /// As [`batch`] and [`write_batch`].
-pub fn write<R: Serialize>(path: &Path, table: &Table, rows: &[R]) -> Result<(), Error> {
-    write_batch(path, &batch(table, rows)?)
+pub fn write<R: Serialize>(
+    to: impl Into<Location>,
+    table: &Table,
+    rows: &[R],
+) -> Result<(), Error> {
+    write_batch(to, &batch(table, rows)?)
 }
 
-/// Writes bytes as a file, whole or not at all, making its folder; where the path is a URL, as one
-/// object.
+/// Writes bytes as a file, whole or not at all ([`Location::write`]).
 ///
 /// # Errors
 /// The folder cannot be made or the file not be written.
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let io = |source| Error::Io { path: path.to_owned(), source };
-    if let Some(url) = url::parse(path).map_err(io)? {
-        return client::put(&url, bytes).map_err(io);
-    }
-    let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(io)?;
-    let mut file = tempfile::Builder::new()
-        .prefix(TEMPORARY.0)
-        .suffix(TEMPORARY.1)
-        .tempfile_in(folder)
-        .map_err(io)?;
-    file.write_all(bytes).map_err(io)?;
-    file.as_file().sync_all().map_err(io)?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let mode = std::fs::Permissions::from_mode(0o644);
-        file.as_file().set_permissions(mode).map_err(io)?;
-    }
-    file.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
+pub fn write_bytes(to: impl Into<Location>, bytes: &[u8]) -> Result<(), Error> {
+    let to = to.into();
+    to.write(bytes).map_err(|source| Error::Io { path: to, source })
 }
 
 fn encode(batch: &RecordBatch) -> Result<Vec<u8>, String> {
