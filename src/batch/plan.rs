@@ -281,7 +281,7 @@ fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, 
             );
             return Err(refuse("no_bike_file", message));
         }
-        Err(e) if url::is_url(&path) => {
+        Err(e) if url::is_url_path(&path) => {
             return Err(refuse(UNREACHABLE, format!("cannot read the bike file: {e}")));
         }
         Err(e) => {
@@ -315,7 +315,7 @@ impl BikeFile {
 
 fn check_bikes(bikes: &Path) -> Result<(), Error> {
     let fail = |why: String| Error::Usage(format!("--bikes {}: {why}", bikes.display()));
-    let names: Vec<PathBuf> = if url::is_url(bikes) {
+    let names: Vec<PathBuf> = if url::is_url_path(bikes) {
         let there = files::list(bikes).map_err(|e| fail(e.to_string()))?;
         there.into_iter().map(|e| e.key.into()).collect()
     } else {

@@ -280,7 +280,7 @@ impl Store {
     /// be behind until it is made.
     fn changes(&self) -> Result<(), file::Error> {
         let path = || self.root.join(BEHIND);
-        self.lock.check().map_err(|source| file::Error::Io { path: path(), source })?;
+        self.lock.check().map_err(|source| file::Error::Io { path: path().into(), source })?;
         if self.behind.get().is_none() {
             file::write_bytes(&path(), b"")?;
             let _ = self.behind.set(()); // another worker may have been quicker
@@ -337,7 +337,7 @@ impl Store {
 }
 
 fn remove_temporaries(root: &Path) -> Result<(), Error> {
-    if url::is_url(root) {
+    if url::is_url_path(root) {
         return Ok(()); // what is put is put whole
     }
     let folders = TABLES.iter().chain([&WRITING]).map(|t| root.join(t)).filter(|f| f.is_dir());
@@ -353,5 +353,5 @@ fn remove_temporaries(root: &Path) -> Result<(), Error> {
 }
 
 fn remove_file(path: &Path) -> Result<(), file::Error> {
-    files::remove(path).map_err(|source| file::Error::Io { path: path.to_owned(), source })
+    files::remove(path).map_err(|source| file::Error::Io { path: path.into(), source })
 }
