@@ -12,6 +12,7 @@ use crate::effects::extended_model::Model;
 use crate::estimate::zeros::{self, Zeros};
 use crate::fit::chain::{self, Data, Solution};
 use crate::fit::coefficients;
+use crate::objects::Location;
 use crate::segment::Segment;
 use crate::tables::rows;
 use crate::{estimate, filter, fit, ingest, plots, segment};
@@ -143,7 +144,7 @@ pub struct Rejection {
 #[derive(Debug, Clone)]
 pub struct Input<'a> {
     /// The file.
-    pub path: &'a Path,
+    pub log: Location,
     /// Channel maps to choose from; none means those that come with the program.
     pub maps: &'a [ingest::map::ChannelMap],
     /// BLAKE3 of its bytes.
@@ -159,7 +160,7 @@ pub struct Input<'a> {
 /// # Errors
 /// The first stage that cannot go on says why.
 pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Rejection> {
-    let raw = ingest::read(input.path, input.maps).map_err(refuse)?;
+    let raw = ingest::read(&input.log, input.maps).map_err(refuse)?;
     run_raw(raw, input, bike, pipeline)
 }
 
@@ -358,7 +359,7 @@ fn session_row(
     let channels: Vec<&str> = session.channels().map(Channel::name).collect();
     rows::SessionRow {
         ident: rows::Ident::from(meta),
-        path: input.path.display().to_string(),
+        path: input.log.to_string(),
         duration: session.duration(),
         rate: session.rate,
         n_samples: session.len as i64,
