@@ -78,7 +78,7 @@ fn ride() -> Result<(Session, Bike), Failure> {
 fn one_session(name: &str, path: &Path, bike: &Bike) -> Result<(), Failure> {
     let pipeline = Pipeline::onroad();
     let input = Input {
-        path,
+        log: path.into(),
         maps: &[],
         input_hash: String::new(),
         pipeline_hash: String::new(),
@@ -122,7 +122,7 @@ fn by_stage(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<(), Failure> {
-    let raw = stages.time("read", || ingest::read(input.path, input.maps))?;
+    let raw = stages.time("read", || ingest::read(&input.log, input.maps))?;
     let (mut session, _) = stages.time("clean", || ingest::run(raw, &pipeline.ingest))?;
     stages.time("check", || ingest::check(&mut session, bike, &pipeline.ingest))?;
     stages.plain("filter", || filter::run(&mut session, &pipeline.filter));

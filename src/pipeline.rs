@@ -13,6 +13,7 @@ use crate::effects::extended_model::Model;
 use crate::estimate::zeros::{self, Zeros};
 use crate::fit::chain::{self, Data, Solution};
 use crate::fit::coefficients;
+use crate::objects::Location;
 use crate::segment::Segment;
 use crate::tables::registry::{self, Row, TableSpec};
 use crate::tables::{file, rows};
@@ -172,7 +173,7 @@ pub struct Rejection {
 #[derive(Debug, Clone)]
 pub struct Input<'a> {
     /// The file.
-    pub path: &'a Path,
+    pub log: Location,
     /// Channel maps to choose from; none means those that come with the program.
     pub maps: &'a [ingest::map::ChannelMap],
     /// BLAKE3 of its bytes.
@@ -188,7 +189,7 @@ pub struct Input<'a> {
 /// # Errors
 /// The first stage that cannot go on says why.
 pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Rejection> {
-    let raw = ingest::read(input.path, input.maps).map_err(refuse)?;
+    let raw = ingest::read(&input.log, input.maps).map_err(refuse)?;
     run_raw(raw, input, bike, pipeline)
 }
 
@@ -383,7 +384,7 @@ fn session_row(
     let channels: Vec<&str> = session.channels().map(Channel::name).collect();
     rows::SessionRow {
         ident: rows::Ident::from(meta),
-        path: input.path.display().to_string(),
+        path: input.log.to_string(),
         duration: session.duration(),
         rate: session.rate,
         n_samples: session.len as i64,

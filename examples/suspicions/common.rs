@@ -44,7 +44,7 @@ pub fn characterise(ridden: &Ridden, bike: &Bike) -> Outcome {
     let path = folder.path().join("log.parquet");
     write_session(&path, &ridden.session, false).expect("written");
     let input = pipeline::Input {
-        path: Path::new(&path),
+        log: Path::new(&path).into(),
         maps: &[],
         input_hash: String::new(),
         pipeline_hash: String::new(),

@@ -361,7 +361,7 @@ pub(super) fn session(
         return Ok(Ended::Unchanged);
     }
     let input = Input {
-        path: &job.found.path,
+        log: (&job.found.path).into(),
         maps: &settings.maps.list,
         input_hash: wanted.input_hash.clone(),
         pipeline_hash: wanted.pipeline_hash.clone(),

@@ -35,7 +35,7 @@ pub fn run(
     signals: bool,
 ) -> Result<Vec<(&'static str, RecordBatch)>, Rejection> {
     let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    let (path, input_hash) = match &log {
+    let (log_path, input_hash) = match &log {
         Log::Table(raw) => (Path::new(NO_PATH), hash(raw)),
         Log::File(path) => {
             let hash = hash_file(path).map_err(|e| Rejection {
@@ -47,7 +47,7 @@ pub fn run(
         }
     };
     let input = Input {
-        path,
+        log: log_path.into(),
         maps: &maps.list,
         input_hash,
         pipeline_hash: bike.pipeline_hash.clone(),

@@ -194,7 +194,7 @@ fn the_extended_model_serves_the_next_run() {
     let stiffness = |model: Option<Model>| {
         let pipeline = Pipeline { model, ..Pipeline::onroad() };
         let input = pipeline::Input {
-            path: Path::new(&log),
+            log: Path::new(&log).into(),
             maps: &[],
             input_hash: String::new(),
             pipeline_hash: String::new(),
