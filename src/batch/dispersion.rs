@@ -1,4 +1,4 @@
-//! How a coefficient spreads over sessions: plain functions over slices.
+//! Dispersion of a coefficient over sessions: plain functions over slices.
 
 /// Above so many points the slope is taken over half-range pairs only: all pairs would be
 /// quadratic work.
