@@ -15,11 +15,13 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use roadbench::batch::{self, Maps, Settings, Stages};
+use roadbench::batch::run::RunWork;
+use roadbench::batch::{Maps, Settings, engine};
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Session;
 use roadbench::estimate::zeros;
 use roadbench::fit::chain::{self, Data};
+use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::{
@@ -181,17 +183,16 @@ fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
 fn batch(inputs: &[PathBuf], bikes: &Path, out: &Path, jobs: usize) -> Result<(), Failure> {
     let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
     let settings = Settings {
-        inputs,
-        bikes: Some(bikes),
-        out,
+        inputs: &inputs.iter().map(Location::from).collect::<Vec<_>>(),
+        bikes: Some(&bikes.into()),
+        out: &out.into(),
         pipeline: &pipeline,
         maps: &maps,
         jobs,
         force: false,
         since: None,
-        signals: false,
     };
-    let (run, _) = batch::run(&settings, &Stages, &(), &AtomicBool::new(false))?;
+    let (run, _) = engine::run(&settings, &RunWork::default(), &(), &AtomicBool::new(false))?;
     match run.done {
         SESSIONS => Ok(()),
         done => Err(format!("{done} of {SESSIONS} sessions done").into()),

@@ -172,7 +172,7 @@ pub struct Rejection {
 /// What the caller knows of an input.
 #[derive(Debug, Clone)]
 pub struct Input<'a> {
-    /// The file.
+    /// The log.
     pub log: Location,
     /// Channel maps to choose from; none means those that come with the program.
     pub maps: &'a [ingest::map::ChannelMap],

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use walkdir::WalkDir;
 
 use super::error::Error;
+use super::kind::Kind;
 use super::marker::{self, Committed};
-use super::work::Kind;
 use crate::objects::url::Url;
 use crate::objects::{Location, Stat, client};
 use crate::tables::file;
@@ -195,8 +195,8 @@ impl Contents {
             return Some(why);
         }
         let mut required = self.kind.required(is_requested);
-        let is_whole = required
-            .all(|spec| self.has(&self.file(spec.name, "parquet", &wanted.bike_id, &file)));
+        let is_whole =
+            required.all(|spec| self.has(&self.file(spec.name, "parquet", &wanted.bike_id, &file)));
         (!is_whole).then_some(Stale::Incomplete)
     }
 
@@ -309,8 +309,7 @@ impl Contents {
             }
         }
         let folder = self.root.join(self.kind.marker.name);
-        let markers =
-            names.keys().filter(|n| n.starts_with(&folder) && n.has_extension("parquet"));
+        let markers = names.keys().filter(|n| n.starts_with(&folder) && n.has_extension("parquet"));
         let new: Vec<&Location> = markers.filter(|n| !known.contains(*n)).collect();
         for some in new.chunks(256) {
             let urls: Vec<Url> = some.iter().filter_map(|at| at.as_url().cloned()).collect();
@@ -324,11 +323,7 @@ impl Contents {
 }
 
 /// Files a marker's row under the marker's name.
-fn keep(
-    out: &mut BTreeMap<String, Vec<Committed>>,
-    marker: &Location,
-    row: Option<Committed>,
-) {
+fn keep(out: &mut BTreeMap<String, Vec<Committed>>, marker: &Location, row: Option<Committed>) {
     match row {
         Some(row) => out.entry(marker.file_stem().into_owned()).or_default().push(row),
         None => tracing::warn!("{marker}: not a commit marker of a session; passed by"),

@@ -8,7 +8,6 @@
 //! taken, whatever its extension: if it is no log, the rejection says so.
 
 use std::collections::BTreeSet;
-use std::io::ErrorKind;
 
 use super::error::Error;
 use super::settings::Settings;
@@ -242,14 +241,8 @@ mod tests {
             "sessions/bike=a/notes.md",
         ]);
         let found = discover(&[t.path().into()], &at(&t, "out")).expect("found");
-        assert_eq!(
-            names(&t, &found),
-            ["sessions/bike=a/9.PARQUET", "sessions/bike=b/2.parquet"]
-        );
-        assert_eq!(
-            bikes_beside(&[t.path().into()]).expect("one"),
-            Some(at(&t, "bikes"))
-        );
+        assert_eq!(names(&t, &found), ["sessions/bike=a/9.PARQUET", "sessions/bike=b/2.parquet"]);
+        assert_eq!(bikes_beside(&[t.path().into()]).expect("one"), Some(at(&t, "bikes")));
     }
 
     #[test]

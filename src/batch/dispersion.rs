@@ -1,4 +1,4 @@
-//! How a coefficient spreads over sessions: plain functions over slices.
+//! Dispersion of a coefficient over sessions: plain functions over slices.
 
 use crate::statistics::order::{SD_PER_MAD, median as median_of};
 

@@ -1,20 +1,23 @@
-//! One session in memory: the batch's tables of it, and nothing is written.
-
-use std::path::Path;
+//! One session in memory: the tables that a batch writes of it, and nothing is written.
 
 use arrow::array::RecordBatch;
 
-use super::engine::note_unsafe_id;
-use super::plan::{BikeFile, hash_file};
-use super::{Maps, guarded};
+use super::bikes::BikeFile;
+use super::diagnose::DiagnoseWork;
+use super::plan::hash_file;
+use super::run::note_unsafe_id;
+use super::settings::Maps;
+use super::work::{guarded, unwritable};
+use crate::diagnose::{self, Diagnosis};
 use crate::ingest::{self, Raw};
+use crate::objects::Location;
 use crate::pipeline::{self, Input, Pipeline, Rejection};
 
 /// Where a session comes from.
 #[derive(Debug)]
 pub enum Log<'a> {
     /// A log file of any format.
-    File(&'a Path),
+    File(&'a Location),
     /// A table that was read already.
     Table(Box<Raw>),
 }
@@ -22,8 +25,11 @@ pub enum Log<'a> {
 /// What `path` says in the tables of a session that came from no file.
 pub const NO_PATH: &str = "(table)";
 
-/// A session's tables by name, as a run would write them; a log that does not name its bike takes
-/// the bike file's name.
+/// Tables by name.
+pub type Tables = Vec<(&'static str, RecordBatch)>;
+
+/// A session's tables, as `run` would write them; a log that does not name its bike takes the bike
+/// file's name.
 ///
 /// # Errors
 /// The log cannot be used.
@@ -33,43 +39,63 @@ pub fn run(
     pipeline: &Pipeline,
     maps: &Maps,
     signals: bool,
-) -> Result<Vec<(&'static str, RecordBatch)>, Rejection> {
-    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    let (log_path, input_hash) = match &log {
-        Log::Table(raw) => (Path::new(NO_PATH), hash(raw)),
-        Log::File(path) => {
-            let hash = hash_file(path).map_err(|e| Rejection {
-                stage: "ingest",
-                code: "unreadable",
-                message: format!("cannot read {}: {e}", path.display()),
-            })?;
-            (*path, hash)
-        }
-    };
-    let input = Input {
-        log: log_path.into(),
-        maps: &maps.list,
-        input_hash,
-        pipeline_hash: bike.pipeline_hash.clone(),
-        signals,
-    };
-    let mut outcome = guarded("pipeline", || {
-        let mut raw = match log {
-            Log::File(path) => ingest::read(path, &maps.list).map_err(refuse)?,
-            Log::Table(raw) => *raw,
-        };
-        if raw.meta.bike_id.is_empty() {
-            raw.meta.bike_id.clone_from(&bike.bike.bike_id);
-        }
-        pipeline::run_raw(raw, &input, &bike.bike, pipeline)
+) -> Result<Tables, Rejection> {
+    let mut outcome = with_input(log, bike, maps, |raw, mut input| {
+        input.signals = signals;
+        guarded("pipeline", || pipeline::run_raw(raw, &input, &bike.bike, pipeline))
     })?;
     note_unsafe_id(&mut outcome);
-    let tables = outcome.tables().map_err(|e| Rejection {
-        stage: "write",
-        code: "internal_error",
-        message: format!("{e}; this is a mistake in roadbench, please report it"),
-    })?;
+    let tables = outcome.tables().map_err(|e| unwritable(&e))?;
     Ok(tables.into_iter().map(|(spec, batch)| (spec.name, batch)).collect())
+}
+
+/// A session's diagnosis and its tables, as `diagnose` would write them; a log that does not name its
+/// bike takes the bike file's name.
+///
+/// # Errors
+/// The log cannot be used, or does not hold what a diagnosis needs.
+pub fn diagnose(
+    log: Log<'_>,
+    bike: &BikeFile,
+    pipeline: &Pipeline,
+    maps: &Maps,
+    work: &DiagnoseWork,
+) -> Result<(Diagnosis, Tables), Rejection> {
+    with_input(log, bike, maps, |raw, input| {
+        let settings = &work.settings;
+        let d = guarded("diagnose", || diagnose::run_raw(raw, &bike.bike, pipeline, settings))?;
+        let tables = work.tables(&d, &input).map_err(|e| unwritable(&e))?;
+        Ok((d, tables.into_iter().map(|(spec, batch)| (spec.name, batch)).collect()))
+    })
+}
+
+/// Reads a log and hands it on with what the tables say of it.
+fn with_input<T>(
+    log: Log<'_>,
+    bike: &BikeFile,
+    maps: &Maps,
+    then: impl FnOnce(Raw, Input<'_>) -> Result<T, Rejection>,
+) -> Result<T, Rejection> {
+    let refuse = |code, message| Rejection { stage: "ingest", code, message };
+    let (at, input_hash) = match &log {
+        Log::Table(raw) => (Location::Local(NO_PATH.into()), hash(raw)),
+        Log::File(at) => {
+            let hash = hash_file(at)
+                .map_err(|e| refuse("unreadable", format!("cannot read {at}: {e}")))?;
+            ((*at).clone(), hash)
+        }
+    };
+    let mut raw = match log {
+        Log::Table(raw) => *raw,
+        Log::File(at) => guarded("ingest", || {
+            ingest::read(at, maps.list()).map_err(|e| refuse(e.code, e.message))
+        })?,
+    };
+    if raw.meta.bike_id.is_empty() {
+        raw.meta.bike_id.clone_from(&bike.bike.bike_id);
+    }
+    let pipeline_hash = bike.pipeline_hash.clone();
+    then(raw, Input { log: at, maps: maps.list(), input_hash, pipeline_hash, signals: false })
 }
 
 /// BLAKE3 of names and numbers, however they were cut into batches.

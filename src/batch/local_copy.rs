@@ -10,62 +10,45 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::Error;
-use crate::objects::url::{self, Url};
-use crate::objects::{client, files};
-use crate::{report, tables::file};
-
-/// Tables that fleet and report are made from.
-const READ: &[&str] = &[
-    "sessions",
-    "coefficients",
-    "manoeuvres",
-    "forces",
-    "warnings",
-    "plots",
-    "rejected",
-    "discrepancies",
-    "causes",
-    "replays",
-    "fleet",
-    "fleet_pooled",
-    "fleet_events",
-    "fleet_ratios",
-];
-
-/// What is made from them.
-const MADE: &[&str] = &["fleet", "fleet_pooled", "fleet_events", "fleet_ratios", "report"];
+use super::error::Error;
+use crate::objects::url::Url;
+use crate::objects::{Location, client};
+use crate::report;
+use crate::tables::{file, registry};
 
 /// Objects fetched together; as many are in memory.
 const SOME: usize = 64;
 
 /// A folder with the output's tables.
 #[derive(Debug)]
-pub struct Desk {
+pub struct LocalCopy {
     folder: PathBuf,
-    copy: Option<(Url, TempDir)>,
+    origin: Option<(Url, TempDir)>,
 }
 
-impl Desk {
+impl LocalCopy {
     /// Of an output.
     ///
     /// # Errors
     /// A table cannot be fetched, or the temporary folder not be written.
-    pub fn of(out: &Path) -> Result<Desk, Error> {
+    pub fn of(out: &Location) -> Result<LocalCopy, Error> {
         let fail = |e: std::io::Error| Error::Output(e.to_string());
-        let Some(url) = url::parse(out).map_err(fail)? else {
-            return Ok(Desk { folder: out.to_owned(), copy: None });
+        let url = match out {
+            Location::Local(path) => {
+                return Ok(LocalCopy { folder: path.clone(), origin: None });
+            }
+            Location::Remote(url) => url,
         };
         let copy = tempfile::tempdir()
             .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;
         let folder = copy.path().to_owned();
-        for name in READ {
-            let prefix = url.join(name);
+        for spec in registry::read_by_reports() {
+            let prefix = url.join(spec.name);
             let entries = client::list(&prefix).map_err(fail)?;
             for some in entries.chunks(SOME) {
                 let urls: Vec<Url> = some.iter().map(|e| prefix.join(&e.key)).collect();
                 for (entry, bytes) in some.iter().zip(client::get_many(&urls)) {
-                    let path = folder.join(name).join(&entry.key);
+                    let path = folder.join(spec.name).join(&entry.key);
                     let parent = path.parent().unwrap_or(&folder);
                     std::fs::create_dir_all(parent)
                         .and_then(|()| std::fs::write(&path, bytes?))
@@ -73,7 +56,7 @@ impl Desk {
                 }
             }
         }
-        Ok(Desk { folder, copy: Some((url, copy)) })
+        Ok(LocalCopy { folder, origin: Some((url.clone(), copy)) })
     }
 
     /// The folder.
@@ -81,33 +64,37 @@ impl Desk {
         &self.folder
     }
 
-    /// Puts back what was made from the tables; pages of an earlier report go.
+    /// Puts back the folders of what was made from the tables; files of an earlier batch that were not
+    /// made again go, of the report only those that are its own.
     ///
     /// # Errors
     /// The output cannot be written.
-    pub fn publish(&self) -> Result<(), Error> {
-        let Some((url, _)) = &self.copy else { return Ok(()) };
+    pub fn publish(&self, made: impl IntoIterator<Item = &'static str>) -> Result<(), Error> {
+        let Some((url, _)) = &self.origin else { return Ok(()) };
         let fail = |e: std::io::Error| Error::Output(e.to_string());
-        let mut pages = BTreeSet::new();
-        for name in MADE {
-            for entry in files::list(&self.folder.join(name)).map_err(fail)? {
-                let bytes = std::fs::read(self.folder.join(name).join(&entry.key)).map_err(fail)?;
-                file::write_bytes(&url.join(name).join(&entry.key).path(), &bytes)
-                    .map_err(|e| Error::Output(e.to_string()))?;
-                pages.insert(entry.key);
+        for name in made {
+            let prefix = url.join(name);
+            let folder = Location::Local(self.folder.join(name));
+            let mut there = BTreeSet::new();
+            for entry in folder.list().map_err(fail)? {
+                let bytes = folder.join(&entry.key).read().map_err(fail)?;
+                file::write_bytes(Location::Remote(prefix.join(&entry.key)), &bytes)?;
+                there.insert(entry.key);
             }
-        }
-        let report = url.join("report");
-        for entry in client::list(&report).map_err(fail)? {
-            let page = report.join(&entry.key);
-            let kind = entry.key.ends_with(".html") || entry.key.starts_with("assets/");
-            if kind
-                && !pages.contains(&entry.key)
-                && client::get(&page).is_ok_and(|bytes| report::is_own(&bytes))
-            {
-                client::delete(&page).map_err(fail)?;
+            for entry in client::list(&prefix).map_err(fail)? {
+                let old = prefix.join(&entry.key);
+                if !there.contains(&entry.key)
+                    && (name != "report" || is_own_page(&old, &entry.key))
+                {
+                    client::delete(&old).map_err(fail)?;
+                }
             }
         }
         Ok(())
     }
+}
+
+fn is_own_page(page: &Url, key: &str) -> bool {
+    (key.ends_with(".html") || key.starts_with("assets/"))
+        && client::get(page).is_ok_and(|bytes| report::is_own(&bytes))
 }

@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use arrow::array::RecordBatch;
 
+use super::kind::Kind;
 use crate::contract::bike::Bike;
 use crate::contract::session::Meta;
 use crate::ingest;
@@ -11,7 +12,7 @@ use crate::ingest::map::ChannelMap;
 use crate::objects::Location;
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::tables::file;
-use crate::tables::registry::{self, Command, Presence, TableSpec};
+use crate::tables::registry::TableSpec;
 
 /// What is done with one log. What it gives must depend on the log, the bike file, the pipeline, the
 /// channel maps and [`Work::settings`] only: by these a later batch knows whether to do it again.
@@ -76,53 +77,6 @@ pub struct SessionFile {
     pub extension: &'static str,
     /// The whole content.
     pub bytes: Vec<u8>,
-}
-
-/// How an output keeps account of a command's sessions. Two commands may share an output: each has
-/// its own tables and marks.
-#[derive(Debug)]
-pub struct Kind {
-    /// The command, which says what tables there are per session.
-    pub command: Command,
-    /// The table whose row says that a session is done; it is written last.
-    pub marker: &'static TableSpec,
-    /// Folders of other files per session, with their extension.
-    pub other_files: &'static [(&'static str, &'static str)],
-    /// Folder of the marks of sessions that are being written.
-    pub writing: &'static str,
-    /// There while what is made over all sessions is older than the sessions.
-    pub behind: &'static str,
-    /// Stage of a rejection that comes from no stage of its own: a panic.
-    pub stage: &'static str,
-    /// Stages that reject for another command only: a success of this one does not remove their rows.
-    pub foreign_stages: &'static [&'static str],
-}
-
-impl Kind {
-    /// The tables of a session but for the commit marker.
-    pub fn tables(&self) -> impl Iterator<Item = &'static TableSpec> {
-        let marker = self.marker;
-        registry::of_session(self.command).filter(move |spec| !spec.is(marker))
-    }
-
-    /// Folder and extension of every file that a session may have, but for the commit marker.
-    pub fn files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
-        let tables = self.tables().map(|spec| (spec.name, "parquet"));
-        tables.chain(self.other_files.iter().copied())
-    }
-
-    /// The tables that a session must have to be whole: those that are always there, and of those on
-    /// request the ones that are asked for.
-    pub fn required(
-        &self,
-        is_requested: impl Fn(&TableSpec) -> bool,
-    ) -> impl Iterator<Item = &'static TableSpec> {
-        self.tables().filter(move |spec| match spec.presence {
-            Presence::Always => true,
-            Presence::WhereItApplies => false,
-            Presence::OnRequest => is_requested(spec),
-        })
-    }
 }
 
 /// Tables as the files of a session.

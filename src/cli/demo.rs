@@ -58,9 +58,9 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     file::write_bytes(&archive.join("scenario.toml"), text.as_bytes())
         .map_err(|e| Failure::Output(e.to_string()))?;
     let at = step(&format!("simulate: {rides} rides with the sensors of a real one"), begin);
-    run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar)?;
+    run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar.clone())?;
     let at = step("run: the coefficients of both tyres, with intervals", at);
-    diagnose::run(diagnose::Arguments::quietly(archive.clone(), out.clone()))?;
+    diagnose::run(diagnose::Arguments::quietly(archive.clone(), out.clone()), bar)?;
     step("diagnose: is anything wrong with these rides?", at);
 
     tyres(&scenario, &out, colours)?;

@@ -8,6 +8,7 @@ use indicatif::ProgressBar;
 
 use logging::LogFormat;
 
+pub mod batch;
 pub mod colour;
 pub mod convert;
 pub mod demo;
@@ -101,7 +102,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     logging::init(arguments.log_format, arguments.verbose, &bar);
     let result = match arguments.command {
         Command::Run(a) => run::run(a, bar),
-        Command::Diagnose(a) => diagnose::run(a),
+        Command::Diagnose(a) => diagnose::run(a, bar),
         Command::Plan(a) => plan::run(&a),
         Command::Simulate(a) => simulate::run(a),
         Command::Modes(a) => modes::run(&a),
