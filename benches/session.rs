@@ -19,7 +19,7 @@ use roadbench::batch::{self, Maps, Settings, Stages};
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Session;
 use roadbench::estimate::zeros;
-use roadbench::fit::chain::{self, Data};
+use roadbench::fit::{Data, chain};
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::{
@@ -134,7 +134,7 @@ fn by_stage(
     let solution = stages.plain("solve", || chain::solve(&data, bike, formulation, &pipeline.fit));
     let (ident, made) = (rows::Ident::from(&session.meta), rows::Provenance::default());
     let coefficients = stages.plain("rows", || {
-        fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_, _| None, &ident, &made)
+        fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_| None, &ident, &made)
     });
     let plots = stages.plain("plots", || plots::rows(&session, &segments, &data, &solution));
     stages.time("(encoding)", || {

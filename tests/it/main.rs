@@ -34,9 +34,9 @@ mod report;
 mod report_fleet;
 mod report_pages;
 mod riding;
+mod rooms;
 #[cfg(feature = "cloud")]
 mod s3_server;
-mod rooms;
 mod script;
 mod segment;
 mod suspicions;

@@ -134,7 +134,12 @@ fn uses(module: &Module, text: &str, all: &BTreeMap<Module, String>) -> BTreeSet
     let file = syn::parse_file(text).unwrap_or_else(|e| panic!("{}: {e}", module.join("/")));
     let mut paths = Paths { found: BTreeSet::new() };
     paths.visit_file(&file);
-    paths.found.iter().filter_map(|path| resolve(module, path, all)).filter(|m| m != module).collect()
+    paths
+        .found
+        .iter()
+        .filter_map(|path| resolve(module, path, all))
+        .filter(|m| m != module)
+        .collect()
 }
 
 /// The innermost file that a path leads through, if it stays in the crate.
