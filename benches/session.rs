@@ -20,8 +20,8 @@ use roadbench::batch::{Maps, Settings, engine};
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Session;
 use roadbench::estimate::zeros;
-use roadbench::fit::chain::{self, Data};
 use roadbench::objects::Location;
+use roadbench::fit::{Data, chain};
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::{
@@ -136,7 +136,7 @@ fn by_stage(
     let solution = stages.plain("solve", || chain::solve(&data, bike, formulation, &pipeline.fit));
     let (ident, made) = (rows::Ident::from(&session.meta), rows::Provenance::default());
     let coefficients = stages.plain("rows", || {
-        fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_, _| None, &ident, &made)
+        fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_| None, &ident, &made)
     });
     let plots = stages.plain("plots", || plots::rows(&session, &segments, &data, &solution));
     stages.time("(encoding)", || {

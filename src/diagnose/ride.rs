@@ -20,7 +20,7 @@ use crate::contract::session::Session;
 use crate::effects::extended_model::Model;
 use crate::effects::{self, Effect};
 use crate::estimate::zeros;
-use crate::fit::chain::{self, Data};
+use crate::fit::{Data, chain};
 use crate::ingest::map::ChannelMap;
 use crate::model::formulation::Formulation;
 use crate::pipeline::{Pipeline, Rejection};

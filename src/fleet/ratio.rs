@@ -24,6 +24,7 @@ use super::events::{Event, Kind};
 use super::history::History;
 use super::levels;
 use super::scan::Shape;
+use crate::contract::coefficient::Coefficient as C;
 
 /// Fewest sessions that a line is laid through.
 const SESSIONS: usize = 6;
@@ -73,13 +74,13 @@ impl Ratio {
 pub fn ratios(history: &History, events: &[Event]) -> Vec<Ratio> {
     let mut out = Vec::new();
     for tyre in ["front", "rear"] {
-        let column = |name: &str| {
-            let key = |k: &(String, String)| k.0 == tyre && k.1 == name;
+        let column = |coefficient: C| {
+            let key = |k: &(String, String)| k.0 == tyre && k.1 == coefficient.name();
             let c = history.keys.iter().position(key)?;
             Some((&history.values[c], &history.errors[c]))
         };
         let (Some((ct, ct_error)), Some((c1, c1_error))) =
-            (column("lateral_friction_ct"), column("slip_camber_c1"))
+            (column(C::LateralFrictionCt), column(C::SlipCamberC1))
         else {
             continue;
         };
@@ -110,7 +111,7 @@ fn tyres(history: &History, events: &[Event], tyre: &str) -> Vec<Vec<usize>> {
         .filter(|e| {
             e.moved.iter().any(|m| {
                 let (of, name) = &history.keys[m.coefficient];
-                of == tyre && name == "effective_rolling_radius"
+                of == tyre && name == C::EffectiveRollingRadius.name()
             })
         })
         .filter_map(|e| match e.shape {

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::Timestamp;
 use serde::Serialize;
 
+use crate::contract::coefficient::{Coefficient, Part};
 use crate::report::figures::{Chart, Cloud, Label, Line, Span};
 use crate::report::index::count;
 use crate::report::number::{self, fixed, round, typeset};
@@ -23,11 +24,11 @@ const CHARTS: usize = 40;
 /// Bikes up to which every comparison is unfolded.
 const UNFOLDED: usize = 12;
 /// Coefficients drawn over time also where nothing happened.
-const MAIN: [(&str, &str); 4] = [
-    ("front", "mf_d"),
-    ("front", "cornering_stiffness_0"),
-    ("rear", "mf_d"),
-    ("rear", "cornering_stiffness_0"),
+const MAIN: [(Part, Coefficient); 4] = [
+    (Part::Front, Coefficient::MfD),
+    (Part::Front, Coefficient::CorneringStiffness0),
+    (Part::Rear, Coefficient::MfD),
+    (Part::Rear, Coefficient::CorneringStiffness0),
 ];
 
 /// The fleet's page, as its template reads it.
@@ -360,7 +361,8 @@ impl Fleet<'_> {
         }
         let bikes: BTreeSet<&str> = self.rows.iter().map(|r| r.bike_id.as_str()).collect();
         for bike in bikes {
-            wanted.extend(MAIN.map(|(tyre, name)| (bike, tyre.to_owned(), name.to_owned())));
+            wanted
+                .extend(MAIN.map(|(part, c)| (bike, part.name().to_owned(), c.name().to_owned())));
         }
         let mut drawn = BTreeSet::new();
         let mut charts = Vec::new();

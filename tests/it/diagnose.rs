@@ -12,7 +12,7 @@ use roadbench::diagnose::ride::{self, Diagnosis, Settings, diagnose};
 use roadbench::diagnose::samples::Samples;
 use roadbench::effects::extended_model::Model;
 use roadbench::effects::{ALL, Effect};
-use roadbench::fit::chain::{self, Data};
+use roadbench::fit::{Data, chain};
 use roadbench::pipeline::{self, Pipeline};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::scenario::Scenario;

@@ -53,7 +53,7 @@ fn custom(tour: &Tour, outcome: &Outcome, axle: Axle) -> Custom {
     let bike = &tour.bike;
     let behind = if axle == Axle::Front { bike.cg_to_rear() } else { bike.cg_to_front };
     Custom::characterised(
-        |name| value(axle.name(), name),
+        |c| value(axle.name(), c.name()),
         bike.wheel(axle),
         bike.mass * GRAVITY * behind / bike.wheelbase,
         value("vehicle", "rolling_resistance").expect("rolling resistance"),
