@@ -10,7 +10,7 @@ use crate::batch::discover::{bikes_beside, discover};
 use crate::batch::plan::{self, Plan};
 use crate::batch::store::{Contents, Store};
 use crate::batch::{Maps, Stages, guarded};
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::contract::schema::Table;
 use crate::diagnose::levels::{self, Say};

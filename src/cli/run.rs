@@ -15,7 +15,7 @@ use crate::batch::desk::Desk;
 use crate::batch::progress::Progress;
 use crate::batch::summary::Summary;
 use crate::batch::{self, Intended, Maps, Run, Settings, Stages, State};
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::report::{Copies, Pages};
 use crate::effects::extended_model::Model;
 use crate::objects::counts::Counts;
