@@ -5,7 +5,6 @@ use clap::ValueHint;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::say;
-use crate::contract::schema::Table;
 use crate::motorcycle::modes::{Mode, Name, over_speed};
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::objects::Location;
@@ -68,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
         .collect();
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(&out.join("modes.parquet"), &Table::embedded("modes"), &rows).map_err(fail)?;
+    file::write(&out.join("modes.parquet"), &rows).map_err(fail)?;
     file::write_bytes(&out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
     say!("table: {}", out.join("modes.parquet"));
     say!("figure: {}", out.join("modes.svg"));

@@ -36,6 +36,7 @@ mod report_pages;
 mod riding;
 #[cfg(feature = "cloud")]
 mod s3_server;
+mod rooms;
 mod script;
 mod segment;
 mod suspicions;
