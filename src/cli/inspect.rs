@@ -16,6 +16,7 @@ use crate::ingest::foreign::Aids;
 use crate::ingest::map::{self, ChannelMap};
 use crate::ingest::{self, Raw, Track};
 use crate::pipeline::Pipeline;
+use crate::statistics::order::upper_median_of;
 
 pub(super) mod text;
 
@@ -258,7 +259,7 @@ fn source_rate(track: &Track) -> Option<f64> {
     let stamps = track.time.iter().zip(&track.values).filter(|(_, v)| v.is_finite());
     let stamps: Vec<f64> = stamps.map(|(t, _)| *t).collect();
     let steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
-    Some(1.0 / ingest::middle(&steps)?)
+    Some(1.0 / upper_median_of(&steps)?)
 }
 
 /// What the log itself tells of a channel.
@@ -315,7 +316,7 @@ fn channel_facts(
         longest_gap: longest as f64 / session.rate,
         min: there.iter().copied().reduce(f64::min),
         max: there.iter().copied().reduce(f64::max),
-        median: ingest::middle(&there),
+        median: upper_median_of(&there),
         verdict,
     }
 }

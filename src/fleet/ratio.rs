@@ -288,8 +288,8 @@ mod tests {
                 width.push(found.high - found.low);
                 off.push(found.value - 0.11);
             }
-            let off = super::super::median(&mut off).expect("some");
-            let width = super::super::median(&mut width).expect("some");
+            let off = crate::statistics::order::median(&mut off).expect("some");
+            let width = crate::statistics::order::median(&mut width).expect("some");
             assert!(held >= 90, "{n} {variety}: {held} of 100");
             assert!(off.abs() < 0.05 * width, "{n} {variety}: {off} of {width}");
             widths.push(width);

@@ -48,7 +48,7 @@ mod write;
 pub mod yaw;
 
 pub use check::check;
-pub use middle::{extent, middle};
+pub use middle::extent;
 pub use table::read_table;
 pub use write::{session_batch, write_session};
 

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 
 use crate::ingest::foreign::{Aids, Decoded, Listing, Look, SourceChannel};
 use crate::ingest::map::Column;
-use crate::ingest::middle::{extent, middle};
+use crate::ingest::middle::extent;
 use crate::ingest::{Error, reader};
 use crate::objects::Location;
+use crate::statistics::order::upper_median_of;
 
 /// Samples that are decoded at a time, about.
 const BUDGET: u64 = 32 << 20;
@@ -154,7 +155,7 @@ fn look_closely(column: &Column) -> Seen {
 fn of_stamps(stamps: &[f64]) -> Seen {
     let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
     steps.retain(|d| *d > 0.0);
-    let period = middle(&steps);
+    let period = upper_median_of(&steps);
     let least = period.map_or(f64::INFINITY, |p| GAP.max(GAP_STEPS * p));
     let gaps = steps.iter().filter(|d| **d > least);
     Seen {

@@ -13,6 +13,7 @@ use crate::report::page::when;
 use crate::report::tables::key;
 use crate::report::tables_fleet::{Histories, Seen};
 use crate::report::{drawing, ratios, words};
+use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{EventRow, FleetRow, SessionRow};
 
 /// File name of the page.
@@ -317,14 +318,14 @@ impl Fleet<'_> {
                 bike: of_bike(r.bike_id.clone()),
                 model: model.to_owned(),
                 sessions: values.len(),
-                median: shown(number::median(values)),
+                median: shown(median_of_finite(values)),
                 spread: shown(number::robust_sd(values)),
                 drawing: drawing::boxes(values, low, high),
                 between: of_bike(shown(r.between_sd_settled.or(r.between_sd))),
                 drift: of_bike(drift_words(drift, ends)),
                 drifts: bike_line && ends.is_some_and(|(l, h)| l > 0.0 || h < 0.0),
                 shrinkage: of_bike(
-                    number::median(&shrinkage)
+                    median_of_finite(&shrinkage)
                         .map(|s| format!("{} %", fixed(100.0 * s, 0)))
                         .unwrap_or_default(),
                 ),

@@ -8,6 +8,7 @@ use crate::report::index::count;
 use crate::report::number::{self, fixed};
 use crate::report::page::{Shown, when};
 use crate::report::words;
+use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, Rejected, SessionRow, Status};
 
 const WIDTH: usize = 100;
@@ -154,7 +155,7 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
             let mut text = format!("{name:<width$} {n:>8} {tyre:<5}");
             for (coefficient, _) in main {
                 let values = good.get(&(bike, tyre, *coefficient)).map_or(&[][..], Vec::as_slice);
-                let cell = match number::median(values) {
+                let cell = match median_of_finite(values) {
                     None => "-".to_owned(),
                     Some(m) => {
                         let digits = number::decimals_of(m, number::robust_sd(values)).min(4);
