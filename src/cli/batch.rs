@@ -12,7 +12,7 @@ use jiff::tz::TimeZone;
 
 use crate::batch::engine::{self, Accounts, Intended};
 use crate::batch::{self, Maps, Settings, State, Work};
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::objects::Location;
 use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;

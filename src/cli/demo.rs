@@ -6,8 +6,9 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
+use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::cli::{Failure, colour, diagnose, run, simulate};
+use crate::cli::{colour, diagnose, run, simulate};
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::effects::Effect;
 use crate::estimate;
@@ -54,8 +55,8 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     };
     let colours = colour::on_stdout();
     say!("{}\n", colour::bold("A motorcycle that never was, ridden by numbers", colours));
-    let rides =
-        simulate::write_bike(&scenario, 0, &archive).map_err(|e| Failure::Output(e.to_string()))?;
+    let rides = simulate::write_bike(&scenario, 0, &(&archive).into())
+        .map_err(|e| Failure::Output(e.to_string()))?;
     let text = BUILTIN.iter().find(|(name, _)| *name == "demo").map_or("", |(_, text)| text);
     file::write_bytes(&archive.join("scenario.toml"), text.as_bytes())
         .map_err(|e| Failure::Output(e.to_string()))?;

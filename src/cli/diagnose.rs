@@ -9,7 +9,7 @@ use crate::batch::diagnose::{DiagnoseWork, Verdict, finish};
 use crate::batch::in_order::InOrder;
 use crate::batch::progress::Progress;
 use crate::batch::{Finished, Watch, engine};
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::batch::{
     Options, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal, stopped,
 };

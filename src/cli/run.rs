@@ -13,7 +13,7 @@ use crate::batch::progress::Progress;
 use crate::batch::run::{RunWork, finish};
 use crate::batch::summary::Summary;
 use crate::batch::{Finished, Watch};
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::batch::{
     Given, Options, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal,
     stopped,
