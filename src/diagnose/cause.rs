@@ -1,7 +1,6 @@
 //! Candidates, causes and what a diagnosis makes of all of them: the types that road and off-road share.
 
 use crate::contract::verdict::Verdict;
-use crate::effects::spec::EffectSpec;
 
 /// A candidate cause: an effect of the road model or of the off-road one.
 #[derive(Debug, Clone, Copy)]
@@ -12,8 +11,23 @@ pub struct Candidate {
     pub name: &'static str,
     /// Name of its one number in the tables.
     pub parameter: &'static str,
-    /// Its words, unit and prior.
-    pub spec: EffectSpec,
+    /// What happens, as a main clause.
+    pub sentence: &'static str,
+    /// Unit of its number.
+    pub unit: &'static str,
+    /// The riding or the channel that tells it from others.
+    pub separate_by: &'static str,
+    /// A usual size, in the unit.
+    pub typical: f64,
+    /// Smallest and largest size that is physically plausible, in the unit.
+    pub bounds: [f64; 2],
+}
+
+impl Candidate {
+    /// Whether a size is physically plausible.
+    pub fn in_bounds(&self, size: f64) -> bool {
+        (self.bounds[0]..=self.bounds[1]).contains(&size)
+    }
 }
 
 /// A size with its standard error.

@@ -98,6 +98,15 @@ pub struct Unexplained {
 /// Block residuals of one channel in one kind of manoeuvre: block and residual, in time order.
 pub type CellResiduals = BTreeMap<Cell, Vec<(usize, f64)>>;
 
+/// Residuals put into their cells, in the order in which they come.
+pub fn in_cells(residuals: impl Iterator<Item = (Cell, usize, f64)>) -> CellResiduals {
+    let mut out = CellResiduals::new();
+    for (cell, block, r) in residuals {
+        out.entry(cell).or_default().push((block, r));
+    }
+    out
+}
+
 /// A kind of riding that can be diagnosed, for one ride: its residuals, its candidates, its null
 /// simulations and what is particular about judging them.
 pub trait Engine {

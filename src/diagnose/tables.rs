@@ -1,7 +1,7 @@
 //! The rows of `causes` and `discrepancies`.
 
 use super::calibration::{Cell, Rms, correlation, rms};
-use super::cause::{Cause, Naming, Objection};
+use super::cause::{Candidate, Cause, Naming, Objection};
 use super::engine::{CellResiduals, Engine, Unexplained};
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
@@ -47,13 +47,13 @@ fn cause_row<E: Engine>(engine: &E, cause: &Cause, ident: &Ident) -> CauseRow {
         level: "session".to_owned(),
         parameter: candidate.parameter.to_owned(),
         value: estimate.map(|e| e.value),
-        unit: candidate.spec.unit.to_owned(),
+        unit: candidate.unit.to_owned(),
         ci95_low: interval.map(|i| i[0]),
         ci95_high: interval.map(|i| i[1]),
         score: *score,
         false_alarm_rate: engine.calibration().false_alarm_rate(*score),
         equivalent_to: rivals,
-        separate_by: Some(candidate.spec.separate_by.to_owned()),
+        separate_by: Some(candidate.separate_by.to_owned()),
         reason: reason(cause, &engine.remark(cause)),
         ..CauseRow::default()
     }
@@ -75,8 +75,8 @@ fn unexplained_row(own: Unexplained, ident: &Ident) -> CauseRow {
 
 /// Why a candidate has its verdict.
 fn reason(cause: &Cause, remark: &str) -> String {
-    let spec = &cause.candidate.spec;
-    let (sentence, separate_by, gain) = (spec.sentence, spec.separate_by, cause.gain);
+    let Candidate { sentence, separate_by, .. } = cause.candidate;
+    let gain = cause.gain;
     match (cause.verdict, cause.objection) {
         (_, Some(Objection::Contradicted)) => format!(
             "takes up part of the misfit (gains {gain:.0}) but leaves more structure where it shows than a \

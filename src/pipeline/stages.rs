@@ -7,33 +7,40 @@
 //! offroad_forces filter -> inverse dynamics -> segment                       tyre forces, off-road
 //! ```
 
-use std::path::Path;
-
-use super::{Pipeline, Rejection};
+use super::{Input, Pipeline, Rejection};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Estimate};
 use crate::estimate::zeros::{self, Zeros};
-use crate::fit::chain::{self, Data, Solution};
+use crate::fit::{Data, Solution, chain};
 use crate::ingest::map::ChannelMap;
 use crate::model::formulation::Formulation;
+use crate::objects::Location;
 use crate::segment::Segment;
 use crate::segment::offroad::Ride;
 use crate::{filter, ingest, segment};
+
+/// The log of an input.
+///
+/// # Errors
+/// It cannot be read.
+pub fn read(input: &Input<'_>) -> Result<ingest::Raw, Rejection> {
+    ingest::read(&input.log, input.maps).map_err(refuse)
+}
 
 /// A log as a clean session on one clock, checked against its bike, unfiltered.
 ///
 /// # Errors
 /// The log cannot be read, or lacks what every session needs.
 pub fn prepare(
-    path: &Path,
+    log: impl Into<Location>,
     maps: &[ChannelMap],
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<(Session, Vec<Warning>), Rejection> {
-    prepare_raw(ingest::read(path, maps).map_err(refuse)?, bike, pipeline)
+    prepare_raw(ingest::read(log, maps).map_err(refuse)?, bike, pipeline)
 }
 
 /// The same of a log that is in memory. Off-road a session without velocity has nothing that could be
@@ -53,7 +60,7 @@ pub fn prepare_raw(
     Ok((session, warnings))
 }
 
-pub(super) fn refuse(e: ingest::Error) -> Rejection {
+fn refuse(e: ingest::Error) -> Rejection {
     Rejection { stage: "ingest", code: e.code, message: e.message }
 }
 

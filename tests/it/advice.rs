@@ -4,8 +4,9 @@
 use assert_cmd::Command;
 use roadbench::contract::session::Session;
 use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::advice::{ALIKE, Advice, known, sets};
-use roadbench::diagnose::ride::{self, Diagnosis, Fitted, Settings};
+use roadbench::diagnose::Settings;
+use roadbench::diagnose::road::advice::{ALIKE, Advice, known, sets};
+use roadbench::diagnose::road::{self, Fitted, RoadDiagnosis};
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate;
@@ -32,22 +33,22 @@ fn ride(number: usize, hidden: &[(&str, f64)], set: Option<&str>) -> (Session, M
 
 /// A ride's base fit.
 fn fitted(ride: &(Session, Machine)) -> Fitted<'_> {
-    ride::fitted(&ride.0, &ride.1.bike, &Pipeline::onroad()).expect("fitted")
+    road::fitted(&ride.0, &ride.1.bike, &Pipeline::onroad()).expect("fitted")
 }
 
 /// What diagnosis makes of a ride, with some candidates.
-fn ask(ride: &(Session, Machine), names: &[&str]) -> Diagnosis {
+fn ask(ride: &(Session, Machine), names: &[&str]) -> RoadDiagnosis {
     let effects = names.iter().map(|n| *Effect::named(n).expect("known")).collect();
     let settings = Settings { nulls: 10, effects, advise: false };
-    ride::diagnose(&ride.0, &ride.1.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
+    road::diagnose(&ride.0, &ride.1.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
 }
 
-fn told(d: &Diagnosis) -> Vec<(&str, f64, f64, Verdict)> {
+fn told(d: &RoadDiagnosis) -> Vec<(&str, f64, f64, Verdict)> {
     d.naming
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
-        .map(|c| (c.effect.name, c.value, c.std_error, c.verdict))
+        .map(|c| (c.candidate.name, c.value(), c.std_error(), c.verdict))
         .collect()
 }
 
@@ -69,12 +70,12 @@ fn riding_what_is_advised_tells_wind_from_slope() {
     let first = &before.naming.causes[0];
     assert_eq!(first.verdict, Verdict::Ambiguous, "{:?}", told(&before));
     let class: Vec<&str> =
-        std::iter::once(first.effect.name).chain(first.equivalent.iter().copied()).collect();
+        std::iter::once(first.candidate.name).chain(first.equivalent.iter().copied()).collect();
     assert!(class.contains(&"wind") && class.contains(&"road_grade"), "{class:?}");
     let change = before
         .advice
         .as_ref()
-        .and_then(|a| a.apart(first.effect.name, &first.equivalent))
+        .and_then(|a| a.apart(first.candidate.name, &first.equivalent))
         .expect("a set");
     assert!(change.set == COASTS && change.resolves(), "{change:?}");
     let row = &before.causes[0];

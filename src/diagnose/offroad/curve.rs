@@ -1,60 +1,8 @@
-//! What the base model (rider B, the bike file's fork) may leave out: one file per candidate or family.
+//! How the residuals change with the number of a candidate.
 //!
 //! Every candidate adds to the residuals; none changes what another adds (to first order). So a
 //! candidate is the change of every block as its number goes from that of the base to any other:
 //! a line, or nodes between which is interpolated.
-
-pub mod rider_motion;
-pub mod suspension;
-
-use super::residuals::Residuals;
-use crate::estimate::offroad::Estimate;
-use crate::estimate::offroad::rider;
-
-/// A candidate cause.
-#[derive(Debug, Clone, Copy)]
-pub struct Effect {
-    /// In the tables.
-    pub name: &'static str,
-    /// Its number.
-    pub parameter: &'static str,
-    /// Unit of the number.
-    pub unit: &'static str,
-    /// In words.
-    pub sentence: &'static str,
-    /// The riding or channel that tells it from others.
-    pub separate_by: &'static str,
-    /// A usual size, in the unit.
-    pub usual: f64,
-    /// Sizes that can be.
-    pub possible: [f64; 2],
-    /// Candidates that flights, where they show best, cannot tell apart; one of them alone is named.
-    pub family: Option<&'static str>,
-    /// What it changes.
-    make: fn(&Ride<'_>) -> Curve,
-}
-
-/// What candidates are made from.
-#[derive(Debug, Clone, Copy)]
-pub struct Ride<'a> {
-    /// The residuals.
-    pub residuals: &'a Residuals,
-    /// The estimate.
-    pub estimate: &'a Estimate,
-    /// The riders' settings.
-    pub rider: &'a rider::Config,
-    /// Highest frequency that the filter leaves, Hz.
-    pub high_cut: f64,
-}
-
-/// Every candidate.
-pub const ALL: &[Effect] = &[
-    rider_motion::VERTICAL,
-    rider_motion::HORIZONTAL,
-    suspension::FORK_FRICTION,
-    suspension::FORK_PRELOAD,
-    suspension::SHOCK_FRICTION,
-];
 
 /// Change of every block from the base.
 #[derive(Debug, Clone)]
@@ -68,13 +16,6 @@ pub enum Curve {
         /// One column per number.
         columns: Vec<Vec<f64>>,
     },
-}
-
-impl Effect {
-    /// The candidate on a ride.
-    pub fn curve(&self, ride: &Ride<'_>) -> Curve {
-        (self.make)(ride)
-    }
 }
 
 impl Curve {

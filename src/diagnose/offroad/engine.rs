@@ -10,11 +10,12 @@ use super::fit::{Fit, Problem};
 use super::residuals::{CHANNELS, Residuals};
 use crate::contract::verdict::Verdict;
 use crate::contract::warning::Warning;
-use crate::diagnose::calibration::{Calibration, Rms, rms};
+use crate::diagnose::calibration::{Calibration, Rms};
 use crate::diagnose::cause::{Candidate, Cause, Estimate, Judged, Naming};
 use crate::diagnose::engine::{
-    CellResiduals, Confirmed, Engine, Gate, NamingRules, Refit, Unexplained,
+    CellResiduals, Confirmed, Engine, Gate, NamingRules, Refit, Unexplained, in_cells,
 };
+use crate::diagnose::tables::rms_of;
 use crate::diagnose::tuning::OffroadTuning;
 use crate::estimate::offroad::Estimate as Forces;
 use crate::tables::rows::DiscrepancyRow;
@@ -149,26 +150,15 @@ impl OffroadEngine<'_> {
 
     /// Whether on the ground more is left than sensors and bike file explain once everything named is in.
     pub fn is_wrong_on_the_ground(&self, naming: &Naming<Fit>) -> bool {
-        let left = rms(self.cells(&naming.extended.residual).map(|(cell, _, r)| (cell, r)));
+        let left = rms_of(&self.by_cell(&naming.extended.residual));
         left.iter().any(|(cell, (size, n))| {
             let largest = self.calibration.floor.get(cell).map_or(f64::INFINITY, |f| f[1]);
             !CHANNELS[cell.1].off_the_ground() && *n >= FEWEST && *size > LEFT * largest
         })
     }
 
-    fn cells<'a>(
-        &'a self,
-        r: &'a [f64],
-    ) -> impl Iterator<Item = (crate::diagnose::calibration::Cell, usize, f64)> + 'a {
-        cells(self.residuals, r)
-    }
-
     fn by_cell(&self, r: &[f64]) -> CellResiduals {
-        let mut out = CellResiduals::new();
-        for (cell, block, r) in self.cells(r) {
-            out.entry(cell).or_default().push((block, r));
-        }
-        out
+        in_cells(cells(self.residuals, r))
     }
 }
 
@@ -248,8 +238,7 @@ impl Engine for OffroadEngine<'_> {
             Curve::Line(_) => refit.model.values[place].is_some_and(|v| v.abs() > 1.96 * sigma),
             Curve::Nodes { .. } => sigma < self.tuning.vague,
         };
-        let held_out =
-            |included: &[usize], fit| problem.held_out(self.bare, included, fit, FOLDS);
+        let held_out = |included: &[usize], fit| problem.held_out(self.bare, included, fit, FOLDS);
         let before = || *stage.held_out.get_or_init(|| held_out(&stage.named, &stage.model));
         let least = self.tuning.held_out * refit.gain;
         is_known && before() - held_out(&joined, &refit.model) > least
@@ -259,12 +248,7 @@ impl Engine for OffroadEngine<'_> {
         self.stage(refit.model, with(&stage.named, refit.judged.candidate.place))
     }
 
-    fn confirm(
-        &self,
-        stage: Stage,
-        judged: Vec<Judged>,
-        mut named: Vec<Cause>,
-    ) -> Confirmed<Fit> {
+    fn confirm(&self, stage: Stage, judged: Vec<Judged>, mut named: Vec<Cause>) -> Confirmed<Fit> {
         let gate = Gate { alarm: self.tuning.alarm, rival: self.tuning.alarm };
         let too_much = |(t, j): (&Tried, &Judged)| self.is_relevant(t, j.score, gate, &[]);
         let unexplained = named.is_empty() && stage.tried.iter().zip(&judged).any(too_much);
@@ -392,9 +376,8 @@ impl Engine for OffroadEngine<'_> {
                 " (rider C with zero_phase = false)".to_owned()
             }
             Verdict::NotIdentifiable => {
-                let lost: Vec<&str> = lost_rows(self.warnings)
-                    .filter_map(|w| w.channel.map(|c| c.name()))
-                    .collect();
+                let lost: Vec<&str> =
+                    lost_rows(self.warnings).filter_map(|w| w.channel.map(|c| c.name())).collect();
                 match lost.is_empty() {
                     true => String::new(),
                     false => format!(" without {}", lost.join(", ")),

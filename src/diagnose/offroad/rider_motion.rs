@@ -6,34 +6,42 @@
 //! `offroad.md`, section 9); the cut-off towards zero is B for the vertical one, towards infinity for
 //! the horizontal one.
 
-use super::{Curve, Effect, Ride};
+use super::curve::Curve;
+use super::declaration::{Declaration, Ride};
 use crate::GRAVITY;
+use crate::diagnose::cause::Candidate;
 use crate::estimate::offroad::rider::c::follow;
 
 /// Up and down.
-pub const VERTICAL: Effect = Effect {
-    name: "rider_vertical_motion",
-    parameter: "cut_off",
-    unit: "Hz",
-    sentence: "below this frequency the rider follows the chassis up and down",
-    separate_by: "jumps and whoops at several speeds, with fork and shock travel logged",
-    usual: 1.5,
-    possible: [0.1, 8.0],
+pub const VERTICAL: Declaration = Declaration {
+    candidate: Candidate {
+        place: 0,
+        name: "rider_vertical_motion",
+        parameter: "cut_off",
+        sentence: "below this frequency the rider follows the chassis up and down",
+        unit: "Hz",
+        separate_by: "jumps and whoops at several speeds, with fork and shock travel logged",
+        typical: 1.5,
+        bounds: [0.1, 8.0],
+    },
     family: None,
-    make: vertical,
+    curve: vertical,
 };
 
 /// Fore and aft.
-pub const HORIZONTAL: Effect = Effect {
-    name: "rider_horizontal_motion",
-    parameter: "horizontal_cut_off",
-    unit: "Hz",
-    sentence: "below this frequency the rider follows the chassis fore and aft",
-    separate_by: "hard braking and driving on level ground, jumps with a kicker",
-    usual: 1.0,
-    possible: [0.1, 8.0],
+pub const HORIZONTAL: Declaration = Declaration {
+    candidate: Candidate {
+        place: 0,
+        name: "rider_horizontal_motion",
+        parameter: "horizontal_cut_off",
+        sentence: "below this frequency the rider follows the chassis fore and aft",
+        unit: "Hz",
+        separate_by: "hard braking and driving on level ground, jumps with a kicker",
+        typical: 1.0,
+        bounds: [0.1, 8.0],
+    },
     family: None,
-    make: horizontal,
+    curve: horizontal,
 };
 
 /// Cut-offs, Hz.

@@ -4,21 +4,26 @@
 //! [`Strut`] has it. What acts on the measured accelerations
 //! went through the filter with them; so does its column here.
 
-use super::{Curve, Effect, Ride};
+use super::curve::Curve;
+use super::declaration::{Declaration, Ride};
+use crate::diagnose::cause::Candidate;
 use crate::filter::high_cut;
 use crate::model::offroad::machine::Strut;
 
 /// Coulomb friction of the fork.
-pub const FORK_FRICTION: Effect = Effect {
-    name: "fork_friction",
-    parameter: "fork_friction",
-    unit: "N",
-    sentence: "the fork has more Coulomb friction than the bike file says (negative: less)",
-    separate_by: "flights, in which the fork comes out slowly; a fork on a test bench",
-    usual: 60.0,
-    possible: [-300.0, 600.0],
+pub const FORK_FRICTION: Declaration = Declaration {
+    candidate: Candidate {
+        place: 0,
+        name: "fork_friction",
+        parameter: "fork_friction",
+        sentence: "the fork has more Coulomb friction than the bike file says (negative: less)",
+        unit: "N",
+        separate_by: "flights, in which the fork comes out slowly; a fork on a test bench",
+        typical: 60.0,
+        bounds: [-300.0, 600.0],
+    },
     family: Some("fork force"),
-    make: |ride| {
+    curve: |ride| {
         let k = &ride.estimate.kinematics;
         let unit: Vec<f64> = k.zd_f.iter().map(|v| Strut::unit_friction(*v)).collect();
         along_fork(ride, unit)
@@ -26,29 +31,35 @@ pub const FORK_FRICTION: Effect = Effect {
 };
 
 /// Force of the fork's spring at any travel.
-pub const FORK_PRELOAD: Effect = Effect {
-    name: "fork_preload",
-    parameter: "fork_preload",
-    unit: "N",
-    sentence: "the fork's spring is preloaded more than the bike file says (negative: less)",
-    separate_by: "the fork's force at rest, extended and at sag",
-    usual: 60.0,
-    possible: [-600.0, 600.0],
+pub const FORK_PRELOAD: Declaration = Declaration {
+    candidate: Candidate {
+        place: 0,
+        name: "fork_preload",
+        parameter: "fork_preload",
+        sentence: "the fork's spring is preloaded more than the bike file says (negative: less)",
+        unit: "N",
+        separate_by: "the fork's force at rest, extended and at sag",
+        typical: 60.0,
+        bounds: [-600.0, 600.0],
+    },
     family: Some("fork force"),
-    make: |ride| along_fork(ride, vec![1.0; ride.estimate.kinematics.len()]),
+    curve: |ride| along_fork(ride, vec![1.0; ride.estimate.kinematics.len()]),
 };
 
 /// Coulomb friction of the shock.
-pub const SHOCK_FRICTION: Effect = Effect {
-    name: "shock_friction",
-    parameter: "shock_friction",
-    unit: "N",
-    sentence: "the shock has more Coulomb friction than the bike file says (negative: less)",
-    separate_by: "flights, in which the shock comes out slowly; a shock on a test bench",
-    usual: 150.0,
-    possible: [-600.0, 1500.0],
+pub const SHOCK_FRICTION: Declaration = Declaration {
+    candidate: Candidate {
+        place: 0,
+        name: "shock_friction",
+        parameter: "shock_friction",
+        sentence: "the shock has more Coulomb friction than the bike file says (negative: less)",
+        unit: "N",
+        separate_by: "flights, in which the shock comes out slowly; a shock on a test bench",
+        typical: 150.0,
+        bounds: [-600.0, 1500.0],
+    },
     family: None,
-    make: |ride| {
+    curve: |ride| {
         let k = &ride.estimate.kinematics;
         let linkage = &ride.estimate.machine.linkage;
         let moment = |i: usize| {

@@ -18,7 +18,7 @@ const LAGS: usize = 10;
 /// Distance of a base parameter from what is believed, in prior standard deviations, that is too far.
 const STRAINED: f64 = 2.5;
 /// Gain of a candidate that explains such a strain.
-pub const LARGE: f64 = 30.0;
+pub const RELIEVED: f64 = 30.0;
 /// Fall of the loss that tells that the optimum was a local one.
 const LOCAL: f64 = 8.0;
 
@@ -201,7 +201,7 @@ impl Base {
             .into_iter()
             .filter(|(effect, _, refit)| effect.in_bounds(effect.parameter().get(&refit.world)))
             .max_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((effect, _, refit)) = best.filter(|(_, gain, _)| *gain > LARGE) else {
+        let Some((effect, _, refit)) = best.filter(|(_, gain, _)| *gain > RELIEVED) else {
             return as_it_is(self);
         };
         let p = effect.parameter();

@@ -4,21 +4,21 @@
 use rayon::prelude::*;
 
 use super::base::{Base, RELIEVED, Start};
-use super::null_calibration::{RoadCalibration, SizeScale};
+use super::null_calibration::{RoadCalibration, SizeScale, cells};
 use super::null_simulation::NullSimulation;
 use super::parameters::BASE;
 use super::problem::Linear;
 use super::residuals::{Blocks, CHANNELS, UNITS, blocks};
-use super::samples::{BLOCK, Samples};
+use super::samples::BLOCK;
 use super::scan::{Score, scan};
 use super::stage::{Ride, Stage, true_sizes};
 use super::structure::Term;
+use crate::contract::verdict::Verdict;
 use crate::diagnose::calibration::{Calibration, Rms};
 use crate::diagnose::cause::{Cause, Estimate, Judged, Naming, Objection, Structure};
 use crate::diagnose::engine::{
-    CellResiduals, Confirmed, Engine, Gate, NamingRules, Refit, Unexplained,
+    CellResiduals, Confirmed, Engine, Gate, NamingRules, Refit, Unexplained, in_cells,
 };
-use crate::contract::verdict::Verdict;
 use crate::effects::Effect;
 use crate::tables::rows::DiscrepancyRow;
 
@@ -77,8 +77,7 @@ impl<'a> RoadEngine<'a> {
             let place = stage.model.parameters.iter().position(|p| p.name == name);
             let touches =
                 |k: usize| problem.share(&linear.columns[k], term.channel) > tuning.touches;
-            cause.score < tuning.strong
-                || times > tuning.overrules && place.is_some_and(touches)
+            cause.score < tuning.strong || times > tuning.overrules && place.is_some_and(touches)
         };
         let out = named.extract_if(.., contradicted);
         out.map(|c| c.rejected(Objection::Contradicted)).collect()
@@ -104,7 +103,7 @@ impl<'a> RoadEngine<'a> {
             let fits = &stage.calibration.scale.fits;
             let sizes = true_sizes(ride, &stage.model, &stage.simulated, fits, &named);
             let is = |(cause, size): &(Cause, Estimate)| {
-                size.value.abs() >= size.std_error && cause.candidate.spec.in_bounds(size.value)
+                size.value.abs() >= size.std_error && cause.candidate.in_bounds(size.value)
             };
             let sized: Vec<(Cause, Estimate)> = named.into_iter().zip(sizes).collect();
             complete = sized.iter().all(is);
@@ -119,19 +118,8 @@ impl<'a> RoadEngine<'a> {
         (named, lost)
     }
 
-    /// Residuals in their cells; what is not finite is left out.
-    fn cells(&self, found: &Blocks) -> CellResiduals {
-        let mut out = CellResiduals::new();
-        for (kind, range) in &self.ride.samples.manoeuvres {
-            for (c, column) in found.iter().enumerate() {
-                let own = (range.start / BLOCK..range.end / BLOCK).map(|b| (b, column[b]));
-                let finite: Vec<_> = own.filter(|(_, r)| r.is_finite()).collect();
-                if !finite.is_empty() {
-                    out.entry((*kind, c)).or_default().extend(finite);
-                }
-            }
-        }
-        out
+    fn by_cell(&self, found: &Blocks) -> CellResiduals {
+        in_cells(cells(self.ride.samples, found))
     }
 }
 
@@ -171,7 +159,7 @@ impl<'a> Engine for RoadEngine<'a> {
     }
 
     fn in_bounds(&self, judged: &Judged) -> bool {
-        judged.estimate.is_some_and(|e| judged.candidate.spec.in_bounds(e.value))
+        judged.estimate.is_some_and(|e| judged.candidate.in_bounds(e.value))
     }
 
     fn refits(
@@ -203,20 +191,14 @@ impl<'a> Engine for RoadEngine<'a> {
                 let estimate = Some(Estimate::linear(size - j.bias, std_error));
                 (size, Refit { judged: j.clone(), estimate, gain, model })
             })
-            .filter(|(size, refit)| refit.judged.candidate.spec.in_bounds(*size))
+            .filter(|(size, refit)| refit.judged.candidate.in_bounds(*size))
             .map(|(_, refit)| refit)
             .collect();
         refits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         refits
     }
 
-    fn is_nameable(
-        &self,
-        stage: &Stage<'a>,
-        refit: &Refit<Base>,
-        gate: Gate,
-        _: &[Cause],
-    ) -> bool {
+    fn is_nameable(&self, stage: &Stage<'a>, refit: &Refit<Base>, gate: Gate, _: &[Cause]) -> bool {
         let tuning = self.ride.tuning;
         let further = stage.model.parameters.len() > BASE.len();
         let least = match refit.judged.score {
@@ -274,8 +256,8 @@ impl<'a> Engine for RoadEngine<'a> {
         let first = self.judge(&self.first());
         let hidden = first.iter().filter(|j| !self.is_identifiable(j));
         let rest = open.chain(hidden.map(|j| j.cause(Verdict::NotIdentifiable))).collect();
-        let structure = structure
-            .map(|(term, times)| Structure { description: term.description(), times });
+        let structure =
+            structure.map(|(term, times)| Structure { description: term.description(), times });
         Confirmed { named, rejected, rest, extended: stage.model, structure, unexplained }
     }
 
@@ -284,11 +266,11 @@ impl<'a> Engine for RoadEngine<'a> {
     }
 
     fn base_residuals(&self) -> CellResiduals {
-        self.cells(&blocks(self.ride.samples, &self.start.base.world))
+        self.by_cell(&blocks(self.ride.samples, &self.start.base.world))
     }
 
     fn extended_residuals(&self, naming: &Naming<Base>) -> CellResiduals {
-        self.cells(&blocks(self.ride.samples, &naming.extended.world))
+        self.by_cell(&blocks(self.ride.samples, &naming.extended.world))
     }
 
     fn noisier(&self, before: &Rms) -> Vec<f64> {

@@ -95,7 +95,7 @@ pub fn calibrate(
             let problem = quick.base.problem(&samples);
             Shown {
                 scores: scores(&samples, &quick.base, &all, &quick.linear),
-                sizes: rms(cells(&samples, &quick.linear.residuals)),
+                sizes: rms(cells(&samples, &quick.linear.residuals).map(|(cell, _, r)| (cell, r))),
                 terms: structure::terms(&samples, &problem, &quick.linear),
                 fit: quick.base.world,
             }
@@ -251,16 +251,16 @@ impl Calibration<SizeScale> {
     }
 }
 
-/// The finite block residuals with their cells.
+/// The finite block residuals with their cells and blocks.
 pub fn cells<'a>(
     samples: &'a Samples,
     found: &'a Blocks,
-) -> impl Iterator<Item = (Cell, f64)> + 'a {
+) -> impl Iterator<Item = (Cell, usize, f64)> + 'a {
     samples.manoeuvres.iter().flat_map(move |(kind, range)| {
         let blocks = range.start / BLOCK..range.end / BLOCK;
         found.iter().enumerate().flat_map(move |(c, column)| {
-            let own = column[blocks.clone()].iter().copied().filter(|r| r.is_finite());
-            own.map(move |r| ((*kind, c), r))
+            let own = blocks.clone().map(|b| (b, column[b])).filter(|(_, r)| r.is_finite());
+            own.map(move |(b, r)| ((*kind, c), b, r))
         })
     })
 }

@@ -2,7 +2,7 @@
 //! extended one it tells how well a size is found.
 //!
 //! White noise is that of the channels themselves, from their second differences; slow errors of
-//! velocities and roll come from the ride ([`slow`]), differences between manoeuvres
+//! velocities and roll come from the ride ([`sensor_drift`](mod@super::sensor_drift)), differences between manoeuvres
 //! too ([`scatter`](mod@super::scatter)). What the residuals scatter beyond all that over seconds is added
 //! to them as coloured noise, so that a noisier ride has noisier nulls.
 
@@ -15,20 +15,21 @@ use super::residuals::{Blocks, blocks};
 use super::samples::{BLOCK, RATE, Samples, picks};
 use super::scatter::Scatter;
 use super::sensor_drift::{self, Slow};
+use super::white_noise::white_noise;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::statistics::random::Random;
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
-/// Rides with sensor noise only, by which what else there is is known.
+/// NullSimulation with sensor noise only, by which what else there is is known.
 const QUIET: usize = 3;
 /// Time over which the coloured noise forgets, s.
 const MEMORY: f64 = 1.5;
 
 /// A ride that can be ridden again and again.
 #[derive(Debug)]
-pub struct Rides<'a> {
+pub struct NullSimulation<'a> {
     session: &'a Session,
     segments: &'a [Segment],
     bike: &'a Bike,
@@ -42,8 +43,8 @@ pub struct Rides<'a> {
     seed: u64,
 }
 
-impl<'a> Rides<'a> {
-    /// Learns a ride's noise and rides it on the fitted base.
+impl<'a> NullSimulation<'a> {
+    /// Learns a ride's noise, and simulates it on the fitted base.
     pub fn new(
         session: &'a Session,
         segments: &'a [Segment],
@@ -63,7 +64,7 @@ impl<'a> Rides<'a> {
         let problem = base.problem(&measured);
         let scatter = Scatter::of(&measured, &problem, &problem.linear(&base.world));
         let picks = picks(session, segments);
-        let mut rides = Rides {
+        let mut simulation = NullSimulation {
             session,
             segments,
             bike,
@@ -76,23 +77,23 @@ impl<'a> Rides<'a> {
             colour: [0.0; 8],
             seed,
         };
-        rides.correct(base);
-        rides
+        simulation.correct(base);
+        simulation
     }
 
     /// The ride on a better model, its noise learnt anew from what that leaves.
     #[must_use]
-    pub fn learnt(&self, model: &Base) -> Self {
+    pub fn with_noise_of(&self, model: &Base) -> Self {
         Self::new(self.session, self.segments, self.bike, model, self.seed)
     }
 
     /// The same noise on another model.
-    pub fn on(&self, world: &Parameters) -> Rides<'a> {
+    pub fn with_parameters(&self, world: &Parameters) -> NullSimulation<'a> {
         let clean = match *world == self.world {
             true => self.clean.clone(),
-            false => self.shown(world, From::Session),
+            false => self.noiseless(world, From::Session),
         };
-        Rides {
+        NullSimulation {
             clean,
             world: world.clone(),
             picks: self.picks.clone(),
@@ -104,7 +105,7 @@ impl<'a> Rides<'a> {
     }
 
     /// What a perfect logger would have recorded on a model.
-    pub fn shown(&self, world: &Parameters, from: From) -> Session {
+    pub fn noiseless(&self, world: &Parameters, from: From) -> Session {
         ridden(self.session, self.segments, self.bike, world, from)
     }
 
@@ -192,20 +193,6 @@ fn ridden(
         [bike.front.vertical_stiffness, bike.rear.vertical_stiffness],
     );
     replay(session, segments, &plant, from)
-}
-
-/// Standard deviation of white noise from second differences: motion leaves next to none.
-pub fn white_noise(x: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = x
-        .windows(3)
-        .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())
-        .filter(|d| d.is_finite() && *d > 0.0)
-        .collect();
-    if sizes.is_empty() {
-        return 0.0;
-    }
-    let middle = sizes.len() / 2;
-    1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 6.0_f64.sqrt()
 }
 
 /// Coloured noise per channel whose long-run standard deviation is given.

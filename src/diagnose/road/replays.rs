@@ -1,12 +1,13 @@
 //! What was measured beside what the simulator makes of it, before and after: rows of `replays`.
 
-use super::name::Naming;
-use super::null_simulation::Rides;
+use super::base::Base;
+use super::null_simulation::NullSimulation;
 use super::parameters::Parameters;
 use super::replay::From;
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
 use crate::contract::session::Session;
+use crate::diagnose::cause::Naming;
 use crate::statistics::smooth::smooth;
 use crate::tables::rows::{Ident, SimulatedSample};
 
@@ -27,13 +28,14 @@ const SHOWN: [Channel; 9] = [
 /// named, on the one with them.
 pub fn replays(
     session: &Session,
-    rides: &Rides<'_>,
+    simulation: &NullSimulation<'_>,
     base: &Parameters,
-    naming: &Naming,
+    naming: &Naming<Base>,
     ident: &Ident,
 ) -> Vec<SimulatedSample> {
-    let before = rides.shown(base, From::Manoeuvres);
-    let after = naming.named().then(|| rides.shown(&naming.extended.world, From::Manoeuvres));
+    let before = simulation.noiseless(base, From::Manoeuvres);
+    let after =
+        naming.any_named().then(|| simulation.noiseless(&naming.extended.world, From::Manoeuvres));
     let definition = Table::embedded("session");
     let mut rows = Vec::new();
     for channel in SHOWN.into_iter().filter(|c| session.has(*c)) {
@@ -43,7 +45,7 @@ pub fn replays(
         let extended = after.as_ref().map(column);
         let known = |x: &[f64], i: usize| x.get(i).copied().filter(|v| v.is_finite());
         let unit = definition.column(channel.name()).and_then(|c| c.unit.clone());
-        for (number, (kind, picks)) in rides.picks().iter().enumerate() {
+        for (number, (kind, picks)) in simulation.picks().iter().enumerate() {
             rows.extend(picks.iter().map(|&i| SimulatedSample {
                 ident: ident.clone(),
                 manoeuvre: number as i64 + 1,

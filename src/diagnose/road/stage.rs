@@ -31,7 +31,16 @@ impl Ride<'_> {
     /// A candidate by its place.
     pub fn candidate(&self, place: usize) -> Candidate {
         let effect = &self.effects[place];
-        Candidate { place, name: effect.name, parameter: effect.name, spec: effect.spec }
+        Candidate {
+            place,
+            name: effect.name,
+            parameter: effect.name,
+            sentence: effect.sentence,
+            unit: effect.unit,
+            separate_by: effect.separate_by,
+            typical: effect.typical,
+            bounds: effect.bounds,
+        }
     }
 
     /// What is fitted of a candidate.
@@ -119,7 +128,7 @@ impl<'a> Stage<'a> {
             let strained = self.strain_gains.get(k).copied().unwrap_or(0.0);
             let calibrated = self.calibration.judge(k, score);
             let candidate = ride.candidate(*place);
-            let unit = candidate.spec.typical.abs();
+            let unit = candidate.typical.abs();
             let (value, std_error) = (calibrated.delta * unit, calibrated.std_error * unit);
             Judged {
                 candidate,
@@ -171,7 +180,7 @@ fn simulated(
     if named.iter().zip(&sizes).any(off) {
         for (cause, size) in named.iter().zip(&sizes) {
             let p = ride.parameter(&cause.candidate);
-            let [low, high] = cause.candidate.spec.bounds;
+            let [low, high] = cause.candidate.bounds;
             p.set(&mut simulated, p.get(&model.start) + size.value.clamp(low, high));
         }
     }
@@ -207,15 +216,11 @@ pub fn true_sizes(
         let scatter = cause.std_error().max(sd) / share;
         let of_share = (value - truth) / share / (precision + prior).sqrt();
         match value.is_finite() {
-            true => Estimate::linear(
-                value,
-                scatter.hypot(of_share).hypot(model_error * value),
-            ),
+            true => Estimate::linear(value, scatter.hypot(of_share).hypot(model_error * value)),
             // the model cannot even be ridden: what the fit itself gives
-            false => Estimate::linear(
-                fitted - cause.bias,
-                cause.std_error().hypot(model_error * fitted),
-            ),
+            false => {
+                Estimate::linear(fitted - cause.bias, cause.std_error().hypot(model_error * fitted))
+            }
         }
     };
     named.iter().map(of).collect()

@@ -41,7 +41,7 @@ pub struct Term {
 
 impl Term {
     /// In words.
-    pub fn describe(&self) -> String {
+    pub fn description(&self) -> String {
         format!("{} over {}", CHANNELS[self.channel], COVARIATES[self.covariate])
     }
 }

@@ -10,10 +10,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::base::Base;
-use super::super::problem::{Linear, Problem};
-use super::super::samples::{BLOCK, Samples};
-use crate::diagnose::parameters::{Parameter, Parameters};
+use crate::diagnose::road::base::Base;
+use crate::diagnose::road::parameters::{Parameter, Parameters};
+use crate::diagnose::road::problem::{Linear, Problem};
+use crate::diagnose::road::samples::{BLOCK, Samples};
 
 /// Standard deviations at which about half of the effects are named.
 const LIMIT: f64 = 3.3;
@@ -171,7 +171,7 @@ mod tests {
         // one base parameter and one effect with the same response, one of its own beside it
         let rows = DMatrix::from_row_slice(3, 3, &[1.0, 1.0, 0.0, 2.0, 2.0, 0.0, 0.0, 0.0, 3.0]);
         let curvature = Curvature { matrix: rows.transpose() * &rows * 1e6 };
-        let base = [super::super::super::parameters::BASE[0]];
+        let base = [crate::diagnose::road::parameters::BASE[0]];
         let information = curvature.information(&base);
         assert!(information.limit(0) > 3.0, "{}", information.limit(0));
         assert!((information.limit(1) - 3.3e-3 / 3.0).abs() < 1e-9);
