@@ -149,7 +149,7 @@ fn seen(advice: &Advice) -> Vec<Seen> {
         .map(|(j, effect)| {
             let usual = Some(advice.own.limit(j)).filter(|x| x.is_finite());
             let size = effect.typical.abs();
-            let change = advice.shown(effect.name);
+            let change = advice.best_detection(effect.name);
             let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
             let after = with.map(|(_, known)| known.limit(j) * size).filter(|x| x.is_finite());
             Seen {
@@ -175,7 +175,7 @@ fn pairs(advice: &Advice) -> Vec<Pair> {
                 continue;
             }
             let pair = [ALL[i].name, ALL[j].name];
-            let change = advice.apart(pair[0], &pair[1..]);
+            let change = advice.best_separation(pair[0], &pair[1..]);
             let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
             out.push(Pair {
                 pair,

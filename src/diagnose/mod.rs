@@ -16,6 +16,7 @@ pub mod calibration;
 pub mod cause;
 pub mod diagnosis;
 pub mod engine;
+pub mod held_out;
 pub mod levels;
 pub mod offroad;
 pub mod road;

@@ -155,6 +155,47 @@ tuning! {
         "what a bike file is usually known to";
 }
 
+/// The page of the book about the constants: every one with its value and its reason, and, where rides were
+/// diagnosed with other values, their number and how many of their verdicts changed at two thirds and at
+/// four thirds of each value on the road.
+pub fn reference(changes: Option<(usize, &[[usize; 2]])>) -> String {
+    let mut text = "# Constants of the naming\n\n\
+        `cargo run --release --example constants -- --rides 20 > book/src/reference/constants.md` writes this \
+        page. What each constant decides and what set it is declared beside it in `src/diagnose/tuning.rs`; \
+        the prototype is that of the method's study, the suite is `--example blind`.\n"
+        .to_owned();
+    text += "\n## On the road\n\n";
+    match changes {
+        Some((rides, _)) => {
+            text += &format!(
+                "The last two columns count the verdicts, of all candidates on {rides} simulated rides, that are \
+             others at two thirds and at four thirds of the value.\n\n| constant | value | decides | set by \
+             | x 2/3 | x 4/3 |\n|---|---|---|---|---|---|\n"
+            )
+        }
+        None => text += "| constant | value | decides | set by |\n|---|---|---|---|\n",
+    }
+    for (k, constant) in ROAD.iter().enumerate() {
+        text += &row(constant, &RoadTuning::default());
+        text += &match changes {
+            Some((_, changes)) => format!(" {} | {} |\n", changes[k][0], changes[k][1]),
+            None => "\n".to_owned(),
+        };
+    }
+    text += "\n## Off-road\n\n| constant | value | decides | set by |\n|---|---|---|---|\n";
+    for constant in OFFROAD {
+        text += &row(constant, &OffroadTuning::default());
+        text += "\n";
+    }
+    text
+}
+
+/// A constant's cells of its line in [`reference`].
+pub fn row<T>(constant: &Constant<T>, tuning: &T) -> String {
+    let Constant { name, words, reason, get, .. } = constant;
+    format!("| `{name}` | {} | {words} | {reason} |", get(tuning))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

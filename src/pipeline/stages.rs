@@ -7,7 +7,8 @@
 //! offroad_forces filter -> inverse dynamics -> segment                       tyre forces, off-road
 //! ```
 
-use super::{Input, Pipeline, Rejection};
+use super::outcome::{Input, Rejection};
+use super::settings::Pipeline;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;

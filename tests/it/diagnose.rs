@@ -67,7 +67,7 @@ fn the_base_is_the_generating_model() {
     let data = Data::gather(&filtered, &segments, &machine.bike, zeros, &pipeline.estimate);
     let solution = chain::solve(&data, &machine.bike, Formulation::Corrected, &pipeline.fit);
     let samples = Samples::gather(&session, &segments);
-    let fitted = base::fit(&samples, &Parameters::new(&machine.bike, &solution)).world;
+    let fitted = base::fit(&samples, &Parameters::new(&machine.bike, &solution)).values;
     let plant = &machine.plant;
     for (name, got, truth, most) in [
         ("drag", fitted.drag, plant.drag, 0.01),
@@ -158,7 +158,7 @@ fn a_late_velocity_is_found_whole() {
     let (name, value, sd) = named[0];
     assert_eq!(name, "latency");
     assert!((value + 0.05).abs() < 2.0 * sd && sd < 0.005, "{value} +- {sd}");
-    let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.world);
+    let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.values);
     assert!(shown > -0.036, "{shown}");
 }
 

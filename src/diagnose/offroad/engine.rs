@@ -20,8 +20,6 @@ use crate::diagnose::tuning::OffroadTuning;
 use crate::estimate::offroad::Estimate as Forces;
 use crate::tables::rows::DiscrepancyRow;
 
-/// Folds of held-out jumps, whoops and corners.
-const FOLDS: usize = 5;
 /// How many times the largest of its null simulations the residual is that named causes leave where
 /// something is unexplained: a named cause is not quite exact.
 const LEFT: f64 = 1.5;
@@ -238,7 +236,7 @@ impl Engine for OffroadEngine<'_> {
             Curve::Line(_) => refit.model.values[place].is_some_and(|v| v.abs() > 1.96 * sigma),
             Curve::Nodes { .. } => sigma < self.tuning.vague,
         };
-        let held_out = |included: &[usize], fit| problem.held_out(self.bare, included, fit, FOLDS);
+        let held_out = |included: &[usize], fit| problem.held_out(self.bare, included, fit);
         let before = || *stage.held_out.get_or_init(|| held_out(&stage.named, &stage.model));
         let least = self.tuning.held_out * refit.gain;
         is_known && before() - held_out(&joined, &refit.model) > least
@@ -326,9 +324,8 @@ impl Engine for OffroadEngine<'_> {
     }
 
     fn held_out_gains(&self, naming: &Naming<Fit>) -> [f64; 2] {
-        let out = |included: &[usize], whole: &Fit| {
-            self.problem.held_out(self.bare, included, whole, FOLDS)
-        };
+        let out =
+            |included: &[usize], whole: &Fit| self.problem.held_out(self.bare, included, whole);
         let named: Vec<usize> = naming.named().map(|c| c.candidate.place).collect();
         let before = out(&[], &self.problem.fit(self.bare, &[], None));
         let every: Vec<usize> = (0..ALL.len()).collect();

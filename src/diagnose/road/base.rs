@@ -11,6 +11,7 @@ use super::parameters::{BASE, Parameter, Parameters};
 use super::problem::{Linear, Problem};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
+use crate::diagnose::held_out::{FOLDS, sum_over_folds};
 use crate::effects::Effect;
 
 /// Lags of the long-run variance, blocks: 3 s.
@@ -25,8 +26,8 @@ const LOCAL: f64 = 8.0;
 /// A fitted base model.
 #[derive(Debug, Clone)]
 pub struct Base {
-    /// The world.
-    pub world: Parameters,
+    /// The fitted parameters.
+    pub values: Parameters,
     /// Where it started, the centre of the priors.
     pub start: Parameters,
     /// Long-run standard deviation of each channel's block residual.
@@ -52,7 +53,7 @@ pub struct Start {
 
 /// Fits the base from a start.
 pub fn fit(samples: &Samples, start: &Parameters) -> Base {
-    fit_with(samples, &start.believed(), start, BASE, None)
+    fit_with(samples, &start.prior_centre(), start, BASE, None)
 }
 
 /// Fits `parameters` from `from`, with priors about `start`; `extra` is added to the residuals.
@@ -63,25 +64,26 @@ pub fn fit_with(
     parameters: &[Parameter],
     extra: Option<&Blocks>,
 ) -> Base {
-    let mut world = from.clone();
+    let mut values = from.clone();
     let mut problem = Problem { extra, ..Problem::new(samples, start, [1.0; 8], parameters) };
     for round in 0..8 {
         // the scale follows the first rounds, then it is the same for everybody
         if round < 4 {
-            problem.sigma = noise(samples, &problem.residuals(&world));
+            problem.sigma = noise(samples, &problem.residuals(&values));
         }
-        let Some((moved, size)) = problem.advance(&world) else { break };
-        world = moved;
+        let Some((moved, size)) = problem.advance(&values) else { break };
+        values = moved;
         if round >= 4 && size < 1e-3 {
             break;
         }
     }
-    let loss = problem.loss(&world);
+    let loss = problem.loss(&values);
     let parameters = parameters.to_vec();
-    Base { start: start.clone(), sigma: problem.sigma, loss, parameters, world }
+    Base { start: start.clone(), sigma: problem.sigma, loss, parameters, values }
 }
 
-/// A fit from a world that is nearly right already, along one linearisation: what a null needs.
+/// A fit from parameters that are nearly right already, along one linearisation: what a null simulation
+/// needs.
 #[derive(Debug, Clone)]
 pub struct Quick {
     /// The fitted base.
@@ -100,7 +102,7 @@ pub fn fit_quick(
     mut extra: Blocks,
     disturb: impl FnOnce(&Linear, &mut Blocks),
 ) -> Quick {
-    let (prior, start) = (&model.start, &model.world);
+    let (prior, start) = (&model.start, &model.values);
     let all: Vec<Parameter> = fitted.iter().chain(more).copied().collect();
     let mut problem = Problem::new(samples, prior, [1.0; 8], &all);
     let mut linear = problem.linear(start);
@@ -108,7 +110,7 @@ pub fn fit_quick(
     problem.extra = Some(&extra);
     problem.add_extra(&mut linear.residuals);
     problem.parameters = fitted;
-    let mut world = start.clone();
+    let mut values = start.clone();
     let mut factor = None;
     for round in 0..5 {
         // the scale follows the first rounds, as in the fit of a real ride
@@ -116,30 +118,30 @@ pub fn fit_quick(
             problem.sigma = noise(samples, &linear.residuals);
             factor = None;
         }
-        let (matrix, gradient) = problem.normal_of(&linear, &world, factor.is_none());
+        let (matrix, gradient) = problem.normal_of(&linear, &values, factor.is_none());
         let solver = match factor.take().or_else(|| matrix.cholesky()) {
             Some(solver) => solver,
             None => break,
         };
         let step = solver.solve(&gradient);
         factor = Some(solver);
-        world = problem.moved(&world, &step, 1.0);
+        values = problem.stepped(&values, &step, 1.0);
         // what the scale is learnt from need not be exact
         if round < 2 {
-            linear.follow(&step);
+            linear.step_by(&step);
             continue;
         }
-        linear.residuals = problem.residuals(&world);
+        linear.residuals = problem.residuals(&values);
         if step.amax() < 1e-3 && round >= 3 {
             break;
         }
     }
     let base = Base {
-        loss: problem.loss(&world),
+        loss: problem.loss(&values),
         start: prior.clone(),
         sigma: problem.sigma,
         parameters: fitted.to_vec(),
-        world,
+        values,
     };
     Quick { base, linear }
 }
@@ -154,25 +156,25 @@ impl Base {
     pub fn extended(&self, samples: &Samples, more: &[Parameter], times: usize) -> Base {
         let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
         let problem = Problem::new(samples, &self.start, self.sigma, &parameters);
-        let world = problem.optimum(&self.world, times);
-        let loss = problem.loss(&world);
-        Base { world, loss, start: self.start.clone(), sigma: self.sigma, parameters }
+        let values = problem.optimum(&self.values, times);
+        let loss = problem.loss(&values);
+        Base { values, loss, start: self.start.clone(), sigma: self.sigma, parameters }
     }
 
     /// The model with the noise that it leaves, fitted with that again.
     #[must_use]
-    pub fn settled(&self, samples: &Samples) -> Base {
+    pub fn with_own_noise(&self, samples: &Samples) -> Base {
         let mut problem = self.problem(samples);
-        let mut world = self.world.clone();
-        let mut linear = problem.linear(&world);
+        let mut values = self.values.clone();
+        let mut linear = problem.linear(&values);
         for _ in 0..4 {
             problem.sigma = noise(samples, &linear.residuals);
-            let Some((moved, _)) = problem.follow(&mut linear, &world) else { break };
-            world = moved;
+            let Some((moved, _)) = problem.descend(&mut linear, &values) else { break };
+            values = moved;
         }
-        let world = problem.optimum(&world, 4);
-        let loss = problem.loss(&world);
-        Base { world, loss, sigma: problem.sigma, ..self.clone() }
+        let values = problem.optimum(&values, 4);
+        let loss = problem.loss(&values);
+        Base { values, loss, sigma: problem.sigma, ..self.clone() }
     }
 
     /// The base as a start for its extensions.
@@ -183,11 +185,11 @@ impl Base {
     /// the base alone is better off from there it was in a local optimum (`diagnosis.md`, section
     /// 2.5.5).
     #[must_use]
-    pub fn believable(self, samples: &Samples, effects: &[Effect]) -> Start {
+    pub fn starting_point(self, samples: &Samples, effects: &[Effect]) -> Start {
         let as_it_is =
             |base: Base| Start { near: base.clone(), noise: base.clone(), base, gains: Vec::new() };
         let problem = self.problem(samples);
-        let strain = |p: &Parameter| problem.prior(p, &self.world).0.abs();
+        let strain = |p: &Parameter| problem.prior(p, &self.values).0.abs();
         if self.parameters.iter().map(strain).fold(0.0, f64::max) < STRAINED {
             return as_it_is(self);
         }
@@ -199,56 +201,53 @@ impl Base {
         let gains: Vec<f64> = refits.iter().map(|(_, gain, _)| *gain).collect();
         let best = refits
             .into_iter()
-            .filter(|(effect, _, refit)| effect.in_bounds(effect.parameter().get(&refit.world)))
+            .filter(|(effect, _, refit)| effect.in_bounds(effect.parameter().get(&refit.values)))
             .max_by(|a, b| a.1.total_cmp(&b.1));
         let Some((effect, _, refit)) = best.filter(|(_, gain, _)| *gain > RELIEVED) else {
             return as_it_is(self);
         };
         let p = effect.parameter();
-        let mut world = refit.world.clone();
-        p.set(&mut world, p.get(&self.start));
-        let sigma = noise(samples, &problem.residuals(&refit.world));
-        let from = |world: &Parameters| {
-            let base = Base { world: world.clone(), sigma, ..self.clone() };
-            Base { loss: base.problem(samples).loss(world), ..base }.extended(samples, &[], 8)
+        let mut values = refit.values.clone();
+        p.set(&mut values, p.get(&self.start));
+        let sigma = noise(samples, &problem.residuals(&refit.values));
+        let from = |values: &Parameters| {
+            let base = Base { values: values.clone(), sigma, ..self.clone() };
+            Base { loss: base.problem(samples).loss(values), ..base }.extended(samples, &[], 8)
         };
-        let [stayed, moved] = [&self.world, &world].map(from);
+        let [stayed, moved] = [&self.values, &values].map(from);
         let base = if stayed.loss - moved.loss > LOCAL { moved } else { stayed };
-        let near = Base { world, ..base.clone() };
-        let noise = Base { world: refit.world, ..base.clone() };
+        let near = Base { values, ..base.clone() };
+        let noise = Base { values: refit.values, ..base.clone() };
         Start { base, near, noise, gains }
     }
 
-    /// Loss on each fold of manoeuvres of a model that was fitted without it.
-    pub fn held_out(&self, samples: &Samples, folds: usize) -> f64 {
+    /// Loss on manoeuvres left out, over [`FOLDS`] fits to the others.
+    pub fn held_out(&self, samples: &Samples) -> f64 {
         let mut seen = std::collections::BTreeMap::new();
         // manoeuvres of each kind in turn
-        let fold: Vec<usize> = samples
+        let fold_of: Vec<usize> = samples
             .manoeuvres
             .iter()
             .map(|(kind, _)| {
                 let count: &mut usize = seen.entry(*kind).or_default();
                 *count += 1;
-                (*count - 1) % folds
+                (*count - 1) % FOLDS
             })
             .collect();
         // a fold less moves the optimum little: one linearisation serves them all
-        let linear = self.problem(samples).linear(&self.world);
-        (0..folds)
-            .into_par_iter()
-            .map(|out| {
-                let kept: Vec<bool> = fold.iter().map(|f| *f != out).collect();
-                let left: Vec<bool> = kept.iter().map(|k| !k).collect();
-                let problem = |only| Problem { only: Some(only), ..self.problem(samples) };
-                let (mut world, mut linear) = (self.world.clone(), linear.clone());
-                for _ in 0..3 {
-                    let problem = problem(kept.as_slice());
-                    let Some((moved, _)) = problem.follow(&mut linear, &world) else { break };
-                    world = moved;
-                }
-                problem(left.as_slice()).misfit_of(&linear.residuals)
-            })
-            .sum()
+        let linear = self.problem(samples).linear(&self.values);
+        sum_over_folds(|out| {
+            let kept: Vec<bool> = fold_of.iter().map(|f| *f != out).collect();
+            let left: Vec<bool> = kept.iter().map(|k| !k).collect();
+            let problem = |only| Problem { only: Some(only), ..self.problem(samples) };
+            let (mut values, mut linear) = (self.values.clone(), linear.clone());
+            for _ in 0..3 {
+                let problem = problem(kept.as_slice());
+                let Some((moved, _)) = problem.descend(&mut linear, &values) else { break };
+                values = moved;
+            }
+            problem(left.as_slice()).misfit_of(&linear.residuals)
+        })
     }
 }
 

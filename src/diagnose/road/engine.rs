@@ -22,9 +22,6 @@ use crate::diagnose::engine::{
 use crate::effects::Effect;
 use crate::tables::rows::DiscrepancyRow;
 
-/// Folds of held-out manoeuvres.
-pub const FOLDS: usize = 5;
-
 /// A ride on the road with its base fit and its null simulations.
 #[derive(Debug)]
 pub struct RoadEngine<'a> {
@@ -140,13 +137,13 @@ impl<'a> Engine for RoadEngine<'a> {
         }
     }
 
-    /// Extensions are looked for from near the base ([`Base::believable`]).
+    /// Extensions are looked for from near the base ([`Base::starting_point`]).
     fn first(&self) -> Stage<'a> {
         let near = &self.start.near;
         Stage {
             model: near.clone(),
-            simulation: self.simulation.with_parameters(&near.world),
-            simulated: near.world.clone(),
+            simulation: self.simulation.with_parameters(&near.values),
+            simulated: near.values.clone(),
             open: (0..self.ride.effects.len()).collect(),
             scores: self.scores.clone(),
             calibration: self.calibration.clone(),
@@ -266,11 +263,11 @@ impl<'a> Engine for RoadEngine<'a> {
     }
 
     fn base_residuals(&self) -> CellResiduals {
-        self.by_cell(&blocks(self.ride.samples, &self.start.base.world))
+        self.by_cell(&blocks(self.ride.samples, &self.start.base.values))
     }
 
     fn extended_residuals(&self, naming: &Naming<Base>) -> CellResiduals {
-        self.by_cell(&blocks(self.ride.samples, &naming.extended.world))
+        self.by_cell(&blocks(self.ride.samples, &naming.extended.values))
     }
 
     fn noisier(&self, before: &Rms) -> Vec<f64> {
@@ -319,7 +316,7 @@ impl<'a> Engine for RoadEngine<'a> {
 
     fn held_out_gains(&self, naming: &Naming<Base>) -> [f64; 2] {
         let (samples, base) = (self.ride.samples, &self.start.base);
-        let before = base.held_out(samples, FOLDS);
+        let before = base.held_out(samples);
         // by the base's own scale: the extended model knows less noise
         let extended = Base { sigma: base.sigma, ..naming.extended.clone() };
         let known = &extended.parameters;
@@ -332,7 +329,7 @@ impl<'a> Engine for RoadEngine<'a> {
             .collect();
         // from where the named ones are it is not far
         let everything = extended.extended(samples, &others, 2);
-        [&extended, &everything].map(|model| 2.0 * (before - model.held_out(samples, FOLDS)))
+        [&extended, &everything].map(|model| 2.0 * (before - model.held_out(samples)))
     }
 
     fn unexplained(&self, naming: &Naming<Base>, _: &[DiscrepancyRow]) -> Option<Unexplained> {

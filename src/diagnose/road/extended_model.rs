@@ -13,7 +13,7 @@ pub fn extended_model(naming: &Naming<Base>, ident: &Ident) -> ExtendedModel {
         let estimate = Estimate { value: cause.value(), std_error: cause.std_error(), unit };
         (cause.candidate.name.to_owned(), estimate)
     });
-    let parameters = &naming.extended.world;
+    let parameters = &naming.extended.values;
     let base = BASE.iter().map(|p| (p.name.to_owned(), p.get(parameters)));
     ExtendedModel {
         session_id: ident.session_id.clone(),

@@ -38,4 +38,4 @@ pub mod stage;
 pub mod structure;
 pub mod white_noise;
 
-pub use session::{Fitted, RoadDiagnosis, diagnose, diagnose_with, fitted, log};
+pub use session::{Fitted, Prepared, RoadDiagnosis, diagnose, fitted, log};

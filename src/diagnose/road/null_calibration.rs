@@ -97,7 +97,7 @@ pub fn calibrate(
                 scores: scores(&samples, &quick.base, &all, &quick.linear),
                 sizes: rms(cells(&samples, &quick.linear.residuals).map(|(cell, _, r)| (cell, r))),
                 terms: structure::terms(&samples, &problem, &quick.linear),
-                fit: quick.base.world,
+                fit: quick.base.values,
             }
         })
         .collect();

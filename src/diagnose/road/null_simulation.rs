@@ -1,10 +1,10 @@
-//! The measured ride, ridden again with all the noise it has: on the base model it is a null, on the
-//! extended one it tells how well a size is found.
+//! Null simulations: the measured ride simulated with all the noise it has. On the base model they tell
+//! what candidates show where nothing is left out, on the extended one also how well a size is found.
 //!
-//! White noise is that of the channels themselves, from their second differences; slow errors of
+//! White noise is that of the channels themselves, from their second differences; drifts of
 //! velocities and roll come from the ride ([`sensor_drift`](mod@super::sensor_drift)), differences between manoeuvres
 //! too ([`scatter`](mod@super::scatter)). What the residuals scatter beyond all that over seconds is added
-//! to them as coloured noise, so that a noisier ride has noisier nulls.
+//! to them as coloured noise, so that a noisier ride has noisier null simulations.
 
 use rayon::prelude::*;
 
@@ -14,7 +14,7 @@ use super::replay::{self, From, replay};
 use super::residuals::{Blocks, blocks};
 use super::samples::{BLOCK, RATE, Samples, picks};
 use super::scatter::Scatter;
-use super::sensor_drift::{self, Slow};
+use super::sensor_drift::{self, Drift};
 use super::white_noise::white_noise;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
@@ -22,22 +22,22 @@ use crate::contract::session::Session;
 use crate::statistics::random::Random;
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
-/// NullSimulation with sensor noise only, by which what else there is is known.
+/// Simulations with sensor noise only, from which follows what other noise there is.
 const QUIET: usize = 3;
 /// Time over which the coloured noise forgets, s.
 const MEMORY: f64 = 1.5;
 
-/// A ride that can be ridden again and again.
+/// A ride that can be simulated again and again.
 #[derive(Debug)]
 pub struct NullSimulation<'a> {
     session: &'a Session,
     segments: &'a [Segment],
     bike: &'a Bike,
     picks: Vec<(ManoeuvreKind, Vec<usize>)>,
-    world: Parameters,
+    values: Parameters,
     clean: Session,
     white: Vec<(Channel, f64)>,
-    wander: Vec<Slow>,
+    drift: Vec<Drift>,
     scatter: Scatter,
     colour: [f64; 8],
     seed: u64,
@@ -52,27 +52,27 @@ impl<'a> NullSimulation<'a> {
         base: &Base,
         seed: u64,
     ) -> Self {
-        let clean = ridden(session, segments, bike, &base.world, From::Session);
+        let clean = simulated(session, segments, bike, &base.values, From::Session);
         let white = clean
             .channels()
             .filter(|c| clean.get(*c) != session.get(*c))
             .filter_map(|c| session.get(c).map(|x| (c, white_noise(x))))
             .collect();
         let measured = Samples::gather(session, segments);
-        let found = blocks(&measured, &base.world);
-        let wander = sensor_drift::slow(session, segments, &measured, &found, &base.world);
+        let found = blocks(&measured, &base.values);
+        let drift = sensor_drift::drifts(session, segments, &measured, &found, &base.values);
         let problem = base.problem(&measured);
-        let scatter = Scatter::of(&measured, &problem, &problem.linear(&base.world));
+        let scatter = Scatter::of(&measured, &problem, &problem.linear(&base.values));
         let picks = picks(session, segments);
         let mut simulation = NullSimulation {
             session,
             segments,
             bike,
             picks,
-            world: base.world.clone(),
+            values: base.values.clone(),
             clean,
             white,
-            wander,
+            drift,
             scatter,
             colour: [0.0; 8],
             seed,
@@ -81,32 +81,32 @@ impl<'a> NullSimulation<'a> {
         simulation
     }
 
-    /// The ride on a better model, its noise learnt anew from what that leaves.
+    /// The simulation of a better model, its noise learnt anew from what that leaves.
     #[must_use]
     pub fn with_noise_of(&self, model: &Base) -> Self {
         Self::new(self.session, self.segments, self.bike, model, self.seed)
     }
 
     /// The same noise on another model.
-    pub fn with_parameters(&self, world: &Parameters) -> NullSimulation<'a> {
-        let clean = match *world == self.world {
+    pub fn with_parameters(&self, values: &Parameters) -> NullSimulation<'a> {
+        let clean = match *values == self.values {
             true => self.clean.clone(),
-            false => self.noiseless(world, From::Session),
+            false => self.noiseless(values, From::Session),
         };
         NullSimulation {
             clean,
-            world: world.clone(),
+            values: values.clone(),
             picks: self.picks.clone(),
             white: self.white.clone(),
-            wander: self.wander.clone(),
+            drift: self.drift.clone(),
             scatter: self.scatter.clone(),
             ..*self
         }
     }
 
     /// What a perfect logger would have recorded on a model.
-    pub fn noiseless(&self, world: &Parameters, from: From) -> Session {
-        ridden(self.session, self.segments, self.bike, world, from)
+    pub fn noiseless(&self, values: &Parameters, from: From) -> Session {
+        simulated(self.session, self.segments, self.bike, values, from)
     }
 
     /// The samples that are looked at, per manoeuvre.
@@ -117,7 +117,7 @@ impl<'a> NullSimulation<'a> {
     fn noisy(&self, number: usize) -> (Session, Random) {
         let mut random = Random::new(self.seed, &format!("null {number}"));
         let mut session = self.clean.clone();
-        sensor_drift::add(&mut session, &self.wander, &mut random);
+        sensor_drift::add(&mut session, &self.drift, &mut random);
         for (channel, sigma) in &self.white {
             if let Some(x) = session.get_mut(*channel) {
                 x.iter_mut().for_each(|x| *x += sigma * random.normal());
@@ -126,19 +126,19 @@ impl<'a> NullSimulation<'a> {
         (session, random)
     }
 
-    /// Holds the noise against what it looks like in rides of this plan.
+    /// Scales the noise so that simulations of this ride show as much of it as the ride.
     fn correct(&mut self, base: &Base) {
-        let seen: Vec<Vec<Slow>> = (0..QUIET)
+        let seen: Vec<Vec<Drift>> = (0..QUIET)
             .into_par_iter()
             .map(|number| {
                 let (session, _) = self.noisy(number);
                 let samples = Samples::take(&session, &self.picks);
-                let found = blocks(&samples, &base.world);
-                sensor_drift::slow(&session, self.segments, &samples, &found, &base.world)
+                let found = blocks(&samples, &base.values);
+                sensor_drift::drifts(&session, self.segments, &samples, &found, &base.values)
             })
             .collect();
-        for error in &mut self.wander {
-            let own = |s: &Vec<Slow>| s.iter().find(|s| s.channel == error.channel).map(|s| s.sd);
+        for error in &mut self.drift {
+            let own = |s: &Vec<Drift>| s.iter().find(|s| s.channel == error.channel).map(|s| s.sd);
             let sizes: Vec<f64> = seen.iter().filter_map(own).collect();
             let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
             if mean > 0.0 {
@@ -161,7 +161,7 @@ impl<'a> NullSimulation<'a> {
         });
     }
 
-    /// One noisy ride and the fit to it of `fitted`, from `model`, whose ride it is; `more` is
+    /// One null simulation and the fit to it of `fitted`, from `model`, which it simulates; `more` is
     /// linearised along with it.
     pub fn fit(
         &self,
@@ -180,15 +180,15 @@ impl<'a> NullSimulation<'a> {
     }
 }
 
-fn ridden(
+fn simulated(
     session: &Session,
     segments: &[Segment],
     bike: &Bike,
-    world: &Parameters,
+    values: &Parameters,
     from: From,
 ) -> Session {
     let plant = replay::plant(
-        world,
+        values,
         [bike.front.width, bike.rear.width],
         [bike.front.vertical_stiffness, bike.rear.vertical_stiffness],
     );

@@ -50,7 +50,7 @@ pub struct Parameters {
     pub model_error: ModelError,
 }
 
-/// One number of a world that can be fitted.
+/// One of the [`Parameters`] that can be fitted.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
     /// Name in the tables.
@@ -63,7 +63,7 @@ pub struct Parameter {
     pub place: Place,
 }
 
-/// Where a number of a world is.
+/// Where one of the [`Parameters`] is.
 #[derive(Debug, Clone, Copy)]
 pub enum Place {
     /// In the base model: how it is read and put.
@@ -74,18 +74,18 @@ pub enum Place {
 
 impl Parameter {
     /// Reads it.
-    pub fn get(&self, world: &Parameters) -> f64 {
+    pub fn get(&self, values: &Parameters) -> f64 {
         match self.place {
-            Place::Base(get, _) => get(world),
-            Place::ModelError(get, _) => get(&world.model_error),
+            Place::Base(get, _) => get(values),
+            Place::ModelError(get, _) => get(&values.model_error),
         }
     }
 
     /// Puts it.
-    pub fn set(&self, world: &mut Parameters, value: f64) {
+    pub fn set(&self, values: &mut Parameters, value: f64) {
         match self.place {
-            Place::Base(_, set) => set(world, value),
-            Place::ModelError(_, set) => set(&mut world.model_error, value),
+            Place::Base(_, set) => set(values, value),
+            Place::ModelError(_, set) => set(&mut values.model_error, value),
         }
     }
 }
@@ -181,11 +181,11 @@ fn grip(curve: &mut MagicFormula, b: f64) {
 const USUAL_STIFFNESS: [f64; 2] = [12.5, 0.6];
 
 impl Parameters {
-    /// What is believed before the ride: that of the characterisation, but for the cornering
+    /// Centre of the priors: that of the characterisation, but for the cornering
     /// stiffness. In a quasi-static bend a wrong side-force ratio gives a stiffness that is as wrong,
     /// and only what tyres usually have speaks against it.
     #[must_use]
-    pub fn believed(&self) -> Self {
+    pub fn prior_centre(&self) -> Self {
         Parameters { stiffness: [USUAL_STIFFNESS; 2], ..self.clone() }
     }
 

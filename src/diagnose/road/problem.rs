@@ -33,7 +33,7 @@ pub struct Problem<'a> {
     pub sigma: [f64; 8],
     /// What is free.
     pub parameters: &'a [Parameter],
-    /// Added to the residuals: noise of a simulated null.
+    /// Added to the residuals: noise of a null simulation.
     pub extra: Option<&'a Blocks>,
     /// Manoeuvres that count; all where there is no list.
     pub only: Option<&'a [bool]>,
@@ -49,8 +49,8 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// Takes the residuals along a step of the first parameters, to first order.
-    pub(super) fn follow(&mut self, step: &DVector<f64>) {
+    /// Adds to the residuals what a step of the first parameters, in scales, changes to first order.
+    pub(super) fn step_by(&mut self, step: &DVector<f64>) {
         for (column, d) in self.columns.iter().zip(step.iter()) {
             for (to, by) in self.residuals.iter_mut().zip(column) {
                 to.iter_mut().zip(by).for_each(|(r, j)| *r += d * j);
@@ -72,9 +72,9 @@ impl<'a> Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Block residuals in a world.
-    pub fn residuals(&self, world: &Parameters) -> Blocks {
-        let mut out = blocks(self.samples, world);
+    /// Block residuals under some parameters.
+    pub fn residuals(&self, values: &Parameters) -> Blocks {
+        let mut out = blocks(self.samples, values);
         self.add_extra(&mut out);
         out
     }
@@ -86,23 +86,23 @@ impl Problem<'_> {
     }
 
     /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere.
-    pub fn advance(&self, world: &Parameters) -> Option<(Parameters, f64)> {
-        self.follow(&mut self.linear(world), world)
+    pub fn advance(&self, values: &Parameters) -> Option<(Parameters, f64)> {
+        self.descend(&mut self.linear(values), values)
     }
 
-    /// The same along slopes that may have been made near by; residuals are those of the world, and
-    /// then of where it leads to.
-    pub(super) fn follow(
+    /// The same along slopes that may have been made near by; residuals are those at `values`,
+    /// and then of where it leads to.
+    pub(super) fn descend(
         &self,
         linear: &mut Linear,
-        world: &Parameters,
+        values: &Parameters,
     ) -> Option<(Parameters, f64)> {
-        let (matrix, gradient) = self.normal_of(linear, world, true);
+        let (matrix, gradient) = self.normal_of(linear, values, true);
         let step = matrix.cholesky()?.solve(&gradient);
-        let before = self.loss_of(&linear.residuals, world);
+        let before = self.loss_of(&linear.residuals, values);
         let mut share = 1.0;
         while share > 1e-3 {
-            let tried = self.moved(world, &step, share);
+            let tried = self.stepped(values, &step, share);
             let residuals = self.residuals(&tried);
             if self.loss_of(&residuals, &tried) <= before {
                 linear.residuals = residuals;
@@ -113,16 +113,16 @@ impl Problem<'_> {
         None
     }
 
-    /// The optimum near a world: slopes are made anew at most `times`, and between that followed as
+    /// The optimum near some values: slopes are made anew at most `times`, and between that followed as
     /// long as they lead on.
     pub(super) fn optimum(&self, from: &Parameters, times: usize) -> Parameters {
-        let mut world = from.clone();
+        let mut values = from.clone();
         for _ in 0..times {
-            let mut linear = self.linear(&world);
+            let mut linear = self.linear(&values);
             let (mut first, mut last) = (0.0_f64, f64::INFINITY);
             for _ in 0..FOLLOWED {
-                let Some((moved, size)) = self.follow(&mut linear, &world) else { break };
-                world = moved;
+                let Some((moved, size)) = self.descend(&mut linear, &values) else { break };
+                values = moved;
                 first = first.max(size);
                 if size < ARRIVED || size > 0.5 * last {
                     break;
@@ -133,40 +133,45 @@ impl Problem<'_> {
                 break;
             }
         }
-        world
+        values
     }
 
     /// Takes a linearisation's residuals to the optimum of this problem's parameters, the first of its
     /// columns, to first order.
-    pub fn relax(&self, linear: &mut Linear, world: &Parameters) {
-        let (matrix, gradient) = self.normal_of(linear, world, true);
+    pub fn relax(&self, linear: &mut Linear, values: &Parameters) {
+        let (matrix, gradient) = self.normal_of(linear, values, true);
         let Some(factor) = matrix.cholesky() else { return };
         let step = factor.solve(&gradient);
-        linear.follow(&step);
+        linear.step_by(&step);
     }
 
-    pub(super) fn moved(&self, world: &Parameters, step: &DVector<f64>, share: f64) -> Parameters {
-        let mut out = world.clone();
+    pub(super) fn stepped(
+        &self,
+        values: &Parameters,
+        step: &DVector<f64>,
+        share: f64,
+    ) -> Parameters {
+        let mut out = values.clone();
         for (p, d) in self.parameters.iter().zip(step.iter()) {
-            p.set(&mut out, p.get(world) + share * d * p.scale);
+            p.set(&mut out, p.get(values) + share * d * p.scale);
         }
         out
     }
 
     /// Distance of a parameter from the start, in prior standard deviations, and its weight.
-    pub(super) fn prior(&self, p: &Parameter, world: &Parameters) -> (f64, f64) {
+    pub(super) fn prior(&self, p: &Parameter, values: &Parameters) -> (f64, f64) {
         let weight = 1.0 / p.prior;
-        (weight * (p.get(world) - p.get(self.start)) / p.scale, weight)
+        (weight * (p.get(values) - p.get(self.start)) / p.scale, weight)
     }
 
-    /// The loss of a world, priors included.
-    pub fn loss(&self, world: &Parameters) -> f64 {
-        self.loss_of(&self.residuals(world), world)
+    /// The loss at some values, priors included.
+    pub fn loss(&self, values: &Parameters) -> f64 {
+        self.loss_of(&self.residuals(values), values)
     }
 
     /// The same of residuals that are known.
-    fn loss_of(&self, found: &Blocks, world: &Parameters) -> f64 {
-        let priors = self.parameters.iter().map(|p| self.prior(p, world).0);
+    fn loss_of(&self, found: &Blocks, values: &Parameters) -> f64 {
+        let priors = self.parameters.iter().map(|p| self.prior(p, values).0);
         self.misfit_of(found) + priors.map(|z| 0.5 * z * z).sum::<f64>()
     }
 
@@ -195,24 +200,24 @@ impl Problem<'_> {
     }
 
     /// Residuals and derivatives, by differences.
-    pub fn linear(&self, world: &Parameters) -> Linear {
-        let known = attitudes(self.samples, world);
+    pub fn linear(&self, values: &Parameters) -> Linear {
+        let known = attitudes(self.samples, values);
         let mut curves = Curves::Keep(vec![[[f64::NAN; 3]; 2]; self.samples.len()]);
-        let here = blocks_at(self.samples, world, Some(&known), &mut curves);
+        let here = blocks_at(self.samples, values, Some(&known), &mut curves);
         let points = match curves {
             Curves::Keep(points) => points,
             _ => Vec::new(),
         };
-        let posture = Posture::of(world);
+        let posture = Posture::of(values);
         let columns = self
             .parameters
             .par_iter()
             .map(|parameter| {
-                let mut near = world.clone();
-                parameter.set(&mut near, parameter.get(world) + STEP * parameter.scale);
+                let mut near = values.clone();
+                parameter.set(&mut near, parameter.get(values) + STEP * parameter.scale);
                 let same = Posture::of(&near) == posture;
                 let attitudes = same.then_some(known.as_slice());
-                let mut curves = match near.friction == world.friction {
+                let mut curves = match near.friction == values.friction {
                     true => Curves::Known(&points),
                     false => Curves::Unknown,
                 };
@@ -327,7 +332,7 @@ impl Problem<'_> {
     pub(super) fn normal_of(
         &self,
         linear: &Linear,
-        world: &Parameters,
+        values: &Parameters,
         curved: bool,
     ) -> (DMatrix<f64>, DVector<f64>) {
         let p = self.parameters.len();
@@ -341,7 +346,7 @@ impl Problem<'_> {
             }
         }
         for (i, parameter) in self.parameters.iter().enumerate() {
-            let (z, weight) = self.prior(parameter, world);
+            let (z, weight) = self.prior(parameter, values);
             gradient[i] -= weight * z;
             matrix[(i, i)] += weight * weight;
         }

@@ -35,7 +35,7 @@ pub fn replays(
 ) -> Vec<SimulatedSample> {
     let before = simulation.noiseless(base, From::Manoeuvres);
     let after =
-        naming.any_named().then(|| simulation.noiseless(&naming.extended.world, From::Manoeuvres));
+        naming.any_named().then(|| simulation.noiseless(&naming.extended.values, From::Manoeuvres));
     let definition = Table::embedded("session");
     let mut rows = Vec::new();
     for channel in SHOWN.into_iter().filter(|c| session.has(*c)) {

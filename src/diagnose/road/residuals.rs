@@ -10,7 +10,7 @@
 //!
 //! Loads follow the longitudinal force at once; forces of a wheel from the balances, as in
 //! [`estimate`](crate::estimate). Where a channel says nothing its residual is NaN, whatever the
-//! world, so that two worlds are compared on the same blocks.
+//! parameters, so that any two sets of them are compared on the same blocks.
 
 use super::attitude::{Attitude, Posture};
 use super::parameters::Parameters;
@@ -44,14 +44,14 @@ const SIGMA_MU: f64 = 0.02;
 /// Block means, channel after channel: `[channel][block]`.
 pub type Blocks = [Vec<f64>; 8];
 
-/// The residuals' block means in a world.
-pub fn blocks(samples: &Samples, world: &Parameters) -> Blocks {
-    blocks_at(samples, world, None, &mut Curves::Unknown)
+/// The residuals' block means under some parameters.
+pub fn blocks(samples: &Samples, values: &Parameters) -> Blocks {
+    blocks_at(samples, values, None, &mut Curves::Unknown)
 }
 
-/// How the bike lies throughout, in a world.
-pub fn attitudes(samples: &Samples, world: &Parameters) -> Vec<Attitude> {
-    let posture = Posture::of(world);
+/// How the bike lies throughout, under some parameters.
+pub fn attitudes(samples: &Samples, values: &Parameters) -> Vec<Attitude> {
+    let posture = Posture::of(values);
     samples
         .manoeuvres
         .iter()
@@ -65,15 +65,15 @@ pub fn attitudes(samples: &Samples, world: &Parameters) -> Vec<Attitude> {
 /// A point of a friction curve: slip ratio, value, slope.
 pub type Point = [f64; 3];
 
-/// Points of both wheels' friction curves, sample by sample. Most worlds near another have most of
-/// them in common.
+/// Points of both wheels' friction curves, sample by sample. Most sets of parameters near another
+/// have most of them in common.
 #[derive(Debug)]
 pub enum Curves<'a> {
     /// Nothing is known.
     Unknown,
     /// They are kept.
     Keep(Vec<[Point; 2]>),
-    /// Those of another world with the same curves.
+    /// Those of other parameters with the same curves.
     Known(&'a [[Point; 2]]),
 }
 
@@ -96,12 +96,12 @@ impl Curves<'_> {
 /// The same with attitudes that are known already, and points of the friction curves.
 pub fn blocks_at(
     samples: &Samples,
-    world: &Parameters,
+    values: &Parameters,
     known: Option<&[Attitude]>,
     curves: &mut Curves<'_>,
 ) -> Blocks {
-    let fixed = Fixed::of(world);
-    let posture = Posture::of(world);
+    let fixed = Fixed::of(values);
+    let posture = Posture::of(values);
     let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
     for (kind, range) in &samples.manoeuvres {
         let mut lagged = [Lag::default(), Lag::default()];
@@ -114,13 +114,13 @@ pub fn blocks_at(
             };
             let instant = Instant {
                 s: samples,
-                p: world,
+                p: values,
                 fixed: &fixed,
                 a: &attitude,
                 i,
                 kind: *kind,
-                ax: samples.ax[i] - world.ax_zero,
-                ay: samples.ay[i] - world.ay_zero,
+                ax: samples.ax[i] - values.ax_zero,
+                ay: samples.ay[i] - values.ay_zero,
                 // without a heading nothing is known of what depends on it
                 along: if samples.along[i].is_nan() { 0.0 } else { samples.along[i] },
             };
@@ -160,7 +160,7 @@ impl Lag {
     }
 }
 
-/// What a world has that no sample changes.
+/// What follows from the parameters alone, whatever the sample.
 struct Fixed {
     inertia: [f64; 2],
     ratio: [f64; 2],

@@ -33,8 +33,8 @@ pub fn scan(samples: &Samples, base: &Base, effects: &[Effect]) -> Vec<Score> {
     let parameters: Vec<Parameter> =
         base.parameters.iter().copied().chain(effects.iter().map(Effect::parameter)).collect();
     let problem = Problem::new(samples, &base.start, base.sigma, &parameters);
-    let mut linear = problem.linear(&base.world);
-    base.problem(samples).relax(&mut linear, &base.world);
+    let mut linear = problem.linear(&base.values);
+    base.problem(samples).relax(&mut linear, &base.values);
     scores(samples, base, &parameters, &linear)
 }
 

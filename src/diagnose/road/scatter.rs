@@ -1,7 +1,7 @@
 //! What differs from manoeuvre to manoeuvre: pads that bite anew at every stop, a road whose slope is
 //! not quite the same everywhere.
 //!
-//! Such scatter is neither an effect nor noise within a manoeuvre; nulls must have it, or what six
+//! Such scatter is neither an effect nor noise within a manoeuvre; null simulations must have it, or what six
 //! stops happen to share looks certain.
 
 use super::problem::{Linear, Problem};
@@ -12,7 +12,7 @@ use crate::statistics::random::Random;
 
 /// Base parameters that differ between manoeuvres.
 const GAINS: [&str; 2] = ["brake_gain_front", "brake_gain_rear"];
-/// Curvature from which a manoeuvre says something of a parameter.
+/// Curvature from which a manoeuvre tells a parameter: to half a scale.
 const KNOWN: f64 = 4.0;
 /// Fewest manoeuvres that a spread is made from.
 const FEWEST: usize = 4;
@@ -59,7 +59,7 @@ impl Scatter {
         Scatter { gains, level: spread(&level).unwrap_or(0.0) }
     }
 
-    /// Adds scatter to the residuals of a null.
+    /// Adds scatter to the residuals of a null simulation.
     pub fn add(&self, samples: &Samples, linear: &Linear, random: &mut Random, to: &mut Blocks) {
         for (_, range) in &samples.manoeuvres {
             let level = self.level * random.normal();

@@ -1,11 +1,11 @@
-//! Slow errors of the sensors, from what the residuals of the ride itself do over seconds.
+//! Drifts of the sensors, from what the residuals of the ride itself do over seconds.
 //!
-//! A fused velocity wanders by centimetres per second, an attitude by tenths of a degree. Such an
+//! A fused velocity drifts by centimetres per second, an attitude by tenths of a degree. Such an
 //! error is in every channel that uses the signal, and it bends estimates as no noise on the
-//! residuals would (an error in a regressor); nulls must have it where it arises.
+//! residuals would (an error in a regressor); null simulations must have it where it arises.
 //!
 //! ```text
-//! kinematic_x = v' - ax - r vy     its integral over T is the wander of v:  D(T) = 2 sd² (1 - e^(-T/tau))
+//! kinematic_x = v' - ax - r vy     its integral over T is the drift of v:  D(T) = 2 sd² (1 - e^(-T/tau))
 //! kinematic_y = ay - vy' - v r     the same of vy
 //! roll        = ay - balance       g / cos²(phi) times that of roll
 //! ```
@@ -23,15 +23,15 @@ use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// The roll residual's place among the channels.
 const ROLL: usize = 5;
-/// Spans over which wander is looked at, s; the first is for the white noise.
+/// Spans over which drift is looked at, s; the first is for the white noise.
 const SPANS: [f64; 3] = [0.1, 0.8, 3.0];
-/// Shortest and longest correlation time that is believed, s.
+/// Bounds of the correlation time, s.
 const TIMES: [f64; 2] = [0.4, 8.0];
 
-/// First-order wander of a signal.
+/// First-order drift of a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slow {
-    /// Which.
+pub struct Drift {
+    /// The signal.
     pub channel: Channel,
     /// Standard deviation, in the channel's unit.
     pub sd: f64,
@@ -39,43 +39,43 @@ pub struct Slow {
     pub time: f64,
 }
 
-/// The wander of velocities and roll in the used manoeuvres; a signal of which nothing is known has
+/// The drift of velocities and roll in the used manoeuvres; a signal of which nothing is known has
 /// none.
-pub fn slow(
+pub fn drifts(
     session: &Session,
     segments: &[Segment],
     samples: &Samples,
     found: &Blocks,
-    world: &Parameters,
-) -> Vec<Slow> {
+    values: &Parameters,
+) -> Vec<Drift> {
     let mut out = Vec::new();
     let get = |c: Channel| session.get(c);
     let dt = 1.0 / session.rate;
     let yaw_rate = get(Channel::YawRate);
-    let turning = |i: usize| yaw_rate.map_or(0.0, |r| r[i] - world.yaw_rate_zero);
+    let turning = |i: usize| yaw_rate.map_or(0.0, |r| r[i] - values.yaw_rate_zero);
     if let (Some(v), Some(ax)) = (get(Channel::VelocityX), get(Channel::AccelerationX)) {
         let vy = get(Channel::VelocityY);
-        let rate = |i: usize| ax[i] - world.ax_zero + turning(i) * vy.map_or(0.0, |y| y[i]);
+        let rate = |i: usize| ax[i] - values.ax_zero + turning(i) * vy.map_or(0.0, |y| y[i]);
         let walk = white_noise(ax).powi(2) * dt;
-        out.extend(wander(v, rate, walk, session.rate, segments, Channel::VelocityX));
+        out.extend(of_signal(v, rate, walk, session.rate, segments, Channel::VelocityX));
         if let (Some(vy), Some(ay)) = (vy, get(Channel::AccelerationY)) {
-            let rate = |i: usize| ay[i] - world.ay_zero - turning(i) * v[i];
+            let rate = |i: usize| ay[i] - values.ay_zero - turning(i) * v[i];
             let fast = 15.0; // m/s, a usual speed
             let turns = yaw_rate.map_or(0.0, white_noise) * fast;
             let walk = (white_noise(ay).powi(2) + turns * turns) * dt;
-            out.extend(wander(vy, rate, walk, session.rate, segments, Channel::VelocityY));
+            out.extend(of_signal(vy, rate, walk, session.rate, segments, Channel::VelocityY));
         }
     }
     if let Some((sd, time)) = correlated(samples, &found[ROLL]) {
-        out.push(Slow { channel: Channel::Roll, sd, time });
+        out.push(Drift { channel: Channel::Roll, sd, time });
     }
     out
 }
 
-/// Adds wander to a session.
-pub fn add(session: &mut Session, slow: &[Slow], random: &mut Random) {
+/// Adds drift to a session.
+pub fn add(session: &mut Session, drifts: &[Drift], random: &mut Random) {
     let dt = 1.0 / session.rate;
-    for error in slow {
+    for error in drifts {
         let mut noise = Coloured::new(error.sd, error.time, dt, random);
         if let Some(x) = session.get_mut(error.channel) {
             x.iter_mut().for_each(|x| *x += noise.next(random));
@@ -83,18 +83,18 @@ pub fn add(session: &mut Session, slow: &[Slow], random: &mut Random) {
     }
 }
 
-/// How a signal wanders from the integral of its rate, whose own noise walks by `walk` per second.
-fn wander(
+/// How a signal drifts from the integral of its rate, whose own noise walks by `walk` per second.
+fn of_signal(
     x: &[f64],
     rate: impl Fn(usize) -> f64,
     walk: f64,
     sampling: f64,
     segments: &[Segment],
     channel: Channel,
-) -> Option<Slow> {
+) -> Option<Drift> {
     let mut changes: [Vec<f64>; 3] = Default::default();
     let spans = SPANS.map(|s| (s * sampling) as usize);
-    // in a bend each velocity's wander turns into the other's
+    // in a bend each velocity's drift turns into the other's
     for segment in segments.iter().filter(|s| s.used && s.kind != ManoeuvreKind::Cornering) {
         let end = segment.end.min(x.len());
         let mut sum = 0.0;
@@ -111,7 +111,7 @@ fn wander(
             changes.extend(ahead.map(|(b, a)| b - a).filter(|d| d.is_finite()));
         }
     }
-    // a zero that is a little off drifts; only what differs from it is wander
+    // a zero that is a little off drifts; only what differs from it is drift
     let [white, short, long] = changes.map(|changes| {
         let drift = median_of_ten(changes.clone())?;
         let squares = changes.iter().map(|d| (d - drift) * (d - drift)).collect();
@@ -126,7 +126,7 @@ fn wander(
     let forgotten = |tau: f64, span: f64| (-SPANS[0] / tau).exp() - (-span / tau).exp();
     let time = solve(|tau| forgotten(tau, SPANS[2]) / forgotten(tau, SPANS[1]) - long / short);
     let sd = (0.5 * short / forgotten(time, SPANS[1])).sqrt();
-    Some(Slow { channel, sd, time })
+    Some(Drift { channel, sd, time })
 }
 
 /// Spread and correlation time of the part of the roll residual that lasts, as roll.

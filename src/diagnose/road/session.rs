@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 
 use super::advice::{self, Advice};
-use super::base::{self, Base};
+use super::base::{self, Base, Start};
 use super::dive;
-use super::engine::{FOLDS, RoadEngine};
+use super::engine::RoadEngine;
 use super::extended_model::extended_model;
 use super::null_calibration::{RoadCalibration, calibrate};
 use super::null_simulation::NullSimulation;
@@ -74,16 +74,16 @@ impl RoadDiagnosis {
     pub fn gain_of(&self, effects: &[Effect]) -> f64 {
         let more: Vec<_> = effects.iter().map(Effect::parameter).collect();
         // a base that was dragged astray has no way back to a large effect: from what was named, too
-        let mut elsewhere = self.naming.extended.world.clone();
+        let mut elsewhere = self.naming.extended.values.clone();
         for p in &self.naming.extended.parameters[self.base.parameters.len()..] {
             p.set(&mut elsewhere, p.get(&self.base.start));
         }
-        let from = |world: Parameters| {
-            Base { world, ..self.base.clone() }.extended(&self.samples, &more, 6)
+        let from = |values: Parameters| {
+            Base { values, ..self.base.clone() }.extended(&self.samples, &more, 6)
         };
-        let [here, there] = [self.base.world.clone(), elsewhere].map(from);
+        let [here, there] = [self.base.values.clone(), elsewhere].map(from);
         let extended = if there.loss < here.loss { there } else { here };
-        2.0 * (self.base.held_out(&self.samples, FOLDS) - extended.held_out(&self.samples, FOLDS))
+        2.0 * (self.base.held_out(&self.samples) - extended.held_out(&self.samples))
     }
 }
 
@@ -152,6 +152,40 @@ pub fn fitted<'a>(
     Ok(Fitted { session, segments, samples, base })
 }
 
+/// A fitted session with its null simulations: all that naming needs but its constants.
+#[derive(Debug)]
+pub struct Prepared<'a> {
+    fitted: &'a Fitted<'a>,
+    effects: &'a [Effect],
+    start: Start,
+    simulation: NullSimulation<'a>,
+    calibration: RoadCalibration,
+}
+
+impl<'a> Prepared<'a> {
+    /// Simulates the session and scores the candidates on its null simulations.
+    pub fn new(fitted: &'a Fitted<'a>, bike: &'a Bike, settings: &'a Settings) -> Self {
+        let Fitted { session, segments, samples, base } = fitted;
+        let effects = &settings.effects;
+        let start = base.clone().starting_point(samples, effects);
+        let seed = seed(&session.meta.session_id);
+        let simulation = NullSimulation::new(session, segments, bike, &start.noise, seed)
+            .with_parameters(&start.near.values);
+        let calibration = calibrate(&simulation, &start.near, effects, settings.nulls);
+        Prepared { fitted, effects, start, simulation, calibration }
+    }
+
+    fn engine<'b>(&'b self, tuning: &'b RoadTuning) -> RoadEngine<'b> {
+        let ride = Ride { samples: &self.fitted.samples, effects: self.effects, tuning };
+        RoadEngine::new(ride, &self.start, &self.calibration, &self.simulation)
+    }
+
+    /// The causes under some constants.
+    pub fn naming(&self, tuning: &RoadTuning) -> Naming<Base> {
+        name(&self.engine(tuning))
+    }
+}
+
 /// Diagnoses a clean, unfiltered session.
 ///
 /// # Errors
@@ -162,32 +196,12 @@ pub fn diagnose(
     pipeline: &Pipeline,
     settings: &Settings,
 ) -> Result<RoadDiagnosis, Rejection> {
-    diagnose_with(session, bike, pipeline, settings, &RoadTuning::default())
-}
-
-/// The same with other constants of the naming.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_with(
-    session: &Session,
-    bike: &Bike,
-    pipeline: &Pipeline,
-    settings: &Settings,
-    tuning: &RoadTuning,
-) -> Result<RoadDiagnosis, Rejection> {
-    let effects = &settings.effects;
-    let Fitted { session, segments, samples, base } = fitted(session, bike, pipeline)?;
-    let session = session.as_ref();
-    let start = base.believable(&samples, effects);
-    let ident = Ident::from(&session.meta);
-    let seed = seed(&ident.session_id);
-    let simulation = NullSimulation::new(session, &segments, bike, &start.noise, seed)
-        .with_parameters(&start.near.world);
-    let calibration = calibrate(&simulation, &start.near, effects, settings.nulls);
-    let ride = Ride { samples: &samples, effects, tuning };
-    let engine = RoadEngine::new(ride, &start, &calibration, &simulation);
+    let fitted = fitted(session, bike, pipeline)?;
+    let prepared = Prepared::new(&fitted, bike, settings);
+    let tuning = RoadTuning::default();
+    let engine = prepared.engine(&tuning);
     let naming = name(&engine);
+    let (session, samples, effects) = (&fitted.session, &fitted.samples, &settings.effects);
     let open = |c: &Cause| match c.verdict {
         Verdict::Ambiguous => true,
         Verdict::NotIdentifiable => settings.advise,
@@ -197,15 +211,19 @@ pub fn diagnose_with(
         .causes
         .iter()
         .any(open)
-        .then(|| Advice::new(session, &samples, &naming.extended, effects, bike, pipeline));
+        .then(|| Advice::new(session, samples, &naming.extended, effects, bike, pipeline));
+    let ident = Ident::from(&session.meta);
     let discrepancies = tables::discrepancies(&engine, &naming, &ident);
     let mut causes = tables::causes(&engine, &naming, &discrepancies, &ident);
     if let Some(advice) = &advice {
-        advice::amend(&mut causes, &naming, &calibration, advice, settings.advise);
+        let calibration = &prepared.calibration;
+        advice::amend(&mut causes, &naming, calibration, advice, settings.advise);
     }
-    let replays = replays(session, &simulation, &start.base.world, &naming, &ident);
+    let base = &prepared.start.base;
+    let replays = replays(session, &prepared.simulation, &base.values, &naming, &ident);
     let model = extended_model(&naming, &ident);
     let site = session.meta.site.clone();
+    let Prepared { start, calibration, .. } = prepared;
     Ok(RoadDiagnosis {
         ident,
         naming,
@@ -217,7 +235,7 @@ pub fn diagnose_with(
         replays,
         model,
         site,
-        samples,
+        samples: fitted.samples.clone(),
     })
 }
 

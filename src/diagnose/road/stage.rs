@@ -51,7 +51,7 @@ impl Ride<'_> {
     /// Size of a candidate in a model, in its unit, beyond what is assumed of it.
     pub fn size(&self, candidate: &Candidate, model: &Base) -> f64 {
         let p = self.parameter(candidate);
-        p.get(&model.world) - p.get(&model.start)
+        p.get(&model.values) - p.get(&model.start)
     }
 
     fn effects_of(&self, places: &[usize]) -> Vec<Effect> {
@@ -93,12 +93,12 @@ impl<'a> Stage<'a> {
         let tuning = ride.tuning;
         let count = before.calibration.nulls.min(tuning.nulls_of_stage);
         let sigma = model.sigma;
-        let model = model.settled(ride.samples);
+        let model = model.with_own_noise(ride.samples);
         let quieter = sigma.iter().zip(model.sigma).map(|(before, now)| now / before);
         let quieter = quieter.fold(1.0, f64::min);
         let simulation = match quieter < tuning.quieter {
             true => before.simulation.with_noise_of(&model),
-            false => before.simulation.with_parameters(&model.world),
+            false => before.simulation.with_parameters(&model.values),
         };
         let simulated = simulated(ride, &model, &simulation, count, named);
         let simulation = simulation.with_parameters(&simulated);
@@ -146,7 +146,7 @@ impl<'a> Stage<'a> {
     /// simulations show the most unusual term is, and the linearisation it was found in.
     pub fn structure(&self, samples: &Samples) -> (Option<(Term, f64)>, Linear) {
         let problem = self.model.problem(samples);
-        let linear = problem.linear(&self.model.world);
+        let linear = problem.linear(&self.model.values);
         let terms = structure::terms(samples, &problem, &linear);
         let scale = &self.calibration.scale.structure;
         let (most, times) = scale.most_unusual(&terms);
@@ -168,11 +168,11 @@ fn simulated(
     named: &[Cause],
 ) -> Parameters {
     let tuning = ride.tuning;
-    let fit = |number| simulation.fit(number, model, &model.parameters, &[]).1.base.world;
+    let fit = |number| simulation.fit(number, model, &model.parameters, &[]).1.base.values;
     let first = count.min(tuning.nulls_of_sizes);
     let fits: Vec<Parameters> = (0..first).into_par_iter().map(fit).collect();
-    let sizes = true_sizes(ride, model, &model.world, &fits, named);
-    let mut simulated = model.world.clone();
+    let sizes = true_sizes(ride, model, &model.values, &fits, named);
+    let mut simulated = model.values.clone();
     let off = |(cause, size): (&Cause, &Estimate)| {
         let own = ride.size(&cause.candidate, model);
         (size.value - own).abs() > tuning.off_size * size.value.abs()

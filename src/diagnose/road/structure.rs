@@ -3,7 +3,7 @@
 //!
 //! A term is a channel's residual as a straight line and a parabola of a covariate (Legendre
 //! polynomials on its range), the model's parameters re-fitted along with it to first order. Its gain
-//! counts in units of what the same term gains in nulls.
+//! counts in units of what the same term gains in null simulations.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -102,7 +102,7 @@ fn term(
     let rows: Vec<(usize, f64, f64)> = (0..x.len())
         .filter(|&i| x[i].is_finite())
         .filter_map(|i| problem.weigh(linear, channel, i).map(|(z, weight)| (i, z, weight)))
-        // rows that are nil in every world say nothing
+        // rows that are nil whatever the parameters say nothing
         .filter(|(_, z, _)| *z != 0.0)
         .collect();
     if rows.len() < FEWEST {

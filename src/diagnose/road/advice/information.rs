@@ -25,15 +25,15 @@ pub struct Curvature {
 }
 
 impl Curvature {
-    /// That of samples in a world; `parameters` are the base's and then the effects'.
+    /// That of samples at some values; `parameters` are the base's and then the effects'.
     pub fn of(
         samples: &Samples,
         base: &Base,
-        world: &Parameters,
+        values: &Parameters,
         parameters: &[Parameter],
     ) -> Self {
         let problem = Problem::new(samples, &base.start, base.sigma, parameters);
-        let linear: Linear = problem.linear(world);
+        let linear: Linear = problem.linear(values);
         let p = parameters.len();
         let mut matrix = DMatrix::zeros(p, p);
         let mut unused = DVector::zeros(p);

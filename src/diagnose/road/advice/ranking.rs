@@ -75,21 +75,21 @@ impl Advice {
         pipeline: &Pipeline,
     ) -> Self {
         let (parameters, best) = (parameters(effects), quiet(samples, best));
-        let own = Curvature::of(samples, &best, &best.world, &parameters);
+        let own = Curvature::of(samples, &best, &best.values, &parameters);
         let later = session.duration();
         // the simulated sensors have no zeros
-        let world = Parameters {
+        let values = Parameters {
             yaw_rate_zero: 0.0,
             ay_zero: 0.0,
             ax_zero: 0.0,
             vy_zero: 0.0,
-            ..best.world.clone()
+            ..best.values.clone()
         };
         let with = SETS
             .par_iter()
             .map(|set| {
-                let samples = ridden(set, session, &world, bike, pipeline, later);
-                let more = Curvature::of(&samples, &best, &world, &parameters);
+                let samples = simulated_set(set, session, &values, bike, pipeline, later);
+                let more = Curvature::of(&samples, &best, &values, &parameters);
                 (*set, own.and(&more).information(BASE))
             })
             .collect();
@@ -104,7 +104,7 @@ impl Advice {
 
     /// The set that takes an effect farthest from its rivals; one that tells them apart before one that
     /// does not. `None` where no set helps.
-    pub fn apart(&self, effect: &str, rivals: &[&str]) -> Option<Change> {
+    pub fn best_separation(&self, effect: &str, rivals: &[&str]) -> Option<Change> {
         let i = self.place(effect)?;
         let rivals: Vec<usize> = rivals.iter().filter_map(|r| self.place(r)).collect();
         let changes = self.with.iter().map(|(set, with)| Change {
@@ -120,15 +120,15 @@ impl Advice {
     }
 
     /// The set that shows an effect best, from whatever it is like.
-    pub fn shown(&self, effect: &str) -> Option<Change> {
-        self.apart(effect, &[])
+    pub fn best_detection(&self, effect: &str) -> Option<Change> {
+        self.best_separation(effect, &[])
     }
 }
 
 /// What a ride's samples know of effects, on the best model of it.
 pub fn known(samples: &Samples, best: &Base, effects: &[Effect]) -> Information {
     let best = quiet(samples, best);
-    Curvature::of(samples, &best, &best.world, &parameters(effects)).information(BASE)
+    Curvature::of(samples, &best, &best.values, &parameters(effects)).information(BASE)
 }
 
 fn parameters(effects: &[Effect]) -> Vec<Parameter> {
@@ -137,22 +137,22 @@ fn parameters(effects: &[Effect]) -> Vec<Parameter> {
 
 /// A model with the noise that it leaves: what a named cause left in the base's residuals is none.
 fn quiet(samples: &Samples, best: &Base) -> Base {
-    let sigma = base::noise(samples, &blocks(samples, &best.world));
+    let sigma = base::noise(samples, &blocks(samples, &best.values));
     Base { sigma, ..best.clone() }
 }
 
 /// A set on the model, as samples, `later` s into the ride.
-fn ridden(
+fn simulated_set(
     set: &Set,
     session: &Session,
-    world: &Parameters,
+    values: &Parameters,
     bike: &Bike,
     pipeline: &Pipeline,
     later: f64,
 ) -> Samples {
     let widths = [bike.front.width, bike.rear.width];
     let vertical = [bike.front.vertical_stiffness, bike.rear.vertical_stiffness];
-    let plant = replay::plant(world, widths, vertical);
+    let plant = replay::plant(values, widths, vertical);
     let (calm, random) = (Disturbance::default(), Random::new(0, set.words));
     let phases = (set.phases)();
     let simulated =

@@ -7,7 +7,8 @@ use crate::diagnose::road::base::Base;
 use crate::diagnose::road::null_calibration::{LARGEST_LIMIT, RoadCalibration};
 use crate::tables::rows::CauseRow;
 
-/// Puts computed riding in the place of the library's words, where simulated riding helps.
+/// Puts the riding that simulations recommend in the place of the effect's general advice. `unseen`: also for
+/// effects that the ride cannot identify.
 pub fn amend(
     causes: &mut [CauseRow],
     naming: &Naming<Base>,
@@ -22,7 +23,8 @@ pub fn amend(
         let words = cause.candidate.separate_by;
         match cause.verdict {
             Verdict::Ambiguous => {
-                let Some(change) = advice.apart(cause.candidate.name, &cause.equivalent) else {
+                let Some(change) = advice.best_separation(cause.candidate.name, &cause.equivalent)
+                else {
                     continue;
                 };
                 let separate_by = match change.resolves() {
@@ -34,10 +36,11 @@ pub fn amend(
             }
             Verdict::NotIdentifiable if unseen => {
                 let place = advice.place(cause.candidate.name);
-                let (Some(j), Some(change)) = (place, advice.shown(cause.candidate.name)) else {
+                let (Some(j), Some(change)) = (place, advice.best_detection(cause.candidate.name))
+                else {
                     continue;
                 };
-                // nulls know of more than noise; what more riding gains is the same share of it
+                // null simulations know of more than noise; what more riding gains is the same share of it
                 let limit = calibration.limit(j);
                 let lowered = limit * change.separation[0] / change.separation[1];
                 if lowered < LARGEST_LIMIT {
