@@ -33,73 +33,76 @@ struct Residuals<'a> {
 }
 
 pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used: &Used) {
-    let temperature = |sheet: &Sheet<'_>, k: Option<usize>, time: &[f64]| {
-        let session = sheet.session;
-        let own = k.map(|k| [Channel::TyreTemperatureFront, Channel::TyreTemperatureRear][k]);
-        let x =
-            own.and_then(|c| session.get(c)).or_else(|| session.get(Channel::AirTemperature))?;
-        let at = |t: &f64| x.get((t * session.rate).round() as usize).copied().unwrap_or(f64::NAN);
-        Some(time.iter().map(at).collect::<Vec<f64>>())
-    };
     for (k, end) in ["front", "rear"].into_iter().enumerate() {
-        if let Some(fit) = &solution.fits.friction[k] {
-            let rows = &solution.samples.friction[k];
-            let curve = |i: usize| rows.friction[i] - fit.formula.value(rows.slip[i]);
-            let left = Residuals {
-                residuals: (0..rows.samples()).map(curve).collect(),
-                weights: &fit.weights,
-                clusters: &rows.clusters,
-                time: &used.straight_time[k],
-            };
-            let hot = temperature(sheet, Some(k), left.time);
-            let name = format!("friction_x_{end}");
-            covariates(
-                sheet,
-                &name,
-                &left,
-                [
-                    ("speed", Some(&rows.speed)),
-                    ("load", Some(&used.straight_load[k])),
-                    ("camber", Some(&used.straight_roll[k])),
-                    ("temperature", hot.as_ref()),
-                ],
-            );
-        }
-        let lateral = &solution.fits.lateral[k];
-        let rows = &solution.samples.lateral[k];
-        let hot = temperature(sheet, Some(k), &used.corner_time);
-        let camber = |i: usize| rows.camber[i];
-        let slip = lateral.slip.as_ref().map(|fit| {
-            let [c1, c3] = [fit.theta[C1], fit.theta[C3]];
-            let curve = |i: usize| c1 * camber(i) + c3 * camber(i).powi(3);
-            let residual = |i: usize| rows.slip_angle[i] - curve(i);
-            ((0..rows.camber.len()).map(residual).collect::<Vec<f64>>(), fit)
-        });
-        let friction = lateral.friction.as_ref().map(|fit| {
-            let residual = |i: usize| rows.friction[i] - fit.theta[CT] * camber(i).tan();
-            ((0..rows.camber.len()).map(residual).collect::<Vec<f64>>(), fit)
-        });
-        for (name, found) in [("slip_angle", slip), ("friction_y", friction)] {
-            let Some((residuals, fit)) = found else { continue };
-            let left = Residuals {
-                residuals,
-                weights: &fit.weights,
-                clusters: &rows.clusters,
-                time: &used.corner_time,
-            };
-            covariates(
-                sheet,
-                &format!("{name}_{end}"),
-                &left,
-                [
-                    ("speed", Some(&used.corner_speed)),
-                    ("load", Some(&used.corner_load[k])),
-                    ("camber", Some(&rows.camber)),
-                    ("temperature", hot.as_ref()),
-                ],
-            );
-        }
+        friction(sheet, solution, used, k, end);
+        lateral(sheet, solution, used, k, end);
     }
+    coast_down(sheet, data, solution);
+}
+
+/// Temperature of tyre `k`, else of the air, at some times (s).
+fn temperature(sheet: &Sheet<'_>, k: Option<usize>, time: &[f64]) -> Option<Vec<f64>> {
+    let session = sheet.session;
+    let own = k.map(|k| [Channel::TyreTemperatureFront, Channel::TyreTemperatureRear][k]);
+    let x = own.and_then(|c| session.get(c)).or_else(|| session.get(Channel::AirTemperature))?;
+    let at = |t: &f64| x.get((t * session.rate).round() as usize).copied().unwrap_or(f64::NAN);
+    Some(time.iter().map(at).collect::<Vec<f64>>())
+}
+
+fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, end: &str) {
+    let Some(fit) = &solution.fits.friction[k] else { return };
+    let rows = &solution.samples.friction[k];
+    let curve = |i: usize| rows.friction[i] - fit.formula.value(rows.slip[i]);
+    let left = Residuals {
+        residuals: (0..rows.samples()).map(curve).collect(),
+        weights: &fit.weights,
+        clusters: &rows.clusters,
+        time: &used.straight_time[k],
+    };
+    let hot = temperature(sheet, Some(k), left.time);
+    let over = [
+        ("speed", Some(&rows.speed)),
+        ("load", Some(&used.straight_load[k])),
+        ("camber", Some(&used.straight_roll[k])),
+        ("temperature", hot.as_ref()),
+    ];
+    covariates(sheet, &format!("friction_x_{end}"), &left, over);
+}
+
+fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, end: &str) {
+    let lateral = &solution.fits.lateral[k];
+    let rows = &solution.samples.lateral[k];
+    let hot = temperature(sheet, Some(k), &used.corner_time);
+    let camber = |i: usize| rows.camber[i];
+    let slip = lateral.slip.as_ref().map(|fit| {
+        let [c1, c3] = [fit.theta[C1], fit.theta[C3]];
+        let curve = |i: usize| c1 * camber(i) + c3 * camber(i).powi(3);
+        let residual = |i: usize| rows.slip_angle[i] - curve(i);
+        ((0..rows.camber.len()).map(residual).collect::<Vec<f64>>(), fit)
+    });
+    let friction = lateral.friction.as_ref().map(|fit| {
+        let residual = |i: usize| rows.friction[i] - fit.theta[CT] * camber(i).tan();
+        ((0..rows.camber.len()).map(residual).collect::<Vec<f64>>(), fit)
+    });
+    for (name, found) in [("slip_angle", slip), ("friction_y", friction)] {
+        let Some((residuals, fit)) = found else { continue };
+        let left = Residuals {
+            residuals,
+            weights: &fit.weights,
+            clusters: &rows.clusters,
+            time: &used.corner_time,
+        };
+        let over = [
+            ("speed", Some(&used.corner_speed)),
+            ("load", Some(&used.corner_load[k])),
+            ("camber", Some(&rows.camber)),
+            ("temperature", hot.as_ref()),
+        ];
+        covariates(sheet, &format!("{name}_{end}"), &left, over);
+    }
+}
+
+fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let Some(fit) = &solution.fits.coasting.resistance else { return };
     let x = &data.coast;
     let weight = solution.inputs.bike.mass * GRAVITY;
