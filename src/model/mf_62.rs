@@ -10,7 +10,7 @@
 //! ```
 #![allow(non_snake_case)] // symbols keep the capitals of the source
 
-use super::tir::{Keys, Missing};
+use super::keys::{Keys, Missing};
 use super::tyre::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 

@@ -7,7 +7,7 @@
 use super::ride::bins;
 use super::sheet::{BINS, Sheet};
 use crate::contract::session::Session;
-use crate::estimate::offroad::{Estimate, Ridden};
+use crate::estimate::offroad::{Estimate, RiderEstimate};
 use crate::tables::rows::PlotPoint;
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
@@ -71,7 +71,7 @@ fn extremes(places: std::ops::Range<usize>, f: &dyn Fn(usize) -> f64) -> Vec<usi
     found
 }
 
-type Force = fn(&Ridden, usize) -> f64;
+type Force = fn(&RiderEstimate, usize) -> f64;
 
 /// Forces that are drawn, by the first part of the series' name.
 const FORCES: [(&str, Force); 6] = [
