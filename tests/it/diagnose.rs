@@ -191,7 +191,7 @@ fn the_extended_model_serves_the_next_run() {
     let found = model.effects["velocity_lever_arm"].value;
     assert!((found / arm - 1.0).abs() < 0.15, "{found}");
 
-    let stiffness = |model: Option<Model>| {
+    let stiffness = |model: Option<ExtendedModel>| {
         let pipeline = Pipeline { model, ..Pipeline::onroad() };
         let input = pipeline::Input {
             path: Path::new(&log),
