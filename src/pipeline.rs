@@ -2,22 +2,28 @@
 
 use std::path::Path;
 
+use arrow::array::RecordBatch;
 use serde::{Deserialize, Serialize};
 
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::effects::extended_model::ExtendedModel;
-use crate::estimate::zeros::{self, Zeros};
-use crate::fit::chain::{self, Data, Solution};
-use crate::fit::coefficients;
+use crate::fit::{Data, Solution, coefficients, cornering};
+use crate::objects::Location;
 use crate::segment::Segment;
-use crate::tables::rows;
+use crate::tables::registry::{self, Row, TableSpec};
+use crate::tables::{file, rows};
 use crate::{estimate, filter, fit, ingest, plots, segment};
-use crate::{estimate::needs, model::formulation::Formulation};
 
 mod offroad;
+mod stages;
+
+pub use stages::{
+    Characterised, OffroadForces, characterise, offroad_forces, prepare, prepare_raw, segmented,
+};
 
 /// The resolved settings of every stage: one file of `pipelines/`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -124,7 +130,34 @@ pub struct Outcome {
     /// What the report draws.
     pub plots: Vec<rows::PlotPoint>,
     /// Estimated time series, if asked for.
-    pub signals: Option<arrow::array::RecordBatch>,
+    pub signals: Option<RecordBatch>,
+}
+
+impl Outcome {
+    /// Its tables: `forces` off-road, `signals` if asked for. `sessions`, whose row says that the
+    /// session is done, comes last.
+    ///
+    /// # Errors
+    /// A row does not fit its schema: our own mistake.
+    pub fn tables(&self) -> Result<Vec<(&'static TableSpec, RecordBatch)>, file::Error> {
+        fn table<R: Row>(rows: &[R]) -> Result<(&'static TableSpec, RecordBatch), file::Error> {
+            Ok((R::spec(), file::batch(rows)?))
+        }
+        let mut tables = vec![
+            table(&self.coefficients)?,
+            table(&self.manoeuvres)?,
+            table(&self.warnings)?,
+            table(&self.plots)?,
+        ];
+        if !self.forces.is_empty() {
+            tables.push(table(&self.forces)?);
+        }
+        if let Some(signals) = &self.signals {
+            tables.push((&registry::SIGNALS, signals.clone()));
+        }
+        tables.push(table(std::slice::from_ref(&self.session))?);
+        Ok(tables)
+    }
 }
 
 /// Why a session could not be used: what `rejected` says of it.
@@ -142,8 +175,8 @@ pub struct Rejection {
 /// What the caller knows of an input.
 #[derive(Debug, Clone)]
 pub struct Input<'a> {
-    /// The file.
-    pub path: &'a Path,
+    /// The log.
+    pub log: Location,
     /// Channel maps to choose from; none means those that come with the program.
     pub maps: &'a [ingest::map::ChannelMap],
     /// BLAKE3 of its bytes.
@@ -159,7 +192,7 @@ pub struct Input<'a> {
 /// # Errors
 /// The first stage that cannot go on says why.
 pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Rejection> {
-    let raw = ingest::read(input.path, input.maps).map_err(refuse)?;
+    let raw = ingest::read(&input.log, input.maps).map_err(stages::refuse)?;
     run_raw(raw, input, bike, pipeline)
 }
 
@@ -174,11 +207,10 @@ pub fn run_raw(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<Outcome, Rejection> {
-    let (mut session, mut warnings) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
+    let (mut session, mut warnings) = prepare_raw(raw, bike, pipeline)?;
     if let Some(offroad) = &pipeline.offroad {
         return offroad::run(input, session, warnings, bike, pipeline, offroad);
     }
-    warnings.extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?);
     let mut known = None;
     if let Some(model) = &pipeline.model {
         let mut extended = bike.clone();
@@ -186,17 +218,9 @@ pub fn run_raw(
         known = Some(extended);
     }
     let bike = known.as_ref().unwrap_or(bike);
-    warnings.extend(filter::run(&mut session, &pipeline.filter));
-    let segments = segment::run(&session, bike, &pipeline.segment);
-
-    let formulation = pipeline.estimate.formulation;
-    let (zeros, noticed) = match formulation {
-        Formulation::Corrected => zeros::run(&session, bike),
-        Formulation::Paper => (Zeros::default(), Vec::new()), // the paper takes sensors as they are
-    };
+    let ridden = characterise(session, bike, pipeline, pipeline.estimate.formulation);
+    let Characterised { session, segments, data, solution, warnings: noticed } = ridden;
     warnings.extend(noticed);
-    let data = Data::gather(&session, &segments, bike, zeros, &pipeline.estimate);
-    let solution = chain::solve(&data, bike, formulation, &pipeline.fit);
 
     let ident = rows::Ident::from(&session.meta);
     let provenance = rows::Provenance {
@@ -204,7 +228,7 @@ pub fn run_raw(
         pipeline_hash: input.pipeline_hash.clone(),
         version: crate::VERSION.to_owned(),
     };
-    let missing = |tyre: &str, coefficient: &str| missing_channels(&session, tyre, coefficient);
+    let missing = |id| missing_channels(&session, id);
     let coefficients =
         coefficients::rows(&solution, bike, &pipeline.fit, &missing, &ident, &provenance);
     let manoeuvres = manoeuvres(&session, &segments, radii(bike, &solution), &ident);
@@ -220,14 +244,10 @@ pub fn run_raw(
     Ok(Outcome { session, manoeuvres, forces, coefficients, warnings, plots, signals })
 }
 
-fn refuse(e: ingest::Error) -> Rejection {
-    Rejection { stage: "ingest", code: e.code, message: e.message }
-}
-
 /// Why the channels do not allow a coefficient, if they do not.
-fn missing_channels(session: &Session, tyre: &str, coefficient: &str) -> Option<String> {
-    let need = needs::of(tyre, coefficient)?;
-    let names: Vec<&str> = need.missing(session).into_iter().map(Channel::name).collect();
+fn missing_channels(session: &Session, id: coefficient::Id) -> Option<String> {
+    let missing = id.requirement().missing(session);
+    let names: Vec<&str> = missing.into_iter().map(Channel::name).collect();
     if names.is_empty() {
         return None;
     }
@@ -261,7 +281,7 @@ fn mean(x: impl Iterator<Item = f64>) -> Option<f64> {
 fn radii(bike: &Bike, solution: &Solution) -> [f64; 2] {
     let nominal = [bike.front.radius, bike.rear.radius];
     [0, 1].map(|k| {
-        let known = solution.given.radius[k];
+        let known = solution.inputs.radius[k];
         if known.is_finite() { known } else { nominal[k] }
     })
 }
@@ -321,15 +341,11 @@ fn manoeuvres(
         .collect()
 }
 
-fn signals(
-    session: &Session,
-    data: &Data,
-    solution: &Solution,
-) -> Result<arrow::array::RecordBatch, Rejection> {
-    let given = &solution.given;
-    let straight = [0, 1].map(|k| given.straight(&data.straight[k], &data.action[k]));
-    let crown = solution.fits.overturning.as_ref().map(|f| f.theta[0]);
-    let corner = given.corner(&data.corner, data.corner_rate, crown);
+fn signals(session: &Session, data: &Data, solution: &Solution) -> Result<RecordBatch, Rejection> {
+    let inputs = &solution.inputs;
+    let straight = [0, 1].map(|k| inputs.straight(&data.straight[k], &data.action[k]));
+    let front_k_x = solution.fits.overturning.as_ref().map(|f| f.theta[cornering::K_X]);
+    let corner = inputs.corner(&data.corner, data.corner_rate, front_k_x);
     let sets = [
         (&data.straight[0], &straight[0]),
         (&data.straight[1], &straight[1]),
@@ -358,7 +374,7 @@ fn session_row(
     let channels: Vec<&str> = session.channels().map(Channel::name).collect();
     rows::SessionRow {
         ident: rows::Ident::from(meta),
-        path: input.path.display().to_string(),
+        path: input.log.to_string(),
         duration: session.duration(),
         rate: session.rate,
         n_samples: session.len as i64,

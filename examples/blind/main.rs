@@ -15,7 +15,7 @@ use std::sync::Mutex;
 use clap::Parser;
 use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
-use roadbench::diagnose::name::Verdict;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::ride::{self, Settings};
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;

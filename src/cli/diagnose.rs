@@ -1,53 +1,26 @@
 //! `roadbench diagnose`.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::mpsc;
+use std::time::Instant;
 
-use rayon::prelude::*;
+use indicatif::ProgressBar;
 
-use crate::batch::discover::{bikes_beside, discover};
-use crate::batch::plan::{self, Plan};
-use crate::batch::store::{Contents, Store};
-use crate::batch::{Maps, Stages, guarded};
-use crate::cli::Failure;
-use crate::cli::say::say;
-use crate::contract::schema::Table;
-use crate::diagnose::levels::{self, Say};
-use crate::diagnose::name::{ALARM, Cause, Verdict};
-use crate::diagnose::offroad;
-use crate::diagnose::ride::{self, Diagnosis, Settings};
-use crate::effects::Effect;
-use crate::objects::url::is_url;
-use crate::pipeline::{Pipeline, Rejection};
-use crate::report::{self, terminal};
-use crate::tables::file;
-use crate::tables::names::file_name;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
-
-/// Rejections that are listed on stderr.
-const LISTED: usize = 20;
-/// Most parts of the misfit that are told.
-const TOLD: usize = 5;
+use crate::batch::diagnose::{DiagnoseWork, Verdict, finish};
+use crate::batch::in_order::InOrder;
+use crate::batch::progress::Progress;
+use crate::batch::{Finished, Watch, engine};
+use crate::cli::batch::{
+    Options, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal, stopped,
+};
+use crate::cli::failure::Failure;
+use crate::diagnose::{Settings, summary};
+use crate::tables::rows::CauseRow;
 
 /// Find what the model of a ride gets wrong, and why
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Logs, folders of logs or archives, glob patterns.
-    #[arg(required = true, value_name = "INPUT")]
-    inputs: Vec<PathBuf>,
-    /// Folder of bike files; by default the `bikes` beside an archive's sessions.
-    #[arg(long, value_name = "DIR")]
-    bikes: Option<PathBuf>,
-    /// Folder for the tables `causes` and `discrepancies`.
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// Settings of the stages; a file, onroad (the default) or offroad.
-    #[arg(long, value_name = "FILE")]
-    pipeline: Option<PathBuf>,
-    /// Channel map of logs that are not session.v1; may be repeated.
-    #[arg(long, value_name = "FILE")]
-    map: Vec<PathBuf>,
+    #[command(flatten)]
+    batch: Options,
     /// Simulated nulls of each ride, from which the thresholds come.
     #[arg(long, default_value_t = 24)]
     nulls: usize,
@@ -58,25 +31,13 @@ pub struct Arguments {
     /// Print the rows of `causes` as JSON, one object a line, instead of words.
     #[arg(long)]
     json: bool,
-    /// Whether the results are not to be printed: the demo tells them.
-    #[arg(skip)]
-    quiet: bool,
 }
 
 impl Arguments {
     /// An archive into an output folder, without a word on stdout.
     pub(super) fn quietly(archive: PathBuf, out: PathBuf) -> Self {
-        Arguments {
-            inputs: vec![archive],
-            bikes: None,
-            out,
-            pipeline: None,
-            map: Vec::new(),
-            nulls: 24,
-            advise: false,
-            json: false,
-            quiet: true,
-        }
+        let batch = Options::quietly(archive, out);
+        Arguments { batch, nulls: 24, advise: false, json: false }
     }
 }
 
@@ -84,255 +45,95 @@ impl Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    if !(8..=1000).contains(&arguments.nulls) {
-        return Err(Failure::Usage(format!(
-            "--nulls {}: fewer than 8 say nothing, more than 1000 nothing new",
-            arguments.nulls
-        )));
-    }
-    let pipeline = match &arguments.pipeline {
-        Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
-        None => Pipeline::onroad(),
-    };
-    let maps = Maps::read(&arguments.map).map_err(Failure::Usage)?;
-    if is_url(&arguments.out) {
-        let out = arguments.out.display();
-        let message = format!("--out {out}: diagnose writes to a folder; copy it from there");
-        return Err(Failure::Usage(message));
-    }
-    let found = discover(&arguments.inputs, &arguments.out)?;
-    let beside = bikes_beside(&arguments.inputs)?;
-    let bikes = arguments.bikes.as_deref().or(beside.as_deref()).ok_or_else(|| {
-        Failure::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
-    })?;
-    let Plan { jobs, refused } =
-        plan::plan(found, bikes, &Contents::default(), &pipeline, &maps, &Stages)?;
-    let store = Store::open(&arguments.out)?;
-    let output = |e: file::Error| Failure::Output(e.to_string());
-    let mut rejected: Vec<_> = refused.into_iter().map(|r| r.row).collect();
-    let count = jobs.len() + rejected.len();
+pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
+    let start = Instant::now();
     let settings =
         Settings { nulls: arguments.nulls, advise: arguments.advise, ..Settings::default() };
-    let mut says: BTreeMap<&'static str, Vec<Say>> = BTreeMap::new();
-    let one = |job: &plan::Job| {
-        guarded("diagnose", || {
-            let (log, maps, bike) = (&job.found.path, maps.list(), &job.bike.bike);
-            match pipeline.offroad {
-                None => ride::log(log, maps, bike, &pipeline, &settings)
-                    .map(|d| Found::Road(Box::new(d))),
-                Some(_) => offroad::log(log, maps, bike, &pipeline, arguments.nulls)
-                    .map(|d| Found::Offroad(Box::new(d))),
-            }
-        })
+    let work = DiagnoseWork::new(settings).map_err(|e| Failure::Usage(format!("--nulls {e}")))?;
+    let given = arguments.batch.read()?;
+    if arguments.batch.dry_run {
+        return dry_run(&given, &work);
+    }
+    let format = match (arguments.batch.quiet, arguments.json) {
+        (true, _) => Format::None,
+        (false, true) => Format::Json,
+        (false, false) => Format::Words,
     };
-    let mut keep = |job: &plan::Job, result: Result<Found, Rejection>| {
-        match result {
-            Ok(found) => {
-                let (ident, causes, rows) = found.tables();
-                let path = |name: &str| {
-                    let part = format!("bike={}", ident.bike_id);
-                    let file = format!("{}.parquet", file_name(&ident.session_id));
-                    arguments.out.join(name).join(part).join(file)
-                };
-                file::write(&path("causes"), &Table::embedded("causes"), causes).map_err(output)?;
-                file::write(&path("discrepancies"), &Table::embedded("discrepancies"), rows)
-                    .map_err(output)?;
-                if let Found::Road(d) = &found {
-                    file::write(&path("replays"), &Table::embedded("replays"), &d.replays)
-                        .map_err(output)?;
-                    let model = path("models").with_extension("toml");
-                    file::write_bytes(&model, d.model.to_toml().as_bytes()).map_err(output)?;
-                    // sizes under a model that is known to be wrong are no sizes
-                    let sound = d.naming.named() || d.naming.alarm <= ALARM;
-                    for row in d.causes.iter().filter(|_| sound && !d.naming.unexplained) {
-                        if let Ok(effect) = Effect::named(&row.effect)
-                            && let Some(say) = Say::of(row, d.site.as_deref())
-                        {
-                            says.entry(effect.name).or_default().push(say);
-                        }
-                    }
-                }
-                store.forgive(&job.log).map_err(output)?;
-                if arguments.quiet {
-                    // the caller reads the tables
-                } else if arguments.json {
-                    for row in causes {
-                        let text = serde_json::to_string(row)
-                            .map_err(|e| Failure::Output(e.to_string()))?;
-                        say!("{text}");
-                    }
-                } else {
-                    match &found {
-                        Found::Road(d) => tell(d),
-                        Found::Offroad(d) => say!("{}", d.words().trim_end()),
-                    }
-                }
-            }
-            Err(why) => {
-                rejected.push(plan::row(job.log.clone(), Some(job.meta.clone()), why, None))
-            }
-        }
-        Ok::<(), Failure>(())
-    };
-    // told in their order as they are done; a few are held for those before them
-    let (send, receive) = mpsc::sync_channel(rayon::current_num_threads());
-    std::thread::scope(|scope| {
-        let (jobs, one) = (&jobs, &one);
-        scope.spawn(move || {
-            let jobs = jobs.iter().enumerate().par_bridge();
-            // whoever hears no more wants no more
-            jobs.try_for_each(|(k, job)| send.send((k, one(job))))
-        });
-        let (mut waiting, mut next) = (BTreeMap::new(), 0);
-        for (k, result) in receive {
-            waiting.insert(k, result);
-            while let Some(result) = waiting.remove(&next) {
-                keep(&jobs[next], result)?;
-                next += 1;
-            }
-        }
-        Ok::<(), Failure>(())
-    })?;
-    pooled(&says, &arguments)?;
-    for row in &rejected {
-        store.reject(row).map_err(output)?;
+    let progress = Progress::new(bar, arguments.batch.shows_progress());
+    let order = InOrder::new(|text: String| progress.aside(|| print(&text)));
+    let watch = Watcher { progress: &progress, order: &order, format };
+    let done = engine::run(&given.settings(), &work, &watch, stop_on_signal()?);
+    order.flush();
+    progress.clear();
+    let (accounts, store) = done?;
+    let out = store.root();
+    let log = || log_accounts(&accounts, "diagnose", start.elapsed().as_secs_f64());
+    if accounts.left > 0 {
+        log();
+        return stopped(&accounts);
     }
-    tracing::info!(sessions = count - rejected.len(), "tables: {}", arguments.out.display());
-    report::write(&arguments.out)?;
-    tracing::info!("report: {}", arguments.out.join("report/index.html").display());
-    if rejected.is_empty() {
-        return Ok(());
+    if !store.is_behind() {
+        log();
+        if format == Format::Words {
+            print_unchanged(&accounts, out);
+        }
+        return rejected(&accounts);
     }
-    let list = terminal::rejections(&rejected, LISTED);
-    Err(Failure::Rejected(format!("{} rejected:\n{}", rejected.len(), list.trim_end())))
+    for row in finish(&store)? {
+        print(&format.pooled(&row));
+    }
+    log();
+    tracing::info!("report: {}", out.join("report/index.html"));
+    rejected(&accounts)
 }
 
-/// Writes and tells what sessions share.
-fn pooled(says: &BTreeMap<&'static str, Vec<Say>>, arguments: &Arguments) -> Result<(), Failure> {
-    let rows = levels::pool(says);
-    let path = arguments.out.join("causes/bike=_pooled/pooled.parquet");
-    if rows.is_empty() && !path.exists() {
-        return Ok(());
-    }
-    file::write(&path, &Table::embedded("causes"), &rows)
-        .map_err(|e| Failure::Output(e.to_string()))?;
-    for row in rows.iter().filter(|_| !arguments.quiet) {
-        if arguments.json {
-            let text = serde_json::to_string(row).map_err(|e| Failure::Output(e.to_string()))?;
-            say!("{text}");
-            continue;
-        }
-        let (Some(value), Some(low), Some(high)) = (row.value, row.ci95_low, row.ci95_high) else {
-            continue;
-        };
-        say!(
-            "{} {}: {}\n      {value:.4} {}, 95 % interval {low:.4} to {high:.4}; {}",
-            row.level,
-            row.pooled_over.as_deref().unwrap_or(""),
-            row.effect,
-            row.unit,
-            row.reason
-        );
-    }
-    Ok(())
+/// How results are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    None,
+    Json,
+    Words,
 }
 
-/// What a session says, on the road or off it.
-enum Found {
-    Road(Box<Diagnosis>),
-    Offroad(Box<offroad::Diagnosis>),
-}
-
-impl Found {
-    fn tables(&self) -> (&Ident, &[CauseRow], &[DiscrepancyRow]) {
+impl Format {
+    fn session(self, verdict: &Verdict) -> String {
         match self {
-            Found::Road(d) => (&d.ident, &d.causes, &d.discrepancies),
-            Found::Offroad(d) => (&d.ident, &d.causes, &d.discrepancies),
+            Format::None => String::new(),
+            Format::Json => verdict.causes.iter().map(json).collect(),
+            Format::Words => format!("{}\n", verdict.summary),
+        }
+    }
+
+    /// A row that several sessions share.
+    fn pooled(self, row: &CauseRow) -> String {
+        match self {
+            Format::None => String::new(),
+            Format::Json => json(row),
+            Format::Words => summary::pooled(row).map(|text| text + "\n").unwrap_or_default(),
         }
     }
 }
 
-/// The verdict in words.
-fn tell(d: &Diagnosis) {
-    let naming = &d.naming;
-    say!("{}  {}", d.ident.session_id, d.ident.bike_id);
-    let named: Vec<&Cause> = naming
-        .causes
-        .iter()
-        .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
-        .collect();
-    match (named.is_empty(), naming.unexplained) {
-        (true, true) => say!(
-            "  Something is wrong that no candidate explains{} (largest score of a candidate {:.1}; 19 of \
-             20 nulls stay below 1).",
-            naming.left.map_or(String::new(), |(term, _)| format!(": {}", term.describe())),
-            naming.alarm
-        ),
-        (true, false) if naming.alarm > ALARM => say!(
-            "  Nothing is named. A candidate scores {:.1} (19 of 20 nulls stay below 1), but none has a size \
-             that can be and gains enough.",
-            naming.alarm
-        ),
-        (true, false) if naming.causes.iter().all(|c| c.verdict == Verdict::NotIdentifiable) => {
-            say!(
-                "  This ride can show none of the {} candidates: nothing can be said of what is wrong.",
-                naming.causes.len()
-            )
-        }
-        (true, false) => say!(
-            "  Nothing is wrong that this ride could show: the largest score is {:.1} (19 of 20 nulls stay \
-             below 1).",
-            naming.alarm
-        ),
-        (false, true) => say!(
-            "  Something more is wrong than is named{}.",
-            naming.left.map_or(String::new(), |(term, _)| format!(": {}", term.describe()))
-        ),
-        (false, false) => {}
+fn json(row: &CauseRow) -> String {
+    // a row of texts and numbers can always be written
+    serde_json::to_string(row).map(|text| text + "\n").unwrap_or_default()
+}
+
+/// Progress, and each session's verdict in order of path.
+struct Watcher<'a, F> {
+    progress: &'a Progress,
+    order: &'a InOrder<String, F>,
+    format: Format,
+}
+
+impl<F: Fn(String) + Sync> Watch<Verdict> for Watcher<'_, F> {
+    fn planned(&self, logs: &[String], bytes: u64) {
+        self.order.expect(logs);
+        Watch::<Verdict>::planned(self.progress, logs, bytes);
     }
-    for cause in &named {
-        let half = 1.96 * cause.std_error;
-        say!(
-            "  {}: {}\n      {:.4} {}, 95 % interval {:.4} to {:.4}; score {:.1}, gain {:.0}",
-            cause.effect.name,
-            cause.effect.sentence,
-            cause.value,
-            cause.effect.unit,
-            cause.value - half,
-            cause.value + half,
-            cause.score,
-            cause.gain
-        );
-        if cause.verdict == Verdict::Ambiguous {
-            let row = d.causes.iter().find(|r| r.effect == cause.effect.name);
-            say!(
-                "      or {}: this ride cannot tell; what would: {}",
-                cause.equivalent.join(" or "),
-                row.and_then(|r| r.separate_by.as_deref()).unwrap_or(cause.effect.separate_by)
-            );
-        }
-    }
-    if let Some(row) = d.causes.iter().find(|r| r.gain_heldout.is_some())
-        && let (Some(gain), Some(bound)) = (row.gain_heldout, row.gain_upper_bound)
-    {
-        say!("  On manoeuvres left out it gains {gain:.0}; with every candidate free {bound:.0}.");
-    }
-    let mut wrong: Vec<_> = d.discrepancies.iter().filter(|r| r.structured).collect();
-    wrong.sort_by(|a, b| (b.rmse_base / b.null_largest).total_cmp(&(a.rmse_base / a.null_largest)));
-    for row in wrong.into_iter().take(TOLD) {
-        let after =
-            row.rmse_extended.map_or(String::new(), |r| format!(", {r:.4} with the causes"));
-        let with = row.covariate.as_deref().map_or(String::new(), |c| {
-            format!(", goes with {c} ({:+.2})", row.correlation.unwrap_or(0.0))
-        });
-        say!(
-            "  misfit of {} while {}: {:.4}{} against {:.4} in nulls{after}{with}",
-            row.channel,
-            row.kind.replace('_', " "),
-            row.rmse_base,
-            if row.unit == "1" { " sd".to_owned() } else { format!(" {}", row.unit) },
-            row.noise_floor
-        );
+
+    fn finished(&self, finished: &Finished<'_>, result: Option<Verdict>) {
+        self.progress.finished(finished, None::<Verdict>);
+        self.order.finished(finished.log, result.map(|verdict| self.format.session(&verdict)));
     }
 }

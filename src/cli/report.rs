@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::report::{self, Error, publish};
 use crate::tables::file;

@@ -1,7 +1,8 @@
 //! The extended model that a diagnosis leaves behind.
 
-use super::name::{Cause, Naming, Verdict};
+use super::name::{Cause, Naming};
 use super::parameters::BASE;
+use crate::contract::verdict::Verdict;
 use crate::effects::extended_model::{Estimate, ExtendedModel};
 use crate::tables::rows::Ident;
 

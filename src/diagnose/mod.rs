@@ -22,6 +22,7 @@
 pub mod advice;
 pub mod attitude;
 pub mod base;
+pub mod diagnosis;
 pub mod dive;
 pub mod extended_model;
 pub mod generic;
@@ -40,3 +41,44 @@ pub mod scan;
 pub mod scatter;
 pub mod sensor_drift;
 pub mod show;
+pub mod summary;
+
+pub use diagnosis::{Diagnosis, Settings};
+
+use crate::contract::bike::Bike;
+use crate::ingest::{self, Raw};
+use crate::pipeline::{Input, Pipeline, Rejection};
+
+/// Diagnoses one log: off-road where the pipeline has `[offroad]`, on the road otherwise.
+///
+/// # Errors
+/// The log cannot be used, or does not hold what a diagnosis needs.
+pub fn run(
+    input: &Input<'_>,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    settings: &Settings,
+) -> Result<Diagnosis, Rejection> {
+    let raw = ingest::read(&input.log, input.maps).map_err(|e| Rejection {
+        stage: "ingest",
+        code: e.code,
+        message: e.message,
+    })?;
+    run_raw(raw, bike, pipeline, settings)
+}
+
+/// As [`run`], of a log that is in memory already.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_raw(
+    raw: Raw,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    settings: &Settings,
+) -> Result<Diagnosis, Rejection> {
+    match pipeline.offroad {
+        None => ride::raw(raw, bike, pipeline, settings).map(Diagnosis::from),
+        Some(_) => offroad::raw(raw, bike, pipeline, settings.nulls).map(Diagnosis::from),
+    }
+}

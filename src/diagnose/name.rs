@@ -9,13 +9,15 @@ use rayon::prelude::*;
 
 use super::base::{Base, LARGE, Start};
 use super::generic::{self, Term};
-use super::null_calibration::{Calibrated, Calibration, median};
+use super::null_calibration::{Calibrated, Calibration};
 use super::null_simulation::Rides;
 use super::parameters::{BASE, Parameters};
 use super::problem::Linear;
 use super::samples::Samples;
 use super::scan::{Score, scan};
+use crate::contract::verdict::Verdict;
 use crate::effects::Effect;
+use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Share of the largest score that a candidate must have itself.
 const SHARE: f64 = 0.3;
@@ -63,34 +65,13 @@ const AWAY: f64 = 0.1;
 /// How far from one the share of a size that a fit shows is believed to be.
 const SHOWN: f64 = 0.3;
 
-/// What is said of a candidate.
+/// Why a candidate that would have been named is not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// It is the cause.
-    Named,
-    /// It is one of a class that the ride cannot tell apart.
-    Ambiguous,
-    /// It would have been named, but leaves more structure than a cause may.
+pub enum Objection {
+    /// It leaves more structure in the channels where it shows itself than a cause may.
     Contradicted,
-    /// It would have been named, but rides on the model with it do not give it back, or no size that
-    /// can be.
-    Lost,
-    /// Nothing speaks for it.
-    NotNeeded,
-    /// The ride says nothing about it.
-    NotIdentifiable,
-}
-
-impl Verdict {
-    /// As in the tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Named => "named",
-            Verdict::Ambiguous => "ambiguous",
-            Verdict::Contradicted | Verdict::Lost | Verdict::NotNeeded => "not_needed",
-            Verdict::NotIdentifiable => "not_identifiable",
-        }
-    }
+    /// Null simulations on the model with it do not give its size back, or only one out of bounds.
+    NotReproduced,
 }
 
 /// One candidate, judged.
@@ -100,6 +81,8 @@ pub struct Cause {
     pub effect: Effect,
     /// What is said of it.
     pub verdict: Verdict,
+    /// Why it is not needed though it alarmed and gained enough.
+    pub objection: Option<Objection>,
     /// Its size, in the effect's unit.
     pub value: f64,
     /// Standard deviation of it.
@@ -110,6 +93,12 @@ pub struct Cause {
     pub gain: f64,
     /// Others that the ride cannot tell from it.
     pub equivalent: Vec<&'static str>,
+}
+
+impl Cause {
+    fn rejected(self, objection: Objection) -> Self {
+        Cause { verdict: Verdict::NotNeeded, objection: Some(objection), ..self }
+    }
 }
 
 /// What a ride says of its causes.
@@ -301,6 +290,7 @@ impl Candidate {
         Cause {
             effect: self.effect,
             verdict,
+            objection: None,
             value: self.seen.delta * unit,
             std_error: self.seen.std_error * unit,
             score: self.seen.score,
@@ -331,9 +321,9 @@ fn settled(
         let shown = size(&cause.effect, model);
         let truth = p.get(ridden) - p.get(start);
         let own: Vec<f64> = fits.iter().map(|fit| p.get(fit) - p.get(start)).collect();
-        let centre = median(&own);
+        let centre = median_or_zero(&own);
         let off: Vec<f64> = own.iter().map(|x| (x - centre).abs()).collect();
-        let spread = 1.4826 * median(&off);
+        let spread = SD_PER_MAD * median_or_zero(&off);
         let mean = own.iter().sum::<f64>() / count;
         let square = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
         let sd = 0.5 * ((square / (count - 1.0).max(1.0)).sqrt() + spread);
@@ -422,7 +412,7 @@ pub fn name<'a>(
             let touches = |k: usize| problem.share(&linear.columns[k], term.channel) > TOUCHES;
             cause.score < STRONG || times > OVERRULES && place.is_some_and(touches)
         };
-        let contradicted = |(c, _)| Cause { verdict: Verdict::Contradicted, ..c };
+        let contradicted = |(c, _): (Cause, f64)| c.rejected(Objection::Contradicted);
         out.extend(named.extract_if(.., shows).map(contradicted));
     }
     // who is left stays without the others, at the sizes that rides on the model itself give back
@@ -445,7 +435,7 @@ pub fn name<'a>(
             match (whole, is(&cause, (value, std_error))) {
                 (true, _) => kept.push((Cause { value, std_error, ..cause }, bias)),
                 (false, true) => kept.push((cause, bias)),
-                (false, false) => lost.push(Cause { verdict: Verdict::Lost, ..cause }),
+                (false, false) => lost.push(cause.rejected(Objection::NotReproduced)),
             }
         }
         named = kept;

@@ -7,7 +7,7 @@ use super::advice::Advice;
 use super::base::{self, Base};
 use super::dive;
 use super::extended_model::extended_model;
-use super::name::{self, Naming, Verdict};
+use super::name::{self, Naming, Objection};
 use super::null_calibration::{Calibration, SEEN, correlation, rms};
 use super::null_simulation::Rides;
 use super::parameters::Parameters;
@@ -17,17 +17,16 @@ use super::show;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
+use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::effects::extended_model::ExtendedModel;
 use crate::effects::{self, Effect};
-use crate::estimate::zeros;
-use crate::fit::chain::{self, Data};
+use crate::ingest;
 use crate::ingest::map::ChannelMap;
 use crate::model::formulation::Formulation;
-use crate::pipeline::{Pipeline, Rejection};
+use crate::pipeline::{self, Characterised, Pipeline, Rejection};
 use crate::segment::Segment;
 use crate::statistics::smooth::{gradient, smooth};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
-use crate::{filter, ingest, segment};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
 
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
 const FEWEST: usize = 100;
@@ -72,7 +71,7 @@ pub struct Diagnosis {
     /// Rows of `discrepancies`.
     pub discrepancies: Vec<DiscrepancyRow>,
     /// Rows of `replays`.
-    pub replays: Vec<ReplaySample>,
+    pub replays: Vec<SimulatedSample>,
     /// The extended model.
     pub model: ExtendedModel,
     /// Where it was ridden.
@@ -82,6 +81,12 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Whether its sizes may be pooled with those of other sessions.
+    pub fn is_poolable(&self) -> bool {
+        let sound = self.naming.named() || self.naming.alarm <= name::ALARM;
+        sound && !self.naming.unexplained
+    }
+
     /// Held-out gain, in twice the loss, of the base with some effects free: with the true ones of a
     /// simulated ride it is what a perfect diagnosis would gain.
     pub fn gain_of(&self, effects: &[Effect]) -> f64 {
@@ -111,10 +116,21 @@ pub fn log(
     pipeline: &Pipeline,
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
-    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    let raw = ingest::read(path, maps).map_err(refuse)?;
-    let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
-    ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?;
+    let (session, _) = pipeline::prepare(path, maps, bike, pipeline)?;
+    diagnose(&session, bike, pipeline, settings)
+}
+
+/// Diagnoses a log that is in memory already.
+///
+/// # Errors
+/// As [`log`].
+pub fn raw(
+    raw: ingest::Raw,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    settings: &Settings,
+) -> Result<Diagnosis, Rejection> {
+    let (session, _) = pipeline::prepare_raw(raw, bike, pipeline)?;
     diagnose(&session, bike, pipeline, settings)
 }
 
@@ -150,12 +166,9 @@ pub fn fitted<'a>(
         true => Cow::Borrowed(session),
         false => Cow::Owned(accelerated(session)),
     };
-    let mut filtered = session.as_ref().clone();
-    filter::run(&mut filtered, &pipeline.filter);
-    let segments = segment::run(&filtered, bike, &pipeline.segment);
-    let (zeros, _) = zeros::run(&filtered, bike);
-    let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
-    let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
+    let unfiltered = session.as_ref().clone();
+    let Characterised { segments, solution, .. } =
+        pipeline::characterise(unfiltered, bike, pipeline, Formulation::Corrected);
     // the estimate above knows of dive, the base model does not
     let session = dive::level(&session, bike).map_or(session, Cow::Owned);
     let samples = Samples::gather(&session, &segments);
@@ -350,8 +363,8 @@ fn unexplained(naming: &Naming, ident: &Ident) -> Option<CauseRow> {
     Some(CauseRow {
         ident: ident.clone(),
         rank: 1,
-        effect: "unexplained".to_owned(),
-        verdict: "unexplained".to_owned(),
+        effect: UNEXPLAINED.to_owned(),
+        verdict: Verdict::Unexplained.name().to_owned(),
         level: "session".to_owned(),
         parameter: "structure".to_owned(),
         unit: "1".to_owned(),
@@ -365,6 +378,21 @@ fn unexplained(naming: &Naming, ident: &Ident) -> Option<CauseRow> {
 }
 
 fn reason(c: &name::Cause) -> String {
+    match c.objection {
+        Some(Objection::Contradicted) => {
+            return format!(
+                "takes up part of the misfit (gains {:.0}) but leaves more structure where it shows than a cause may",
+                c.gain
+            );
+        }
+        Some(Objection::NotReproduced) => {
+            return format!(
+                "takes up part of the misfit (gains {:.0}), but rides on the model with it do not give its size back",
+                c.gain
+            );
+        }
+        None => {}
+    }
     match c.verdict {
         Verdict::Named => format!("{}: gains {:.0}", c.effect.sentence, c.gain),
         Verdict::Ambiguous => format!(
@@ -373,19 +401,13 @@ fn reason(c: &name::Cause) -> String {
             c.equivalent.join(", "),
             c.effect.separate_by
         ),
-        Verdict::Contradicted => format!(
-            "takes up part of the misfit (gains {:.0}) but leaves more structure where it shows than a cause may",
-            c.gain
-        ),
-        Verdict::Lost => format!(
-            "takes up part of the misfit (gains {:.0}), but rides on the model with it do not give its size back",
-            c.gain
-        ),
         Verdict::NotNeeded if c.score > 1.0 => {
             "beyond the nulls, but explained by what is named, too large to be, or gains too little"
                 .to_owned()
         }
-        Verdict::NotNeeded => "within what nulls of this ride show".to_owned(),
+        Verdict::NotNeeded | Verdict::Unexplained => {
+            "within what nulls of this ride show".to_owned()
+        }
         Verdict::NotIdentifiable => {
             format!("the ride says nothing of it; what would: {}", c.effect.separate_by)
         }

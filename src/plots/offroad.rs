@@ -5,7 +5,7 @@
 //! whoops, the longest corner.
 
 use super::ride::bins;
-use super::{BINS, Sheet};
+use super::sheet::{BINS, Sheet};
 use crate::contract::session::Session;
 use crate::estimate::offroad::{Estimate, Ridden};
 use crate::tables::rows::PlotPoint;

@@ -8,10 +8,12 @@
 use std::collections::BTreeMap;
 
 use super::fits::{Used, coasting_force};
-use super::{Cloud, Sheet};
+use super::sheet::{Cloud, Sheet};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
-use crate::fit::chain::{Data, Solution};
+use crate::fit::coasting::{DRAG, ROLLING};
+use crate::fit::cornering::{C1, C3, CT};
+use crate::fit::{Data, Solution};
 use crate::statistics::interval::t95;
 
 /// Largest number of points of a residual cloud.
@@ -20,10 +22,10 @@ const POINTS: usize = 240;
 const BINS: usize = 10;
 const PER_BIN: usize = 8;
 /// Manoeuvres that a bin needs for a band.
-const VOICES: usize = 3;
+const MIN_MANOEUVRES: usize = 3;
 
 /// Residuals of one fit.
-struct Left<'a> {
+struct Residuals<'a> {
     residuals: Vec<f64>,
     weights: &'a [f64],
     clusters: &'a [usize],
@@ -41,9 +43,9 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used
     };
     for (k, end) in ["front", "rear"].into_iter().enumerate() {
         if let Some(fit) = &solution.fits.friction[k] {
-            let rows = &solution.clouds.friction[k];
+            let rows = &solution.samples.friction[k];
             let curve = |i: usize| rows.friction[i] - fit.formula.value(rows.slip[i]);
-            let left = Left {
+            let left = Residuals {
                 residuals: (0..rows.samples()).map(curve).collect(),
                 weights: &fit.weights,
                 clusters: &rows.clusters,
@@ -64,22 +66,22 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used
             );
         }
         let lateral = &solution.fits.lateral[k];
-        let rows = &solution.clouds.lateral[k];
+        let rows = &solution.samples.lateral[k];
         let hot = temperature(sheet, Some(k), &used.corner_time);
         let camber = |i: usize| rows.camber[i];
         let slip = lateral.slip.as_ref().map(|fit| {
-            let [c1, c3] = [fit.theta[0], fit.theta[1]];
+            let [c1, c3] = [fit.theta[C1], fit.theta[C3]];
             let curve = |i: usize| c1 * camber(i) + c3 * camber(i).powi(3);
             let residual = |i: usize| rows.slip_angle[i] - curve(i);
             ((0..rows.camber.len()).map(residual).collect::<Vec<f64>>(), fit)
         });
         let friction = lateral.friction.as_ref().map(|fit| {
-            let residual = |i: usize| rows.friction[i] - fit.theta[0] * camber(i).tan();
+            let residual = |i: usize| rows.friction[i] - fit.theta[CT] * camber(i).tan();
             ((0..rows.camber.len()).map(residual).collect::<Vec<f64>>(), fit)
         });
         for (name, found) in [("slip_angle", slip), ("friction_y", friction)] {
             let Some((residuals, fit)) = found else { continue };
-            let left = Left {
+            let left = Residuals {
                 residuals,
                 weights: &fit.weights,
                 clusters: &rows.clusters,
@@ -100,10 +102,10 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used
     }
     let Some(fit) = &solution.fits.coasting.resistance else { return };
     let x = &data.coast;
-    let weight = solution.given.bike.mass * GRAVITY;
+    let weight = solution.inputs.bike.mass * GRAVITY;
     let force = coasting_force(data, solution, &fit.theta);
-    let curve = |i: usize| fit.theta[0] * x.velocity_x[i].powi(2) + fit.theta[1] * weight;
-    let left = Left {
+    let curve = |i: usize| fit.theta[DRAG] * x.velocity_x[i].powi(2) + fit.theta[ROLLING] * weight;
+    let left = Residuals {
         residuals: (0..x.len()).map(|i| force[i] - curve(i)).collect(),
         weights: &fit.weights,
         clusters: &x.segment,
@@ -122,7 +124,7 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used
 fn covariates(
     sheet: &mut Sheet<'_>,
     fit: &str,
-    left: &Left<'_>,
+    left: &Residuals<'_>,
     over: [(&str, Option<&Vec<f64>>); 4],
 ) {
     let time = left.time.to_vec();
@@ -145,7 +147,7 @@ fn covariates(
 }
 
 /// Middle, mean and half width of the interval of each bin.
-fn trend(x: &[f64], left: &Left<'_>) -> Vec<(f64, f64, Option<f64>)> {
+fn trend(x: &[f64], left: &Residuals<'_>) -> Vec<(f64, f64, Option<f64>)> {
     let mut order: Vec<usize> = (0..x.len().min(left.residuals.len()))
         .filter(|&i| x[i].is_finite() && left.residuals[i].is_finite())
         .filter(|&i| left.weights.get(i).is_none_or(|w| *w > 0.0))
@@ -173,7 +175,8 @@ fn trend(x: &[f64], left: &Left<'_>) -> Vec<(f64, f64, Option<f64>)> {
             let n = means.len() as f64;
             let centre = mean(&mut means.iter().copied());
             let variance = means.iter().map(|m| (m - centre).powi(2)).sum::<f64>() / (n - 1.0);
-            let half = (means.len() >= VOICES).then(|| t95(n - 1.0) * (variance / n).sqrt());
+            let half =
+                (means.len() >= MIN_MANOEUVRES).then(|| t95(n - 1.0) * (variance / n).sqrt());
             (middle, residual, half)
         })
         .collect()
@@ -192,7 +195,7 @@ mod tests {
         residuals[37] = 1e6;
         weights[37] = 0.0;
         let clusters: Vec<usize> = (0..400).map(|i| i / 100).collect();
-        let left = Left { residuals, weights: &weights, clusters: &clusters, time: &x };
+        let left = Residuals { residuals, weights: &weights, clusters: &clusters, time: &x };
         let bins = trend(&x, &left);
         assert_eq!(bins.len(), BINS);
         for (x, mean, half) in bins {

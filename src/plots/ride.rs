@@ -1,10 +1,10 @@
 //! The ride itself: the time line, the g-g diagram, roll over lateral acceleration.
 
-use super::{Cloud, LINE, POINTS, Sheet};
+use super::sheet::{BINS, Cloud, LINE, POINTS, Sheet};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::estimate::signals::Given;
+use crate::estimate::signals::Inputs;
 use crate::segment::Segment;
 
 /// Channels of the time line, as they were measured and filtered.
@@ -26,9 +26,9 @@ const MOVING: f64 = 3.0;
 /// Largest number of points of the clouds over the whole ride.
 const RIDE_POINTS: usize = 2 * POINTS;
 
-pub(super) fn timeline(sheet: &mut Sheet<'_>, given: &Given) {
+pub(super) fn timeline(sheet: &mut Sheet<'_>, inputs: &Inputs) {
     let session = sheet.session;
-    let step = session.len.div_ceil(super::BINS).max(1);
+    let step = session.len.div_ceil(BINS).max(1);
     for channel in CHANNELS {
         if let Some(x) = session.get(channel) {
             bins(sheet, channel.name(), step, &|i| x[i]);
@@ -43,7 +43,7 @@ pub(super) fn timeline(sheet: &mut Sheet<'_>, given: &Given) {
     .enumerate()
     {
         if let Some(omega) = session.get(channel) {
-            let radius = given.radius[k];
+            let radius = inputs.radius[k];
             bins(sheet, series, step, &|i| {
                 if v[i] > MOVING { radius * omega[i] / v[i] - 1.0 } else { f64::NAN }
             });
@@ -74,7 +74,7 @@ pub(super) fn bins(sheet: &mut Sheet<'_>, series: &str, step: usize, f: &dyn Fn(
 }
 
 /// The g-g diagram and the roll over the lateral acceleration, of all samples that move.
-pub(super) fn draw(sheet: &mut Sheet<'_>, segments: &[Segment], given: &Given) {
+pub(super) fn draw(sheet: &mut Sheet<'_>, segments: &[Segment], inputs: &Inputs) {
     let session = sheet.session;
     let Some(v) = session.get(Channel::VelocityX) else { return };
     let Some(lateral) = lateral_acceleration(session, v) else { return };
@@ -88,11 +88,11 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, segments: &[Segment], given: &Given) {
     let clusters: Vec<usize> = moving.iter().map(|&i| numbers[i]).collect();
     let cloud = Cloud { x: &across, clusters: &clusters, shade: &speed, ..Cloud::default() };
     if let Some(a) = session.get(Channel::AccelerationX) {
-        let along = of(a, given.zeros.acceleration_x);
+        let along = of(a, inputs.zeros.acceleration_x);
         sheet.cloud("g_g", &Cloud { y: &along, ..cloud }, RIDE_POINTS);
     }
     if let Some(roll) = session.get(Channel::Roll) {
-        let roll = of(roll, given.zeros.roll);
+        let roll = of(roll, inputs.zeros.roll);
         sheet.cloud("roll_over_lateral", &Cloud { y: &roll, ..cloud }, RIDE_POINTS);
         let finite = || across.iter().copied().filter(|a| a.is_finite());
         let (low, high) = (finite().fold(0.0, f64::min), finite().fold(0.0, f64::max));

@@ -10,10 +10,10 @@
 
 use std::path::Path;
 
+use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::report::Error;
 use crate::report::figures::{Chart, Cloud};
 use crate::report::number::{self, fixed, typeset};
-use crate::report::words;
 
 /// File name in the output folder.
 pub const FILE: &str = "bench.csv";
@@ -86,13 +86,13 @@ pub fn parse(text: &str) -> Result<Bench, String> {
             }
         };
         let (tyre, coefficient) = (cell("tyre"), cell("coefficient"));
-        if !words::TYRES.contains(&tyre) {
+        if Part::from_name(tyre).is_none() {
             return Err(format!(
                 "line {line}, column `tyre`: `{tyre}` is not front, rear or vehicle"
             ));
         }
-        if words::word(coefficient).is_none() {
-            let names = words::WORDS.iter().map(|w| w.name);
+        if C::from_name(coefficient).is_none() {
+            let names = C::ALL.iter().map(|c| c.name());
             let near = crate::contract::schema::closest(coefficient, names);
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
             return Err(format!(
@@ -160,17 +160,17 @@ impl Bench {
                 r: Some(4.0),
                 ..Cloud::default()
             };
-            for name in ["cornering_stiffness_0", "camber_stiffness_0"] {
-                for v in self.of(bike, &tyre, name) {
+            for (coefficient, label) in
+                [(C::CorneringStiffness0, "cornering kα"), (C::CamberStiffness0, "camber kγ")]
+            {
+                for v in self.of(bike, &tyre, coefficient.name()) {
                     cloud.x.push(v.camber.abs().to_degrees());
                     cloud.y.push(v.value);
                     cloud.w.push(1.0);
                     cloud.m.push(None);
                     cloud.lo.push(v.std_error.map(|e| v.value - 1.96 * e));
                     cloud.hi.push(v.std_error.map(|e| v.value + 1.96 * e));
-                    let camber =
-                        if name.starts_with("camber") { "camber kγ" } else { "cornering kα" };
-                    cloud.t.push(format!("bench, {camber}"));
+                    cloud.t.push(format!("bench, {label}"));
                 }
             }
             if !cloud.x.is_empty() {

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::Timestamp;
 use serde::Serialize;
 
+use crate::contract::coefficient::{Coefficient, Part};
 use crate::report::figures::{Chart, Cloud, Label, Line, Span};
 use crate::report::index::count;
 use crate::report::number::{self, fixed, round, typeset};
@@ -13,6 +14,7 @@ use crate::report::page::when;
 use crate::report::tables::key;
 use crate::report::tables_fleet::{Histories, Seen};
 use crate::report::{drawing, ratios, words};
+use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{EventRow, FleetRow, SessionRow};
 
 /// File name of the page.
@@ -22,11 +24,11 @@ const CHARTS: usize = 40;
 /// Bikes up to which every comparison is unfolded.
 const UNFOLDED: usize = 12;
 /// Coefficients drawn over time also where nothing happened.
-const MAIN: [(&str, &str); 4] = [
-    ("front", "mf_d"),
-    ("front", "cornering_stiffness_0"),
-    ("rear", "mf_d"),
-    ("rear", "cornering_stiffness_0"),
+const MAIN: [(Part, Coefficient); 4] = [
+    (Part::Front, Coefficient::MfD),
+    (Part::Front, Coefficient::CorneringStiffness0),
+    (Part::Rear, Coefficient::MfD),
+    (Part::Rear, Coefficient::CorneringStiffness0),
 ];
 
 /// The fleet's page, as its template reads it.
@@ -317,14 +319,14 @@ impl Fleet<'_> {
                 bike: of_bike(r.bike_id.clone()),
                 model: model.to_owned(),
                 sessions: values.len(),
-                median: shown(number::median(values)),
+                median: shown(median_of_finite(values)),
                 spread: shown(number::robust_sd(values)),
                 drawing: drawing::boxes(values, low, high),
                 between: of_bike(shown(r.between_sd_settled.or(r.between_sd))),
                 drift: of_bike(drift_words(drift, ends)),
                 drifts: bike_line && ends.is_some_and(|(l, h)| l > 0.0 || h < 0.0),
                 shrinkage: of_bike(
-                    number::median(&shrinkage)
+                    median_of_finite(&shrinkage)
                         .map(|s| format!("{} %", fixed(100.0 * s, 0)))
                         .unwrap_or_default(),
                 ),
@@ -359,7 +361,8 @@ impl Fleet<'_> {
         }
         let bikes: BTreeSet<&str> = self.rows.iter().map(|r| r.bike_id.as_str()).collect();
         for bike in bikes {
-            wanted.extend(MAIN.map(|(tyre, name)| (bike, tyre.to_owned(), name.to_owned())));
+            wanted
+                .extend(MAIN.map(|(part, c)| (bike, part.name().to_owned(), c.name().to_owned())));
         }
         let mut drawn = BTreeSet::new();
         let mut charts = Vec::new();

@@ -9,6 +9,7 @@ use crate::report::number::{self, fixed, typeset};
 use crate::report::page::when;
 use crate::report::tables;
 use crate::report::{diagnosis, drawing, words};
+use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, WarningRow};
 
 /// The run's page, as its template reads it.
@@ -195,9 +196,9 @@ fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
     let good: Vec<&&Coefficient> = rows.iter().filter(|c| c.status == Status::Ok).collect();
     let values: Vec<f64> = good.iter().filter_map(|c| c.value).collect();
     let errors: Vec<f64> = good.iter().filter_map(|c| c.std_error).collect();
-    let median = fleet.and_then(|f| f.median).or_else(|| number::median(&values));
+    let median = fleet.and_then(|f| f.median).or_else(|| median_of_finite(&values));
     let spread = fleet.and_then(|f| f.robust_sd).or_else(|| number::robust_sd(&values));
-    let within = number::median(&errors);
+    let within = median_of_finite(&errors);
     let digits = median.map_or(3, |m| {
         // two sessions may agree by chance: the wider of the two says what the digits mean
         let u = spread.unwrap_or(0.0).max(within.unwrap_or(0.0));

@@ -13,9 +13,9 @@ use arrow::datatypes::{Float64Type, Int64Type};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use walkdir::WalkDir;
 
-use crate::contract::schema::Table;
 use crate::report::Error;
 use crate::report::words;
+use crate::tables::registry;
 use crate::tables::rows::{
     Coefficient, ForceRow, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status,
     WarningRow,
@@ -330,7 +330,9 @@ impl Columns {
         only: &[&str],
     ) -> Result<Self, Error> {
         let mut columns = BTreeMap::new();
-        for column in Table::embedded(table).columns {
+        let unknown =
+            || Error::Read { path: path.to_owned(), message: format!("no table {table}") };
+        for column in registry::find(table).ok_or_else(unknown)?.table().columns.clone() {
             if !only.is_empty() && !only.contains(&column.name.as_str()) {
                 continue;
             }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::report::Error;
 use crate::report::tables::{Columns, collect, key, read};
 use crate::tables::rows::POOLED;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
 
 /// Every `causes` row, by bike, session and rank.
 ///
@@ -67,7 +67,11 @@ pub fn discrepancies(out: &Path) -> Result<Vec<DiscrepancyRow>, Error> {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn replays(files: &[PathBuf], bike: &str, session: &str) -> Result<Vec<ReplaySample>, Error> {
+pub fn replays(
+    files: &[PathBuf],
+    bike: &str,
+    session: &str,
+) -> Result<Vec<SimulatedSample>, Error> {
     let mut rows = Vec::new();
     for path in files {
         for batch in read(path, None)? {
@@ -78,7 +82,7 @@ pub fn replays(files: &[PathBuf], bike: &str, session: &str) -> Result<Vec<Repla
                 if !own || !time.is_finite() {
                     continue;
                 }
-                rows.push(ReplaySample {
+                rows.push(SimulatedSample {
                     ident: Ident::default(), // the caller knows; thousands of copies help nobody
                     manoeuvre: c.integer("manoeuvre", i),
                     kind: c.text("kind", i),

@@ -3,8 +3,8 @@
 
 use assert_cmd::Command;
 use roadbench::contract::session::Session;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::advice::{ALIKE, Advice, known, sets};
-use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::ride::{self, Diagnosis, Fitted, Settings};
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;

@@ -5,14 +5,14 @@ use std::path::Path;
 
 use roadbench::contract::bike::Bike;
 use roadbench::contract::channel::Channel;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::base;
-use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::ride::{self, Diagnosis, Settings, diagnose};
 use roadbench::diagnose::samples::Samples;
 use roadbench::effects::extended_model::ExtendedModel;
 use roadbench::effects::{ALL, Effect};
-use roadbench::fit::chain::{self, Data};
+use roadbench::fit::{Data, chain};
 use roadbench::pipeline::{self, Pipeline};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::scenario::Scenario;
@@ -114,7 +114,7 @@ fn two_hidden_effects_are_both_named_with_their_sizes() {
         .expect("structured");
     assert!(worst.rmse_extended.expect("extended") < 0.6 * worst.rmse_base, "{worst:?}");
     // and the simulator itself comes closer to what was measured
-    let off = |of: fn(&roadbench::tables::rows::ReplaySample) -> Option<f64>| -> f64 {
+    let off = |of: fn(&roadbench::tables::rows::SimulatedSample) -> Option<f64>| -> f64 {
         let steer =
             d.replays.iter().filter(|r| r.channel == "steer_angle" && r.kind == "cornering");
         let squares: Vec<f64> =
@@ -194,7 +194,7 @@ fn the_extended_model_serves_the_next_run() {
     let stiffness = |model: Option<ExtendedModel>| {
         let pipeline = Pipeline { model, ..Pipeline::onroad() };
         let input = pipeline::Input {
-            path: Path::new(&log),
+            log: Path::new(&log).into(),
             maps: &[],
             input_hash: String::new(),
             pipeline_hash: String::new(),

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use roadbench::contract::schema::Table;
+use roadbench::contract::verdict::{UNEXPLAINED, Verdict};
 use roadbench::report;
 use roadbench::tables::file;
-use roadbench::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use roadbench::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
 
 const HOSTILE: &str = "</script><b onmouseover=alert(1)>&\"'";
 
@@ -109,7 +109,7 @@ fn misfits(factor: f64, named: bool) -> Vec<DiscrepancyRow> {
 }
 
 /// Sines that the base model misses by `off` of their size.
-fn replays(off: f64, named: bool) -> Vec<ReplaySample> {
+fn replays(off: f64, named: bool) -> Vec<SimulatedSample> {
     let channels = [
         ("velocity_x", "m/s", 6.0, 20.0),
         ("velocity_y", "m/s", 0.4, 0.0),
@@ -132,7 +132,7 @@ fn replays(off: f64, named: bool) -> Vec<ReplaySample> {
                 let noise = 0.02 * size * (12.9898 * (k + 71 * c) as f64).sin();
                 let wrong = off * size * (t / 7.0) * (1.7 * t + c as f64).sin();
                 let truth = mean + size * phase.sin();
-                rows.push(ReplaySample {
+                rows.push(SimulatedSample {
                     manoeuvre,
                     kind: kind.into(),
                     channel: channel.into(),
@@ -141,7 +141,7 @@ fn replays(off: f64, named: bool) -> Vec<ReplaySample> {
                     measured: (k % 31 != 30).then_some(truth + noise),
                     base: Some(truth - wrong),
                     extended: named.then_some(truth - 0.15 * wrong),
-                    ..ReplaySample::default()
+                    ..SimulatedSample::default()
                 });
             }
         }
@@ -153,7 +153,7 @@ struct Ride {
     ident: Ident,
     causes: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
-    replays: Vec<ReplaySample>,
+    replays: Vec<SimulatedSample>,
 }
 
 fn named() -> Ride {
@@ -196,7 +196,7 @@ fn null() -> Ride {
 
 /// Its texts are hostile too.
 fn unexplained() -> Ride {
-    let mut first = cause("unknown", "unexplained", (0.0, 0.0), "1", 1.7);
+    let mut first = cause(UNEXPLAINED, Verdict::Unexplained.name(), (0.0, 0.0), "1", 1.7);
     (first.value, first.ci95_low, first.ci95_high, first.separate_by) = (None, None, None, None);
     first.reason = format!("lateral_front over speed {HOSTILE}");
     let mut odd = cause(HOSTILE, "not_needed", (1.0, 2.0), HOSTILE, 0.4);
@@ -224,11 +224,10 @@ fn store(out: &Path, mut ride: Ride, replays: bool) {
     }
     ride.discrepancies.iter_mut().for_each(|r| r.ident = ride.ident.clone());
     ride.replays.iter_mut().for_each(|r| r.ident = ride.ident.clone());
-    file::write(&path("causes"), &Table::embedded("causes"), &ride.causes).expect("causes");
-    file::write(&path("discrepancies"), &Table::embedded("discrepancies"), &ride.discrepancies)
-        .expect("discrepancies");
+    file::write(&path("causes"), &ride.causes).expect("causes");
+    file::write(&path("discrepancies"), &ride.discrepancies).expect("discrepancies");
     if replays {
-        file::write(&path("replays"), &Table::embedded("replays"), &ride.replays).expect("replays");
+        file::write(&path("replays"), &ride.replays).expect("replays");
     }
 }
 
@@ -391,4 +390,13 @@ fn a_ride_that_can_show_nothing_is_not_called_right() {
     assert_eq!(outcome(&rest()), Outcome::Null);
     assert_eq!(outcome(&rest()[9..]), Outcome::Blind);
     assert_eq!(outcome(&[]), Outcome::Unjudged);
+}
+
+#[test]
+fn what_no_candidate_explains_is_not_listed_as_a_candidate() {
+    let ride = unexplained();
+    let page = roadbench::report::diagnosis::build(&ride.ident, &ride.causes, &[], &[]);
+    let listed: Vec<&str> =
+        page.candidates.iter().chain(&page.more).map(|c| c.name.as_str()).collect();
+    assert!(listed.len() > 5 && !listed.contains(&UNEXPLAINED), "{listed:?}");
 }

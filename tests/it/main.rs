@@ -35,6 +35,7 @@ mod report;
 mod report_fleet;
 mod report_pages;
 mod riding;
+mod rooms;
 #[cfg(feature = "cloud")]
 mod s3_server;
 mod script;
