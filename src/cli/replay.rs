@@ -10,7 +10,7 @@ use crate::ingest::map::ChannelMap;
 use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::pipeline::Pipeline;
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::replay::{self, Replay};
 use crate::tables::rows::ReplayRow;
 use crate::{contract::manoeuvre::ManoeuvreKind, segment};

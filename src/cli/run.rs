@@ -223,7 +223,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         _ if arguments.quiet => {}
         Some(only) => {
             print(&terminal::summary(&only.session, &only.coefficients));
-            print(&report::forces::terminal(&only.forces, &only.manoeuvres));
+            print(&report::session::forces::terminal(&only.forces, &only.manoeuvres));
         }
         None => print(&overview(&run, desk.folder(), start.elapsed().as_secs_f64())?),
     }

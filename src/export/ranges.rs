@@ -4,13 +4,14 @@
 //! least half of the full weight), accelerations from the manoeuvres. Loads follow from the
 //! accelerations and the bike file.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
-use crate::report::{Error, tables};
+use crate::report::error::Error;
+use crate::report::tables::SessionTables;
 use crate::tables::rows::{Ident, PlotPoint};
 
 /// Least robust weight of a sample that counts as ridden.
@@ -52,17 +53,12 @@ impl Ranges {
     /// A table cannot be read.
     pub fn read(out: &Path, ident: &Ident) -> Result<[Self; 2], Error> {
         let (mut acceleration, mut speed) = (None, None);
-        let (bike, session) = tables::key(ident);
-        let key = (bike.to_owned(), session.to_owned());
-        let files = |table: &str| -> Result<Vec<PathBuf>, Error> {
-            Ok(tables::session_files(out, table)?.remove(&key).unwrap_or_default())
-        };
-        for m in tables::manoeuvres(&files("manoeuvres")?, bike, session)?.iter().filter(|m| m.used)
-        {
+        let tables = SessionTables::read(out)?;
+        for m in tables.manoeuvres(ident)?.iter().filter(|m| m.used) {
             acceleration = widened(acceleration, m.acceleration_x_peak);
             speed = widened(widened(speed, m.speed_start), m.speed_end);
         }
-        let points = tables::plots(&files("plots")?, bike, session)?;
+        let points = tables.plots(ident)?;
         Ok(["front", "rear"].map(|end| {
             let over = |plot: &str, pick: fn(&PlotPoint) -> Option<f64>| {
                 let name = format!("{plot}_{end}");

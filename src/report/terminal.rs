@@ -4,9 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use crate::report::index::count;
-use crate::report::number::{self, fixed};
-use crate::report::page::{Shown, when};
+use crate::report::number_format::{self, fixed};
+use crate::report::run::page::count;
+use crate::report::session::page::{Shown, when};
 use crate::report::words;
 use crate::tables::rows::{Coefficient, Rejected, SessionRow, Status};
 
@@ -103,7 +103,7 @@ pub fn batch_summary(
             count(inputs, "session"),
             sessions.len(),
             rejected.len(),
-            number::duration(seconds)
+            number_format::duration(seconds)
         ),
     );
     medians(&mut out, sessions, coefficients);
@@ -154,10 +154,11 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
             let mut text = format!("{name:<width$} {n:>8} {tyre:<5}");
             for (coefficient, _) in main {
                 let values = good.get(&(bike, tyre, *coefficient)).map_or(&[][..], Vec::as_slice);
-                let cell = match number::median(values) {
+                let cell = match number_format::median(values) {
                     None => "-".to_owned(),
                     Some(m) => {
-                        let digits = number::decimals_of(m, number::robust_sd(values)).min(4);
+                        let digits =
+                            number_format::decimals_of(m, number_format::robust_sd(values)).min(4);
                         format!("{} ({})", fixed(m, digits), values.len())
                     }
                 };
@@ -171,7 +172,7 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
 fn heading(session: &SessionRow) -> String {
     let mut parts = vec![clean(&session.ident.session_id), clean(&session.ident.bike_id)];
     parts.extend(session.ident.start_time.as_deref().map(|t| clean(&when(t))));
-    parts.push(number::duration(session.duration));
+    parts.push(number_format::duration(session.duration));
     parts.extend(session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
     parts.join("  ")
 }

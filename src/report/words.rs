@@ -125,7 +125,7 @@ pub fn series(name: &str) -> String {
         && BY_RIDER.contains(&what)
         && matches!(rider, "none" | "a" | "b" | "c")
     {
-        return super::forces::rider(rider);
+        return self::rider(rider);
     }
     match name {
         "k_alpha" => "cornering kα".to_owned(),
@@ -140,6 +140,14 @@ pub fn series(name: &str) -> String {
         "balance" => "thin tyres, steady".to_owned(),
         "trend" => "mean".to_owned(),
         other => spaced(other),
+    }
+}
+
+/// A rider model in words.
+pub fn rider(name: &str) -> String {
+    match name {
+        "none" => "no rider".to_owned(),
+        other => format!("rider {}", other.to_uppercase()),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::contract::session::Meta;
 pub const POOLED: &str = "(pooled)";
 
 /// Who and when, repeated in every per-session row.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 pub struct Ident {
     /// The session.
     pub session_id: String,
@@ -18,6 +18,13 @@ pub struct Ident {
     pub bike_id: String,
     /// RFC 3339.
     pub start_time: Option<String>,
+}
+
+impl Ident {
+    /// Bike and session: what orders sessions in every table that is read back.
+    pub fn key(&self) -> (&str, &str) {
+        (&self.bike_id, &self.session_id)
+    }
 }
 
 impl From<&Meta> for Ident {
@@ -31,7 +38,7 @@ impl From<&Meta> for Ident {
 }
 
 /// From what a row was made.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
 pub struct Provenance {
     /// BLAKE3 of the input's bytes.
     pub input_hash: String,
@@ -42,7 +49,7 @@ pub struct Provenance {
 }
 
 /// How far a coefficient is to be believed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Estimated, with an interval that can be believed.
@@ -51,12 +58,13 @@ pub enum Status {
     Assumed,
     /// Estimated, but the ride does not pin it down.
     PoorlyDetermined,
-    /// The ride cannot give it.
+    /// The ride cannot give it; read back, also a status that this version does not know.
+    #[serde(other)]
     NotAvailable,
 }
 
 /// A row of `coefficients`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 pub struct Coefficient {
     /// Who and when.
     #[serde(flatten)]
@@ -99,7 +107,7 @@ pub struct Coefficient {
 }
 
 /// A row of `manoeuvres`.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct Manoeuvre {
     #[serde(flatten)]
@@ -128,7 +136,7 @@ pub struct Manoeuvre {
 }
 
 /// A row of `forces`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct ForceRow {
     #[serde(flatten)]
@@ -146,7 +154,7 @@ pub struct ForceRow {
 }
 
 /// A row of `sessions`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct SessionRow {
     #[serde(flatten)]
@@ -170,7 +178,7 @@ pub struct SessionRow {
 }
 
 /// A row of `warnings`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct WarningRow {
     #[serde(flatten)]
@@ -198,7 +206,7 @@ pub struct Rejected {
 }
 
 /// A row of `plots`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct PlotPoint {
     pub session_id: String,
@@ -216,7 +224,7 @@ pub struct PlotPoint {
 }
 
 /// A row of `fleet`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct FleetRow {
     pub bike_id: String,
@@ -244,7 +252,7 @@ pub struct FleetRow {
 }
 
 /// A row of `fleet_pooled`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct PooledRow {
     pub bike_id: String,
@@ -263,7 +271,7 @@ pub struct PooledRow {
 }
 
 /// A row of `fleet_events`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct EventRow {
     pub bike_id: String,
@@ -281,7 +289,7 @@ pub struct EventRow {
 }
 
 /// A row of `fleet_ratios`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct RatioRow {
     pub bike_id: String,
@@ -301,7 +309,7 @@ pub struct RatioRow {
 }
 
 /// A row of `causes`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct CauseRow {
     #[serde(flatten)]
@@ -326,7 +334,7 @@ pub struct CauseRow {
 }
 
 /// A row of `discrepancies`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct DiscrepancyRow {
     #[serde(flatten)]
@@ -346,7 +354,7 @@ pub struct DiscrepancyRow {
 }
 
 /// A row of `replays` ([`ReplayRow`] is one of `replay`).
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct ReplaySample {
     #[serde(flatten)]

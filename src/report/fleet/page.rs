@@ -6,13 +6,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::Timestamp;
 use serde::Serialize;
 
-use crate::report::figures::{Chart, Cloud, Label, Line, Span};
-use crate::report::index::count;
-use crate::report::number::{self, fixed, round, typeset};
-use crate::report::page::when;
-use crate::report::tables::key;
-use crate::report::tables_fleet::{Histories, Seen};
-use crate::report::{drawing, ratios, words};
+use crate::report::charts::chart::{self, Chart, Cloud, Label, Line, Span};
+use crate::report::fleet::ratios;
+use crate::report::fleet::tables::{Histories, SessionEstimate};
+use crate::report::number_format::{self, fixed, round, typeset};
+use crate::report::run::page::count;
+use crate::report::session::page::when;
+use crate::report::{inline_svg, words};
 use crate::tables::rows::{EventRow, FleetRow, SessionRow};
 
 /// File name of the page.
@@ -132,7 +132,7 @@ pub fn build(
     let sub = match alarm {
         Some(rate) => format!(
             "Of bikes to which nothing happened {} % get an event all the same.",
-            fixed(100.0 * rate, number::decimals_of(100.0 * rate, None).min(1))
+            fixed(100.0 * rate, number_format::decimals_of(100.0 * rate, None).min(1))
         ),
         None => String::new(),
     };
@@ -216,7 +216,7 @@ struct Fleet<'a> {
 
 impl Fleet<'_> {
     fn place(&self, bike: &str, session: &str) -> Option<usize> {
-        self.sessions.binary_search_by(|s| key(&s.ident).cmp(&(bike, session))).ok()
+        self.sessions.binary_search_by(|s| s.ident.key().cmp(&(bike, session))).ok()
     }
 
     fn link(&self, bike: &str, session: &str) -> Link {
@@ -266,7 +266,7 @@ impl Fleet<'_> {
     fn by_model(&self, row: &FleetRow) -> ByModel {
         let at = (row.bike_id.clone(), row.tyre.clone(), row.coefficient.clone());
         let mut by: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-        for seen in self.histories.get(&at).into_iter().flatten().filter(|s| s.sure) {
+        for seen in self.histories.get(&at).into_iter().flatten().filter(|s| s.determined) {
             let session = &self.sessions[seen.session as usize];
             let model = match row.tyre.as_str() {
                 "front" => session.tyre_front.clone(),
@@ -299,10 +299,10 @@ impl Fleet<'_> {
         let none = Vec::new();
         let parts: Vec<(&FleetRow, ByModel)> =
             rows.iter().map(|row| (*row, self.by_model(row))).collect();
-        let (low, high) = drawing::common_axis(
+        let (low, high) = inline_svg::common_axis(
             parts.iter().flat_map(|(_, by)| by.iter().map(|(_, values)| values.as_slice())),
         );
-        let digits = number::decimals_of(high, Some((high - low) / 20.0));
+        let digits = number_format::decimals_of(high, Some((high - low) / 20.0));
         let row = |r: &FleetRow, i: usize, model: &str, values: &[f64]| {
             let shown = |v: Option<f64>| v.map(|v| typeset(&fixed(v, digits))).unwrap_or_default();
             let seen =
@@ -317,14 +317,14 @@ impl Fleet<'_> {
                 bike: of_bike(r.bike_id.clone()),
                 model: model.to_owned(),
                 sessions: values.len(),
-                median: shown(number::median(values)),
-                spread: shown(number::robust_sd(values)),
-                drawing: drawing::boxes(values, low, high),
+                median: shown(number_format::median(values)),
+                spread: shown(number_format::robust_sd(values)),
+                drawing: inline_svg::boxes(values, low, high),
                 between: of_bike(shown(r.between_sd_settled.or(r.between_sd))),
                 drift: of_bike(drift_words(drift, ends)),
                 drifts: bike_line && ends.is_some_and(|(l, h)| l > 0.0 || h < 0.0),
                 shrinkage: of_bike(
-                    number::median(&shrinkage)
+                    number_format::median(&shrinkage)
                         .map(|s| format!("{} %", fixed(100.0 * s, 0)))
                         .unwrap_or_default(),
                 ),
@@ -383,7 +383,7 @@ impl Fleet<'_> {
         (charts, more)
     }
 
-    fn chart(&self, bike: &str, tyre: &str, name: &str, seen: &[Seen]) -> Chart {
+    fn chart(&self, bike: &str, tyre: &str, name: &str, seen: &[SessionEstimate]) -> Chart {
         let unit = self
             .rows
             .iter()
@@ -395,7 +395,7 @@ impl Fleet<'_> {
             Some(text.parse::<Timestamp>().ok()?.as_second() as f64)
         };
         let timed = seen.iter().all(|s| stamp(s.session as usize).is_some());
-        let mut order: Vec<(f64, &Seen)> = seen
+        let mut order: Vec<(f64, &SessionEstimate)> = seen
             .iter()
             .enumerate()
             .map(|(i, s)| {
@@ -404,7 +404,7 @@ impl Fleet<'_> {
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.session.cmp(&b.1.session)));
         let values = || order.iter().map(|(_, s)| f64::from(s.value));
-        let digits = super::figures::digits(values());
+        let digits = chart::digits(values());
         let put = |v: f32| round(f64::from(v), digits);
         let some = |v: f32| Some(put(v)).filter(|v| v.is_finite());
         let mut cloud = Cloud {
@@ -417,11 +417,11 @@ impl Fleet<'_> {
             let i = s.session as usize;
             cloud.x.push(*x);
             cloud.y.push(put(s.value));
-            cloud.w.push(if s.sure { 1.0 } else { 0.35 });
+            cloud.w.push(if s.determined { 1.0 } else { 0.35 });
             cloud.m.push(None);
             cloud.lo.push(some(s.value - 1.96 * s.error));
             cloud.hi.push(some(s.value + 1.96 * s.error));
-            let doubt = if s.sure { "" } else { ", poorly determined" };
+            let doubt = if s.determined { "" } else { ", poorly determined" };
             cloud.t.push(format!("{}{doubt}", self.sessions[i].ident.session_id));
             cloud.h.push(self.pages[i].clone());
         }
@@ -475,7 +475,7 @@ fn drift_words(drift: Option<f64>, ends: Option<(f64, f64)>) -> String {
     let Some(drift) = drift else { return String::new() };
     // per hundred days: per day nobody can read it
     let digits =
-        number::decimals_of(100.0 * drift, ends.map(|(l, h)| 100.0 * (h - l) / 2.0)).min(8);
+        number_format::decimals_of(100.0 * drift, ends.map(|(l, h)| 100.0 * (h - l) / 2.0)).min(8);
     let show = |v: f64| typeset(&fixed(100.0 * v, digits));
     match ends {
         Some((low, high)) => format!("{} ({} to {})", show(drift), show(low), show(high)),

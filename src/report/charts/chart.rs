@@ -4,14 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-pub mod catalogue;
-pub mod pack;
-
-use catalogue::axis;
-pub use catalogue::{Axis, OFFROAD_PLOTS, PANELS, PLOTS, Plot, RIDE_PLOTS};
-
 use crate::contract::schema::Table;
-use crate::report::number::round;
+use crate::report::charts::catalogue::{
+    self, Axis, OFFROAD_PLOTS, PANELS, PLOTS, RIDE_PLOTS, axis,
+};
+use crate::report::charts::pack;
+use crate::report::number_format::round;
 use crate::report::words;
 use crate::tables::rows::{Manoeuvre, PlotPoint};
 
@@ -428,7 +426,7 @@ fn assemble(
 const PARTS: f64 = 20_000.0;
 
 /// Decimals that resolve [`PARTS`] of the range.
-pub(super) fn digits(values: impl Iterator<Item = f64>) -> usize {
+pub(in crate::report) fn digits(values: impl Iterator<Item = f64>) -> usize {
     digits_of(PARTS, values)
 }
 

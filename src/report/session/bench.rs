@@ -10,10 +10,11 @@
 
 use std::path::Path;
 
-use crate::report::Error;
-use crate::report::figures::{Chart, Cloud};
-use crate::report::number::{self, fixed, typeset};
+use crate::report::charts::chart::{Chart, Cloud};
+use crate::report::error::Error;
+use crate::report::number_format::{self, fixed, typeset};
 use crate::report::words;
+use crate::tables::read;
 
 /// File name in the output folder.
 pub const FILE: &str = "bench.csv";
@@ -45,7 +46,7 @@ pub fn read(out: &Path) -> Result<Bench, Error> {
     if !path.is_file() {
         return Ok(Bench::default());
     }
-    let fail = |message: String| Error::Read { path: path.clone(), message };
+    let fail = |message: String| -> Error { read::Error { path: path.clone(), message }.into() };
     let text = std::fs::read_to_string(&path).map_err(|e| fail(e.to_string()))?;
     parse(&text).map_err(fail)
 }
@@ -133,7 +134,7 @@ impl Bench {
         estimate: Option<f64>,
     ) -> Option<String> {
         let found = self.of(bike, tyre, coefficient).find(|v| v.camber == 0.0)?;
-        let digits = number::decimals_of(found.value, found.std_error);
+        let digits = number_format::decimals_of(found.value, found.std_error);
         let error = found.std_error.map(|e| format!(" ± {}", fixed(e, digits)));
         let off = estimate.filter(|_| found.value != 0.0).map(|e| {
             let off = 100.0 * (e / found.value - 1.0);

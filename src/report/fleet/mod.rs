@@ -1,0 +1,6 @@
+//! The page over all sessions.
+
+pub mod page;
+pub mod ratios;
+pub mod tables;
+pub mod write;
