@@ -23,7 +23,6 @@ use roadbench::fit::chain::{self, Data};
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::{
-    contract::schema,
     filter, fit, ingest, plots, segment, simulate,
     tables::{file, rows},
 };
@@ -138,10 +137,9 @@ fn by_stage(
         fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_, _| None, &ident, &made)
     });
     let plots = stages.plain("plots", || plots::rows(&session, &segments, &data, &solution));
-    let tables = ["coefficients", "plots"].map(schema::Table::embedded);
     stages.time("(encoding)", || {
-        let coefficients = file::to_bytes(&tables[0], &coefficients)?;
-        Ok::<_, file::Error>((coefficients, file::to_bytes(&tables[1], &plots)?))
+        let coefficients = file::to_bytes(&coefficients)?;
+        Ok::<_, file::Error>((coefficients, file::to_bytes(&plots)?))
     })?;
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use arrow::array::RecordBatch;
 use serde::{Deserialize, Serialize};
 
 use crate::contract::bike::Bike;
@@ -13,7 +14,8 @@ use crate::estimate::zeros::{self, Zeros};
 use crate::fit::chain::{self, Data, Solution};
 use crate::fit::coefficients;
 use crate::segment::Segment;
-use crate::tables::rows;
+use crate::tables::registry::{self, Row, TableSpec};
+use crate::tables::{file, rows};
 use crate::{estimate, filter, fit, ingest, plots, segment};
 use crate::{estimate::needs, model::formulation::Formulation};
 
@@ -124,7 +126,34 @@ pub struct Outcome {
     /// What the report draws.
     pub plots: Vec<rows::PlotPoint>,
     /// Estimated time series, if asked for.
-    pub signals: Option<arrow::array::RecordBatch>,
+    pub signals: Option<RecordBatch>,
+}
+
+impl Outcome {
+    /// Its tables: `forces` off-road, `signals` if asked for. `sessions`, whose row says that the
+    /// session is done, comes last.
+    ///
+    /// # Errors
+    /// A row does not fit its schema: our own mistake.
+    pub fn tables(&self) -> Result<Vec<(&'static TableSpec, RecordBatch)>, file::Error> {
+        fn table<R: Row>(rows: &[R]) -> Result<(&'static TableSpec, RecordBatch), file::Error> {
+            Ok((R::spec(), file::batch(rows)?))
+        }
+        let mut tables = vec![
+            table(&self.coefficients)?,
+            table(&self.manoeuvres)?,
+            table(&self.warnings)?,
+            table(&self.plots)?,
+        ];
+        if !self.forces.is_empty() {
+            tables.push(table(&self.forces)?);
+        }
+        if let Some(signals) = &self.signals {
+            tables.push((&registry::SIGNALS, signals.clone()));
+        }
+        tables.push(table(std::slice::from_ref(&self.session))?);
+        Ok(tables)
+    }
 }
 
 /// Why a session could not be used: what `rejected` says of it.
@@ -321,11 +350,7 @@ fn manoeuvres(
         .collect()
 }
 
-fn signals(
-    session: &Session,
-    data: &Data,
-    solution: &Solution,
-) -> Result<arrow::array::RecordBatch, Rejection> {
+fn signals(session: &Session, data: &Data, solution: &Solution) -> Result<RecordBatch, Rejection> {
     let given = &solution.given;
     let straight = [0, 1].map(|k| given.straight(&data.straight[k], &data.action[k]));
     let crown = solution.fits.overturning.as_ref().map(|f| f.theta[0]);

@@ -6,7 +6,6 @@ use arrow::array::RecordBatch;
 
 use super::engine::note_unsafe_id;
 use super::plan::{BikeFile, hash_file};
-use super::tables::Schemas;
 use super::{Maps, guarded};
 use crate::ingest::{self, Raw};
 use crate::pipeline::{self, Input, Pipeline, Rejection};
@@ -65,11 +64,12 @@ pub fn run(
         pipeline::run_raw(raw, &input, &bike.bike, pipeline)
     })?;
     note_unsafe_id(&mut outcome);
-    Schemas::load().tables(&outcome).map_err(|e| Rejection {
+    let tables = outcome.tables().map_err(|e| Rejection {
         stage: "write",
         code: "internal_error",
         message: format!("{e}; this is a mistake in roadbench, please report it"),
-    })
+    })?;
+    Ok(tables.into_iter().map(|(spec, batch)| (spec.name, batch)).collect())
 }
 
 /// BLAKE3 of names and numbers, however they were cut into batches.

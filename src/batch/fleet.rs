@@ -18,10 +18,10 @@ use super::Error;
 use super::contents::Contents;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
 use super::spread;
-use crate::contract::schema::Table;
 use crate::fleet::Observation;
 use crate::tables::file;
 use crate::tables::names::file_name;
+use crate::tables::registry::Row;
 use crate::tables::rows::FleetRow;
 
 /// From so many sessions on, one that is far from the others is flagged.
@@ -53,16 +53,17 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
         events = bikes.iter().flat_map(event_rows).collect();
         ratios = bikes.iter().flat_map(ratio_rows).collect();
     }
-    save(out, "fleet", &rows)?;
-    save(out, "fleet_pooled", &pooled)?;
-    save(out, "fleet_events", &events)?;
-    save(out, "fleet_ratios", &ratios)?;
+    save(out, &rows)?;
+    save(out, &pooled)?;
+    save(out, &events)?;
+    save(out, &ratios)?;
     Ok(rows)
 }
 
-fn save<R: serde::Serialize>(out: &Path, name: &str, rows: &[R]) -> Result<(), Error> {
+fn save<R: Row>(out: &Path, rows: &[R]) -> Result<(), Error> {
+    let name = R::spec().name;
     let path = out.join(name).join(format!("{name}.parquet"));
-    file::write(&path, &Table::embedded(name), rows).map_err(|e| Error::Output(e.to_string()))
+    file::write(&path, rows).map_err(|e| Error::Output(e.to_string()))
 }
 
 /// The coefficient tables of the committed sessions.

@@ -133,7 +133,6 @@ pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contract::schema::Table;
     use crate::fleet::{Observation, analyse};
     use crate::tables::file::batch;
 
@@ -167,8 +166,8 @@ mod tests {
         assert_eq!(pooled.len(), 20);
         assert!(pooled[3].shrinkage > pooled[2].shrinkage && pooled[7].shrinkage == 0.0);
         assert_eq!(pooled[9].status, "poorly_determined");
-        batch(&Table::embedded("fleet"), &fleet).expect("fleet");
-        batch(&Table::embedded("fleet_events"), &events).expect("events");
-        batch(&Table::embedded("fleet_pooled"), &pooled).expect("pooled");
+        batch(&fleet).expect("fleet");
+        batch(&events).expect("events");
+        batch(&pooled).expect("pooled");
     }
 }

@@ -33,7 +33,6 @@ pub mod remote;
 pub mod spread;
 pub mod store;
 pub mod summary;
-pub mod tables;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};

@@ -22,7 +22,6 @@ use super::Error;
 pub use super::contents::{Committed, Contents, Stale};
 use super::contents::{OPTIONAL, PER_SESSION, WRITING, mark, path};
 use super::lock::Lock;
-use super::tables::Schemas;
 use crate::objects::{files, url};
 use crate::pipeline::Outcome;
 use crate::tables::file;
@@ -65,7 +64,6 @@ pub struct Files {
 #[derive(Debug)]
 pub struct Store {
     root: PathBuf,
-    schemas: Schemas,
     found: Contents,
     lock: Lock,
     /// Set once something over all sessions has to be made anew.
@@ -91,7 +89,6 @@ impl Store {
         remove_temporaries(root)?;
         let store = Store {
             root: root.to_owned(),
-            schemas: Schemas::load(),
             found: Contents::read_again(root, before)?,
             lock,
             behind: OnceLock::new(),
@@ -133,13 +130,7 @@ impl Store {
             }
             found.committed.entry(file).or_default().push(row);
         }
-        Store {
-            root: root.to_owned(),
-            schemas: Schemas::load(),
-            found,
-            lock: Lock::None,
-            behind: OnceLock::new(),
-        }
+        Store { root: root.to_owned(), found, lock: Lock::None, behind: OnceLock::new() }
     }
 
     /// Removes what killed workers left half-written.
@@ -185,10 +176,10 @@ impl Store {
     /// # Errors
     /// A row does not fit its schema: our own mistake.
     pub fn encode(&self, outcome: &Outcome) -> Result<Files, file::Error> {
-        let tables = self.schemas.tables(outcome)?;
+        let tables = outcome.tables()?;
         let mut tables = tables
             .iter()
-            .map(|(name, batch)| Ok((*name, file::batch_to_bytes(name, batch)?)))
+            .map(|(spec, batch)| Ok((spec.name, file::batch_to_bytes(spec.name, batch)?)))
             .collect::<Result<Vec<_>, file::Error>>()?;
         let marker = tables.pop().map(|(_, bytes)| bytes).unwrap_or_default(); // `sessions`
         Ok(Files { tables, marker })
@@ -255,7 +246,7 @@ impl Store {
     /// The folder cannot be written.
     pub fn reject(&self, row: &Rejected) -> Result<(), file::Error> {
         let (path, rows) = (self.rejected(&row.path), std::slice::from_ref(row));
-        let bytes = file::to_bytes(self.schemas.of("rejected"), rows)?;
+        let bytes = file::to_bytes(rows)?;
         // it says the same every night
         if self.found.has(&path) && files::read(&path).is_ok_and(|there| there == bytes) {
             return Ok(());

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use crate::cli::Failure;
 use crate::cli::say::say;
-use crate::contract::schema::Table;
 use crate::motorcycle::modes::{Mode, Name, over_speed};
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
@@ -66,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
         .collect();
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(&out.join("modes.parquet"), &Table::embedded("modes"), &rows).map_err(fail)?;
+    file::write(&out.join("modes.parquet"), &rows).map_err(fail)?;
     file::write_bytes(&out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
     say!("table: {}", out.join("modes.parquet").display());
     say!("figure: {}", out.join("modes.svg").display());

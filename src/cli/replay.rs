@@ -5,14 +5,13 @@ use std::path::PathBuf;
 use crate::cli::Failure;
 use crate::cli::say::say;
 use crate::contract::bike::Bike;
-use crate::contract::schema::Table;
 use crate::ingest::map::ChannelMap;
 use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::pipeline::Pipeline;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::replay::{self, Replay};
-use crate::tables::rows::ReplayRow;
+use crate::tables::rows::BrakingReplay;
 use crate::{contract::manoeuvre::ManoeuvreKind, segment};
 use crate::{filter, ingest, tables::file};
 
@@ -132,7 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             p.delay
         );
         let [rms_acceleration, rms_slip] = replay.rms(wheel);
-        rows.push(ReplayRow {
+        rows.push(BrakingReplay {
             session_id: session.meta.session_id.clone(),
             bike_id: session.meta.bike_id.clone(),
             kind: s.kind.name().to_owned(),
@@ -151,7 +150,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let Some(out) = &arguments.out else { return Ok(()) };
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(&out.join("replay.parquet"), &Table::embedded("replay"), &rows).map_err(fail)?;
+    file::write(&out.join("replay.parquet"), &rows).map_err(fail)?;
     if let Some(replay) = drawn {
         let path = out.join("replay.svg");
         file::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;

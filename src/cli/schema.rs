@@ -3,6 +3,7 @@
 use crate::cli::Failure;
 use crate::cli::say::{put, say};
 use crate::contract::schema;
+use crate::tables::registry;
 
 /// Print the definition of a table or file of the contract
 #[derive(Debug, clap::Args)]
@@ -17,18 +18,18 @@ pub struct Arguments {
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let Some(name) = arguments.name else {
-        for (name, _) in schema::FILES {
+        for (name, _) in registry::schema_files() {
             say!("{name}");
         }
         return Ok(());
     };
-    match schema::text(&name) {
+    match registry::schema_text(&name) {
         Some(text) => {
             put!("{text}");
             Ok(())
         }
         None => {
-            let names: Vec<&str> = schema::FILES.iter().map(|(n, _)| *n).collect();
+            let names: Vec<&str> = registry::schema_files().map(|(n, _)| n).collect();
             let meant = schema::meant(&name, names.iter().copied());
             Err(Failure::Usage(format!(
                 "no schema `{name}`{meant}; there are {}",

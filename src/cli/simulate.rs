@@ -6,14 +6,13 @@ use rayon::prelude::*;
 
 use crate::cli::Failure;
 use crate::cli::say::say;
-use crate::contract::schema::Table;
 use crate::contract::session::Meta;
 use crate::ingest::write_session;
 use crate::model::tir;
 use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
 use crate::simulate::scenario::{BUILTIN, Scenario};
-use crate::simulate::tables::{self, Known};
+use crate::simulate::tables::{self, Known, folder_of};
 use crate::simulate::tour::Tour;
 use crate::simulate::{compare, ride, session, tyre_truth};
 use crate::tables::file;
@@ -234,8 +233,7 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Fai
             100.0 * row.error
         );
     }
-    file::write(&out.join("compare/peaks.parquet"), &Table::embedded("peaks"), &rows)
-        .map_err(fail)?;
+    file::write(&out.join("compare/peaks.parquet"), &rows).map_err(fail)?;
     let figure = compare::figure(&reference, &other);
     let path = out.join("compare/compare.svg");
     file::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
@@ -247,8 +245,8 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Fai
 fn write(known: &Known, float32: bool, out: &Path) -> Result<(), file::Error> {
     let place = Place::of(&known.session.meta, out);
     write_session(&place.log, &known.session, float32)?;
-    for (kind, batch) in &known.truth {
-        file::write_batch(&place.truth(kind), batch)?;
+    for (table, batch) in &known.truth {
+        file::write_batch(&place.truth(folder_of(table)), batch)?;
     }
     Ok(())
 }

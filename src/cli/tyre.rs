@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use crate::cli::Failure;
 use crate::cli::say::{put, say};
-use crate::contract::schema::Table;
 use crate::model::tir;
 use crate::model::tyre::Input;
 use crate::model::tyre_model::TyreModel;
@@ -137,7 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(&out.join("bench.parquet"), &Table::embedded("bench"), &rows).map_err(fail)?;
+    file::write(&out.join("bench.parquet"), &rows).map_err(fail)?;
     let curve = |tyre: &dyn TyreModel, camber: f64| -> Vec<(f64, f64)> {
         (-60..=60)
             .map(|i| f64::from(i) * 0.1)

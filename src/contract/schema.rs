@@ -1,7 +1,8 @@
-//! The contract's tables and files, as declared in `schemas/`.
+//! What a file of `schemas/` declares: the columns of a table, or the keys of a TOML file.
 //!
 //! Each file there is the one declaration of its table: the writers build their Arrow schema
-//! from it, the readers check against it, `roadbench schema NAME` prints it.
+//! from it, the readers check against it, `roadbench schema NAME` prints it. The files that users
+//! write are listed here, the tables that come out in [`crate::tables::registry`].
 
 use std::collections::BTreeMap;
 use std::collections::HashMap;
@@ -12,48 +13,19 @@ use serde::Deserialize;
 
 macro_rules! embed {
     ($($name:literal),* $(,)?) => {
-        /// Name and text of every schema file, in data-flow order.
-        pub const FILES: &[(&str, &str)] = &[
+        /// Name and schema of everything that goes in.
+        pub const INPUTS: &[(&str, &str)] = &[
             $(($name, include_str!(concat!("../../schemas/", $name, ".v1.toml")))),*
         ];
     };
 }
 
-embed!(
-    "session",
-    "channel_map",
-    "bike",
-    "motorcycle",
-    "ride",
-    "sessions",
-    "manoeuvres",
-    "forces",
-    "coefficients",
-    "warnings",
-    "rejected",
-    "plots",
-    "signals",
-    "fleet",
-    "fleet_pooled",
-    "fleet_events",
-    "fleet_ratios",
-    "discrepancies",
-    "causes",
-    "replays",
-    "truth",
-    "truth_segments",
-    "truth_signals",
-    "truth_offroad",
-    "modes",
-    "peaks",
-    "replay",
-    "bench",
-);
+embed!("session", "channel_map", "bike", "motorcycle", "ride");
 
-/// The text of a schema file, by name with or without its version (`session`, `session.v1`).
+/// The schema of an input, by name with or without its version (`session`, `session.v1`).
 pub fn text(name: &str) -> Option<&'static str> {
     let name = name.strip_suffix(".v1").unwrap_or(name);
-    FILES.iter().find(|(n, _)| *n == name).map(|(_, t)| *t)
+    INPUTS.iter().find(|(n, _)| *n == name).map(|(_, t)| *t)
 }
 
 /// One column of a table.
@@ -91,7 +63,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// The embedded table of that name.
+    /// The input table of that name.
     ///
     /// # Panics
     /// If there is none: the names are the program's own, and a test loads them all.
@@ -185,7 +157,7 @@ pub struct Values {
 }
 
 impl KeyTable {
-    /// The embedded key table of that name.
+    /// The keys of the input file of that name.
     ///
     /// # Panics
     /// If there is none, as [`Table::embedded`].
@@ -428,7 +400,7 @@ mod tests {
 
     #[test]
     fn every_file_loads_and_knows_its_name() {
-        for (name, text) in FILES {
+        for (name, text) in INPUTS {
             let value: toml::Table = text.parse().expect(name);
             assert_eq!(value["name"].as_str(), Some(*name));
             if value.contains_key("column") {

@@ -22,9 +22,9 @@ const TOGETHER: f64 = 0.08;
 /// Least gain on sessions left out, in twice the loss.
 const GAIN: f64 = 9.0;
 
-/// A session's say on an effect.
+/// A session's estimate of an effect.
 #[derive(Debug, Clone)]
-pub struct Say {
+pub struct Evidence {
     /// The session.
     pub ident: Ident,
     /// Where it was ridden.
@@ -35,13 +35,13 @@ pub struct Say {
     pub std_error: f64,
 }
 
-impl Say {
+impl Evidence {
     /// That of a row of `causes`; nothing where the session cannot see the effect.
     pub fn of(row: &CauseRow, site: Option<&str>) -> Option<Self> {
         let (value, low, high) = (row.value?, row.ci95_low?, row.ci95_high?);
         let std_error = (high - low) / (2.0 * 1.96);
         let seen = row.level == "session" && row.verdict != "not_identifiable" && std_error > 0.0;
-        seen.then(|| Say {
+        seen.then(|| Evidence {
             ident: row.ident.clone(),
             site: site.map(str::to_owned),
             value,
@@ -64,9 +64,17 @@ impl Say {
     }
 }
 
+/// The estimates in a session's rows of `causes`, by effect; rows of what is not a candidate on the road,
+/// or what the session cannot identify, give none.
+pub fn evidence(causes: &[CauseRow], site: Option<&str>) -> Vec<(&'static str, Evidence)> {
+    let of =
+        |row: &CauseRow| Some((Effect::named(&row.effect).ok()?.name, Evidence::of(row, site)?));
+    causes.iter().filter_map(of).collect()
+}
+
 /// Weighted mean, its standard error with the scatter between sessions, and the squared misfit.
-fn mean(says: &[&Say]) -> (f64, f64, f64) {
-    let weight = |s: &&&Say| s.std_error.powi(-2);
+fn mean(says: &[&Evidence]) -> (f64, f64, f64) {
+    let weight = |s: &&&Evidence| s.std_error.powi(-2);
     let total: f64 = says.iter().map(|s| weight(&s)).sum();
     let mean = says.iter().map(|s| weight(&s) * s.value).sum::<f64>() / total;
     let misfit: f64 = says.iter().map(|s| weight(&s) * (s.value - mean).powi(2)).sum();
@@ -78,10 +86,10 @@ fn mean(says: &[&Say]) -> (f64, f64, f64) {
 }
 
 /// Fall of twice the loss when each session is predicted from the others of its group.
-fn left_out(says: &[&Say]) -> f64 {
+fn left_out(says: &[&Evidence]) -> f64 {
     (0..says.len())
         .map(|k| {
-            let others: Vec<&Say> =
+            let others: Vec<&Evidence> =
                 says.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, s)| *s).collect();
             let (by, _, _) = mean(&others);
             let own = says[k];
@@ -91,7 +99,7 @@ fn left_out(says: &[&Say]) -> f64 {
 }
 
 /// Rows of `causes` for what sessions share, of every effect by name.
-pub fn pool(says: &BTreeMap<&'static str, Vec<Say>>) -> Vec<CauseRow> {
+pub fn pool(says: &BTreeMap<&'static str, Vec<Evidence>>) -> Vec<CauseRow> {
     ALL.iter()
         .filter_map(|effect| says.get(effect.name).map(|says| (effect, says)))
         .filter(|(_, says)| says.len() > 1)
@@ -99,10 +107,10 @@ pub fn pool(says: &BTreeMap<&'static str, Vec<Say>>) -> Vec<CauseRow> {
         .collect()
 }
 
-fn pool_one(effect: &Effect, says: &[Say]) -> Vec<CauseRow> {
+fn pool_one(effect: &Effect, says: &[Evidence]) -> Vec<CauseRow> {
     let n = says.len() as f64;
     let grouped = |level: Level| {
-        let mut groups: BTreeMap<String, Vec<&Say>> = BTreeMap::new();
+        let mut groups: BTreeMap<String, Vec<&Evidence>> = BTreeMap::new();
         for say in says {
             groups.entry(say.group(level)).or_default().push(say);
         }
@@ -179,8 +187,8 @@ fn pool_one(effect: &Effect, says: &[Say]) -> Vec<CauseRow> {
 mod tests {
     use super::*;
 
-    fn say(k: usize, bike: &str, site: &str, night: usize, value: f64) -> Say {
-        Say {
+    fn say(k: usize, bike: &str, site: &str, night: usize, value: f64) -> Evidence {
+        Evidence {
             ident: Ident {
                 session_id: format!("s{k}"),
                 bike_id: bike.to_owned(),
@@ -195,7 +203,7 @@ mod tests {
     /// Two bikes on two sites over three nights, twelve sessions; `shift` is the truth in standard errors.
     fn told(shift: impl Fn(usize, usize, usize) -> f64) -> Vec<(String, Option<String>)> {
         let noise = [0.3, -0.8, 0.5, -0.2, 0.9, -0.6, 0.1, -0.4, 0.7, -0.9, 0.2, 0.4];
-        let says: Vec<Say> = (0..12)
+        let says: Vec<Evidence> = (0..12)
             .map(|k| {
                 let (bike, site, night) = (k % 2, k / 2 % 2, k / 4);
                 let value = shift(bike, site, night) + noise[k];

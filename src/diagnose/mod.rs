@@ -22,6 +22,7 @@
 pub mod advice;
 pub mod attitude;
 pub mod base;
+pub mod diagnosis;
 pub mod dive;
 pub mod generic;
 pub mod levels;
@@ -40,3 +41,26 @@ pub mod scatter;
 pub mod sensor_drift;
 pub mod show;
 pub mod smooth;
+pub mod summary;
+
+pub use diagnosis::{Diagnosis, Settings};
+
+use crate::contract::bike::Bike;
+use crate::pipeline::{Input, Pipeline, Rejection};
+
+/// Diagnoses one log: off-road where the pipeline has `[offroad]`, on the road otherwise.
+///
+/// # Errors
+/// The log cannot be used, or does not hold what a diagnosis needs.
+pub fn run(
+    input: &Input<'_>,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    settings: &Settings,
+) -> Result<Diagnosis, Rejection> {
+    match pipeline.offroad {
+        None => ride::log(input.path, input.maps, bike, pipeline, settings).map(Diagnosis::from),
+        Some(_) => offroad::log(input.path, input.maps, bike, pipeline, settings.nulls)
+            .map(Diagnosis::from),
+    }
+}

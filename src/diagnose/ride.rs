@@ -25,7 +25,7 @@ use crate::ingest::map::ChannelMap;
 use crate::model::formulation::Formulation;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::segment::Segment;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
 use crate::{filter, ingest, segment};
 
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
@@ -71,7 +71,7 @@ pub struct Diagnosis {
     /// Rows of `discrepancies`.
     pub discrepancies: Vec<DiscrepancyRow>,
     /// Rows of `replays`.
-    pub replays: Vec<ReplaySample>,
+    pub replays: Vec<SimulatedSample>,
     /// The extended model.
     pub model: Model,
     /// Where it was ridden.
@@ -81,6 +81,12 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Whether its sizes may be pooled with those of other sessions.
+    pub fn is_poolable(&self) -> bool {
+        let sound = self.naming.named() || self.naming.alarm <= name::ALARM;
+        sound && !self.naming.unexplained
+    }
+
     /// Held-out gain, in twice the loss, of the base with some effects free: with the true ones of a
     /// simulated ride it is what a perfect diagnosis would gain.
     pub fn gain_of(&self, effects: &[Effect]) -> f64 {

@@ -8,7 +8,7 @@ use super::smooth::smooth;
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
 use crate::contract::session::Session;
-use crate::tables::rows::{Ident, ReplaySample};
+use crate::tables::rows::{Ident, SimulatedSample};
 
 /// What is shown.
 const SHOWN: [Channel; 9] = [
@@ -31,7 +31,7 @@ pub fn replays(
     base: &Parameters,
     naming: &Naming,
     ident: &Ident,
-) -> Vec<ReplaySample> {
+) -> Vec<SimulatedSample> {
     let before = rides.shown(base, From::Manoeuvres);
     let after = naming.named().then(|| rides.shown(&naming.extended.world, From::Manoeuvres));
     let definition = Table::embedded("session");
@@ -44,7 +44,7 @@ pub fn replays(
         let known = |x: &[f64], i: usize| x.get(i).copied().filter(|v| v.is_finite());
         let unit = definition.column(channel.name()).and_then(|c| c.unit.clone());
         for (number, (kind, picks)) in rides.picks().iter().enumerate() {
-            rows.extend(picks.iter().map(|&i| ReplaySample {
+            rows.extend(picks.iter().map(|&i| SimulatedSample {
                 ident: ident.clone(),
                 manoeuvre: number as i64 + 1,
                 kind: kind.name().to_owned(),

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
 
-use crate::contract::schema::Table;
 use crate::contract::session::Meta;
+use crate::tables::registry;
 
 use super::samples::Samples;
 use super::signals::Signals;
@@ -59,7 +59,7 @@ pub fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, 
         pair(&|s| &s.force_y, 1),
         number(&|_, s, i| s.overturning.get(i).copied()),
     ];
-    let schema = Table::embedded("signals").arrow();
+    let schema = registry::SIGNALS.table().arrow();
     for field in schema.fields().iter().skip(columns.len()) {
         columns.push(new_null_array(field.data_type(), order.len())); // off-road only
     }

@@ -20,7 +20,7 @@ use crate::report;
 /// Plans a batch, holds its output, and keeps the accounts.
 #[pyclass(frozen, module = "roadbench._roadbench")]
 pub struct Driver {
-    driver: Mutex<Option<cluster::Driver>>,
+    driver: Mutex<Option<distributed::Driver>>,
     pipeline: Pipeline,
     began: (Instant, Timestamp),
 }
@@ -56,7 +56,7 @@ impl Driver {
             since: since.map(moment).transpose()?,
             signals,
         };
-        let driver = py.detach(|| cluster::Driver::open(&settings, texts, &Stages))?;
+        let driver = py.detach(|| distributed::Driver::open(&settings, texts, &Stages))?;
         Ok(Driver { driver: Mutex::new(Some(driver)), pipeline, began })
     }
 
@@ -98,25 +98,25 @@ impl Driver {
 }
 
 impl Driver {
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<cluster::Driver>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<distributed::Driver>> {
         self.driver.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn with<T>(&self, what: impl FnOnce(&cluster::Driver) -> PyResult<T>) -> PyResult<T> {
+    fn with<T>(&self, what: impl FnOnce(&distributed::Driver) -> PyResult<T>) -> PyResult<T> {
         what(self.lock().as_ref().ok_or_else(closed)?)
     }
 }
 
 /// Computes and writes sessions.
 #[pyclass(frozen, module = "roadbench._roadbench")]
-pub struct Worker(cluster::Worker);
+pub struct Worker(distributed::Worker);
 
 #[pymethods]
 impl Worker {
     #[new]
     fn new(terms: &str) -> PyResult<Self> {
         let terms: Terms = read(terms)?;
-        Ok(Worker(cluster::Worker::new(terms)?))
+        Ok(Worker(distributed::Worker::new(terms)?))
     }
 
     /// A task's answer.

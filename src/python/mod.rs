@@ -22,8 +22,8 @@ fn _roadbench(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", crate::VERSION)?;
     module.add_class::<table::Table>()?;
     module.add_class::<table::Schema>()?;
-    module.add_class::<cluster::Driver>()?;
-    module.add_class::<cluster::Worker>()?;
+    module.add_class::<distributed::Driver>()?;
+    module.add_class::<distributed::Worker>()?;
     module.add_function(wrap_pyfunction!(session::run_session, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(table::schema_of, module)?)?;

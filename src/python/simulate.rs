@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 
 use super::table::Table;
 use crate::ingest::session_batch;
-use crate::simulate::tables::{Rideable, schema_of};
+use crate::simulate::tables::Rideable;
 
 /// One session of a scenario: its tables, its bike file's text, and how it fell, if it did.
 #[pyfunction]
@@ -31,8 +31,7 @@ pub fn simulate<'py>(
     })?;
     let tables = PyDict::new(py);
     tables.set_item("session", Table::new("session", session))?;
-    for (kind, batch) in known.truth {
-        let name = schema_of(kind);
+    for (name, batch) in known.truth {
         tables.set_item(name, Table::new(name, batch))?;
     }
     Ok((tables, bike, known.fall))

@@ -10,7 +10,8 @@ use pyo3::types::PyCapsule;
 use pyo3_arrow::error::PyArrowResult;
 use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
 
-use crate::contract::schema::{self, FILES};
+use crate::contract::schema;
+use crate::tables::registry;
 
 /// An Arrow table. Give it to `pyarrow.table`, `polars.DataFrame`, DuckDB or whatever else takes
 /// `__arrow_c_stream__`: it shares its memory with them.
@@ -157,10 +158,10 @@ fn names(schema: &SchemaRef) -> Vec<String> {
 #[pyo3(name = "schema")]
 pub fn schema_of(name: &str) -> PyResult<Schema> {
     let parsed = |text: &str| toml::from_str::<schema::Table>(text).ok(); // some are key files
-    if let Some(table) = schema::text(name).and_then(parsed) {
+    if let Some(table) = registry::schema_text(name).and_then(parsed) {
         return Ok(Schema(table.arrow()));
     }
-    let tables = FILES.iter().filter(|(_, text)| parsed(text).is_some());
-    let names: Vec<&str> = tables.map(|(name, _)| *name).collect();
+    let tables = registry::schema_files().filter(|(_, text)| parsed(text).is_some());
+    let names: Vec<&str> = tables.map(|(name, _)| name).collect();
     Err(PyValueError::new_err(format!("no table `{name}`; there are {}", names.join(", "))))
 }

@@ -47,7 +47,7 @@ pub enum Pages {
 
 /// Where a page has its script and style from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Source {
+pub(crate) enum Source {
     Page,
     Folder,
 }

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::report::error::Error;
 use crate::report::words;
-use crate::tables::read::{self, Files};
+use crate::tables::by_session::SessionFiles;
+use crate::tables::read;
 use crate::tables::rows::{
     Coefficient, ForceRow, Ident, Manoeuvre, PlotPoint, Rejected, SessionRow, WarningRow,
 };
@@ -28,7 +29,7 @@ pub fn check(out: &Path) -> Result<(), Error> {
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn sessions(out: &Path) -> Result<Vec<SessionRow>, Error> {
-    let mut rows: Vec<SessionRow> = read::rows(out, "sessions")?;
+    let mut rows: Vec<SessionRow> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
 }
@@ -38,7 +39,7 @@ pub fn sessions(out: &Path) -> Result<Vec<SessionRow>, Error> {
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn coefficients(out: &Path) -> Result<Vec<Coefficient>, Error> {
-    let mut rows: Vec<Coefficient> = read::rows(out, "coefficients")?;
+    let mut rows: Vec<Coefficient> = read::rows(out)?;
     rows.sort_by(|a, b| {
         (a.ident.key(), words::order(&a.tyre, &a.coefficient))
             .cmp(&(b.ident.key(), words::order(&b.tyre, &b.coefficient)))
@@ -52,7 +53,7 @@ pub fn coefficients(out: &Path) -> Result<Vec<Coefficient>, Error> {
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn forces(out: &Path) -> Result<Vec<ForceRow>, Error> {
-    let mut rows: Vec<ForceRow> = read::rows(out, "forces")?;
+    let mut rows: Vec<ForceRow> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
 }
@@ -62,7 +63,7 @@ pub fn forces(out: &Path) -> Result<Vec<ForceRow>, Error> {
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn warnings(out: &Path) -> Result<Vec<WarningRow>, Error> {
-    let mut rows: Vec<WarningRow> = read::rows(out, "warnings")?;
+    let mut rows: Vec<WarningRow> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
 }
@@ -72,17 +73,16 @@ pub fn warnings(out: &Path) -> Result<Vec<WarningRow>, Error> {
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn rejected(out: &Path) -> Result<Vec<Rejected>, Error> {
-    let mut rows: Vec<Rejected> = read::rows(out, "rejected")?;
+    let mut rows: Vec<Rejected> = read::rows(out)?;
     rows.sort_by(|a, b| (&a.path, &a.code).cmp(&(&b.path, &b.code)));
     Ok(rows)
 }
 
-/// Which files hold the manoeuvres and the plots of which session: they are read session by session,
-/// for the rows of every manoeuvre of an archive would be most of the memory.
+/// The tables that are read session by session.
 #[derive(Debug)]
 pub struct SessionTables {
-    manoeuvres: Files,
-    plots: Files,
+    manoeuvres: SessionFiles<Manoeuvre>,
+    plots: SessionFiles<PlotPoint>,
 }
 
 impl SessionTables {
@@ -91,29 +91,25 @@ impl SessionTables {
     /// # Errors
     /// A file cannot be read.
     pub fn read(out: &Path) -> Result<Self, Error> {
-        Ok(SessionTables {
-            manoeuvres: read::session_files(out, "manoeuvres")?,
-            plots: read::session_files(out, "plots")?,
-        })
+        Ok(SessionTables { manoeuvres: SessionFiles::read(out)?, plots: SessionFiles::read(out)? })
     }
 
-    /// One session's `manoeuvres` rows by number, without the names of session and bike.
+    /// One session's manoeuvres, by number.
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
     pub fn manoeuvres(&self, session: &Ident) -> Result<Vec<Manoeuvre>, Error> {
-        let mut rows: Vec<Manoeuvre> =
-            read::session_rows(&self.manoeuvres, "manoeuvres", session.key())?;
+        let mut rows = self.manoeuvres.rows(session)?;
         rows.sort_by_key(|m| m.manoeuvre_id);
         Ok(rows)
     }
 
-    /// One session's `plots` rows in file order, without the names of session and bike.
+    /// One session's points of plots, in file order.
     ///
     /// # Errors
     /// A file cannot be read or lacks a column.
     pub fn plots(&self, session: &Ident) -> Result<Vec<PlotPoint>, Error> {
-        Ok(read::session_rows(&self.plots, "plots", session.key())?)
+        Ok(self.plots.rows(session)?)
     }
 }
 

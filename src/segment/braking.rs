@@ -15,9 +15,9 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::detector::{Claim, Detector, Verdict};
 use super::features::{Features, SLIP_STIFFNESS};
 use super::mask::{close_holes, drop_short, hysteresis, runs};
-use super::{Evidence, Verdict};
 use crate::GRAVITY;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
@@ -67,8 +67,8 @@ impl Default for Config {
     }
 }
 
-/// Brakings and which wheels took part.
-pub fn detect(f: &Features, config: &Config) -> Vec<(Range<usize>, ManoeuvreKind)> {
+/// Brakings and the wheels that took part.
+fn brakings(f: &Features, config: &Config) -> Vec<Claim> {
     let pressed = |p: &Option<Vec<f64>>| {
         p.as_ref().map(|p| {
             let mut on = hysteresis(p.iter().copied(), config.pressure, config.pressure_end);
@@ -97,7 +97,7 @@ pub fn detect(f: &Features, config: &Config) -> Vec<(Range<usize>, ManoeuvreKind
                 [false, true] => ManoeuvreKind::RearBraking,
                 _ => ManoeuvreKind::FrontBraking,
             };
-            events.push((run, kind));
+            events.push(Claim::new(run, kind));
         }
         return events;
     }
@@ -114,7 +114,7 @@ pub fn detect(f: &Features, config: &Config) -> Vec<(Range<usize>, ManoeuvreKind
             (None, Some(false)) => ManoeuvreKind::FrontBraking,
             _ => by_slip(f, &run, config),
         };
-        events.push((run, kind));
+        events.push(Claim::new(run, kind));
     }
     events
 }
@@ -177,26 +177,32 @@ fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> ManoeuvreKind {
     }
 }
 
-/// Whether a braking can be used.
-pub fn judge(
-    f: &Features,
-    at: &Range<usize>,
-    kind: ManoeuvreKind,
-    _evidence: &Evidence,
-    config: &Config,
-) -> Verdict {
-    let peak = at.clone().map(|i| -f.acceleration[i]).fold(0.0, f64::max);
-    let reason = if kind == ManoeuvreKind::CombinedBraking {
-        let known = f.slip.is_some() || f.pressure.iter().any(Option::is_some);
-        Some(if known {
-            "both brakes: the tyres' shares of the force are not known".to_owned()
+impl Detector for Config {
+    fn find(&self, f: &Features) -> Vec<Claim> {
+        brakings(f, self)
+    }
+
+    fn shortest(&self) -> f64 {
+        self.shortest
+    }
+
+    fn judge(&self, f: &Features, claim: &Claim, _: &[bool]) -> Verdict {
+        let peak = claim.at.clone().map(|i| -f.acceleration[i]).fold(0.0, f64::max);
+        let reason = if claim.kind == ManoeuvreKind::CombinedBraking {
+            let known = f.slip.is_some() || f.pressure.iter().any(Option::is_some);
+            Some(if known {
+                "both brakes: the tyres' shares of the force are not known".to_owned()
+            } else {
+                "which brake cannot be told without wheel speeds or pressures".to_owned()
+            })
+        } else if peak < self.least_peak {
+            Some(format!(
+                "decelerates with {peak:.1} m/s² at most, less than {:.1}",
+                self.least_peak
+            ))
         } else {
-            "which brake cannot be told without wheel speeds or pressures".to_owned()
-        })
-    } else if peak < config.least_peak {
-        Some(format!("decelerates with {peak:.1} m/s² at most, less than {:.1}", config.least_peak))
-    } else {
-        None
-    };
-    Verdict { quality: (peak / 5.0).min(1.0), reason }
+            None
+        };
+        Verdict { quality: (peak / 5.0).min(1.0), reason }
+    }
 }

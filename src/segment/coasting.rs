@@ -4,13 +4,12 @@
 //! that is a deceleration as drag and rolling resistance give it and wheels that turn at the
 //! ratio of their radii.
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
 
-use super::Verdict;
+use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
 use super::mask::{close_holes, drop_short, hysteresis, runs};
+use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// Settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,18 +48,18 @@ impl Default for Config {
     }
 }
 
-/// Where the bike rolls freely; brakes are looked after elsewhere.
-pub fn detect(f: &Features, config: &Config) -> Vec<bool> {
+/// Blocks in which nothing drives; [`braking`](super::braking) comes before it.
+fn rolls_freely(f: &Features, config: &Config) -> Vec<bool> {
     if let Some(gear) = &f.gear {
         return gear.iter().map(|g| *g < 0.5).collect();
     }
     let open = |i: usize| f.throttle.as_ref().is_some_and(|t| t[i] > config.throttle);
     let closed = |i: usize| !open(i);
-    let apart = f.blocks(0.3);
+    let span = f.blocks(0.3);
     let last = f.len().saturating_sub(1);
     // drive that only passes through zero changes on the way
     let even = |i: usize| {
-        let (before, after) = (i.saturating_sub(apart), (i + apart).min(last));
+        let (before, after) = (i.saturating_sub(span), (i + span).min(last));
         (f.surplus[after] - f.surplus[before]).abs() < config.change
     };
     // minus the size: large is free
@@ -93,10 +92,20 @@ pub fn detect(f: &Features, config: &Config) -> Vec<bool> {
     mask
 }
 
-/// Whether a run can be used.
-pub fn judge(f: &Features, at: &Range<usize>, config: &Config) -> Verdict {
-    let seconds = at.len() as f64 / f.rate;
-    let reason = (seconds < config.shortest_used)
-        .then(|| format!("lasts {seconds:.1} s, shorter than {:.1} s", config.shortest_used));
-    Verdict { quality: (seconds / 6.0).min(1.0), reason }
+impl Detector for Config {
+    fn find(&self, f: &Features) -> Vec<Claim> {
+        let free = runs(&rolls_freely(f, self));
+        free.into_iter().map(|at| Claim::new(at, ManoeuvreKind::Coasting)).collect()
+    }
+
+    fn shortest(&self) -> f64 {
+        self.shortest
+    }
+
+    fn judge(&self, f: &Features, claim: &Claim, _: &[bool]) -> Verdict {
+        let seconds = claim.at.len() as f64 / f.rate;
+        let reason = (seconds < self.shortest_used)
+            .then(|| format!("lasts {seconds:.1} s, shorter than {:.1} s", self.shortest_used));
+        Verdict { quality: (seconds / 6.0).min(1.0), reason }
+    }
 }

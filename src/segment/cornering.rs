@@ -1,12 +1,11 @@
-//! Leaning steadily in a bend, and the rolling in and out of it.
-
-use std::ops::Range;
+//! Leaning steadily in a bend.
 
 use serde::{Deserialize, Serialize};
 
+use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
 use super::mask::{drop_short, hysteresis, runs};
-use super::{Evidence, Verdict};
+use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 
 /// Settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -14,7 +13,7 @@ use super::{Evidence, Verdict};
 pub struct Config {
     /// A lean beyond this is a bend, rad.
     pub lean: f64,
-    /// The bend ends below this, rad: what riders wobble on a straight.
+    /// The bend ends below this, rad: riders lean that far while going straight.
     pub lean_end: f64,
     /// Shortest, s.
     pub shortest: f64,
@@ -42,63 +41,53 @@ impl Default for Config {
     }
 }
 
-/// Where the bike is in a bend.
-pub fn detect(f: &Features, config: &Config) -> Vec<bool> {
-    // left and right apart: a chicane is two bends
+/// Blocks in left-hand and in right-hand bends.
+fn by_side(f: &Features, config: &Config) -> [Vec<bool>; 2] {
+    // each side for itself: a chicane is two bends
     let mut left = hysteresis(f.lean.iter().map(|l| -l), config.lean, config.lean_end);
     let mut right = hysteresis(f.lean.iter().copied(), config.lean, config.lean_end);
     let least = f.blocks(config.shortest);
     drop_short(&mut left, least);
     drop_short(&mut right, least);
+    [left, right]
+}
+
+/// Blocks in a bend of either side.
+pub fn bends(f: &Features, config: &Config) -> Vec<bool> {
+    let [left, right] = by_side(f, config);
     left.iter().zip(&right).map(|(l, r)| *l || *r).collect()
 }
 
-/// Where it rolls into or out of a bend without being in it yet.
-pub fn transitions(f: &Features, corners: &[bool], config: &Config) -> Vec<bool> {
-    let mut out = vec![false; f.len()];
-    let reach = f.blocks(1.5);
-    for Range { start, end } in runs(corners) {
-        let side = f.lean[(start + end) / 2].signum();
-        for i in (start.saturating_sub(reach)..start).rev() {
-            let rolls_in = side * f.lean_rate[i] > config.roll_rate;
-            if !rolls_in || corners[i] {
-                break;
-            }
-            out[i] = true;
-        }
-        for i in end..(end + reach).min(f.len()) {
-            let rolls_out = side * f.lean_rate[i] < -config.roll_rate;
-            if !rolls_out || corners[i] {
-                break;
-            }
-            out[i] = true;
-        }
+impl Detector for Config {
+    fn find(&self, f: &Features) -> Vec<Claim> {
+        let [left, right] = by_side(f, self);
+        let claims = |mask: &[bool], side: Direction| -> Vec<Claim> {
+            let claim = |at| Claim { at, kind: ManoeuvreKind::Cornering, direction: Some(side) };
+            runs(mask).into_iter().map(claim).collect()
+        };
+        [claims(&left, Direction::Left), claims(&right, Direction::Right)].concat()
     }
-    out
-}
 
-/// Whether a bend can be used.
-pub fn judge(f: &Features, at: &Range<usize>, evidence: &Evidence, config: &Config) -> Verdict {
-    let all = at.len() as f64;
-    let count = |test: &dyn Fn(usize) -> bool| at.clone().filter(|&i| test(i)).count() as f64 / all;
-    let steady = count(&|i| f.lean_rate[i].abs() < config.steady_roll_rate);
-    let uncombined = count(&|i| {
-        f.acceleration[i].abs() < config.uncombined_acceleration && !evidence.braking[i]
-    });
-    let both = count(&|i| {
-        f.lean_rate[i].abs() < config.steady_roll_rate
-            && f.acceleration[i].abs() < config.uncombined_acceleration
-            && !evidence.braking[i]
-    });
-    let reason = if both >= config.least_share {
-        None
-    } else if uncombined < steady {
-        Some(format!(
-            "braking or accelerating while leaning for {:.0} % of it",
-            100.0 * (1.0 - uncombined)
-        ))
-    } else {
-        Some(format!("rolling for {:.0} % of it: no steady lean", 100.0 * (1.0 - steady)))
-    };
-    Verdict { quality: both * (all / f.rate / 3.0).min(1.0), reason }
+    fn judge(&self, f: &Features, claim: &Claim, braked: &[bool]) -> Verdict {
+        let all = claim.at.len() as f64;
+        let count = |test: &dyn Fn(usize) -> bool| {
+            claim.at.clone().filter(|&i| test(i)).count() as f64 / all
+        };
+        let is_steady = |i: usize| f.lean_rate[i].abs() < self.steady_roll_rate;
+        let is_uncombined =
+            |i: usize| f.acceleration[i].abs() < self.uncombined_acceleration && !braked[i];
+        let (steady, uncombined) = (count(&is_steady), count(&is_uncombined));
+        let both = count(&|i| is_steady(i) && is_uncombined(i));
+        let reason = if both >= self.least_share {
+            None
+        } else if uncombined < steady {
+            Some(format!(
+                "braking or accelerating while leaning for {:.0} % of it",
+                100.0 * (1.0 - uncombined)
+            ))
+        } else {
+            Some(format!("rolling for {:.0} % of it: no steady lean", 100.0 * (1.0 - steady)))
+        };
+        Verdict { quality: both * (all / f.rate / 3.0).min(1.0), reason }
+    }
 }

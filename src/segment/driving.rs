@@ -1,11 +1,13 @@
 //! Under engine power, straight: what is neither bend nor brake nor coasting.
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
 
-use super::Verdict;
+use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
+use crate::contract::manoeuvre::ManoeuvreKind;
+
+/// Pieces shorter than this go to their neighbour, s.
+const SHORTEST: f64 = 0.3;
 
 /// Settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,21 +25,32 @@ impl Default for Config {
     }
 }
 
-/// Whether a stretch can be used.
-pub fn judge(f: &Features, at: &Range<usize>, config: &Config) -> Verdict {
-    let seconds = at.len() as f64 / f.rate;
-    let peak = at.clone().map(|i| f.surplus[i]).fold(f64::NEG_INFINITY, f64::max);
-    let mean = at.clone().map(|i| f.push[i]).sum::<f64>() / at.len() as f64;
-    let reason = if seconds < config.shortest_used {
-        Some(format!("lasts {seconds:.1} s, shorter than {:.1} s", config.shortest_used))
-    } else if peak == f64::NEG_INFINITY {
-        Some("too near gaps in the velocity to tell its acceleration".to_owned())
-    } else if peak >= config.least_peak {
-        None
-    } else if mean < -0.3 {
-        Some("slows on a closed throttle".to_owned())
-    } else {
-        Some("the speed is held: too little slip to learn from".to_owned())
-    };
-    Verdict { quality: (peak / 3.0).clamp(0.0, 1.0), reason }
+impl Detector for Config {
+    /// All of the ride: the other detectors come first.
+    fn find(&self, f: &Features) -> Vec<Claim> {
+        vec![Claim::new(0..f.len(), ManoeuvreKind::Driving)]
+    }
+
+    fn shortest(&self) -> f64 {
+        SHORTEST
+    }
+
+    fn judge(&self, f: &Features, claim: &Claim, _: &[bool]) -> Verdict {
+        let at = &claim.at;
+        let seconds = at.len() as f64 / f.rate;
+        let peak = at.clone().map(|i| f.surplus[i]).fold(f64::NEG_INFINITY, f64::max);
+        let mean = at.clone().map(|i| f.push[i]).sum::<f64>() / at.len() as f64;
+        let reason = if seconds < self.shortest_used {
+            Some(format!("lasts {seconds:.1} s, shorter than {:.1} s", self.shortest_used))
+        } else if peak == f64::NEG_INFINITY {
+            Some("too near gaps in the velocity to tell its acceleration".to_owned())
+        } else if peak >= self.least_peak {
+            None
+        } else if mean < -0.3 {
+            Some("slows on a closed throttle".to_owned())
+        } else {
+            Some("the speed is held: too little slip to learn from".to_owned())
+        };
+        Verdict { quality: (peak / 3.0).clamp(0.0, 1.0), reason }
+    }
 }

@@ -1,8 +1,8 @@
-//! Which way along the road: outbound is the way of the first straight of the ride.
+//! Direction along the road: outbound is that of the first straight of the ride.
 
 use std::ops::Range;
 
-use super::Claim;
+use super::detector::Claim;
 use super::features::Features;
 use crate::contract::manoeuvre::Direction;
 
@@ -15,18 +15,12 @@ pub struct Axis(Option<f64>);
 
 impl Axis {
     /// From the first straight piece of at least a second.
-    pub fn new(f: &Features, pieces: &[(Range<usize>, Claim)]) -> Self {
-        let straight =
-            |claim: &Claim| matches!(claim, Claim::Braking(_) | Claim::Coasting | Claim::Driving);
-        Axis(
-            pieces
-                .iter()
-                .filter(|(at, claim)| straight(claim) && at.len() >= f.blocks(1.0))
-                .find_map(|(at, _)| mean(f, at)),
-        )
+    pub fn new<'a>(f: &Features, pieces: impl Iterator<Item = &'a Claim>) -> Self {
+        let long = |piece: &Claim| piece.kind.is_straight() && piece.at.len() >= f.blocks(1.0);
+        Axis(pieces.filter(|p| long(p)).find_map(|p| mean(f, &p.at)))
     }
 
-    /// Out, back, or neither.
+    /// Outbound or inbound; `None` across the axis or without a heading.
     pub fn direction(self, f: &Features, at: &Range<usize>) -> Option<Direction> {
         let along = (mean(f, at)? - self.0?).cos();
         if along > ALONG {
@@ -39,6 +33,7 @@ impl Axis {
     }
 }
 
+/// Mean heading, rad; `None` where it is not known.
 fn mean(f: &Features, at: &Range<usize>) -> Option<f64> {
     let known = f.heading.as_ref()?[at.clone()].iter().filter(|h| h.is_finite());
     let (sum, count) = known.fold((0.0, 0), |(sum, count), h| (sum + h, count + 1));

@@ -1,7 +1,6 @@
 //! A simulated session and its truth as tables, whichever motorcycle rode it.
 
 use arrow::array::RecordBatch;
-use serde::Serialize;
 
 use super::motocross::{self, scenario::Motocross};
 use super::pilot::Skill;
@@ -9,9 +8,9 @@ use super::scenario::{Machine, Scenario};
 use super::tour::Tour;
 use super::truth::{self, True};
 use super::{Label, Simulated, ride, session, truth_rows, tyre_truth};
-use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::tables::file;
+use crate::tables::registry::Row;
 use crate::tables::rows::TruthSegment;
 
 /// One session with its truth.
@@ -19,27 +18,19 @@ use crate::tables::rows::TruthSegment;
 pub struct Known {
     /// What the logger recorded.
     pub session: Session,
-    /// The truth: name of the folder in an archive, and table.
+    /// The truth: tables by name.
     pub truth: Vec<(&'static str, RecordBatch)>,
     /// How it fell, if it did: the log ends there.
     pub fall: Option<String>,
 }
 
-/// The schema of a folder of truth.
-pub fn schema_of(kind: &str) -> &'static str {
-    match kind {
-        "segments" => "truth_segments",
-        "signals" => "truth_signals",
-        "offroad" => "truth_offroad",
-        _ => "truth",
-    }
+/// The folder below `truth/` of a table of truth.
+pub fn folder_of(table: &str) -> &str {
+    table.strip_prefix("truth_").unwrap_or("coefficients")
 }
 
-fn batch<R: Serialize>(
-    kind: &'static str,
-    rows: &[R],
-) -> Result<(&'static str, RecordBatch), file::Error> {
-    Ok((kind, file::batch(&Table::embedded(schema_of(kind)), rows)?))
+fn batch<R: Row>(rows: &[R]) -> Result<(&'static str, RecordBatch), file::Error> {
+    Ok((R::spec().name, file::batch(rows)?))
 }
 
 /// A session of the reduced-order motorcycle.
@@ -50,7 +41,7 @@ pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::
     let meta = &simulated.session.meta;
     let coefficients = truth_rows(meta, &truth::coefficients(&machine.plant, &simulated));
     let segments = segment_rows(meta, &simulated.labels);
-    let truth = vec![batch("coefficients", &coefficients)?, batch("segments", &segments)?];
+    let truth = vec![batch(&coefficients)?, batch(&segments)?];
     Ok(Known { session: simulated.session, truth, fall: None })
 }
 
@@ -61,9 +52,9 @@ pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::
 pub fn of_tour(coefficients: &[True], ridden: ride::Ridden) -> Result<Known, file::Error> {
     let meta = &ridden.session.meta;
     let truth = vec![
-        batch("coefficients", &truth_rows(meta, coefficients))?,
-        batch("segments", &segment_rows(meta, &ridden.labels))?,
-        batch("signals", &ride::truth_signals(&ridden))?,
+        batch(&truth_rows(meta, coefficients))?,
+        batch(&segment_rows(meta, &ridden.labels))?,
+        batch(&ride::truth_signals(&ridden))?,
     ];
     let fall = ridden.fall.as_ref().map(ToString::to_string);
     Ok(Known { session: ridden.session, truth, fall })
@@ -76,7 +67,7 @@ pub fn of_tour(coefficients: &[True], ridden: ride::Ridden) -> Result<Known, fil
 pub fn of_motocross(scenario: &Motocross, ridden: motocross::Ridden) -> Result<Known, file::Error> {
     let segments = segment_rows(&ridden.session.meta, &ridden.labels);
     let forces = motocross::truth_rows(&ridden, scenario.truth_rate);
-    let truth = vec![batch("segments", &segments)?, batch("offroad", &forces)?];
+    let truth = vec![batch(&segments)?, batch(&forces)?];
     let fall = ridden.fall.as_ref().map(ToString::to_string);
     Ok(Known { session: ridden.session, truth, fall })
 }

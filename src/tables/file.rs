@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::contract::schema::Table;
 use crate::objects::{client, url};
+use crate::tables::registry::Row;
 
 /// How the name of a file that is still being written starts and ends.
 pub const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
@@ -38,11 +39,15 @@ pub enum Error {
     },
 }
 
-/// Rows as one Arrow batch of the table's schema.
+/// Rows as one Arrow batch of their table's schema.
 ///
 /// # Errors
 /// A row has a field that the schema lacks, or lacks one that it requires.
-pub fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Error> {
+pub fn batch<R: Row>(rows: &[R]) -> Result<RecordBatch, Error> {
+    batch_of(R::spec().table(), rows)
+}
+
+fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Error> {
     let fail = |e: arrow::error::ArrowError| Error::Encode {
         table: table.name.clone(),
         message: e.to_string(),
@@ -63,17 +68,15 @@ pub fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Err
 /// # Errors
 /// The folder cannot be made or the file not be written.
 pub fn write_batch(path: &Path, batch: &RecordBatch) -> Result<(), Error> {
-    let bytes = encode(batch)
-        .map_err(|message| Error::Encode { table: path.display().to_string(), message })?;
-    write_bytes(path, &bytes)
+    write_bytes(path, &batch_to_bytes(&path.display().to_string(), batch)?)
 }
 
-/// Rows as the bytes of one Parquet file of the table.
+/// Rows as the bytes of one Parquet file of their table.
 ///
 /// # Errors
 /// As [`batch`].
-pub fn to_bytes<R: Serialize>(table: &Table, rows: &[R]) -> Result<Vec<u8>, Error> {
-    batch_to_bytes(&table.name, &batch(table, rows)?)
+pub fn to_bytes<R: Row>(rows: &[R]) -> Result<Vec<u8>, Error> {
+    batch_to_bytes(R::spec().name, &batch(rows)?)
 }
 
 /// One batch as the bytes of a Parquet file; `table` is for messages.
@@ -84,12 +87,12 @@ pub fn batch_to_bytes(table: &str, batch: &RecordBatch) -> Result<Vec<u8>, Error
     encode(batch).map_err(|message| Error::Encode { table: table.to_owned(), message })
 }
 
-/// Writes rows as one Parquet file of the table, whole or not at all.
+/// Writes rows as one Parquet file of their table, whole or not at all.
 ///
 /// # Errors
 /// As [`batch`] and [`write_batch`].
-pub fn write<R: Serialize>(path: &Path, table: &Table, rows: &[R]) -> Result<(), Error> {
-    write_batch(path, &batch(table, rows)?)
+pub fn write<R: Row>(path: &Path, rows: &[R]) -> Result<(), Error> {
+    write_batch(path, &batch(rows)?)
 }
 
 /// Writes bytes as a file, whole or not at all, making its folder; where the path is a URL, as one
@@ -138,149 +141,29 @@ fn encode(batch: &RecordBatch) -> Result<Vec<u8>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tables::rows;
+    use crate::tables::{registry, rows};
 
-    fn ident() -> rows::Ident {
-        rows::Ident { session_id: "s".into(), bike_id: "b".into(), start_time: None }
-    }
-
-    fn provenance() -> rows::Provenance {
-        rows::Provenance {
-            input_hash: "0".into(),
-            pipeline_hash: "1".into(),
-            version: crate::VERSION.into(),
-        }
-    }
-
-    /// One row of each struct goes through its schema: names, kinds and nulls agree.
+    /// A row of every table goes through its schema, once with every field that may be missing left
+    /// out and once with all of them: names, types and nulls agree.
     #[test]
-    fn every_row_struct_fits_its_schema() {
-        fn fits<R: Serialize>(name: &str, row: &R) {
-            let table = Table::embedded(name);
-            let rows = std::slice::from_ref(row);
-            let batch = batch(&table, rows).unwrap_or_else(|e| panic!("{e}"));
-            assert_eq!(batch.num_rows(), 1);
-            let json = serde_json::to_value(row).expect("json");
-            let fields: Vec<&String> = json.as_object().expect("object").keys().collect();
-            for column in &table.columns {
-                assert!(fields.contains(&&column.name), "{name}: no field {}", column.name);
+    fn a_row_of_every_table_can_be_written() {
+        for spec in registry::ALL {
+            let Some(example) = spec.example else { continue };
+            let mut row = example();
+            for _ in 0..2 {
+                let batch = batch_of(spec.table(), &[&row]).unwrap_or_else(|e| panic!("{e}"));
+                assert_eq!(batch.num_rows(), 1);
+                batch_to_bytes(spec.name, &batch).expect("Parquet");
+                for column in spec.table().columns.iter().filter(|c| c.nullable) {
+                    row[&column.name] = match column.kind.as_str() {
+                        "float64" => 1.5.into(),
+                        "int64" => 2.into(),
+                        "bool" => true.into(),
+                        _ => "text".into(),
+                    };
+                }
             }
         }
-        fits(
-            "coefficients",
-            &rows::Coefficient {
-                ident: ident(),
-                tyre: "front".into(),
-                coefficient: "mf_b".into(),
-                symbol: "B".into(),
-                value: Some(1.5),
-                unit: "1".into(),
-                std_error: None,
-                ci95_low: None,
-                ci95_high: None,
-                dispersion: None,
-                n_manoeuvres: 3,
-                n_samples: 4,
-                residual_scale: None,
-                outlier_fraction: None,
-                r_squared: None,
-                status: rows::Status::PoorlyDetermined,
-                reason: Some("brake harder".into()),
-                provenance: provenance(),
-            },
-        );
-        fits(
-            "warnings",
-            &rows::WarningRow {
-                ident: ident(),
-                stage: "ingest".into(),
-                code: "gap".into(),
-                channel: None,
-                count: 1,
-                time: Some(0.5),
-                message: "m".into(),
-            },
-        );
-        fits(
-            "rejected",
-            &rows::Rejected {
-                path: "p".into(),
-                session_id: None,
-                bike_id: None,
-                stage: "ingest".into(),
-                code: "truncated".into(),
-                message: "m".into(),
-                input_hash: None,
-                version: "v".into(),
-            },
-        );
-        fits(
-            "plots",
-            &rows::PlotPoint {
-                session_id: "s".into(),
-                bike_id: "b".into(),
-                plot: "p".into(),
-                series: "data".into(),
-                x: 0.0,
-                y: None,
-                y_low: None,
-                y_high: None,
-                weight: None,
-                manoeuvre_id: Some(1),
-                shade: None,
-                n: None,
-            },
-        );
-        fits(
-            "manoeuvres",
-            &rows::Manoeuvre {
-                ident: ident(),
-                manoeuvre_id: 0,
-                kind: "coasting".into(),
-                start: 0.0,
-                end: 1.0,
-                direction: None,
-                quality: Some(1.0),
-                used: true,
-                reason: None,
-                speed_start: None,
-                speed_end: None,
-                speed_mean: None,
-                acceleration_x_mean: None,
-                acceleration_x_peak: None,
-                acceleration_y_peak: None,
-                roll_peak: None,
-                slip_front_peak: None,
-                slip_rear_peak: None,
-                ..rows::Manoeuvre::default()
-            },
-        );
-        fits("forces", &rows::ForceRow::default());
-        fits("causes", &rows::CauseRow::default());
-        fits("discrepancies", &rows::DiscrepancyRow::default());
-        fits("replays", &rows::ReplaySample::default());
-        fits("truth_offroad", &rows::TruthOffroad::default());
-        fits(
-            "sessions",
-            &rows::SessionRow {
-                ident: ident(),
-                path: "p".into(),
-                duration: 1.0,
-                rate: 100.0,
-                n_samples: 100,
-                distance: None,
-                channels: "roll".into(),
-                n_manoeuvres: 0,
-                n_used: 0,
-                n_coefficients_ok: 0,
-                n_warnings: 0,
-                tyre_front: None,
-                tyre_rear: None,
-                site: None,
-                rider_id: None,
-                provenance: provenance(),
-            },
-        );
     }
 
     #[test]
@@ -288,7 +171,7 @@ mod tests {
         use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("deep/er/sessions.parquet");
-        write::<rows::SessionRow>(&path, &Table::embedded("sessions"), &[]).expect("written");
+        write::<rows::SessionRow>(&path, &[]).expect("written");
         let file = std::fs::File::open(&path).expect("open");
         let reader = ParquetRecordBatchReaderBuilder::try_new(file).expect("parquet");
         let field = reader.schema().field_with_name("duration").expect("field").clone();

@@ -1,7 +1,9 @@
-//! Output tables: their rows, how they are encoded as Parquet and written whole, how they are read
-//! back, the names of their files.
+//! Output tables: what each is ([`registry`]), its [`rows`], how they are written whole as Parquet
+//! ([`file`]) and read back ([`read`], [`by_session`]), and the [`names`] of their files.
 
+pub mod by_session;
 pub mod file;
 pub mod names;
 pub mod read;
+pub mod registry;
 pub mod rows;

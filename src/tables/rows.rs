@@ -1,6 +1,7 @@
 //! The rows of the output tables, field by field as in `schemas/`.
 //!
-//! A struct here mirrors its schema file; writing fails a test when the two differ.
+//! A struct here mirrors its schema file; a test holds each against the other. Which row belongs to
+//! which table is declared in [`registry`](super::registry).
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +11,7 @@ use crate::contract::session::Meta;
 pub const POOLED: &str = "(pooled)";
 
 /// Who and when, repeated in every per-session row.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ident {
     /// The session.
     pub session_id: String,
@@ -38,7 +39,7 @@ impl From<&Meta> for Ident {
 }
 
 /// From what a row was made.
-#[derive(Debug, Clone, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Provenance {
     /// BLAKE3 of the input's bytes.
     pub input_hash: String,
@@ -49,7 +50,7 @@ pub struct Provenance {
 }
 
 /// How far a coefficient is to be believed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Estimated, with an interval that can be believed.
@@ -59,12 +60,13 @@ pub enum Status {
     /// Estimated, but the ride does not pin it down.
     PoorlyDetermined,
     /// The ride cannot give it; read back, also a status that this version does not know.
+    #[default]
     #[serde(other)]
     NotAvailable,
 }
 
 /// A row of `coefficients`.
-#[derive(Debug, Clone, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Coefficient {
     /// Who and when.
     #[serde(flatten)]
@@ -107,7 +109,7 @@ pub struct Coefficient {
 }
 
 /// A row of `manoeuvres`.
-#[derive(Debug, Clone, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct Manoeuvre {
     #[serde(flatten)]
@@ -136,7 +138,7 @@ pub struct Manoeuvre {
 }
 
 /// A row of `forces`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct ForceRow {
     #[serde(flatten)]
@@ -154,7 +156,7 @@ pub struct ForceRow {
 }
 
 /// A row of `sessions`.
-#[derive(Debug, Clone, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct SessionRow {
     #[serde(flatten)]
@@ -178,7 +180,7 @@ pub struct SessionRow {
 }
 
 /// A row of `warnings`.
-#[derive(Debug, Clone, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct WarningRow {
     #[serde(flatten)]
@@ -206,7 +208,7 @@ pub struct Rejected {
 }
 
 /// A row of `plots`.
-#[derive(Debug, Clone, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct PlotPoint {
     pub session_id: String,
@@ -224,7 +226,7 @@ pub struct PlotPoint {
 }
 
 /// A row of `fleet`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct FleetRow {
     pub bike_id: String,
@@ -252,7 +254,7 @@ pub struct FleetRow {
 }
 
 /// A row of `fleet_pooled`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct PooledRow {
     pub bike_id: String,
@@ -271,7 +273,7 @@ pub struct PooledRow {
 }
 
 /// A row of `fleet_events`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct EventRow {
     pub bike_id: String,
@@ -289,7 +291,7 @@ pub struct EventRow {
 }
 
 /// A row of `fleet_ratios`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct RatioRow {
     pub bike_id: String,
@@ -309,7 +311,7 @@ pub struct RatioRow {
 }
 
 /// A row of `causes`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct CauseRow {
     #[serde(flatten)]
@@ -334,7 +336,7 @@ pub struct CauseRow {
 }
 
 /// A row of `discrepancies`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct DiscrepancyRow {
     #[serde(flatten)]
@@ -353,10 +355,10 @@ pub struct DiscrepancyRow {
     pub n: i64,
 }
 
-/// A row of `replays` ([`ReplayRow`] is one of `replay`).
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+/// A row of `replays`, of `diagnose`: what a channel measured beside what was simulated of it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct ReplaySample {
+pub struct SimulatedSample {
     #[serde(flatten)]
     pub ident: Ident,
     pub manoeuvre: i64,
@@ -370,7 +372,7 @@ pub struct ReplaySample {
 }
 
 /// A row of `truth`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct Truth {
     pub session_id: String,
@@ -382,7 +384,7 @@ pub struct Truth {
 }
 
 /// A row of `truth_segments`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct TruthSegment {
     pub session_id: String,
@@ -394,7 +396,7 @@ pub struct TruthSegment {
 }
 
 /// A row of `truth_signals`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct TruthSignal {
     pub session_id: String,
@@ -423,7 +425,7 @@ pub struct TruthSignal {
 }
 
 /// A row of `truth_offroad`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct TruthOffroad {
     pub session_id: String,
@@ -445,7 +447,7 @@ pub struct TruthOffroad {
 }
 
 /// A row of `modes`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct ModeRow {
     pub motorcycle: String,
@@ -458,7 +460,7 @@ pub struct ModeRow {
 }
 
 /// A row of `peaks`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct PeakRow {
     pub channel: String,
@@ -469,10 +471,10 @@ pub struct PeakRow {
     pub rms_difference: f64,
 }
 
-/// A row of `replay`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// A row of `replay`, of `roadbench replay`: a braking, ridden again.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
-pub struct ReplayRow {
+pub struct BrakingReplay {
     pub session_id: String,
     pub bike_id: String,
     pub kind: String,
@@ -487,7 +489,7 @@ pub struct ReplayRow {
 }
 
 /// A row of `bench`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct BenchRow {
     pub tyre: String,

@@ -114,7 +114,7 @@ fn two_hidden_effects_are_both_named_with_their_sizes() {
         .expect("structured");
     assert!(worst.rmse_extended.expect("extended") < 0.6 * worst.rmse_base, "{worst:?}");
     // and the simulator itself comes closer to what was measured
-    let off = |of: fn(&roadbench::tables::rows::ReplaySample) -> Option<f64>| -> f64 {
+    let off = |of: fn(&roadbench::tables::rows::SimulatedSample) -> Option<f64>| -> f64 {
         let steer =
             d.replays.iter().filter(|r| r.channel == "steer_angle" && r.kind == "cornering");
         let squares: Vec<f64> =

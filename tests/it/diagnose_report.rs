@@ -3,10 +3,9 @@
 
 use std::path::Path;
 
-use roadbench::contract::schema::Table;
 use roadbench::report;
 use roadbench::tables::file;
-use roadbench::tables::rows::{CauseRow, DiscrepancyRow, Ident, ReplaySample};
+use roadbench::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
 
 const HOSTILE: &str = "</script><b onmouseover=alert(1)>&\"'";
 
@@ -109,7 +108,7 @@ fn misfits(factor: f64, named: bool) -> Vec<DiscrepancyRow> {
 }
 
 /// Sines that the base model misses by `off` of their size.
-fn replays(off: f64, named: bool) -> Vec<ReplaySample> {
+fn replays(off: f64, named: bool) -> Vec<SimulatedSample> {
     let channels = [
         ("velocity_x", "m/s", 6.0, 20.0),
         ("velocity_y", "m/s", 0.4, 0.0),
@@ -132,7 +131,7 @@ fn replays(off: f64, named: bool) -> Vec<ReplaySample> {
                 let noise = 0.02 * size * (12.9898 * (k + 71 * c) as f64).sin();
                 let wrong = off * size * (t / 7.0) * (1.7 * t + c as f64).sin();
                 let truth = mean + size * phase.sin();
-                rows.push(ReplaySample {
+                rows.push(SimulatedSample {
                     manoeuvre,
                     kind: kind.into(),
                     channel: channel.into(),
@@ -141,7 +140,7 @@ fn replays(off: f64, named: bool) -> Vec<ReplaySample> {
                     measured: (k % 31 != 30).then_some(truth + noise),
                     base: Some(truth - wrong),
                     extended: named.then_some(truth - 0.15 * wrong),
-                    ..ReplaySample::default()
+                    ..SimulatedSample::default()
                 });
             }
         }
@@ -153,7 +152,7 @@ struct Ride {
     ident: Ident,
     causes: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
-    replays: Vec<ReplaySample>,
+    replays: Vec<SimulatedSample>,
 }
 
 fn named() -> Ride {
@@ -224,11 +223,10 @@ fn store(out: &Path, mut ride: Ride, replays: bool) {
     }
     ride.discrepancies.iter_mut().for_each(|r| r.ident = ride.ident.clone());
     ride.replays.iter_mut().for_each(|r| r.ident = ride.ident.clone());
-    file::write(&path("causes"), &Table::embedded("causes"), &ride.causes).expect("causes");
-    file::write(&path("discrepancies"), &Table::embedded("discrepancies"), &ride.discrepancies)
-        .expect("discrepancies");
+    file::write(&path("causes"), &ride.causes).expect("causes");
+    file::write(&path("discrepancies"), &ride.discrepancies).expect("discrepancies");
     if replays {
-        file::write(&path("replays"), &Table::embedded("replays"), &ride.replays).expect("replays");
+        file::write(&path("replays"), &ride.replays).expect("replays");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::diagnose::levels::{self, Say};
+use roadbench::diagnose::levels::{self, Evidence};
 use roadbench::diagnose::ride::{Settings, diagnose};
 use roadbench::effects::Effect;
 use roadbench::pipeline::Pipeline;
@@ -19,7 +19,7 @@ fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
     let names = ["road_grade", "latency", "steer_zero", "roll_zero"];
     let effects: Vec<Effect> = names.map(|n| *Effect::named(n).expect("known")).to_vec();
     let settings = Settings { nulls: 8, effects, advise: false };
-    let mut says: BTreeMap<&'static str, Vec<Say>> = BTreeMap::new();
+    let mut says: BTreeMap<&'static str, Vec<Evidence>> = BTreeMap::new();
     for k in 0..4 {
         let (late, slopes) = (k % 2 == 1, k / 2 == 0);
         let hidden = [("latency", late, LATE), ("road_grade", slopes, GRADE)]
@@ -49,7 +49,7 @@ fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
             diagnose(&session, &machine.bike, &Pipeline::onroad(), &settings).expect("diagnosed");
         for row in &found.causes {
             if let (Ok(effect), Some(say)) =
-                (Effect::named(&row.effect), Say::of(row, found.site.as_deref()))
+                (Effect::named(&row.effect), Evidence::of(row, found.site.as_deref()))
             {
                 says.entry(effect.name).or_default().push(say);
             }

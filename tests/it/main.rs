@@ -34,6 +34,7 @@ mod report;
 mod report_fleet;
 mod report_pages;
 mod riding;
+mod rooms;
 #[cfg(feature = "cloud")]
 mod s3_server;
 mod script;

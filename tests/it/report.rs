@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use crate::page;
 use roadbench::contract::bike::{Axle, Bike};
-use roadbench::contract::schema::Table;
 use roadbench::export::{
     fitted::Fitted,
     reduced,
@@ -263,13 +262,13 @@ pub fn generate(out: &Path) {
         let path = |table: &str| -> PathBuf {
             out.join(table).join(format!("bike={bike}")).join(format!("s{turn}.parquet"))
         };
-        let write = |name: &str, write: &dyn Fn(&Path, &Table) -> Result<(), file::Error>| {
-            write(&path(name), &Table::embedded(name)).expect(name);
+        let write = |name: &str, write: &dyn Fn(&Path) -> Result<(), file::Error>| {
+            write(&path(name)).expect(name);
         };
-        write("sessions", &|p, t| file::write(p, t, &[session(&ident, note)]));
-        write("coefficients", &|p, t| file::write(p, t, &coefficients(&ident, note, turn)));
-        write("manoeuvres", &|p, t| file::write(p, t, &manoeuvres(&ident, note)));
-        write("plots", &|p, t| file::write(p, t, &plots(&ident)));
+        write("sessions", &|p| file::write(p, &[session(&ident, note)]));
+        write("coefficients", &|p| file::write(p, &coefficients(&ident, note, turn)));
+        write("manoeuvres", &|p| file::write(p, &manoeuvres(&ident, note)));
+        write("plots", &|p| file::write(p, &plots(&ident)));
         let warning = WarningRow {
             ident: ident.clone(),
             stage: "ingest".into(),
@@ -279,7 +278,7 @@ pub fn generate(out: &Path) {
             time: Some(12.3),
             message: format!("3 gaps, the longest 0.4 s, left empty {note}"),
         };
-        write("warnings", &|p, t| file::write(p, t, std::slice::from_ref(&warning)));
+        write("warnings", &|p| file::write(p, std::slice::from_ref(&warning)));
     }
     let rejected = Rejected {
         path: format!("logs/{HOSTILE}.csv"),
@@ -292,7 +291,7 @@ pub fn generate(out: &Path) {
         version: "0.1".into(),
     };
     let path = out.join("rejected").join("r.parquet");
-    file::write(&path, &Table::embedded("rejected"), &[rejected]).expect("rejected");
+    file::write(&path, &[rejected]).expect("rejected");
 }
 
 /// Tags that must be closed are, in their order; a plain reading, enough to see a broken page.

@@ -4,7 +4,6 @@
 use std::path::Path;
 
 use crate::page;
-use roadbench::contract::schema::Table;
 use roadbench::report;
 use roadbench::report::static_figures::write::{self, Format};
 use roadbench::report::summary;
@@ -35,10 +34,9 @@ fn ridden(i: usize) -> (&'static str, String, String, &'static str, f64) {
 }
 
 fn generate(out: &Path) {
-    let write =
-        |name: &str, file: &str, write: &dyn Fn(&Path, &Table) -> Result<(), file::Error>| {
-            write(&out.join(name).join(file), &Table::embedded(name)).expect(name);
-        };
+    let write = |name: &str, file: &str, write: &dyn Fn(&Path) -> Result<(), file::Error>| {
+        write(&out.join(name).join(file)).expect(name);
+    };
     let mut pooled = Vec::new();
     for i in 0..12 {
         let (bike, name, time, tyre, value) = ridden(i);
@@ -129,10 +127,10 @@ fn generate(out: &Path) {
             ..Manoeuvre::default()
         };
         let file = format!("bike={}/s{i}.parquet", i / 6);
-        write("sessions", &file, &|p, t| file::write(p, t, std::slice::from_ref(&session)));
-        write("coefficients", &file, &|p, t| file::write(p, t, std::slice::from_ref(&coefficient)));
-        write("manoeuvres", &file, &|p, t| file::write(p, t, std::slice::from_ref(&manoeuvre)));
-        write("plots", &file, &|p, t| file::write(p, t, &points));
+        write("sessions", &file, &|p| file::write(p, std::slice::from_ref(&session)));
+        write("coefficients", &file, &|p| file::write(p, std::slice::from_ref(&coefficient)));
+        write("manoeuvres", &file, &|p| file::write(p, std::slice::from_ref(&manoeuvre)));
+        write("plots", &file, &|p| file::write(p, &points));
     }
     let fleet: Vec<FleetRow> = ["one", HOSTILE]
         .into_iter()
@@ -166,10 +164,10 @@ fn generate(out: &Path) {
         false_alarm_rate: 0.01,
         reason: "only the rear tyre's coefficients moved, and stayed".into(),
     };
-    write("fleet", "fleet.parquet", &|p, t| file::write(p, t, &fleet));
-    write("fleet_pooled", "fleet_pooled.parquet", &|p, t| file::write(p, t, &pooled));
-    write("fleet_events", "fleet_events.parquet", &|p, t| {
-        file::write(p, t, std::slice::from_ref(&event))
+    write("fleet", "fleet.parquet", &|p| file::write(p, &fleet));
+    write("fleet_pooled", "fleet_pooled.parquet", &|p| file::write(p, &pooled));
+    write("fleet_events", "fleet_events.parquet", &|p| {
+        file::write(p, std::slice::from_ref(&event))
     });
     let ratio = |bike: &str, ends: Option<(f64, f64)>| RatioRow {
         bike_id: bike.into(),
@@ -186,7 +184,7 @@ fn generate(out: &Path) {
         ..RatioRow::default()
     };
     let ratios = [ratio("one", Some((0.0312, 0.0551))), ratio(HOSTILE, None)];
-    write("fleet_ratios", "fleet_ratios.parquet", &|p, t| file::write(p, t, &ratios));
+    write("fleet_ratios", "fleet_ratios.parquet", &|p| file::write(p, &ratios));
 }
 
 #[test]

@@ -145,10 +145,9 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
                 n: None,
             })
             .collect(),
-        signals: input.signals.then(|| {
-            let table = roadbench::contract::schema::Table::embedded("plots");
-            roadbench::tables::file::batch::<PlotPoint>(&table, &[]).expect("empty batch")
-        }),
+        signals: input
+            .signals
+            .then(|| roadbench::tables::file::batch::<PlotPoint>(&[]).expect("empty batch")),
     }
 }
 

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
 
 use super::Estimate;
-use crate::contract::schema::Table;
 use crate::contract::session::Meta;
 use crate::segment::Segment;
+use crate::tables::registry;
 
 /// One batch of every rider's forces and the motion they come from, at about `rate` samples per
 /// second, rider by rider.
@@ -53,7 +53,7 @@ pub fn batch(
         })
     };
 
-    let schema = Table::embedded("signals").arrow();
+    let schema = registry::SIGNALS.table().arrow();
     let mut columns = Vec::with_capacity(schema.fields().len());
     for field in schema.fields() {
         columns.push(match field.name().as_str() {

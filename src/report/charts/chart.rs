@@ -426,7 +426,7 @@ fn assemble(
 const PARTS: f64 = 20_000.0;
 
 /// Decimals that resolve [`PARTS`] of the range.
-pub(in crate::report) fn digits(values: impl Iterator<Item = f64>) -> usize {
+pub(crate) fn digits(values: impl Iterator<Item = f64>) -> usize {
     digits_of(PARTS, values)
 }
 

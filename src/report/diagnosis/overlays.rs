@@ -9,7 +9,7 @@ use crate::report::charts::chart::{Chart, Label, Line, digits};
 use crate::report::diagnosis::labels;
 use crate::report::number_format::{self, fixed, round, typeset};
 use crate::report::words;
-use crate::tables::rows::{DiscrepancyRow, ReplaySample};
+use crate::tables::rows::{DiscrepancyRow, SimulatedSample};
 
 /// Most overlays on a page.
 const MOST: usize = 3;
@@ -45,12 +45,12 @@ pub struct Reproduced {
 }
 
 /// One manoeuvre's samples of one channel.
-type Run<'a> = &'a [ReplaySample];
+type Run<'a> = &'a [SimulatedSample];
 
 /// Root mean square of measured less simulated; none where nothing can be compared.
 fn rmse<'a>(
-    rows: impl Iterator<Item = &'a ReplaySample>,
-    model: impl Fn(&ReplaySample) -> Option<f64>,
+    rows: impl Iterator<Item = &'a SimulatedSample>,
+    model: impl Fn(&SimulatedSample) -> Option<f64>,
 ) -> Option<f64> {
     let (sum, n) = rows
         .filter_map(|r| Some(r.measured? - model(r)?))
@@ -59,7 +59,7 @@ fn rmse<'a>(
 }
 
 /// Every signal over the whole ride, as sorted.
-pub fn reproduced(rows: &[ReplaySample]) -> Vec<Reproduced> {
+pub fn reproduced(rows: &[SimulatedSample]) -> Vec<Reproduced> {
     rows.chunk_by(|a, b| a.channel == b.channel)
         .filter_map(|own| {
             Some(Reproduced {
@@ -81,7 +81,7 @@ struct Group<'a> {
 }
 
 /// Groups by channel and kind, the most misfit first.
-fn groups(rows: &[ReplaySample]) -> Vec<Group<'_>> {
+fn groups(rows: &[SimulatedSample]) -> Vec<Group<'_>> {
     let mut out = Vec::new();
     for channel in rows.chunk_by(|a, b| a.channel == b.channel) {
         let measured: Vec<f64> = channel.iter().filter_map(|r| r.measured).collect();
@@ -104,7 +104,10 @@ fn groups(rows: &[ReplaySample]) -> Vec<Group<'_>> {
 
 /// What to draw: where residuals are structured first, then where the ride is reproduced worst.
 /// `misfits` are the discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
-pub fn overlays(rows: &[ReplaySample], misfits: &[&DiscrepancyRow]) -> (Vec<Overlay>, Vec<Chart>) {
+pub fn overlays(
+    rows: &[SimulatedSample],
+    misfits: &[&DiscrepancyRow],
+) -> (Vec<Overlay>, Vec<Chart>) {
     let mut open = groups(rows);
     let mut picked: Vec<(Group<'_>, String)> = Vec::new();
     for row in misfits.iter().filter(|r| r.structured) {
@@ -182,7 +185,7 @@ fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
     let scaled = |v: Option<f64>| v.map(|v| v * scale);
     let all = run.iter().flat_map(|r| [r.measured, r.base, r.extended]).flatten();
     let decimals = digits(all.map(|v| v * scale));
-    let line = |name: &str, colour, value: &dyn Fn(&ReplaySample) -> Option<f64>| {
+    let line = |name: &str, colour, value: &dyn Fn(&SimulatedSample) -> Option<f64>| {
         let y: Vec<Option<f64>> =
             run.iter().map(|r| scaled(value(r)).map(|v| round(v, decimals))).collect();
         y.iter().any(Option::is_some).then(|| Line {
@@ -258,8 +261,8 @@ pub fn pooled(rows: &[DiscrepancyRow]) -> Vec<Reproduced> {
 mod tests {
     use super::*;
 
-    fn sample(channel: &str, manoeuvre: i64, k: usize, off: f64) -> ReplaySample {
-        ReplaySample {
+    fn sample(channel: &str, manoeuvre: i64, k: usize, off: f64) -> SimulatedSample {
+        SimulatedSample {
             manoeuvre,
             kind: "cornering".into(),
             channel: channel.into(),
@@ -268,13 +271,13 @@ mod tests {
             measured: Some((k as f64).sin()),
             base: Some((k as f64).sin() - off),
             extended: None,
-            ..ReplaySample::default()
+            ..SimulatedSample::default()
         }
     }
 
     #[test]
     fn the_middle_manoeuvre_is_shown_and_angles_in_degrees() {
-        let rows: Vec<ReplaySample> = [(1, 0.5), (2, 0.01), (3, 0.1)]
+        let rows: Vec<SimulatedSample> = [(1, 0.5), (2, 0.01), (3, 0.1)]
             .iter()
             .flat_map(|(m, off)| (0..20).map(|k| sample("roll", *m, k, *off)))
             .collect();
@@ -289,7 +292,7 @@ mod tests {
 
     #[test]
     fn a_structured_residual_leads_to_the_signal_that_shows_it() {
-        let mut rows: Vec<ReplaySample> =
+        let mut rows: Vec<SimulatedSample> =
             (0..20).map(|k| sample("steer_angle", 1, k, 0.02)).collect();
         rows.extend((0..20).map(|k| sample("velocity_x", 1, k, 0.5)));
         let row = DiscrepancyRow {

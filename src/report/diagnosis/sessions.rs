@@ -16,10 +16,10 @@ use crate::report::error::Error;
 use crate::report::static_figures::chart;
 use crate::report::tables::rows_of;
 use crate::report::{page_names, page_shell};
+use crate::tables::by_session::SessionFiles;
 use crate::tables::file;
 use crate::tables::names::file_name;
-use crate::tables::read::{self, Files};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow, SimulatedSample};
 
 /// Every diagnosed session of a folder.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ pub struct Diagnosed {
     sessions: Vec<Session>,
     causes: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
-    replays: Files,
+    replays: SessionFiles<SimulatedSample>,
 }
 
 #[derive(Debug)]
@@ -64,7 +64,7 @@ impl Diagnosed {
                 coefficients: known.get(key).map(|p| (*p).clone()).filter(|p| !p.is_empty()),
             })
             .collect();
-        let replays = read::session_files(out, "replays")?;
+        let replays = SessionFiles::read(out)?;
         Ok(Diagnosed { out: out.to_owned(), sessions, causes, discrepancies, replays })
     }
 
@@ -110,7 +110,7 @@ impl Diagnosed {
     ///
     /// # Errors
     /// The replays cannot be read, or `save` fails.
-    pub(in crate::report) fn draw(
+    pub(crate) fn draw(
         &self,
         wanted: &dyn Fn(&str) -> bool,
         save: &dyn Fn(&str, &str, &Scene) -> Result<(), Error>,
@@ -138,7 +138,7 @@ impl Diagnosed {
     ///
     /// # Errors
     /// The replays cannot be read, or a page cannot be written.
-    pub(in crate::report) fn write(
+    pub(crate) fn write(
         &self,
         environment: &Environment<'_>,
         folder: &Path,

@@ -3,15 +3,16 @@
 use std::path::Path;
 
 use crate::report::error::Error;
-use crate::tables::read::{self, Files};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, POOLED, ReplaySample};
+use crate::tables::by_session::SessionFiles;
+use crate::tables::read;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, POOLED, SimulatedSample};
 
 /// Every `causes` row of a single session, by bike, session and rank.
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
-    let mut rows: Vec<CauseRow> = read::rows(out, "causes")?;
+    let mut rows: Vec<CauseRow> = read::rows(out)?;
     // what several sessions share has no page
     rows.retain(|r| r.ident.session_id != POOLED);
     rows.sort_by(|a, b| (a.ident.key(), a.rank).cmp(&(b.ident.key(), b.rank)));
@@ -23,18 +24,20 @@ pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn discrepancies(out: &Path) -> Result<Vec<DiscrepancyRow>, Error> {
-    let mut rows: Vec<DiscrepancyRow> = read::rows(out, "discrepancies")?;
+    let mut rows: Vec<DiscrepancyRow> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
 }
 
-/// One session's `replays` rows from the files that hold them, by channel, kind and manoeuvre, then
-/// by time; without the names of session and bike.
+/// One session's `replays` rows, by channel, kind and manoeuvre, then by time.
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn replays(files: &Files, session: &Ident) -> Result<Vec<ReplaySample>, Error> {
-    let mut rows: Vec<ReplaySample> = read::session_rows(files, "replays", session.key())?;
+pub fn replays(
+    files: &SessionFiles<SimulatedSample>,
+    session: &Ident,
+) -> Result<Vec<SimulatedSample>, Error> {
+    let mut rows = files.rows(session)?;
     rows.retain(|r| r.time.is_finite());
     rows.sort_by(|a, b| {
         (&a.channel, &a.kind, a.manoeuvre)

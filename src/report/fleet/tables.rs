@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::report::error::Error;
 use crate::report::words;
 use crate::tables::read;
+use crate::tables::registry::Row;
 use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow};
 
 /// Every `fleet` row, by bike, then in the contract's order.
@@ -14,7 +15,7 @@ use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow};
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
-    let mut rows: Vec<FleetRow> = read::rows(out, "fleet")?;
+    let mut rows: Vec<FleetRow> = read::rows(out)?;
     rows.sort_by(|a, b| {
         (&a.bike_id, words::order(&a.tyre, &a.coefficient))
             .cmp(&(&b.bike_id, words::order(&b.tyre, &b.coefficient)))
@@ -27,7 +28,7 @@ pub fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn events(out: &Path) -> Result<Vec<EventRow>, Error> {
-    let mut rows: Vec<EventRow> = read::rows(out, "fleet_events")?;
+    let mut rows: Vec<EventRow> = read::rows(out)?;
     rows.sort_by(|a, b| {
         b.evidence.abs().total_cmp(&a.evidence.abs()).then_with(|| a.bike_id.cmp(&b.bike_id))
     });
@@ -39,7 +40,7 @@ pub fn events(out: &Path) -> Result<Vec<EventRow>, Error> {
 /// # Errors
 /// A file cannot be read or lacks a column.
 pub fn ratios(out: &Path) -> Result<Vec<RatioRow>, Error> {
-    let mut rows: Vec<RatioRow> = read::rows(out, "fleet_ratios")?;
+    let mut rows: Vec<RatioRow> = read::rows(out)?;
     // a stable sort: tyres that followed one another on an axle stay in their order
     rows.sort_by(|a, b| (&a.bike_id, &a.tyre).cmp(&(&b.bike_id, &b.tyre)));
     Ok(rows)
@@ -79,20 +80,24 @@ pub fn histories(out: &Path, sessions: &[SessionRow]) -> Result<Histories, Error
     let places: BTreeMap<(&str, &str), usize> =
         sessions.iter().enumerate().map(|(i, s)| (s.ident.key(), i)).collect();
     let mut found = Histories::new();
-    read::for_each(out, "fleet_pooled", |row: PooledRow| {
-        let key = (row.bike_id.as_str(), row.session_id.as_str());
-        let Some(place) = places.get(&key) else { return };
-        let estimate = SessionEstimate {
-            session: *place as u32,
-            determined: row.status == "ok",
-            value: row.value as f32,
-            error: row.std_error as f32,
-            pooled: row.pooled as f32,
-            low: row.pooled_ci95_low as f32,
-            high: row.pooled_ci95_high as f32,
-            shrinkage: row.shrinkage as f32,
-        };
-        found.entry((row.bike_id, row.tyre, row.coefficient)).or_default().push(estimate);
-    })?;
+    for path in read::files(out, PooledRow::spec())? {
+        // one file is held at a time
+        for row in read::file_rows::<PooledRow>(&path)? {
+            let Some(place) = places.get(&(row.bike_id.as_str(), row.session_id.as_str())) else {
+                continue;
+            };
+            let estimate = SessionEstimate {
+                session: *place as u32,
+                determined: row.status == "ok",
+                value: row.value as f32,
+                error: row.std_error as f32,
+                pooled: row.pooled as f32,
+                low: row.pooled_ci95_low as f32,
+                high: row.pooled_ci95_high as f32,
+                shrinkage: row.shrinkage as f32,
+            };
+            found.entry((row.bike_id, row.tyre, row.coefficient)).or_default().push(estimate);
+        }
+    }
     Ok(found)
 }

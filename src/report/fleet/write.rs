@@ -16,7 +16,7 @@ use crate::tables::file;
 use crate::tables::rows::SessionRow;
 
 /// Writes the page; the number of events on it. `pages` are the sessions' pages.
-pub(in crate::report) fn write(
+pub(crate) fn write(
     out: &Path,
     environment: &Environment<'_>,
     sessions: &[SessionRow],
@@ -35,7 +35,7 @@ pub(in crate::report) fn write(
 }
 
 /// The page and its charts from the tables over all sessions; empty where there are none.
-pub(in crate::report) fn read(
+pub(crate) fn read(
     out: &Path,
     sessions: &[SessionRow],
     pages: &[String],

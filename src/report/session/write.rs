@@ -20,25 +20,25 @@ use crate::tables::file;
 use crate::tables::rows::{ForceRow, SessionRow};
 
 /// All that the pages of a run's sessions are made from.
-pub(in crate::report) struct Writer<'a> {
-    pub(in crate::report) tables: &'a RunTables,
-    pub(in crate::report) stored: &'a SessionTables,
-    pub(in crate::report) forces: &'a [ForceRow],
-    pub(in crate::report) bench: &'a Bench,
-    pub(in crate::report) diagnosed: &'a Diagnosed,
-    pub(in crate::report) environment: &'a Environment<'a>,
+pub(crate) struct Writer<'a> {
+    pub(crate) tables: &'a RunTables,
+    pub(crate) stored: &'a SessionTables,
+    pub(crate) forces: &'a [ForceRow],
+    pub(crate) bench: &'a Bench,
+    pub(crate) diagnosed: &'a Diagnosed,
+    pub(crate) environment: &'a Environment<'a>,
     /// Where the pages go.
-    pub(in crate::report) folder: &'a Path,
+    pub(crate) folder: &'a Path,
     /// Where a page that is written now has script and style from.
-    pub(in crate::report) source: Source,
+    pub(crate) source: Source,
     /// Of which kind an existing page may be that is up to date and so stays; none is to stay.
-    pub(in crate::report) kept: Option<Pages>,
+    pub(crate) kept: Option<Pages>,
 }
 
 impl Writer<'_> {
     /// Writes the pages called `names`, one per session in their order, an empty name none; whether
     /// any page, written or kept, uses the shared script and style.
-    pub(in crate::report) fn write(&self, names: &[String]) -> Result<bool, Error> {
+    pub(crate) fn write(&self, names: &[String]) -> Result<bool, Error> {
         let shared = AtomicBool::new(self.source == Source::Folder);
         // pages are independent of each other: their order of writing shows nowhere
         let sessions = self.tables.sessions.par_iter().zip(names);

@@ -1,0 +1,70 @@
+//! What a diagnosis is asked and what it gives, on the road and off it.
+
+use super::levels::{self, Evidence};
+use super::{offroad, ride, summary};
+use crate::effects::extended_model::Model;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
+
+pub use super::ride::Settings;
+
+/// Everything that one session gives to tables, files and terminal.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// Who and when.
+    pub ident: Ident,
+    /// Where it was ridden.
+    pub site: Option<String>,
+    /// Rows of `causes`.
+    pub causes: Vec<CauseRow>,
+    /// Rows of `discrepancies`.
+    pub discrepancies: Vec<DiscrepancyRow>,
+    /// Rows of `replays`; off-road, where nothing is simulated again, there are none.
+    pub replays: Vec<SimulatedSample>,
+    /// The extended model; off-road there is no file of it.
+    pub model: Option<Model>,
+    /// Whether the sizes in `causes` may be pooled over sessions: sizes under a model that is known to
+    /// be wrong are no sizes.
+    pub poolable: bool,
+    /// The verdict for a terminal: lines without colour, the last one not ended.
+    pub summary: String,
+}
+
+impl Diagnosis {
+    /// What the session contributes to effects shared by several ([`levels::pool`]), by effect.
+    pub fn evidence(&self) -> Vec<(&'static str, Evidence)> {
+        match self.poolable {
+            true => levels::evidence(&self.causes, self.site.as_deref()),
+            false => Vec::new(),
+        }
+    }
+}
+
+impl From<ride::Diagnosis> for Diagnosis {
+    fn from(d: ride::Diagnosis) -> Self {
+        Diagnosis {
+            summary: summary::road(&d),
+            poolable: d.is_poolable(),
+            ident: d.ident,
+            site: d.site,
+            causes: d.causes,
+            discrepancies: d.discrepancies,
+            replays: d.replays,
+            model: Some(d.model),
+        }
+    }
+}
+
+impl From<offroad::Diagnosis> for Diagnosis {
+    fn from(d: offroad::Diagnosis) -> Self {
+        Diagnosis {
+            summary: d.words().trim_end().to_owned(),
+            poolable: false,
+            ident: d.ident,
+            site: None,
+            causes: d.causes,
+            discrepancies: d.discrepancies,
+            replays: Vec::new(),
+            model: None,
+        }
+    }
+}

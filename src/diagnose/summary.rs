@@ -1,0 +1,128 @@
+//! A diagnosis in words for the terminal.
+
+use std::fmt::Write;
+
+use super::name::{ALARM, Cause, Verdict};
+use super::ride::Diagnosis;
+use crate::tables::rows::CauseRow;
+
+/// Most parts of the misfit that are listed.
+const TOLD: usize = 5;
+
+/// Adds a line to a string, which cannot fail.
+macro_rules! line {
+    ($out:ident, $($text:tt)*) => {
+        { let _ = writeln!($out, $($text)*); }
+    };
+}
+
+/// The verdict in words.
+pub fn road(d: &Diagnosis) -> String {
+    let mut out = String::new();
+    let naming = &d.naming;
+    line!(out, "{}  {}", d.ident.session_id, d.ident.bike_id);
+    let named: Vec<&Cause> = naming
+        .causes
+        .iter()
+        .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
+        .collect();
+    match (named.is_empty(), naming.unexplained) {
+        (true, true) => line!(
+            out,
+            "  Something is wrong that no candidate explains{} (largest score of a candidate {:.1}; 19 of \
+             20 nulls stay below 1).",
+            naming.left.map_or(String::new(), |(term, _)| format!(": {}", term.describe())),
+            naming.alarm
+        ),
+        (true, false) if naming.alarm > ALARM => line!(
+            out,
+            "  Nothing is named. A candidate scores {:.1} (19 of 20 nulls stay below 1), but none has a size \
+             that can be and gains enough.",
+            naming.alarm
+        ),
+        (true, false) if naming.causes.iter().all(|c| c.verdict == Verdict::NotIdentifiable) => {
+            line!(
+                out,
+                "  This ride can show none of the {} candidates: nothing can be said of what is wrong.",
+                naming.causes.len()
+            )
+        }
+        (true, false) => line!(
+            out,
+            "  Nothing is wrong that this ride could show: the largest score is {:.1} (19 of 20 nulls stay \
+             below 1).",
+            naming.alarm
+        ),
+        (false, true) => line!(
+            out,
+            "  Something more is wrong than is named{}.",
+            naming.left.map_or(String::new(), |(term, _)| format!(": {}", term.describe()))
+        ),
+        (false, false) => {}
+    }
+    for cause in &named {
+        let half = 1.96 * cause.std_error;
+        line!(
+            out,
+            "  {}: {}\n      {:.4} {}, 95 % interval {:.4} to {:.4}; score {:.1}, gain {:.0}",
+            cause.effect.name,
+            cause.effect.sentence,
+            cause.value,
+            cause.effect.unit,
+            cause.value - half,
+            cause.value + half,
+            cause.score,
+            cause.gain
+        );
+        if cause.verdict == Verdict::Ambiguous {
+            let row = d.causes.iter().find(|r| r.effect == cause.effect.name);
+            line!(
+                out,
+                "      or {}: this ride cannot tell; what would: {}",
+                cause.equivalent.join(" or "),
+                row.and_then(|r| r.separate_by.as_deref()).unwrap_or(cause.effect.separate_by)
+            );
+        }
+    }
+    if let Some(row) = d.causes.iter().find(|r| r.gain_heldout.is_some())
+        && let (Some(gain), Some(bound)) = (row.gain_heldout, row.gain_upper_bound)
+    {
+        line!(
+            out,
+            "  On manoeuvres left out it gains {gain:.0}; with every candidate free {bound:.0}."
+        );
+    }
+    let mut wrong: Vec<_> = d.discrepancies.iter().filter(|r| r.structured).collect();
+    wrong.sort_by(|a, b| (b.rmse_base / b.null_largest).total_cmp(&(a.rmse_base / a.null_largest)));
+    for row in wrong.into_iter().take(TOLD) {
+        let after =
+            row.rmse_extended.map_or(String::new(), |r| format!(", {r:.4} with the causes"));
+        let with = row.covariate.as_deref().map_or(String::new(), |c| {
+            format!(", goes with {c} ({:+.2})", row.correlation.unwrap_or(0.0))
+        });
+        line!(
+            out,
+            "  misfit of {} while {}: {:.4}{} against {:.4} in nulls{after}{with}",
+            row.channel,
+            row.kind.replace('_', " "),
+            row.rmse_base,
+            if row.unit == "1" { " sd".to_owned() } else { format!(" {}", row.unit) },
+            row.noise_floor
+        );
+    }
+    out.truncate(out.trim_end().len());
+    out
+}
+
+/// What several sessions share, of a pooled row of `causes`; `None` of one without a size.
+pub fn pooled(row: &CauseRow) -> Option<String> {
+    let (value, low, high) = (row.value?, row.ci95_low?, row.ci95_high?);
+    Some(format!(
+        "{} {}: {}\n      {value:.4} {}, 95 % interval {low:.4} to {high:.4}; {}",
+        row.level,
+        row.pooled_over.as_deref().unwrap_or(""),
+        row.effect,
+        row.unit,
+        row.reason
+    ))
+}

@@ -1,0 +1,55 @@
+//! What a detector is: it claims blocks of a ride for a kind of manoeuvre and judges what it gets.
+
+use std::ops::Range;
+
+use super::features::Features;
+use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
+
+/// Blocks that a detector takes for a manoeuvre.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Claim {
+    /// The blocks.
+    pub at: Range<usize>,
+    /// The manoeuvre.
+    pub kind: ManoeuvreKind,
+    /// Side of a bend; of a straight manoeuvre it follows from the heading.
+    pub direction: Option<Direction>,
+}
+
+impl Claim {
+    /// A claim without a side.
+    pub fn new(at: Range<usize>, kind: ManoeuvreKind) -> Self {
+        Claim { at, kind, direction: None }
+    }
+}
+
+/// Whether a piece can be used for estimation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// 0 to 1; NaN counts as 0.
+    pub quality: f64,
+    /// Why it cannot be used; `None` where it can.
+    pub reason: Option<String>,
+}
+
+impl Verdict {
+    /// Of quality 0, for this reason.
+    pub fn unusable(reason: impl Into<String>) -> Self {
+        Verdict { quality: 0.0, reason: Some(reason.into()) }
+    }
+}
+
+/// One way of riding that is looked for on the coarse clock.
+pub trait Detector {
+    /// Claims; where two overlap the later one in the list has the blocks.
+    fn find(&self, f: &Features) -> Vec<Claim>;
+
+    /// Pieces shorter than this go to their longer neighbour, s.
+    fn shortest(&self) -> f64 {
+        0.0
+    }
+
+    /// Judges the piece `claim` that is left of the claims. `braked` are the blocks in which any
+    /// detector found a brake on, in bends too.
+    fn judge(&self, f: &Features, claim: &Claim, braked: &[bool]) -> Verdict;
+}

@@ -1,0 +1,41 @@
+//! Whoops: waves close together, seen in the pitch.
+
+use super::config::Config;
+use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::filter::remove_slow;
+use crate::segment::detector::Claim;
+use crate::segment::mask::runs;
+
+/// Where the pitch, rad, at `rate` Hz swings to and fro: runs of half waves, each high and short
+/// enough.
+pub fn waves(pitch: &[f64], rate: f64, config: &Config) -> Vec<bool> {
+    let mut swing: Vec<f64> = pitch.iter().map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
+    remove_slow(&mut swing, rate, 0.7);
+    let mut mask = vec![false; swing.len()];
+    // half waves between changes of sign: start, end, height
+    let mut halves: Vec<(usize, usize, f64)> = Vec::new();
+    let mut start = 0;
+    for i in 1..=swing.len() {
+        if i == swing.len() || (swing[i] > 0.0) != (swing[start] > 0.0) {
+            let height = swing[start..i].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            halves.push((start, i, height));
+            start = i;
+        }
+    }
+    let wave = |h: &(usize, usize, f64)| {
+        let length = (h.1 - h.0) as f64 / rate;
+        h.2 >= config.whoops_pitch && (0.06..0.5).contains(&length)
+    };
+    let good: Vec<bool> = halves.iter().map(wave).collect();
+    for run in runs(&good) {
+        if run.len() >= 2 * config.whoops_count {
+            mask[halves[run.start].0..halves[run.end - 1].1].fill(true);
+        }
+    }
+    mask
+}
+
+/// Runs of waves.
+pub fn whoops(waves: &[bool]) -> Vec<Claim> {
+    runs(waves).into_iter().map(|at| Claim::new(at, ManoeuvreKind::Whoops)).collect()
+}

@@ -1,0 +1,46 @@
+//! Where nothing is ridden: no velocity recorded, or too slow for anything to begin.
+
+use super::detector::{Claim, Detector, Verdict};
+use super::features::Features;
+use super::mask::{hysteresis, runs};
+use crate::contract::manoeuvre::ManoeuvreKind;
+
+/// Blocks without forward velocity.
+#[derive(Debug)]
+pub struct NoVelocity;
+
+impl Detector for NoVelocity {
+    fn find(&self, f: &Features) -> Vec<Claim> {
+        let missing: Vec<bool> = f.speed.iter().map(|v| !v.is_finite()).collect();
+        others(&missing)
+    }
+
+    fn judge(&self, _: &Features, _: &Claim, _: &[bool]) -> Verdict {
+        Verdict::unusable("no forward velocity recorded")
+    }
+}
+
+/// Blocks at rest or at walking pace.
+#[derive(Debug)]
+pub struct Standing {
+    /// Below this speed nothing begins, m/s.
+    pub min_speed: f64,
+    /// Below this speed everything ends, m/s.
+    pub end_speed: f64,
+}
+
+impl Detector for Standing {
+    fn find(&self, f: &Features) -> Vec<Claim> {
+        let moving = hysteresis(f.speed.iter().copied(), self.min_speed, self.end_speed);
+        let slow: Vec<bool> = moving.iter().map(|m| !m).collect();
+        others(&slow)
+    }
+
+    fn judge(&self, _: &Features, _: &Claim, _: &[bool]) -> Verdict {
+        Verdict::unusable(format!("standing or slower than {:.1} m/s", self.min_speed))
+    }
+}
+
+fn others(mask: &[bool]) -> Vec<Claim> {
+    runs(mask).into_iter().map(|at| Claim::new(at, ManoeuvreKind::Other)).collect()
+}
