@@ -10,6 +10,8 @@ use serde::Serialize;
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
+use crate::plots::fits::{FRICTION_X, FRICTION_Y, K_ALPHA, SLIP_ANGLE, STIFFNESS};
+use crate::plots::plot::{DATA, Plot};
 use crate::report::error::Error;
 use crate::report::tables::SessionTables;
 use crate::tables::rows::{Ident, PlotPoint};
@@ -59,27 +61,25 @@ impl Ranges {
             speed = widened(widened(speed, m.speed_start), m.speed_end);
         }
         let points = tables.plots(ident)?;
-        Ok(["front", "rear"].map(|end| {
-            let over = |plot: &str, pick: fn(&PlotPoint) -> Option<f64>| {
-                let name = format!("{plot}_{end}");
+        Ok([0, 1].map(|k| {
+            let over = |plots: &[Plot; 2], pick: fn(&PlotPoint) -> Option<f64>| {
                 points
                     .iter()
-                    .filter(|p| p.plot == name && p.series == "data")
+                    .filter(|p| p.plot == plots[k].name && p.series == DATA)
                     .filter(|p| p.weight.is_none_or(|w| w >= COUNTS))
                     .fold(None, |range, p| widened(range, pick(p)))
             };
-            let curve = format!("stiffness_{end}");
             let stiffness: Vec<[f64; 2]> = points
                 .iter()
-                .filter(|p| p.plot == curve && p.series == "k_alpha")
+                .filter(|p| p.plot == STIFFNESS[k].name && p.series == K_ALPHA.name)
                 .filter_map(|p| Some([p.x, p.y?]))
                 .collect();
             let stiffness_over_camber = stiffness.into_iter().step_by(STEP).collect();
             Ranges {
-                slip_ratio: over("friction_x", |p| Some(p.x)),
-                slip_angle: over("slip_angle", |p| p.y),
-                camber: over("slip_angle", |p| Some(p.x)),
-                lateral_friction: over("friction_y", |p| p.y),
+                slip_ratio: over(&FRICTION_X, |p| Some(p.x)),
+                slip_angle: over(&SLIP_ANGLE, |p| p.y),
+                camber: over(&SLIP_ANGLE, |p| Some(p.x)),
+                lateral_friction: over(&FRICTION_Y, |p| p.y),
                 acceleration_x: acceleration,
                 speed,
                 stiffness_over_camber,

@@ -10,7 +10,7 @@ use roadbench::export::{
     reduced,
     tyre::{Characterised, Setting},
 };
-use roadbench::report::charts::catalogue;
+use roadbench::plots::catalogue;
 use roadbench::report::{page_names, tables, terminal, words};
 use roadbench::tables::file;
 use roadbench::tables::rows::{
@@ -374,13 +374,13 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
         "27 of 36 coefficients determined; 6 assumed from the bike file; 1 poorly determined; \
          2 not available."
     ));
-    for plot in catalogue::PLOTS {
+    for plot in &catalogue::FITS {
         assert!(html.contains(plot.title), "{}", plot.title);
     }
     let data = page::data(&html);
     let charts = data["charts"].as_array().expect("charts");
-    assert_eq!(charts.len(), catalogue::PLOTS.len() + 3);
-    assert!(catalogue::PLOTS.iter().all(|p| charts.iter().any(|c| c["name"] == p.name)));
+    assert_eq!(charts.len(), catalogue::FITS.len() + 3);
+    assert!(catalogue::FITS.iter().all(|p| charts.iter().any(|c| c["name"] == p.name)));
     assert_eq!(data["panels"].as_array().map(Vec::len), Some(4));
     assert_eq!(data["segments"].as_array().map(Vec::len), Some(40));
     assert_eq!(data["charts"][0]["clouds"][0]["x"]["d"].as_array().map(Vec::len), Some(600));

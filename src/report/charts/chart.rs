@@ -1,31 +1,9 @@
-//! The charts of a session: the compact data that its page and the static figures draw.
-
-use std::collections::BTreeMap;
+//! One chart: the compact data that a page's script and the static figures draw.
 
 use serde::Serialize;
 
-use crate::contract::schema::Table;
-use crate::report::charts::catalogue::{
-    self, Axis, OFFROAD_PLOTS, PANELS, PLOTS, RIDE_PLOTS, axis,
-};
+use crate::plots::plot::{Axis, Section};
 use crate::report::charts::pack;
-use crate::report::number_format::round;
-use crate::report::words;
-use crate::tables::rows::{Manoeuvre, PlotPoint};
-
-/// The name of the plot that is the time line.
-const TIMELINE: &str = "timeline";
-
-/// Everything a session's page draws, as its script reads it.
-#[derive(Debug, Default, Serialize)]
-pub struct Figures {
-    /// The fits over their data.
-    pub charts: Vec<Chart>,
-    /// Panels of the time line.
-    pub panels: Vec<Chart>,
-    /// Its segments.
-    pub segments: Vec<Segment>,
-}
 
 /// One chart.
 #[derive(Debug, Default, Serialize)]
@@ -71,19 +49,6 @@ pub struct Chart {
     pub height: Option<u32>,
 }
 
-/// Where a chart stands on a session's page.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Section {
-    /// A fit over its data.
-    #[default]
-    Fit,
-    /// The whole ride.
-    Ride,
-    /// What a fit leaves, over a covariate.
-    Residual,
-}
-
 /// A chart without its data: what the page around it says.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in [`Chart`]
@@ -116,17 +81,6 @@ pub fn heads(charts: &[Chart]) -> Vec<Head<'_>> {
         .collect()
 }
 
-/// Leaves away the time line's abscissae that are those of its first line: the script puts them
-/// back. They would be an eighth of the page.
-pub fn share_time(panels: &mut [Chart]) {
-    let Some(first) = panels.first().and_then(|p| p.lines.first()).map(|l| l.x.clone()) else {
-        return;
-    };
-    for line in panels.iter_mut().flat_map(|p| &mut p.lines).skip(1).filter(|l| l.x == first) {
-        line.x.clear();
-    }
-}
-
 /// The residual charts by the fit they are of: its heading and its charts.
 pub fn residuals(charts: &[Chart]) -> Vec<(&str, Vec<Head<'_>>)> {
     let mut out: Vec<(&str, Vec<Head<'_>>)> = Vec::new();
@@ -142,10 +96,16 @@ pub fn residuals(charts: &[Chart]) -> Vec<(&str, Vec<Head<'_>>)> {
 /// Label and unit of an axis.
 #[derive(Debug, Default, Serialize)]
 pub struct Label {
-    /// What.
+    /// The quantity.
     pub label: String,
     /// Unit; empty for pure numbers.
     pub unit: String,
+}
+
+impl From<Axis> for Label {
+    fn from(axis: Axis) -> Self {
+        Label { label: axis.label.to_owned(), unit: axis.unit.to_owned() }
+    }
 }
 
 /// A line; `lo` and `hi` are empty where it has no band.
@@ -224,266 +184,4 @@ pub struct Span {
     pub from: f64,
     pub to: f64,
     pub label: String,
-}
-
-/// One segment of the time line.
-#[derive(Debug, Serialize)]
-pub struct Segment {
-    /// Its number.
-    pub id: i64,
-    /// What.
-    pub kind: String,
-    /// s.
-    pub start: f64,
-    /// s.
-    pub end: f64,
-    /// Which way.
-    pub direction: Option<String>,
-    /// 0 to 1.
-    pub quality: Option<f64>,
-    /// Whether estimation used it.
-    pub used: bool,
-    /// Why not.
-    pub reason: Option<String>,
-}
-
-/// Builds a session's figures; plots that the list does not know are drawn as they are.
-pub fn build(points: &[PlotPoint], manoeuvres: &[Manoeuvre]) -> Figures {
-    let mut charts: Vec<Chart> = Vec::new();
-    let mut by: BTreeMap<&str, Vec<&PlotPoint>> = BTreeMap::new();
-    for point in points {
-        by.entry(&point.plot).or_default().push(point);
-    }
-    for plot in PLOTS.iter().chain(OFFROAD_PLOTS) {
-        charts.extend(chart(plot.name, plot.title, plot.caption, plot.x, plot.y, &by));
-    }
-    for plot in RIDE_PLOTS {
-        let drawn = chart(plot.name, plot.title, plot.caption, plot.x, plot.y, &by);
-        let equal = plot.name == "g_g";
-        charts.extend(drawn.map(|c| Chart { section: Section::Ride, equal, ..c }));
-    }
-    for (name, plot) in catalogue::residual_plots() {
-        let drawn = chart(&name, plot.title, plot.caption, plot.x, plot.y, &by);
-        let (section, height) = (Section::Residual, Some(170));
-        charts.extend(drawn.map(|c| Chart { section, height, ..c }));
-    }
-    let mut others: Vec<&str> = by.keys().copied().collect();
-    others.retain(|n| *n != TIMELINE && charts.iter().all(|c| c.name != *n));
-    for name in others {
-        let plain = |label| Axis { label, unit: "", scale: 1.0 };
-        charts.extend(chart(name, name, "", plain("x"), plain("y"), &by));
-    }
-    let segments = manoeuvres
-        .iter()
-        .map(|m| Segment {
-            id: m.manoeuvre_id,
-            kind: m.kind.clone(),
-            start: round(m.start, 3),
-            end: round(m.end, 3),
-            direction: m.direction.clone(),
-            quality: m.quality.map(|q| round(q, 3)),
-            used: m.used,
-            reason: m.reason.clone(),
-        })
-        .collect();
-    Figures { charts, panels: panels(by.get(TIMELINE).map_or(&[], Vec::as_slice)), segments }
-}
-
-fn panels(line: &[&PlotPoint]) -> Vec<Chart> {
-    let time = axis("time", "s", 1.0);
-    let mut out = Vec::new();
-    for (y, names) in PANELS {
-        let own: Vec<&PlotPoint> =
-            line.iter().copied().filter(|p| names.contains(&p.series.as_str())).collect();
-        out.extend(assemble("timeline", y.label, "", time, *y, &own));
-    }
-    let mut others: Vec<&str> = line.iter().map(|p| p.series.as_str()).collect();
-    others.sort_unstable();
-    others.dedup();
-    others.retain(|n| PANELS.iter().all(|(_, names)| !names.contains(n)));
-    let session = Table::embedded("session");
-    for name in others {
-        let own: Vec<&PlotPoint> = line.iter().copied().filter(|p| p.series == name).collect();
-        let y = axis("", "", 1.0);
-        if let Some(mut chart) = assemble("timeline", name, "", time, y, &own) {
-            chart.y.label = name.replace('_', " ");
-            chart.y.unit = session
-                .column(name)
-                .and_then(|c| c.unit.as_deref())
-                .map(words::unit)
-                .unwrap_or_default();
-            out.push(chart);
-        }
-    }
-    for (i, chart) in out.iter_mut().enumerate() {
-        chart.name = format!("timeline-{i}");
-    }
-    out
-}
-
-fn chart(
-    name: &str,
-    title: &str,
-    caption: &str,
-    x: Axis,
-    y: Axis,
-    by: &BTreeMap<&str, Vec<&PlotPoint>>,
-) -> Option<Chart> {
-    assemble(name, title, caption, x, y, by.get(name)?)
-}
-
-fn assemble(
-    name: &str,
-    title: &str,
-    caption: &str,
-    x: Axis,
-    y: Axis,
-    points: &[&PlotPoint],
-) -> Option<Chart> {
-    if points.is_empty() {
-        return None;
-    }
-    let x_digits = digits(points.iter().map(|p| p.x * x.scale));
-    // a panel of the time line is low, and is half of the page
-    let parts = if name == TIMELINE { 4_000.0 } else { PARTS };
-    let y_digits = digits_of(
-        parts,
-        points.iter().flat_map(|p| [p.y, p.y_low, p.y_high]).flatten().map(|v| v * y.scale),
-    );
-    let put_x = |v: f64| round(v * x.scale, x_digits);
-    let put_y = |v: f64| round(v * y.scale, y_digits);
-    let mut chart = Chart {
-        name: name.to_owned(),
-        title: title.to_owned(),
-        caption: caption.to_owned(),
-        x: Label { label: x.label.to_owned(), unit: x.unit.to_owned() },
-        y: Label { label: y.label.to_owned(), unit: y.unit.to_owned() },
-        ..Chart::default()
-    };
-    let mut series: Vec<&str> = points.iter().map(|p| p.series.as_str()).collect();
-    series.sort_unstable();
-    series.dedup();
-    for series in series {
-        let mut own: Vec<&PlotPoint> =
-            points.iter().copied().filter(|p| p.series == series && p.x.is_finite()).collect();
-        let is_cloud = series == "data" || own.iter().any(|p| p.weight.is_some());
-        let steps = || own.windows(2).map(|p| p[1].x - p[0].x);
-        let path = !is_cloud
-            && name.starts_with("friction_y_slip_")
-            && steps().any(|d| d > 0.0)
-            && steps().any(|d| d < 0.0);
-        if !path {
-            own.sort_by(|a, b| a.x.total_cmp(&b.x));
-        }
-        if is_cloud {
-            let mut cloud = Cloud { name: series.to_owned(), ..Cloud::default() };
-            let shaded = own.iter().any(|p| p.shade.is_some());
-            let counted = own.iter().any(|p| p.n.is_some_and(|n| n > 1));
-            for p in own {
-                let Some(value) = p.y else { continue };
-                let weight = p.weight.unwrap_or(1.0).clamp(0.0, 1.0);
-                cloud.x.push(put_x(p.x));
-                cloud.y.push(put_y(value));
-                cloud.w.push(round(weight, 2));
-                cloud.m.push(p.manoeuvre_id);
-                if shaded {
-                    cloud.s.push(p.shade.map(|s| round(s, 1)));
-                }
-                if counted {
-                    cloud.n.push(p.n.unwrap_or(1));
-                }
-                chart.points += 1;
-                chart.outliers += usize::from(weight == 0.0);
-            }
-            if shaded {
-                let what = catalogue::shade(name);
-                chart.shade =
-                    Some(Label { label: what.label.to_owned(), unit: what.unit.to_owned() });
-            }
-            chart.clouds.push(cloud);
-        } else {
-            let band = own.iter().any(|p| p.y_low.is_some() && p.y_high.is_some());
-            let edge = |get: fn(&PlotPoint) -> Option<f64>| match band {
-                true => own.iter().map(|p| get(p).map(put_y)).collect(),
-                false => Vec::new(),
-            };
-            chart.lines.push(Line {
-                name: series.to_owned(),
-                label: words::series(series),
-                x: own.iter().map(|p| put_x(p.x)).collect(),
-                y: own.iter().map(|p| p.y.map(put_y)).collect(),
-                lo: edge(|p| p.y_low),
-                hi: edge(|p| p.y_high),
-                path,
-                colour: None,
-            });
-        }
-    }
-    Some(chart)
-}
-
-/// Parts of its range that a number on a chart is told apart by: finer than any screen.
-const PARTS: f64 = 20_000.0;
-
-/// Decimals that resolve [`PARTS`] of the range.
-pub(crate) fn digits(values: impl Iterator<Item = f64>) -> usize {
-    digits_of(PARTS, values)
-}
-
-fn digits_of(parts: f64, values: impl Iterator<Item = f64>) -> usize {
-    let (low, high) = values
-        .filter(|v| v.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    let range = high - low;
-    if !(range > 0.0 && range.is_finite()) {
-        return 6;
-    }
-    (parts / range).log10().ceil().clamp(0.0, 12.0) as usize
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn point(plot: &str, series: &str, x: f64, y: f64, weight: Option<f64>) -> PlotPoint {
-        PlotPoint {
-            session_id: String::new(),
-            bike_id: String::new(),
-            plot: plot.into(),
-            series: series.into(),
-            x,
-            y: Some(y),
-            y_low: None,
-            y_high: None,
-            weight,
-            manoeuvre_id: None,
-            shade: None,
-            n: None,
-        }
-    }
-
-    #[test]
-    fn angles_are_shown_in_degrees_and_rounded() {
-        let points = [
-            point("slip_angle_front", "data", 0.5, -0.01, Some(0.0)),
-            point("slip_angle_front", "data", -0.5, 0.01, Some(1.0)),
-        ];
-        let figures = build(&points, &[]);
-        let cloud = &figures.charts[0].clouds[0];
-        assert_eq!(cloud.x, [-28.648, 28.648]); // 0.5 rad = 28.6479 deg
-        assert_eq!((figures.charts[0].points, figures.charts[0].outliers), (2, 1));
-        assert_eq!(figures.charts[0].x.unit, "°");
-    }
-
-    #[test]
-    fn an_unknown_plot_and_series_are_drawn_not_dropped() {
-        let points = [
-            point("new_plot", "fit", 0.0, 1.0, None),
-            point("timeline", "pitch_rate", 0.0, 1.0, None),
-        ];
-        let figures = build(&points, &[]);
-        assert_eq!(figures.charts[0].name, "new_plot");
-        assert_eq!(figures.panels[0].y.label, "pitch rate");
-        assert_eq!(figures.panels[0].y.unit, "rad/s");
-    }
 }

@@ -15,7 +15,7 @@ use flate2::write::ZlibEncoder;
 use serde::ser::Error;
 use serde::{Serialize, Serializer};
 
-/// Decimals that are tried; more than the most that [`super::chart::digits`] gives.
+/// Decimals that are tried; more than the most that [`super::resolution::digits`] gives.
 const DECIMALS: i32 = 12;
 /// Largest multiple: far below where whole numbers have gaps.
 const LARGEST: f64 = 1e15;

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::report::charts::chart::{Chart, Label, Line, digits};
+use crate::report::charts::chart::{Chart, Label, Line};
+use crate::report::charts::resolution::digits;
 use crate::report::diagnosis::labels;
 use crate::report::number_format::{self, fixed, round, typeset};
 use crate::report::words;

@@ -9,7 +9,7 @@ use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
 use crate::report::assets::Source;
-use crate::report::charts::chart::Figures;
+use crate::report::charts::figures::Figures;
 use crate::report::charts::pack;
 use crate::report::diagnosis::{extended_model, overlays, page, tables};
 use crate::report::error::Error;

@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::Timestamp;
 use serde::Serialize;
 
-use crate::report::charts::chart::{self, Chart, Cloud, Label, Line, Span};
+use crate::report::charts::chart::{Chart, Cloud, Label, Line, Span};
+use crate::report::charts::resolution;
 use crate::report::fleet::ratios;
 use crate::report::fleet::tables::{Histories, SessionEstimate};
 use crate::report::number_format::{self, fixed, round, typeset};
@@ -404,7 +405,7 @@ impl Fleet<'_> {
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.session.cmp(&b.1.session)));
         let values = || order.iter().map(|(_, s)| f64::from(s.value));
-        let digits = chart::digits(values());
+        let digits = resolution::digits(values());
         let put = |v: f32| round(f64::from(v), digits);
         let some = |v: f32| Some(put(v)).filter(|v| v.is_finite());
         let mut cloud = Cloud {

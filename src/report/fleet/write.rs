@@ -6,7 +6,8 @@ use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 
 use crate::report::assets::Source;
-use crate::report::charts::chart::{self, Chart, Figures};
+use crate::report::charts::chart::{self, Chart};
+use crate::report::charts::figures::Figures;
 use crate::report::charts::pack;
 use crate::report::error::Error;
 use crate::report::fleet::page::{self, PAGE, Page};

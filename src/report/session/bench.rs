@@ -10,6 +10,8 @@
 
 use std::path::Path;
 
+use crate::contract::bike::Axle;
+use crate::plots::fits::STIFFNESS;
 use crate::report::charts::chart::{Chart, Cloud};
 use crate::report::error::Error;
 use crate::report::number_format::{self, fixed, typeset};
@@ -151,33 +153,37 @@ impl Bench {
 
     /// Puts the bench's stiffnesses into the charts of stiffness over camber.
     pub fn draw(&self, bike: &str, charts: &mut [Chart]) {
-        for chart in charts {
-            let Some(tyre) = chart.name.strip_prefix("stiffness_").map(str::to_owned) else {
-                continue;
-            };
-            let mut cloud = Cloud {
-                name: "bench".into(),
-                label: "tyre bench".into(),
-                r: Some(4.0),
-                ..Cloud::default()
-            };
-            for name in ["cornering_stiffness_0", "camber_stiffness_0"] {
-                for v in self.of(bike, &tyre, name) {
-                    cloud.x.push(v.camber.abs().to_degrees());
-                    cloud.y.push(v.value);
-                    cloud.w.push(1.0);
-                    cloud.m.push(None);
-                    cloud.lo.push(v.std_error.map(|e| v.value - 1.96 * e));
-                    cloud.hi.push(v.std_error.map(|e| v.value + 1.96 * e));
-                    let camber =
-                        if name.starts_with("camber") { "camber kγ" } else { "cornering kα" };
-                    cloud.t.push(format!("bench, {camber}"));
-                }
-            }
-            if !cloud.x.is_empty() {
+        for (axle, plot) in Axle::BOTH.into_iter().zip(&STIFFNESS) {
+            let cloud = self.stiffness(bike, axle);
+            let chart = charts.iter_mut().find(|c| c.name == plot.name);
+            if let Some(chart) = chart.filter(|_| !cloud.x.is_empty()) {
                 chart.clouds.push(cloud);
             }
         }
+    }
+
+    /// Measured stiffnesses over camber, in degrees, with their 95 % intervals.
+    fn stiffness(&self, bike: &str, axle: Axle) -> Cloud {
+        let mut cloud = Cloud {
+            name: "bench".into(),
+            label: "tyre bench".into(),
+            r: Some(4.0),
+            ..Cloud::default()
+        };
+        for (name, words) in
+            [("cornering_stiffness_0", "cornering kα"), ("camber_stiffness_0", "camber kγ")]
+        {
+            for v in self.of(bike, axle.name(), name) {
+                cloud.x.push(v.camber.abs().to_degrees());
+                cloud.y.push(v.value);
+                cloud.w.push(1.0);
+                cloud.m.push(None);
+                cloud.lo.push(v.std_error.map(|e| v.value - 1.96 * e));
+                cloud.hi.push(v.std_error.map(|e| v.value + 1.96 * e));
+                cloud.t.push(format!("bench, {words}"));
+            }
+        }
+        cloud
     }
 }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::plots::offroad::rider_label;
 use crate::report::number_format::{fixed, typeset};
 use crate::report::words;
 use crate::tables::rows::{ForceRow, Manoeuvre};
@@ -138,7 +139,7 @@ pub fn table(rows: &[ForceRow]) -> Table {
     let mut out = Table::default();
     for force in summarise(rows) {
         for s in &force.riders {
-            let name = words::rider(&s.rider);
+            let name = rider_label(&s.rider);
             if !out.riders.contains(&name) {
                 out.riders.push(name);
             }
@@ -154,7 +155,7 @@ pub fn table(rows: &[ForceRow]) -> Table {
         let cells = out
             .riders
             .iter()
-            .map(|name| match force.riders.iter().find(|s| words::rider(&s.rider) == *name) {
+            .map(|name| match force.riders.iter().find(|s| rider_label(&s.rider) == *name) {
                 Some(s) => (
                     typeset(&fixed(s.rms.unwrap_or(s.mean), digits)),
                     typeset(&fixed(s.peak, digits)),
@@ -175,7 +176,7 @@ pub fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let mut out = format!(
         "\n{:<34}{:>9}{:>9}{:>9}{:>9}{:>9}\n",
-        format!("Largest forces, {}, N", words::rider(&first.rider)),
+        format!("Largest forces, {}, N", rider_label(&first.rider)),
         "N_f",
         "N_r",
         "B_f",

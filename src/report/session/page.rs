@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use crate::report::charts::catalogue::{OFFROAD_PLOTS, PLOTS, Plot, RIDE_PLOTS};
-use crate::report::charts::chart::Figures;
+use crate::plots::catalogue::{FITS, OFFROAD, RIDE};
+use crate::plots::plot::Plot;
+use crate::report::charts::figures::Figures;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::session::bench::Bench;
 use crate::report::{inline_svg, words};
@@ -179,13 +180,13 @@ pub fn build(
 pub fn is_offroad(figures: &Figures) -> bool {
     let has =
         |plots: &[Plot]| plots.iter().any(|p| figures.charts.iter().any(|c| c.name == p.name));
-    has(OFFROAD_PLOTS) && !has(PLOTS)
+    has(OFFROAD) && !has(&FITS)
 }
 
 /// Whether a chart has nothing to show on this page; its title, for the sentence that says so.
 pub fn absent_charts(figures: &Figures) -> Vec<&'static str> {
     let (plots, ride) =
-        if is_offroad(figures) { (OFFROAD_PLOTS, &[][..]) } else { (PLOTS, RIDE_PLOTS) };
+        if is_offroad(figures) { (OFFROAD, &[][..]) } else { (&FITS[..], &RIDE[..]) };
     plots
         .iter()
         .chain(ride)

@@ -8,8 +8,8 @@ use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
 use crate::report::assets::{Pages, Source};
-use crate::report::charts::chart;
 use crate::report::charts::pack;
+use crate::report::charts::{chart, figures};
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
 use crate::report::page_shell;
@@ -65,25 +65,25 @@ impl Writer<'_> {
         let ident = &session.ident;
         let manoeuvres = self.stored.manoeuvres(ident)?;
         let points = self.stored.plots(ident)?;
-        let mut figures = chart::build(&points, &manoeuvres);
-        self.bench.draw(&ident.bike_id, &mut figures.charts);
+        let mut drawn = figures::build(&points, &manoeuvres);
+        self.bench.draw(&ident.bike_id, &mut drawn.charts);
         let coefficients = self.tables.coefficients_of(ident);
         let warnings = self.tables.warnings_of(ident);
         let forces = tables::rows_of(self.forces, ident, |f| &f.ident);
         let mut page = page::build(session, coefficients, &manoeuvres, warnings);
         page.compare(self.bench);
-        chart::share_time(&mut figures.panels);
+        figures::share_time(&mut drawn.panels);
         let html = self.environment.get_template("session.html")?.render(context! {
             page => Serde(page),
-            charts => Serde(chart::heads(&figures.charts)),
-            panels => Serde(chart::heads(&figures.panels)),
-            residuals => Serde(chart::residuals(&figures.charts)),
-            bins => crate::plots::BINS,
-            absent => page::absent_charts(&figures),
-            offroad => page::is_offroad(&figures),
+            charts => Serde(chart::heads(&drawn.charts)),
+            panels => Serde(chart::heads(&drawn.panels)),
+            residuals => Serde(chart::residuals(&drawn.charts)),
+            bins => crate::plots::sheet::TIMELINE_BINS,
+            absent => page::absent_charts(&drawn),
+            offroad => page::is_offroad(&drawn),
             forces => Serde(forces::table(forces)),
             diagnosis => diagnosis,
-            data => Value::from_safe_string(pack::pack(&figures)?),
+            data => Value::from_safe_string(pack::pack(&drawn)?),
             ..page_shell::context(self.source)
         })?;
         let html = page_shell::stamped(&html, &fingerprint, self.source);

@@ -13,7 +13,8 @@ use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render::render::Scene;
 
-use crate::report::charts::chart::{Chart, Cloud, Label, Line, Segment};
+use crate::report::charts::chart::{Chart, Cloud, Label, Line};
+use crate::report::charts::figures::Segment;
 use crate::report::fleet::page::Boxes;
 use crate::report::static_figures::panels::COLOURS;
 

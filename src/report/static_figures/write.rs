@@ -5,7 +5,7 @@ use std::path::Path;
 use kuva::render::render::Scene;
 use rayon::prelude::*;
 
-use crate::report::charts;
+use crate::report::charts::figures;
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
 use crate::report::session::bench;
@@ -60,17 +60,17 @@ pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Res
         .map(|(session, name)| -> Result<usize, Error> {
             let points = stored.plots(&session.ident)?;
             let manoeuvres = stored.manoeuvres(&session.ident)?;
-            let mut figures = charts::chart::build(&points, &manoeuvres);
-            bench.draw(&session.ident.bike_id, &mut figures.charts);
+            let mut drawn = figures::build(&points, &manoeuvres);
+            bench.draw(&session.ident.bike_id, &mut drawn.charts);
             let folder = name.trim_end_matches(".html");
-            for chart in &figures.charts {
+            for chart in &drawn.charts {
                 save(folder, &chart.name, &chart::scene(chart))?;
             }
-            let timeline = usize::from(!figures.panels.is_empty());
+            let timeline = usize::from(!drawn.panels.is_empty());
             if timeline > 0 {
-                save(folder, "timeline", &chart::timeline(&figures.panels, &figures.segments))?;
+                save(folder, "timeline", &chart::timeline(&drawn.panels, &drawn.segments))?;
             }
-            Ok(figures.charts.len() + timeline)
+            Ok(drawn.charts.len() + timeline)
         })
         .try_reduce(|| 0, |a, b| Ok(a + b))?;
     let diagnosed = Diagnosed::read(out, &sessions, &pages)?;
