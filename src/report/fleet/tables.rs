@@ -101,3 +101,40 @@ pub fn histories(out: &Path, sessions: &[SessionRow]) -> Result<Histories, Error
     }
     Ok(found)
 }
+
+/// All that the page over all sessions is made from.
+#[derive(Debug)]
+pub struct FleetTables<'a> {
+    /// By bike and session.
+    pub sessions: &'a [SessionRow],
+    /// The sessions' pages, in their order; an empty name is none.
+    pub pages: &'a [String],
+    /// The table `fleet`.
+    pub rows: &'a [FleetRow],
+    /// The table `fleet_events`.
+    pub events: &'a [EventRow],
+    /// The table `fleet_pooled`.
+    pub histories: &'a Histories,
+}
+
+impl FleetTables<'_> {
+    /// Index of a session.
+    pub fn place(&self, bike: &str, session: &str) -> Option<usize> {
+        self.sessions.binary_search_by(|s| s.ident.key().cmp(&(bike, session))).ok()
+    }
+
+    /// Every session's estimate of a coefficient, in the order of the table; empty where none is.
+    pub fn history(&self, bike: &str, tyre: &str, coefficient: &str) -> &[SessionEstimate] {
+        let key = (bike.to_owned(), tyre.to_owned(), coefficient.to_owned());
+        self.histories.get(&key).map_or(&[], Vec::as_slice)
+    }
+
+    /// The rows of each coefficient that some session determined, in the contract's order.
+    pub fn coefficients(&self) -> Vec<Vec<&FleetRow>> {
+        let mut names: BTreeMap<_, Vec<&FleetRow>> = BTreeMap::new();
+        for row in self.rows.iter().filter(|r| r.n_sessions > 0) {
+            names.entry(words::order(&row.tyre, &row.coefficient)).or_default().push(row);
+        }
+        names.into_values().collect()
+    }
+}

@@ -11,6 +11,7 @@ use crate::report::charts::figures::Figures;
 use crate::report::charts::pack;
 use crate::report::error::Error;
 use crate::report::fleet::page::{self, PAGE, Page};
+use crate::report::fleet::tables::FleetTables;
 use crate::report::fleet::{ratios, tables};
 use crate::report::page_shell;
 use crate::tables::file;
@@ -44,7 +45,9 @@ pub(crate) fn read(
     let rows = tables::fleet(out)?;
     let events = tables::events(out)?;
     let histories = tables::histories(out, sessions)?;
-    let (mut page, charts) = page::build(sessions, pages, &rows, &events, &histories);
-    page.ratios = ratios::build(&tables::ratios(out)?, &rows);
+    let (rows, events, histories) = (&rows, &events, &histories);
+    let fleet = FleetTables { sessions, pages, rows, events, histories };
+    let (mut page, charts) = page::build(&fleet);
+    page.ratios = ratios::build(&tables::ratios(out)?, rows);
     Ok((page, charts))
 }

@@ -15,7 +15,7 @@ use kuva::render::render::Scene;
 
 use crate::report::charts::chart::{Chart, Cloud, Label, Line};
 use crate::report::charts::figures::Segment;
-use crate::report::fleet::page::Boxes;
+use crate::report::fleet::comparison::Boxes;
 use crate::report::static_figures::panels::COLOURS;
 
 /// Colours from little to much, as on the page.

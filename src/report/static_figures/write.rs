@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::report::charts::figures;
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
+use crate::report::fleet::tables::FleetTables;
 use crate::report::session::bench;
 use crate::report::static_figures::chart;
 use crate::report::tables::{self, SessionTables};
@@ -82,8 +83,14 @@ pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Res
     for chart in &charts {
         save("fleet", &chart.name, &chart::scene(chart))?;
     }
-    let histories = fleet::tables::histories(out, &sessions)?;
-    let compared = fleet::page::compared(&sessions, &fleet::tables::fleet(out)?, &histories);
+    let tables = FleetTables {
+        sessions: &sessions,
+        pages: &pages,
+        rows: &fleet::tables::fleet(out)?,
+        events: &[],
+        histories: &fleet::tables::histories(out, &sessions)?,
+    };
+    let compared = fleet::comparison::boxes(&tables);
     for boxes in &compared {
         save("fleet", &boxes.name, &chart::boxes(boxes))?;
     }
