@@ -7,17 +7,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::effects::extended_model::Model;
 use crate::estimate::zeros::{self, Zeros};
-use crate::fit::chain::{self, Data, Solution};
-use crate::fit::coefficients;
+use crate::fit::{Data, Solution, chain, coefficients, cornering};
+use crate::model::formulation::Formulation;
+use crate::objects::Location;
 use crate::segment::Segment;
 use crate::tables::registry::{self, Row, TableSpec};
 use crate::tables::{file, rows};
 use crate::{estimate, filter, fit, ingest, plots, segment};
-use crate::{estimate::needs, model::formulation::Formulation};
 
 mod offroad;
 
@@ -171,8 +172,8 @@ pub struct Rejection {
 /// What the caller knows of an input.
 #[derive(Debug, Clone)]
 pub struct Input<'a> {
-    /// The file.
-    pub path: &'a Path,
+    /// The log.
+    pub log: Location,
     /// Channel maps to choose from; none means those that come with the program.
     pub maps: &'a [ingest::map::ChannelMap],
     /// BLAKE3 of its bytes.
@@ -188,7 +189,7 @@ pub struct Input<'a> {
 /// # Errors
 /// The first stage that cannot go on says why.
 pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Rejection> {
-    let raw = ingest::read(input.path, input.maps).map_err(refuse)?;
+    let raw = ingest::read(&input.log, input.maps).map_err(refuse)?;
     run_raw(raw, input, bike, pipeline)
 }
 
@@ -233,7 +234,7 @@ pub fn run_raw(
         pipeline_hash: input.pipeline_hash.clone(),
         version: crate::VERSION.to_owned(),
     };
-    let missing = |tyre: &str, coefficient: &str| missing_channels(&session, tyre, coefficient);
+    let missing = |id| missing_channels(&session, id);
     let coefficients =
         coefficients::rows(&solution, bike, &pipeline.fit, &missing, &ident, &provenance);
     let manoeuvres = manoeuvres(&session, &segments, radii(bike, &solution), &ident);
@@ -254,9 +255,9 @@ fn refuse(e: ingest::Error) -> Rejection {
 }
 
 /// Why the channels do not allow a coefficient, if they do not.
-fn missing_channels(session: &Session, tyre: &str, coefficient: &str) -> Option<String> {
-    let need = needs::of(tyre, coefficient)?;
-    let names: Vec<&str> = need.missing(session).into_iter().map(Channel::name).collect();
+fn missing_channels(session: &Session, id: coefficient::Id) -> Option<String> {
+    let missing = id.requirement().missing(session);
+    let names: Vec<&str> = missing.into_iter().map(Channel::name).collect();
     if names.is_empty() {
         return None;
     }
@@ -290,7 +291,7 @@ fn mean(x: impl Iterator<Item = f64>) -> Option<f64> {
 fn radii(bike: &Bike, solution: &Solution) -> [f64; 2] {
     let nominal = [bike.front.radius, bike.rear.radius];
     [0, 1].map(|k| {
-        let known = solution.given.radius[k];
+        let known = solution.inputs.radius[k];
         if known.is_finite() { known } else { nominal[k] }
     })
 }
@@ -351,10 +352,10 @@ fn manoeuvres(
 }
 
 fn signals(session: &Session, data: &Data, solution: &Solution) -> Result<RecordBatch, Rejection> {
-    let given = &solution.given;
-    let straight = [0, 1].map(|k| given.straight(&data.straight[k], &data.action[k]));
-    let crown = solution.fits.overturning.as_ref().map(|f| f.theta[0]);
-    let corner = given.corner(&data.corner, data.corner_rate, crown);
+    let inputs = &solution.inputs;
+    let straight = [0, 1].map(|k| inputs.straight(&data.straight[k], &data.action[k]));
+    let front_k_x = solution.fits.overturning.as_ref().map(|f| f.theta[cornering::K_X]);
+    let corner = inputs.corner(&data.corner, data.corner_rate, front_k_x);
     let sets = [
         (&data.straight[0], &straight[0]),
         (&data.straight[1], &straight[1]),
@@ -383,7 +384,7 @@ fn session_row(
     let channels: Vec<&str> = session.channels().map(Channel::name).collect();
     rows::SessionRow {
         ident: rows::Ident::from(meta),
-        path: input.path.display().to_string(),
+        path: input.log.to_string(),
         duration: session.duration(),
         rate: session.rate,
         n_samples: session.len as i64,

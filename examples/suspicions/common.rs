@@ -4,6 +4,7 @@ use std::path::Path;
 
 use roadbench::GRAVITY;
 use roadbench::contract::bike::{Axle, Bike};
+use roadbench::contract::coefficient::Coefficient;
 use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::ride::{Diagnosis, Settings, diagnose};
 use roadbench::effects::Effect;
@@ -44,7 +45,7 @@ pub fn characterise(ridden: &Ridden, bike: &Bike) -> Outcome {
     let path = folder.path().join("log.parquet");
     write_session(&path, &ridden.session, false).expect("written");
     let input = pipeline::Input {
-        path: Path::new(&path),
+        log: Path::new(&path).into(),
         maps: &[],
         input_hash: String::new(),
         pipeline_hash: String::new(),
@@ -69,7 +70,7 @@ pub fn tyres(outcome: &Outcome, bike: &Bike, friction: f64) -> [Custom; 2] {
     let rolling = value(outcome, "vehicle", "rolling_resistance").expect("coasted");
     [0, 1].map(|k| {
         let axle = Axle::BOTH[k];
-        let of = |name: &str| value(outcome, axle.name(), name);
+        let of = |c: Coefficient| value(outcome, axle.name(), c.name());
         Custom::characterised(of, bike.wheel(axle), load[k], rolling, friction).expect("a tyre")
     })
 }

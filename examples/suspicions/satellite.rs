@@ -6,7 +6,7 @@ use roadbench::diagnose::attitude::Attitude;
 use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::samples::Samples;
 use roadbench::effects::Effect;
-use roadbench::fit::chain::{self, Data};
+use roadbench::fit::{Data, chain};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::multibody;
 use roadbench::simulate::ride::Ridden;

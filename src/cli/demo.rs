@@ -6,10 +6,14 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
+use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::cli::{Failure, colour, diagnose, run, simulate};
+use crate::cli::{colour, diagnose, run, simulate};
+use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::effects::Effect;
-use crate::report::{diagnosis, tables};
+use crate::estimate;
+use crate::report::diagnosis::tables as diagnosis;
+use crate::report::tables;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::{session, truth};
 use crate::tables::file;
@@ -26,16 +30,16 @@ pub struct Arguments {
     no_open: bool,
 }
 
-/// Coefficients that the story shows.
-const SHOWN: [(&str, &str, usize); 8] = [
-    ("front", "mf_d", 3),
-    ("front", "cornering_stiffness_0", 1),
-    ("front", "camber_stiffness_0", 2),
-    ("rear", "mf_d", 3),
-    ("rear", "cornering_stiffness_0", 1),
-    ("rear", "camber_stiffness_0", 2),
-    ("vehicle", "drag", 3),
-    ("vehicle", "overturning_stiffness", 4),
+/// Coefficients that the story shows, with their decimals.
+const SHOWN: [(Part, C, usize); 8] = [
+    (Part::Front, C::MfD, 3),
+    (Part::Front, C::CorneringStiffness0, 1),
+    (Part::Front, C::CamberStiffness0, 2),
+    (Part::Rear, C::MfD, 3),
+    (Part::Rear, C::CorneringStiffness0, 1),
+    (Part::Rear, C::CamberStiffness0, 2),
+    (Part::Vehicle, C::Drag, 3),
+    (Part::Vehicle, C::OverturningStiffness, 4),
 ];
 
 /// Runs the command.
@@ -52,15 +56,15 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     };
     let colours = colour::on_stdout();
     say!("{}\n", colour::bold("A motorcycle that never was, ridden by numbers", colours));
-    let rides =
-        simulate::write_bike(&scenario, 0, &archive).map_err(|e| Failure::Output(e.to_string()))?;
+    let rides = simulate::write_bike(&scenario, 0, &(&archive).into())
+        .map_err(|e| Failure::Output(e.to_string()))?;
     let text = BUILTIN.iter().find(|(name, _)| *name == "demo").map_or("", |(_, text)| text);
     file::write_bytes(&archive.join("scenario.toml"), text.as_bytes())
         .map_err(|e| Failure::Output(e.to_string()))?;
     let at = step(&format!("simulate: {rides} rides with the sensors of a real one"), begin);
-    run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar)?;
+    run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar.clone())?;
     let at = step("run: the coefficients of both tyres, with intervals", at);
-    diagnose::run(diagnose::Arguments::quietly(archive.clone(), out.clone()))?;
+    diagnose::run(diagnose::Arguments::quietly(archive.clone(), out.clone()), bar)?;
     step("diagnose: is anything wrong with these rides?", at);
 
     tyres(&scenario, &out, colours)?;
@@ -78,18 +82,19 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
 /// What the first ride gives of the tyres, beside the truth.
 fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> {
     let machine = scenario.machine(0);
-    let known = truth::coefficients(&machine.plant, &session(scenario, &machine, 0));
+    let ride = session(scenario, &machine, 0);
+    let known = truth::coefficients(&machine.plant, &ride, &estimate::Config::default());
     let rows = tables::coefficients(out).map_err(|e| Failure::Output(e.to_string()))?;
     let Some(first) = rows.first().map(|r| r.ident.session_id.clone()) else { return Ok(()) };
-    let of = |tyre: &str, name: &str| {
+    let of = |id: Id| {
         let own = |r: &&Coefficient| {
-            r.ident.session_id == first && r.tyre == tyre && r.coefficient == name
+            r.ident.session_id == first && Id::from_names(&r.tyre, &r.coefficient) == Some(id)
         };
         rows.iter().find(own)
     };
     let (mut held, mut all) = (0, 0);
-    for (tyre, name, value, _) in &known {
-        if let Some(row) = of(tyre, name).filter(|r| r.status == Status::Ok)
+    for (id, value) in &known {
+        if let Some(row) = of(*id).filter(|r| r.status == Status::Ok)
             && let (Some(low), Some(high)) = (row.ci95_low, row.ci95_high)
         {
             all += 1;
@@ -99,21 +104,24 @@ fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> 
     let title = format!("The tyres, from ride {first}");
     say!("\n{}", colour::bold(&title, colours));
     say!("{:39} {:>8} {:>8}   95 % interval", "", "true", "found");
-    for (tyre, name, decimals) in SHOWN {
-        let (Some(row), Some(true_row)) =
-            (of(tyre, name), known.iter().find(|k| k.0 == tyre && k.1 == name))
-        else {
+    for (part, coefficient, decimals) in SHOWN {
+        let id = Id { part, coefficient };
+        let (Some(row), Some((_, truth))) = (of(id), known.iter().find(|k| k.0 == id)) else {
             continue;
         };
         let figure = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.decimals$}"));
-        let words = format!("{}, {}", name.trim_end_matches("_0").replace('_', " "), row.unit);
+        let words = format!(
+            "{}, {}",
+            coefficient.name().trim_end_matches("_0").replace('_', " "),
+            row.unit
+        );
         let interval = match (row.ci95_low, row.ci95_high) {
             (Some(low), Some(high)) => format!("{} to {}", figure(Some(low)), figure(Some(high))),
             _ => "-".to_owned(),
         };
         say!(
-            "{tyre:8} {words:30} {:>8} {:>8}   {interval}",
-            figure(Some(true_row.2)),
+            "{part:8} {words:30} {:>8} {:>8}   {interval}",
+            figure(Some(*truth)),
             figure(row.value)
         );
     }
@@ -124,7 +132,7 @@ fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> 
 /// What was hidden, and what `diagnose` says.
 fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
     let hidden = hidden(scenario);
-    let rows = diagnosis::tables::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
+    let rows = diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
     let named: Vec<&CauseRow> =
         rows.iter().filter(|r| matches!(r.verdict.as_str(), "named" | "ambiguous")).collect();
     say!("\n{}", colour::bold("Hidden in these rides, and not told to `diagnose`", colours));

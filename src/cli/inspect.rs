@@ -4,18 +4,19 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::inspect_source::{Form, print, show};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::coefficient::{Coefficient, Requirement, Source};
 use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
-use crate::estimate::needs::{NEEDS, OFFROAD};
 use crate::ingest::foreign::Aids;
 use crate::ingest::map::{self, ChannelMap};
 use crate::ingest::{self, Raw, Track};
 use crate::pipeline::Pipeline;
+use crate::statistics::order::upper_median_of;
 
 pub(super) mod text;
 
@@ -113,11 +114,11 @@ struct Reason {
 #[derive(Debug, Serialize)]
 struct Estimate {
     tyre: &'static str,
-    coefficients: &'static [&'static str],
+    coefficients: Vec<&'static str>,
     /// `possible`, `assumed` or `not_available`.
     status: &'static str,
     missing_channels: Vec<&'static str>,
-    riding: &'static str,
+    riding: String,
 }
 
 /// Runs the command.
@@ -258,7 +259,7 @@ fn source_rate(track: &Track) -> Option<f64> {
     let stamps = track.time.iter().zip(&track.values).filter(|(_, v)| v.is_finite());
     let stamps: Vec<f64> = stamps.map(|(t, _)| *t).collect();
     let steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
-    Some(1.0 / ingest::middle(&steps)?)
+    Some(1.0 / upper_median_of(&steps)?)
 }
 
 /// What the log itself tells of a channel.
@@ -315,33 +316,58 @@ fn channel_facts(
         longest_gap: longest as f64 / session.rate,
         min: there.iter().copied().reduce(f64::min),
         max: there.iter().copied().reduce(f64::max),
-        median: ingest::middle(&there),
+        median: upper_median_of(&there),
         verdict,
     }
 }
 
+/// What a log with suspension travel gives besides, with the pipeline for it.
+const OFFROAD: &str = "standing, with --pipeline offroad: also every tyre force over time";
+
+/// What the channels allow, coefficients side by side that need the same.
 fn estimates(session: &Session) -> Vec<Estimate> {
     let suspended = session.has(Channel::ForkTravel) || session.has(Channel::ShockTravel);
-    let offroad = if suspended { OFFROAD } else { &[] };
-    NEEDS
-        .iter()
-        .chain(offroad)
-        .map(|need| {
-            let missing: Vec<&str> = need.missing(session).iter().map(|c| c.name()).collect();
-            let status = match (need.channels.is_empty(), missing.is_empty()) {
-                (true, _) => "assumed",
-                (false, true) => "possible",
-                (false, false) => "not_available",
-            };
-            Estimate {
-                tyre: need.tyre,
-                coefficients: need.coefficients,
-                status,
-                missing_channels: missing,
-                riding: need.riding,
-            }
+    let alike = |a: &Coefficient, b: &Coefficient| {
+        let kind = |c: &Coefficient| std::mem::discriminant(&c.spec().source);
+        kind(a) == kind(b) && estimated_alike(a.spec().requirements, b.spec().requirements)
+    };
+    Coefficient::ALL
+        .chunk_by(alike)
+        .filter(|group| suspended || group[0].is_onroad())
+        .flat_map(|group| {
+            let requirements = group[0].spec().requirements.iter();
+            requirements.map(|r| estimate(session, group, r))
         })
         .collect()
+}
+
+/// Whether two coefficients need the same channels and riding for the same parts.
+fn estimated_alike(a: &[Requirement], b: &[Requirement]) -> bool {
+    let same = |(x, y): (&Requirement, &Requirement)| {
+        (x.part, x.channels, x.riding.manoeuvres) == (y.part, y.channels, y.riding.manoeuvres)
+    };
+    a.len() == b.len() && a.iter().zip(b).all(same)
+}
+
+fn estimate(session: &Session, group: &[Coefficient], requirement: &Requirement) -> Estimate {
+    let source = group[0].spec().source;
+    let missing = requirement.missing(session);
+    let status = match source {
+        Source::BikeFile(_) => "assumed",
+        _ if missing.is_empty() => "possible",
+        _ => "not_available",
+    };
+    let mut riding = requirement.riding.manoeuvres.to_owned();
+    if source == Source::OffRoad {
+        riding = format!("{riding}, {OFFROAD}");
+    }
+    Estimate {
+        tyre: requirement.part.name(),
+        coefficients: group.iter().map(|c| c.name()).collect(),
+        status,
+        missing_channels: missing.into_iter().map(Channel::name).collect(),
+        riding,
+    }
 }
 
 #[cfg(test)]

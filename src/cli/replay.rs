@@ -2,12 +2,16 @@
 
 use std::path::PathBuf;
 
-use crate::cli::Failure;
+use clap::ValueHint;
+
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::contract::bike::Bike;
 use crate::ingest::map::ChannelMap;
 use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
+use crate::objects::Location;
 use crate::pipeline::Pipeline;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::replay::{self, Replay};
@@ -19,7 +23,8 @@ use crate::{filter, ingest, tables::file};
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// A log.
-    log: PathBuf,
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    log: Location,
     /// The motorcycle that brakes: built in, or a motorcycle file.
     #[arg(long)]
     motorcycle: String,
@@ -39,8 +44,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// Folder for the table (replay.parquet) and the figure (replay.svg).
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    out: Option<Location>,
 }
 
 /// Runs the command.
@@ -86,10 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
         .collect();
     if brakings.is_empty() {
-        return Err(Failure::Rejected(format!(
-            "{}: no usable braking in the log",
-            arguments.log.display()
-        )));
+        return Err(Failure::Rejected(format!("{}: no usable braking in the log", arguments.log)));
     }
     let steering = replay::steering(&model, session.rate).map_err(|e| usage(e.to_string()))?;
     say!(
@@ -154,7 +156,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(replay) = drawn {
         let path = out.join("replay.svg");
         file::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;
-        say!("figure: {}", path.display());
+        say!("figure: {}", path);
     }
     Ok(())
 }

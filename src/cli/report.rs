@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::report::session::bench;
 use crate::report::static_figures::write::{self, Format};

@@ -1,8 +1,10 @@
-//! What every stage relies on: the channels of a session, the session itself, the bike file, warnings, kinds
-//! of manoeuvre, and the schemas of tables and files as declared in `schemas/`.
+//! What every stage relies on: the channels of a session, the session itself, the bike file, the
+//! coefficients, warnings, kinds of manoeuvre, and the schemas of tables and files as declared in
+//! `schemas/`.
 
 pub mod bike;
 pub mod channel;
+pub mod coefficient;
 pub mod manoeuvre;
 pub mod schema;
 pub mod session;

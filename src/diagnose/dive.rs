@@ -11,12 +11,12 @@
 //! The first looks like a lateral acceleration over roll rate, the second like a velocity sensor two
 //! centimetres from its place.
 
-use super::null_calibration::median;
 use super::smooth::{gradient, smooth};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::ingest::yaw::trace_angle;
+use crate::statistics::order::median_or_zero;
 
 /// More pitch is no dive, rad.
 const DEEPEST: f64 = 0.2;
@@ -33,7 +33,7 @@ pub fn level(session: &Session, bike: &Bike) -> Option<Session> {
         .filter(|&i| roll[i].abs() < STRAIGHT.0 && v[i] > STRAIGHT.1 && pitch[i].is_finite())
         .map(|i| pitch[i])
         .collect();
-    let usual = median(&usual);
+    let usual = median_or_zero(&usual);
     let dive: Vec<f64> = pitch.iter().map(|p| (p - usual).clamp(-DEEPEST, DEEPEST)).collect();
     let axles = 0.5 * (bike.front.radius + bike.rear.radius);
     let above = (bike.cg_height - axles).max(0.0);

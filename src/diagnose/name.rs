@@ -9,13 +9,14 @@ use rayon::prelude::*;
 
 use super::base::{Base, LARGE, Start};
 use super::generic::{self, Term};
-use super::null_calibration::{Calibrated, Calibration, median};
+use super::null_calibration::{Calibrated, Calibration};
 use super::null_simulation::Rides;
 use super::parameters::{BASE, Parameters};
 use super::problem::Linear;
 use super::samples::Samples;
 use super::scan::{Score, scan};
 use crate::effects::Effect;
+use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Share of the largest score that a candidate must have itself.
 const SHARE: f64 = 0.3;
@@ -331,9 +332,9 @@ fn settled(
         let shown = size(&cause.effect, model);
         let truth = p.get(ridden) - p.get(start);
         let own: Vec<f64> = fits.iter().map(|fit| p.get(fit) - p.get(start)).collect();
-        let centre = median(&own);
+        let centre = median_or_zero(&own);
         let off: Vec<f64> = own.iter().map(|x| (x - centre).abs()).collect();
-        let spread = 1.4826 * median(&off);
+        let spread = SD_PER_MAD * median_or_zero(&off);
         let mean = own.iter().sum::<f64>() / count;
         let square = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
         let sd = 0.5 * ((square / (count - 1.0).max(1.0)).sqrt() + spread);

@@ -19,6 +19,7 @@ use super::samples::{BLOCK, Samples};
 use super::scan::{Score, scores};
 use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::effects::{Effect, PRIOR};
+use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Largest detection limit that is one, in usual sizes.
 pub const SEEN: f64 = 4.0;
@@ -163,7 +164,7 @@ impl Calibration {
     fn of(scored: &[Vec<Score>], effects: usize) -> Self {
         let nulls = scored.len();
         let of = |j: usize| -> Vec<f64> { scored.iter().map(|s| s[j].delta).collect() };
-        let bias: Vec<f64> = (0..effects).map(|j| median(&of(j))).collect();
+        let bias: Vec<f64> = (0..effects).map(|j| median_or_zero(&of(j))).collect();
         let spread: Vec<f64> = (0..effects)
             .map(|j| {
                 let x = of(j);
@@ -172,7 +173,7 @@ impl Calibration {
                     / (nulls as f64 - 1.0).max(1.0))
                 .sqrt();
                 let off: Vec<f64> = x.iter().map(|v| (v - bias[j]).abs()).collect();
-                (0.5 * (sd + 1.4826 * median(&off))).max(1e-9)
+                (0.5 * (sd + SD_PER_MAD * median_or_zero(&off))).max(1e-9)
             })
             .collect();
         let response: Vec<f64> = (0..effects)
@@ -182,7 +183,7 @@ impl Calibration {
                     .map(|s| s[j].information / (s[j].information + PRIOR.powi(-2)))
                     .collect();
                 // far below the least spread: of what nulls know nothing nothing is seen
-                median(&shares).max(1e-15)
+                median_or_zero(&shares).max(1e-15)
             })
             .collect();
         let largest = |scatter: bool| {
@@ -204,7 +205,7 @@ impl Calibration {
         Calibration {
             threshold: [largest(true), largest(false)],
             scatter: (0..effects)
-                .map(|j| median(&scored.iter().map(|s| s[j].std_error).collect::<Vec<_>>()))
+                .map(|j| median_or_zero(&scored.iter().map(|s| s[j].std_error).collect::<Vec<_>>()))
                 .collect(),
             bias,
             spread,
@@ -280,18 +281,6 @@ pub fn rms(samples: &Samples, found: &Blocks) -> Rms {
     }
     sums.values_mut().for_each(|(sum, n)| *sum = (*sum / *n as f64).sqrt());
     sums
-}
-
-/// Median; 0 of nothing.
-pub fn median(x: &[f64]) -> f64 {
-    let mut x = x.to_vec();
-    x.sort_by(f64::total_cmp);
-    let n = x.len();
-    match n {
-        0 => 0.0,
-        _ if n % 2 == 1 => x[n / 2],
-        _ => 0.5 * (x[n / 2 - 1] + x[n / 2]),
-    }
 }
 
 /// Correlation of the pairs that are known; 0 where either does not vary.

@@ -3,7 +3,8 @@
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::effects::model_error::ModelError;
-use crate::fit::chain::Solution;
+use crate::fit::Solution;
+use crate::fit::cornering::{T1, T2};
 use crate::model::MagicFormula;
 use crate::model::tyre::trail_0;
 
@@ -178,13 +179,13 @@ impl Parameters {
 
     /// What the characterisation of a session found, the bike file where it found nothing.
     pub fn new(bike: &Bike, solution: &Solution) -> Self {
-        let given = &solution.given;
+        let inputs = &solution.inputs;
         let finite = |found: f64, otherwise: f64| if found.is_finite() { found } else { otherwise };
         let wheel = |axle: Axle| bike.wheel(axle);
         let weight = bike.mass * GRAVITY;
         let load = [bike.cg_to_rear(), bike.cg_to_front].map(|l| weight * l / bike.wheelbase);
         let each = |f: &dyn Fn(Axle, usize) -> f64| [f(Axle::Front, 0), f(Axle::Rear, 1)];
-        let radius = each(&|axle, k| finite(given.radius[k], wheel(axle).radius));
+        let radius = each(&|axle, k| finite(inputs.radius[k], wheel(axle).radius));
         let ratio = each(&|axle, _| wheel(axle).side_force_ratio);
         let friction = [0, 1].map(|k| match &solution.fits.friction[k] {
             Some(fit) => fit.formula,
@@ -192,7 +193,9 @@ impl Parameters {
         });
         // (39) multiplied through: k = tan(g)/g / (t1 + t2 g^2)
         let stiffness = [0, 1].map(|k| match &solution.fits.lateral[k].compliance {
-            Some(fit) if fit.theta[0] > 0.0 => [1.0 / fit.theta[0], fit.theta[1] / fit.theta[0]],
+            Some(fit) if fit.theta[T1] > 0.0 => {
+                [1.0 / fit.theta[T1], fit.theta[T2] / fit.theta[T1]]
+            }
             _ => USUAL_STIFFNESS,
         });
         Parameters {
@@ -208,8 +211,8 @@ impl Parameters {
             twisting_stiffness: each(&|axle, _| wheel(axle).twisting_stiffness),
             relaxation_length: each(&|axle, k| wheel(axle).relaxation_length.unwrap_or(radius[k])),
             trail: each(&|axle, k| trail_0(radius[k], wheel(axle).vertical_stiffness, load[k])),
-            drag: finite(given.drag, bike.drag),
-            rolling_resistance: finite(given.rolling, bike.rolling_resistance),
+            drag: finite(inputs.drag, bike.drag),
+            rolling_resistance: finite(inputs.rolling, bike.rolling_resistance),
             brake_gain: [
                 bike.brake_gain_front.unwrap_or(2.4e-4),
                 bike.brake_gain_rear.unwrap_or(1.6e-4),

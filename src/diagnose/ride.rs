@@ -20,7 +20,7 @@ use crate::contract::session::Session;
 use crate::effects::extended_model::Model;
 use crate::effects::{self, Effect};
 use crate::estimate::zeros;
-use crate::fit::chain::{self, Data};
+use crate::fit::{Data, chain};
 use crate::ingest::map::ChannelMap;
 use crate::model::formulation::Formulation;
 use crate::pipeline::{Pipeline, Rejection};
@@ -117,7 +117,20 @@ pub fn log(
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
     let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    let raw = ingest::read(path, maps).map_err(refuse)?;
+    raw(ingest::read(path, maps).map_err(refuse)?, bike, pipeline, settings)
+}
+
+/// Diagnoses a log that is in memory already.
+///
+/// # Errors
+/// As [`log`].
+pub fn raw(
+    raw: ingest::Raw,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    settings: &Settings,
+) -> Result<Diagnosis, Rejection> {
+    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
     let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
     ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?;
     diagnose(&session, bike, pipeline, settings)

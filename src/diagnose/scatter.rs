@@ -7,6 +7,7 @@
 use super::problem::{Linear, Problem};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
+use crate::statistics::order::{SD_PER_MAD, median};
 use crate::statistics::random::Random;
 
 /// Base parameters that differ between manoeuvres.
@@ -82,13 +83,10 @@ fn spread(known: &[(f64, f64)]) -> Option<f64> {
     if known.len() < FEWEST {
         return None;
     }
-    let median = |x: &mut Vec<f64>| {
-        x.sort_by(f64::total_cmp);
-        let n = x.len();
-        0.5 * (x[n / 2] + x[(n - 1) / 2])
-    };
-    let middle = median(&mut known.iter().map(|k| k.0).collect());
-    let off = 1.4826 * median(&mut known.iter().map(|k| (k.0 - middle).abs()).collect());
-    let own = median(&mut known.iter().map(|k| k.1).collect());
+    let median_of =
+        |f: &dyn Fn(&(f64, f64)) -> f64| median(&mut known.iter().map(f).collect::<Vec<f64>>());
+    let middle = median_of(&|k| k.0)?;
+    let off = SD_PER_MAD * median_of(&|k| (k.0 - middle).abs())?;
+    let own = median_of(&|k| k.1)?;
     Some((off * off - own).max(0.0).sqrt())
 }

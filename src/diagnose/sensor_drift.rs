@@ -17,6 +17,7 @@ use super::samples::{BLOCK, RATE, Samples};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
+use crate::statistics::order::{SD_PER_MAD, upper_median};
 use crate::statistics::random::{Coloured, Random};
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
@@ -112,9 +113,9 @@ fn wander(
     }
     // a zero that is a little off drifts; only what differs from it is wander
     let [white, short, long] = changes.map(|changes| {
-        let drift = median(changes.clone())?;
+        let drift = median_of_ten(changes.clone())?;
         let squares = changes.iter().map(|d| (d - drift) * (d - drift)).collect();
-        median(squares).map(|m| m / MEDIAN_OF_SQUARE)
+        median_of_ten(squares).map(|m| m / MEDIAN_OF_SQUARE)
     });
     let beyond = |d: f64, span: f64| d - white.unwrap_or(0.0) - walk * (span - SPANS[0]);
     let (short, long) = (beyond(short?, SPANS[1]), beyond(long?, SPANS[2]));
@@ -139,8 +140,8 @@ fn correlated(samples: &Samples, residual: &[f64]) -> Option<(f64, f64)> {
         all.extend((range.start / BLOCK..range.end / BLOCK).map(in_roll));
     }
     all.retain(|r| r.is_finite());
-    let middle = median(all.clone())?;
-    let limit = 4.0 * 1.4826 * median(all.iter().map(|r| (r - middle).abs()).collect())?;
+    let middle = median_of_ten(all.clone())?;
+    let limit = 4.0 * SD_PER_MAD * median_of_ten(all.iter().map(|r| (r - middle).abs()).collect())?;
     let clipped = |b: usize| in_roll(b).clamp(-limit, limit);
     let covariance = |lag: usize| {
         let (mut sum, mut n) = (0.0, 0);
@@ -167,12 +168,12 @@ fn correlated(samples: &Samples, residual: &[f64]) -> Option<(f64, f64)> {
 /// Median of a squared standard normal.
 const MEDIAN_OF_SQUARE: f64 = 0.4549;
 
-fn median(mut x: Vec<f64>) -> Option<f64> {
+/// The median, where there are enough values.
+fn median_of_ten(mut x: Vec<f64>) -> Option<f64> {
     if x.len() < 10 {
         return None;
     }
-    let middle = x.len() / 2;
-    Some(*x.select_nth_unstable_by(middle, f64::total_cmp).1)
+    upper_median(&mut x)
 }
 
 /// The believed time at which a rising function of it is nil, by halving.

@@ -2,9 +2,10 @@
 //!
 //! Assumes a filtered session and its segments. [`zeros`] finds the sensors' zeros and the
 //! velocity's latency, [`samples`] gathers the samples of the used segments, [`signals`] is the
-//! algebra (eqs. 24-36). Nothing is fitted here.
+//! algebra (eqs. 24-36), [`quasi_static`] says which corner samples count. Nothing is fitted here.
 
 pub mod offroad;
+pub mod quasi_static;
 pub mod samples;
 pub mod signals;
 pub mod table;
@@ -26,7 +27,7 @@ pub struct Config {
     pub corner_rate: f64,
     /// Corner samples that roll faster are not quasi-static, rad/s.
     pub max_roll_rate: f64,
-    /// Corner samples nearer to upright say nothing about camber, rad.
+    /// Corner samples with less roll are too upright to determine anything by camber, rad.
     pub min_camber: f64,
     /// Samples slower than this are not used, m/s.
     pub min_speed: f64,
@@ -72,5 +73,3 @@ impl Config {
         Ok(())
     }
 }
-
-pub mod needs;

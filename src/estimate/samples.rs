@@ -9,48 +9,96 @@ use crate::{
 
 use super::Config;
 
-/// Samples of several segments, side by side; columns of equal length, NaN where there is no
-/// channel. Velocities are read where their latency puts them; zeros are taken off later.
-#[derive(Debug, Clone, Default)]
-pub struct Samples {
-    /// Place of the segment in the session's list.
-    pub segment: Vec<usize>,
+macro_rules! samples {
+    ($($(#[$doc:meta])* $column:ident,)*) => {
+        /// Samples of several segments, side by side; columns of equal length, NaN where there is no
+        /// channel. Velocities are read where their latency puts them; zeros are taken off later.
+        #[derive(Debug, Clone, Default)]
+        pub struct Samples {
+            /// Index of the segment in the session's list.
+            pub segment: Vec<usize>,
+            $($(#[$doc])* pub $column: Vec<f64>,)*
+            /// Wheel speeds, front and rear, rad/s.
+            pub omega: [Vec<f64>; 2],
+            /// Their rates, rad/s².
+            pub omega_rate: [Vec<f64>; 2],
+        }
+
+        /// One sample.
+        struct Sample {
+            segment: usize,
+            $($column: f64,)*
+            omega: [f64; 2],
+            omega_rate: [f64; 2],
+        }
+
+        impl Samples {
+            /// Some of the samples, by their indices.
+            pub fn select(&self, indices: &[usize]) -> Samples {
+                let of = |x: &Vec<f64>| indices.iter().map(|&i| x[i]).collect::<Vec<f64>>();
+                Samples {
+                    segment: indices.iter().map(|&i| self.segment[i]).collect(),
+                    $($column: of(&self.$column),)*
+                    omega: self.omega.each_ref().map(of),
+                    omega_rate: self.omega_rate.each_ref().map(of),
+                }
+            }
+
+            /// Puts other samples behind these.
+            pub fn append(&mut self, mut other: Samples) {
+                self.segment.append(&mut other.segment);
+                $(self.$column.append(&mut other.$column);)*
+                for k in 0..2 {
+                    self.omega[k].append(&mut other.omega[k]);
+                    self.omega_rate[k].append(&mut other.omega_rate[k]);
+                }
+            }
+
+            fn push(&mut self, sample: Sample) {
+                self.segment.push(sample.segment);
+                $(self.$column.push(sample.$column);)*
+                for k in 0..2 {
+                    self.omega[k].push(sample.omega[k]);
+                    self.omega_rate[k].push(sample.omega_rate[k]);
+                }
+            }
+        }
+    };
+}
+
+samples! {
     /// Time, s.
-    pub time: Vec<f64>,
+    time,
     /// Forward velocity at the stamp, m/s.
-    pub velocity_x: Vec<f64>,
+    velocity_x,
     /// Rate of the forward velocity channel, m/s², for the latency.
-    pub velocity_x_rate: Vec<f64>,
+    velocity_x_rate,
     /// Lateral velocity, m/s.
-    pub velocity_y: Vec<f64>,
+    velocity_y,
     /// Its rate, m/s².
-    pub velocity_y_rate: Vec<f64>,
+    velocity_y_rate,
     /// Forward acceleration, m/s².
-    pub acceleration_x: Vec<f64>,
+    acceleration_x,
     /// Pitch, rad.
-    pub pitch: Vec<f64>,
+    pitch,
     /// Pitch rate, rad/s.
-    pub pitch_rate: Vec<f64>,
+    pitch_rate,
     /// Roll, rad.
-    pub roll: Vec<f64>,
+    roll,
     /// Roll rate, rad/s.
-    pub roll_rate: Vec<f64>,
+    roll_rate,
     /// Roll acceleration, rad/s², over 0.2 s.
-    pub roll_acceleration: Vec<f64>,
+    roll_acceleration,
     /// Largest change of roll within 0.4 s before or after, rad: how quasi-static it is.
-    pub roll_change: Vec<f64>,
+    roll_change,
     /// Yaw rate, rad/s.
-    pub yaw_rate: Vec<f64>,
+    yaw_rate,
     /// Yaw acceleration, rad/s², over 0.2 s.
-    pub yaw_acceleration: Vec<f64>,
+    yaw_acceleration,
     /// Handlebar angle, rad.
-    pub steer: Vec<f64>,
-    /// Wheel speeds, front and rear, rad/s.
-    pub omega: [Vec<f64>; 2],
-    /// Their rates, rad/s².
-    pub omega_rate: [Vec<f64>; 2],
+    steer,
     /// Direction of travel: +1, -1, or 0 where unknown.
-    pub direction: Vec<f64>,
+    direction,
 }
 
 impl Samples {
@@ -62,57 +110,6 @@ impl Samples {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.segment.is_empty()
-    }
-
-    /// Some of the samples, by their places.
-    pub fn select(&self, places: &[usize]) -> Samples {
-        let of = |x: &Vec<f64>| places.iter().map(|&i| x[i]).collect::<Vec<f64>>();
-        Samples {
-            segment: places.iter().map(|&i| self.segment[i]).collect(),
-            time: of(&self.time),
-            velocity_x: of(&self.velocity_x),
-            velocity_x_rate: of(&self.velocity_x_rate),
-            velocity_y: of(&self.velocity_y),
-            velocity_y_rate: of(&self.velocity_y_rate),
-            acceleration_x: of(&self.acceleration_x),
-            pitch: of(&self.pitch),
-            pitch_rate: of(&self.pitch_rate),
-            roll: of(&self.roll),
-            roll_rate: of(&self.roll_rate),
-            roll_acceleration: of(&self.roll_acceleration),
-            roll_change: of(&self.roll_change),
-            yaw_rate: of(&self.yaw_rate),
-            yaw_acceleration: of(&self.yaw_acceleration),
-            steer: of(&self.steer),
-            omega: [of(&self.omega[0]), of(&self.omega[1])],
-            omega_rate: [of(&self.omega_rate[0]), of(&self.omega_rate[1])],
-            direction: of(&self.direction),
-        }
-    }
-
-    /// Puts other samples behind these.
-    pub fn append(&mut self, mut other: Samples) {
-        self.segment.append(&mut other.segment);
-        self.time.append(&mut other.time);
-        self.velocity_x.append(&mut other.velocity_x);
-        self.velocity_x_rate.append(&mut other.velocity_x_rate);
-        self.velocity_y.append(&mut other.velocity_y);
-        self.velocity_y_rate.append(&mut other.velocity_y_rate);
-        self.acceleration_x.append(&mut other.acceleration_x);
-        self.pitch.append(&mut other.pitch);
-        self.pitch_rate.append(&mut other.pitch_rate);
-        self.roll.append(&mut other.roll);
-        self.roll_rate.append(&mut other.roll_rate);
-        self.roll_acceleration.append(&mut other.roll_acceleration);
-        self.roll_change.append(&mut other.roll_change);
-        self.yaw_rate.append(&mut other.yaw_rate);
-        self.yaw_acceleration.append(&mut other.yaw_acceleration);
-        self.steer.append(&mut other.steer);
-        for k in 0..2 {
-            self.omega[k].append(&mut other.omega[k]);
-            self.omega_rate[k].append(&mut other.omega_rate[k]);
-        }
-        self.direction.append(&mut other.direction);
     }
 }
 
@@ -143,43 +140,7 @@ pub fn gather(
 ) -> Samples {
     let step = (session.rate / rate).round().max(1.0) as usize;
     let mut out = Samples::default();
-    let Some(speed) = session.get(Channel::VelocityX) else { return out };
-    let column = |channel| session.get(channel);
-    let last = session.len.saturating_sub(1);
-    let late = latency * session.rate;
-    let read = |x: Option<&[f64]>, i: usize| x.map_or(f64::NAN, |x| x[i]);
-    let read_late = |x: Option<&[f64]>, i: usize| match x {
-        Some(x) if late == 0.0 => x[i],
-        Some(x) => between(x, i as f64 + late),
-        None => f64::NAN,
-    };
-    let reach = (0.02 * session.rate).round().max(1.0) as usize;
-    let rate_of = |x: Option<&[f64]>, i: usize| {
-        let (a, b) = (i.saturating_sub(reach), (i + reach).min(last));
-        x.map_or(f64::NAN, |x| (x[b] - x[a]) * session.rate / (b - a).max(1) as f64)
-    };
-    // a satellite's lateral velocity is noisy: its rate is taken over 0.2 s
-    let wide = (0.1 * session.rate).round().max(1.0) as usize;
-    let slow_rate_of = |x: Option<&[f64]>, i: usize| {
-        let (a, b) = (i.saturating_sub(wide), (i + wide).min(last));
-        x.map_or(f64::NAN, |x| (x[b] - x[a]) * session.rate / (b - a).max(1) as f64)
-    };
-    let near = (0.4 * session.rate).round() as usize;
-    let change = |x: Option<&[f64]>, i: usize| {
-        x.map_or(f64::NAN, |x| {
-            let (before, after) = (x[i.saturating_sub(near)], x[(i + near).min(last)]);
-            (after - x[i]).abs().max((x[i] - before).abs())
-        })
-    };
-    let velocity_y = column(Channel::VelocityY);
-    let acceleration_x = column(Channel::AccelerationX);
-    let pitch = column(Channel::Pitch);
-    let pitch_rate = column(Channel::PitchRate);
-    let roll = column(Channel::Roll);
-    let roll_rate = column(Channel::RollRate);
-    let yaw_rate = column(Channel::YawRate);
-    let steer = column(Channel::SteerAngle);
-    let omega = [column(Channel::WheelSpeedFront), column(Channel::WheelSpeedRear)];
+    let Some(reader) = Reader::new(session, latency) else { return out };
     for (number, segment) in segments.iter().enumerate() {
         if !segment.used || !kinds.contains(&segment.kind) {
             continue;
@@ -194,35 +155,100 @@ pub fn gather(
         let (start, end) = (segment.start + trim, segment.end.min(session.len));
         let end = end.saturating_sub(trim / 4);
         for i in (start..end).step_by(step) {
-            if speed[i].is_nan() || speed[i] < config.min_speed {
+            let speed = reader.velocity_x[i];
+            if speed.is_nan() || speed < config.min_speed {
                 continue;
             }
-            let moved = ((i as f64 + late).round().max(0.0) as usize).min(last);
-            let from_velocity = rate_of(Some(speed), moved);
-            out.segment.push(number);
-            out.time.push(session.time(i));
-            out.velocity_x.push(read_late(Some(speed), i));
-            out.velocity_x_rate.push(from_velocity);
-            out.velocity_y.push(read_late(velocity_y, i));
-            out.velocity_y_rate.push(slow_rate_of(velocity_y, moved));
-            // without an accelerometer the velocity is differentiated
-            out.acceleration_x.push(acceleration_x.map_or(from_velocity, |x| x[i]));
-            out.pitch.push(read(pitch, i));
-            out.pitch_rate.push(pitch_rate.map_or_else(|| slow_rate_of(pitch, i), |x| x[i]));
-            out.roll.push(read(roll, i));
-            let rate = roll_rate.map_or_else(|| rate_of(roll, i), |x| x[i]);
-            out.roll_rate.push(rate);
-            out.roll_acceleration.push(slow_rate_of(roll_rate, i));
-            out.roll_change.push(change(roll, i));
-            out.yaw_rate.push(read(yaw_rate, i));
-            out.yaw_acceleration.push(slow_rate_of(yaw_rate, i));
-            out.steer.push(read(steer, i));
-            for k in 0..2 {
-                out.omega[k].push(read(omega[k], i));
-                out.omega_rate[k].push(rate_of(omega[k], i));
-            }
-            out.direction.push(direction);
+            out.push(reader.sample(i, number, direction));
         }
     }
     out
+}
+
+/// Half the span of a rate, s.
+const SHORT: f64 = 0.02;
+/// Half the span of the rate of a noisy channel, s: a satellite's lateral velocity is one.
+const WIDE: f64 = 0.1;
+/// Time before and after a sample in which a change counts, s.
+const NEAR: f64 = 0.4;
+
+type Values<'a> = Option<&'a [f64]>;
+
+/// Reads samples of a session's channels, and their rates.
+struct Reader<'a> {
+    session: &'a Session,
+    velocity_x: &'a [f64],
+    /// Of the velocity channels, in samples.
+    latency: f64,
+    last: usize,
+}
+
+impl<'a> Reader<'a> {
+    /// `None` of a session without forward velocity; `latency` in s.
+    fn new(session: &'a Session, latency: f64) -> Option<Self> {
+        Some(Reader {
+            session,
+            velocity_x: session.get(Channel::VelocityX)?,
+            latency: latency * session.rate,
+            last: session.len.saturating_sub(1),
+        })
+    }
+
+    fn sample(&self, i: usize, segment: usize, direction: f64) -> Sample {
+        let get = |c: Channel| self.session.get(c);
+        let read = |x: Values<'_>| x.map_or(f64::NAN, |x| x[i]);
+        let (velocity_x, velocity_y) = (Some(self.velocity_x), get(Channel::VelocityY));
+        let (roll, roll_rate) = (get(Channel::Roll), get(Channel::RollRate));
+        let (pitch, yaw_rate) = (get(Channel::Pitch), get(Channel::YawRate));
+        let omega = [get(Channel::WheelSpeedFront), get(Channel::WheelSpeedRear)];
+        let moved = ((i as f64 + self.latency).round().max(0.0) as usize).min(self.last);
+        let velocity_x_rate = self.rate(velocity_x, moved, SHORT);
+        Sample {
+            segment,
+            time: self.session.time(i),
+            velocity_x: self.late(velocity_x, i),
+            velocity_x_rate,
+            velocity_y: self.late(velocity_y, i),
+            velocity_y_rate: self.rate(velocity_y, moved, WIDE),
+            // without an accelerometer the velocity is differentiated
+            acceleration_x: get(Channel::AccelerationX).map_or(velocity_x_rate, |x| x[i]),
+            pitch: read(pitch),
+            pitch_rate: get(Channel::PitchRate).map_or_else(|| self.rate(pitch, i, WIDE), |x| x[i]),
+            roll: read(roll),
+            roll_rate: roll_rate.map_or_else(|| self.rate(roll, i, SHORT), |x| x[i]),
+            roll_acceleration: self.rate(roll_rate, i, WIDE),
+            roll_change: self.change(roll, i),
+            yaw_rate: read(yaw_rate),
+            yaw_acceleration: self.rate(yaw_rate, i, WIDE),
+            steer: read(get(Channel::SteerAngle)),
+            direction,
+            omega: omega.map(read),
+            omega_rate: omega.map(|x| self.rate(x, i, SHORT)),
+        }
+    }
+
+    /// A velocity where its latency puts it.
+    fn late(&self, x: Values<'_>, i: usize) -> f64 {
+        match x {
+            Some(x) if self.latency == 0.0 => x[i],
+            Some(x) => between(x, i as f64 + self.latency),
+            None => f64::NAN,
+        }
+    }
+
+    /// Central difference over `half` s on each side, per s.
+    fn rate(&self, x: Values<'_>, i: usize, half: f64) -> f64 {
+        let reach = (half * self.session.rate).round().max(1.0) as usize;
+        let (a, b) = (i.saturating_sub(reach), (i + reach).min(self.last));
+        x.map_or(f64::NAN, |x| (x[b] - x[a]) * self.session.rate / (b - a).max(1) as f64)
+    }
+
+    /// Largest change within [`NEAR`] before and after.
+    fn change(&self, x: Values<'_>, i: usize) -> f64 {
+        let near = (NEAR * self.session.rate).round() as usize;
+        x.map_or(f64::NAN, |x| {
+            let (before, after) = (x[i.saturating_sub(near)], x[(i + near).min(self.last)]);
+            (after - x[i]).abs().max((x[i] - before).abs())
+        })
+    }
 }

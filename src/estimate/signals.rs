@@ -24,15 +24,14 @@ use super::samples::Samples;
 use super::zeros::Zeros;
 use crate::model::formulation::Formulation;
 
-/// What the algebra is given besides the samples. Any of it may be varied to see what depends
-/// on it.
+/// What the algebra is given besides the samples.
 #[derive(Debug, Clone)]
-pub struct Given {
+pub struct Inputs {
     /// The bike file.
     pub bike: Bike,
     /// Which form of the equations.
     pub formulation: Formulation,
-    /// Sensor zeros; the latency here is what is left of it after gathering.
+    /// Sensor zeros; the latency here is what remains of it after gathering.
     pub zeros: Zeros,
     /// Rolling radii, front and rear, m.
     pub radius: [f64; 2],
@@ -99,21 +98,35 @@ pub enum Action {
     Driving,
 }
 
-impl Given {
+impl Inputs {
+    /// With the bike file's radii, drag and rolling resistance.
+    pub fn nominal(bike: &Bike, formulation: Formulation, zeros: Zeros) -> Self {
+        Inputs {
+            bike: bike.clone(),
+            formulation,
+            zeros,
+            radius: [bike.front.radius, bike.rear.radius],
+            drag: bike.drag,
+            rolling: bike.rolling_resistance,
+        }
+    }
+
+    fn is_corrected(&self) -> bool {
+        self.formulation == Formulation::Corrected
+    }
+
     /// Mass that the wheels add to the longitudinal balance, kg; nothing in the printed form.
     pub fn rotating_mass(&self) -> [f64; 2] {
-        let corrected = self.formulation == Formulation::Corrected;
-        [Axle::Front, Axle::Rear].map(|axle| {
-            let i = axle as usize;
-            let inertia = self.bike.wheel(axle).wheel_inertia.filter(|_| corrected);
-            inertia.map_or(0.0, |inertia| inertia / self.radius[i].powi(2))
+        Axle::BOTH.map(|axle| {
+            let inertia = self.bike.wheel(axle).wheel_inertia.filter(|_| self.is_corrected());
+            inertia.map_or(0.0, |inertia| inertia / self.radius[axle as usize].powi(2))
         })
     }
 
+    /// Spin inertia of the wheels, kg m²; nothing in the printed form.
     fn inertia(&self) -> [f64; 2] {
-        let corrected = self.formulation == Formulation::Corrected;
-        [Axle::Front, Axle::Rear]
-            .map(|a| self.bike.wheel(a).wheel_inertia.filter(|_| corrected).unwrap_or(0.0))
+        let corrected = self.is_corrected();
+        Axle::BOTH.map(|a| self.bike.wheel(a).wheel_inertia.filter(|_| corrected).unwrap_or(0.0))
     }
 
     /// Forward speed of the mass centre for a sample.
@@ -132,7 +145,7 @@ impl Given {
     /// height of the mass centre about cancel.
     fn dive(&self, x: &Samples, i: usize) -> f64 {
         let pitch = x.pitch[i] - self.zeros.pitch;
-        if self.formulation != Formulation::Corrected || !pitch.is_finite() {
+        if !self.is_corrected() || !pitch.is_finite() {
             return 0.0;
         }
         self.above_axles() * pitch.clamp(-0.2, 0.2)
@@ -147,7 +160,7 @@ impl Given {
     /// Forward speed of the axles, m/s: a diving frame carries the velocity sensor ahead of them.
     fn axle_speed(&self, x: &Samples, i: usize, v: f64) -> f64 {
         let rate = x.pitch_rate[i];
-        if self.formulation != Formulation::Corrected || !rate.is_finite() {
+        if !self.is_corrected() || !rate.is_finite() {
             return v;
         }
         v - (self.above_axles() + self.bike.velocity_sensor_z) * rate.clamp(-1.0, 1.0)
@@ -158,7 +171,7 @@ impl Given {
     fn loaded_radius(&self, k: usize, load: f64) -> f64 {
         let wheel = self.bike.wheel(Axle::BOTH[k]);
         match wheel.deflection_share {
-            Some(share) if self.formulation == Formulation::Corrected => {
+            Some(share) if self.is_corrected() => {
                 let standing = self.loads(0.0, 0.0, 1.0, 0.0, 0.0)[k];
                 self.radius[k] - share * (load - standing) / wheel.vertical_stiffness
             }
@@ -180,7 +193,7 @@ impl Given {
     /// Longitudinal signals of straight samples; `action` by sample.
     pub fn straight(&self, x: &Samples, action: &[Action]) -> Signals {
         let n = x.len();
-        let corrected = self.formulation == Formulation::Corrected;
+        let corrected = self.is_corrected();
         let rotating = self.rotating_mass();
         let inertia = self.inertia();
         let m = self.bike.mass;
@@ -253,140 +266,223 @@ impl Given {
         }
     }
 
-    /// Lateral signals of cornering samples. `rate` is that of the samples, Hz.
-    pub fn corner(&self, x: &Samples, rate: f64, crown: Option<f64>) -> Signals {
-        let n = x.len();
-        let corrected = self.formulation == Formulation::Corrected;
-        let b = &self.bike;
-        let inertia = self.inertia();
-        let (m, h) = (b.mass, b.cg_height);
-        let (lf, lr) = (b.cg_to_front, b.cg_to_rear());
-        let wheels = [&b.front, &b.rear];
-        let relaxation = [0, 1].map(|k| wheels[k].relaxation_length.unwrap_or(self.radius[k]));
-        let mut out = Signals::with_room(n);
-        let mut lagged = [0.0_f64; 2];
-        let mut previous = [0.0_f64; 2];
-        for i in 0..n {
-            let v = self.speed(x, i);
-            let phi = x.roll[i] - self.zeros.roll;
-            let turn = x.yaw_rate[i] - self.zeros.yaw_rate;
-            let (sin_phi, cos_phi) = phi.sin_cos();
-            let (alpha_kin, wheel) = self.angles(x, i, v, (sin_phi, cos_phi));
-            let gamma = [wheel.camber, phi];
-            let alpha = if corrected {
-                let first = i == 0
-                    || x.segment[i] != x.segment[i - 1]
-                    || (x.time[i] - x.time[i - 1]) * rate > 1.5;
-                for k in 0..2 {
-                    lagged[k] = if first || lagged[k].is_nan() {
-                        alpha_kin[k]
-                    } else {
-                        let span = (v / relaxation[k] / rate).max(1e-6);
-                        hold(lagged[k], previous[k], alpha_kin[k], span) // (1)
-                    };
-                }
-                previous = alpha_kin;
-                lagged
-            } else {
-                alpha_kin
-            };
-            let a = x.acceleration_x[i] - self.zeros.acceleration_x;
-            let total = m * a + self.drag * v * v;
-            let spin: f64 = (0..2)
-                .map(|k| if inertia[k] > 0.0 { inertia[k] * x.omega[k][i] } else { 0.0 })
-                .sum();
-            // leaning in the mass centre sinks, leaning out it rises: the printed form is static
-            let lift = -h * (sin_phi * x.roll_acceleration[i] + cos_phi * x.roll_rate[i].powi(2))
-                / GRAVITY;
-            let lift = if corrected && lift.is_finite() { lift } else { 0.0 };
-            let load = self.loads(total, 0.0, cos_phi, lift, 0.0);
-
-            // trails, with the share of the side force that slip makes (33a)
-            let mut share = [0.0; 2];
+    /// Lateral signals of cornering samples. `rate` is that of the samples, Hz; `front_k_x` the front
+    /// tyre's overturning stiffness (m), where it is known already.
+    pub fn corner(&self, x: &Samples, rate: f64, front_k_x: Option<f64>) -> Signals {
+        let mut out = Signals::with_room(x.len());
+        let mut lag = SlipLag::new(self, rate);
+        for i in 0..x.len() {
+            let state = self.corner_state(x, i, &mut lag);
+            let force = self.lateral_forces(x, i, &state, front_k_x);
             for k in 0..2 {
-                let C = wheels[k].side_force_ratio;
-                let whole = alpha[k] + C * gamma[k];
-                let part = if corrected {
-                    // bounded where the denominator vanishes
-                    let floor = 0.3 * (C * gamma[k]).abs() + 1e-4;
-                    alpha[k] / whole.abs().max(floor) * whole.signum()
-                } else {
-                    alpha[k] / whole
-                };
-                // without a lateral velocity the trails are left out: a per cent of the forces
-                let part = if part.is_finite() { part } else { 0.0 };
-                share[k] = part.clamp(-3.0, 3.0)
-                    * trail_0(self.radius[k], wheels[k].vertical_stiffness, load[k]);
-            }
-            let twist: f64 =
-                (0..2).map(|k| -wheels[k].twisting_stiffness * load[k] * gamma[k]).sum(); // (16)
-            let along = -h * sin_phi * total; // (33b)
-            // quasi-static is never quite static: the printed form has m v psi' alone
-            let drift = x.velocity_y_rate[i];
-            let drift = if corrected && drift.is_finite() { drift } else { 0.0 };
-            let lateral = v * turn + drift;
-            let side = m * lateral;
-            let (sin_d, cos_d) = if corrected { wheel.steer_sin_cos } else { (0.0, 1.0) };
-            // rolling resistance of the front wheel, seen from the frame
-            let front_x = if corrected { -self.rolling * load[0] } else { 0.0 };
-            // the driven rear wheel pulls beside the plane, where its crown touches (19)
-            let crown_rear = match crown {
-                Some(k_x) if corrected => k_x * b.rear.width / b.front.width,
-                _ => 0.0,
-            };
-            let slip_force = total - front_x * cos_d + self.rolling * load[1];
-            let pull = crown_rear * slip_force * gamma[1].tan();
-            // a bend taken slower and slower is not steady: the bike's own yaw inertia
-            let yaw = if corrected { b.yaw_inertia() * x.yaw_acceleration[i] } else { 0.0 };
-            let yaw = if yaw.is_finite() { yaw } else { 0.0 };
-            let moment = twist + along + pull + lf * front_x * sin_d - yaw;
-            let force = side - front_x * sin_d;
-            // lateral balance: cos(D) Ff + Fr = force
-            // yaw balance: (lf cos(D) - tf) Ff - (lr + tr) Fr = -moment      (32)
-            let determinant = cos_d * (lr + share[1]) + lf * cos_d - share[0];
-            let front = (force * (lr + share[1]) - moment) / determinant;
-            let rear = force - cos_d * front;
-
-            // the steered front wheel stands beside the frame's plane by its trail, to the right in
-            // a left corner: its load rights the bike less than the crown does
-            let aside = b.normal_trail() * x.steer[i].sin() * load[0] / cos_phi;
-            let steered = if aside.is_finite() { aside } else { 0.0 };
-            let Mx = match self.formulation {
-                Formulation::Corrected => {
-                    -m * h * (GRAVITY * (1.0 + lift) * sin_phi + lateral * cos_phi)
-                        - spin * turn * cos_phi // (34a)
-                        + steered
-                }
-                Formulation::Paper => {
-                    let lenticular = -(turn * v / GRAVITY).atan(); // (34b)
-                    m * h
-                        * (turn * v * (lenticular.cos() - cos_phi)
-                            - GRAVITY * (lenticular.sin() - sin_phi)) // (34a) as printed
-                }
-            };
-            let lever = match self.formulation {
-                // both crowns, the rear's by the ratio of widths (36b)
-                Formulation::Corrected => {
-                    let ratio = b.rear.width / b.front.width;
-                    -(load[0] * wheel.camber_tan + ratio * load[1] * sin_phi / cos_phi)
-                }
-                Formulation::Paper => m * GRAVITY * phi.tan(), // (35) as printed
-            };
-            for k in 0..2 {
-                out.slip_angle[k].push(alpha[k]);
-                out.camber[k].push(gamma[k]);
-                out.load[k].push(load[k]);
+                out.slip_angle[k].push(state.slip_angle[k]);
+                out.camber[k].push(state.camber[k]);
+                out.load[k].push(state.load[k]);
                 out.slip_ratio[k].push(f64::NAN); // the straight-line radius does not hold here
+                out.force_y[k].push(force[k]);
             }
-            out.force_y[0].push(front);
-            out.force_y[1].push(rear);
-            out.speed.push(v);
-            out.roll.push(phi);
-            out.overturning.push(Mx);
-            out.overturning_lever.push(lever);
-            out.total_x.push(total);
+            out.speed.push(state.speed);
+            out.roll.push(state.roll);
+            out.overturning.push(self.overturning(x, i, &state));
+            out.overturning_lever.push(self.overturning_lever(&state));
+            out.total_x.push(state.total_x);
         }
         out
+    }
+
+    /// How the motorcycle moves in one corner sample.
+    fn corner_state(&self, x: &Samples, i: usize, lag: &mut SlipLag) -> CornerState {
+        let b = &self.bike;
+        let speed = self.speed(x, i);
+        let roll = x.roll[i] - self.zeros.roll;
+        let turn = x.yaw_rate[i] - self.zeros.yaw_rate;
+        let (sin_roll, cos_roll) = roll.sin_cos();
+        let (kinematic, front) = self.angles(x, i, speed, (sin_roll, cos_roll));
+        let slip_angle =
+            if self.is_corrected() { lag.next(x, i, speed, kinematic) } else { kinematic };
+        let a = x.acceleration_x[i] - self.zeros.acceleration_x;
+        let total_x = b.mass * a + self.drag * speed * speed;
+        // leaning in the mass centre sinks, leaning out it rises: the printed form is static
+        let lift = -b.cg_height
+            * (sin_roll * x.roll_acceleration[i] + cos_roll * x.roll_rate[i].powi(2))
+            / GRAVITY;
+        let lift = if self.is_corrected() && lift.is_finite() { lift } else { 0.0 };
+        // quasi-static is never quite static: the printed form has m v psi' alone
+        let drift = x.velocity_y_rate[i];
+        let drift = if self.is_corrected() && drift.is_finite() { drift } else { 0.0 };
+        CornerState {
+            speed,
+            roll,
+            sin_roll,
+            cos_roll,
+            turn,
+            slip_angle,
+            camber: [front.camber, roll],
+            front,
+            total_x,
+            lift,
+            load: self.loads(total_x, 0.0, cos_roll, lift, 0.0),
+            lateral: speed * turn + drift,
+        }
+    }
+
+    /// Trails of both tyres, with the share of the side force that slip makes (33a), m.
+    fn slip_trails(&self, s: &CornerState) -> [f64; 2] {
+        Axle::BOTH.map(|axle| {
+            let (k, wheel) = (axle as usize, self.bike.wheel(axle));
+            let C = wheel.side_force_ratio;
+            let whole = s.slip_angle[k] + C * s.camber[k];
+            let part = if self.is_corrected() {
+                // bounded where the denominator vanishes
+                let floor = 0.3 * (C * s.camber[k]).abs() + 1e-4;
+                s.slip_angle[k] / whole.abs().max(floor) * whole.signum()
+            } else {
+                s.slip_angle[k] / whole
+            };
+            // without a lateral velocity the trails are left out: a per cent of the forces
+            let part = if part.is_finite() { part } else { 0.0 };
+            part.clamp(-3.0, 3.0) * trail_0(self.radius[k], wheel.vertical_stiffness, s.load[k])
+        })
+    }
+
+    /// Side forces of both tyres from the lateral and the yaw balance (32), N.
+    fn lateral_forces(
+        &self,
+        x: &Samples,
+        i: usize,
+        s: &CornerState,
+        front_k_x: Option<f64>,
+    ) -> [f64; 2] {
+        let b = &self.bike;
+        let corrected = self.is_corrected();
+        let (lf, lr) = (b.cg_to_front, b.cg_to_rear());
+        let wheels = [&b.front, &b.rear];
+        let trail = self.slip_trails(s);
+        let twist: f64 =
+            (0..2).map(|k| -wheels[k].twisting_stiffness * s.load[k] * s.camber[k]).sum(); // (16)
+        let along = -b.cg_height * s.sin_roll * s.total_x; // (33b)
+        let side = b.mass * s.lateral;
+        let (sin_d, cos_d) = if corrected { s.front.steer_sin_cos } else { (0.0, 1.0) };
+        // rolling resistance of the front wheel, seen from the frame
+        let front_x = if corrected { -self.rolling * s.load[0] } else { 0.0 };
+        // the driven rear wheel pulls beside the plane, where its crown touches (19)
+        let rear_k_x = match front_k_x {
+            Some(k_x) if corrected => k_x * b.rear.width / b.front.width,
+            _ => 0.0,
+        };
+        let slip_force = s.total_x - front_x * cos_d + self.rolling * s.load[1];
+        let pull = rear_k_x * slip_force * s.camber[1].tan();
+        // a bend taken slower and slower is not steady: the bike's own yaw inertia
+        let yaw = if corrected { b.yaw_inertia() * x.yaw_acceleration[i] } else { 0.0 };
+        let yaw = if yaw.is_finite() { yaw } else { 0.0 };
+        let moment = twist + along + pull + lf * front_x * sin_d - yaw;
+        let force = side - front_x * sin_d;
+        // lateral balance: cos(D) Ff + Fr = force
+        // yaw balance: (lf cos(D) - tf) Ff - (lr + tr) Fr = -moment      (32)
+        let determinant = cos_d * (lr + trail[1]) + lf * cos_d - trail[0];
+        let front = (force * (lr + trail[1]) - moment) / determinant;
+        [front, force - cos_d * front]
+    }
+
+    /// Total overturning moment (34), N m.
+    fn overturning(&self, x: &Samples, i: usize, s: &CornerState) -> f64 {
+        let b = &self.bike;
+        let (m, h) = (b.mass, b.cg_height);
+        match self.formulation {
+            Formulation::Corrected => {
+                let inertia = self.inertia();
+                let spin: f64 = (0..2)
+                    .map(|k| if inertia[k] > 0.0 { inertia[k] * x.omega[k][i] } else { 0.0 })
+                    .sum();
+                // the steered front wheel stands beside the frame's plane by its trail, to the right
+                // in a left corner: its load rights the bike less than the crown does
+                let aside = b.normal_trail() * x.steer[i].sin() * s.load[0] / s.cos_roll;
+                let steered = if aside.is_finite() { aside } else { 0.0 };
+                -m * h * (GRAVITY * (1.0 + s.lift) * s.sin_roll + s.lateral * s.cos_roll)
+                    - spin * s.turn * s.cos_roll // (34a)
+                    + steered
+            }
+            Formulation::Paper => {
+                let lenticular = -(s.turn * s.speed / GRAVITY).atan(); // (34b)
+                m * h
+                    * (s.turn * s.speed * (lenticular.cos() - s.cos_roll)
+                        - GRAVITY * (lenticular.sin() - s.sin_roll)) // (34a) as printed
+            }
+        }
+    }
+
+    /// What multiplies `k_x` in the overturning moment (35), N.
+    fn overturning_lever(&self, s: &CornerState) -> f64 {
+        let b = &self.bike;
+        match self.formulation {
+            // both crowns, the rear's by the ratio of widths (36b)
+            Formulation::Corrected => {
+                let ratio = b.rear.width / b.front.width;
+                -(s.load[0] * s.front.camber_tan + ratio * s.load[1] * s.sin_roll / s.cos_roll)
+            }
+            Formulation::Paper => b.mass * GRAVITY * s.roll.tan(), // (35) as printed
+        }
+    }
+}
+
+/// How the motorcycle moves in a corner sample, and what it weighs on its tyres.
+struct CornerState {
+    /// Forward speed of the mass centre, m/s.
+    speed: f64,
+    /// rad.
+    roll: f64,
+    sin_roll: f64,
+    cos_roll: f64,
+    /// Yaw rate, rad/s.
+    turn: f64,
+    /// rad.
+    slip_angle: [f64; 2],
+    /// rad.
+    camber: [f64; 2],
+    front: FrontWheel,
+    /// Longitudinal force of both tyres, N.
+    total_x: f64,
+    /// Upward acceleration of the mass centre over gravity.
+    lift: f64,
+    /// N.
+    load: [f64; 2],
+    /// Lateral acceleration of the mass centre, m/s².
+    lateral: f64,
+}
+
+/// The slip angles behind the kinematic ones by the relaxation of each tyre (1).
+struct SlipLag {
+    /// Rate of the samples, Hz.
+    rate: f64,
+    /// Relaxation lengths, m.
+    relaxation: [f64; 2],
+    lagged: [f64; 2],
+    previous: [f64; 2],
+}
+
+impl SlipLag {
+    fn new(inputs: &Inputs, rate: f64) -> Self {
+        let relaxation = Axle::BOTH.map(|axle| {
+            inputs.bike.wheel(axle).relaxation_length.unwrap_or(inputs.radius[axle as usize])
+        });
+        SlipLag { rate, relaxation, lagged: [0.0; 2], previous: [0.0; 2] }
+    }
+
+    /// The slip angles of sample `i` at a speed; each stretch of samples starts without lag.
+    fn next(&mut self, x: &Samples, i: usize, speed: f64, kinematic: [f64; 2]) -> [f64; 2] {
+        let first = i == 0
+            || x.segment[i] != x.segment[i - 1]
+            || (x.time[i] - x.time[i - 1]) * self.rate > 1.5;
+        for k in 0..2 {
+            self.lagged[k] = if first || self.lagged[k].is_nan() {
+                kinematic[k]
+            } else {
+                let span = (speed / self.relaxation[k] / self.rate).max(1e-6);
+                hold(self.lagged[k], self.previous[k], kinematic[k], span) // (1)
+            };
+        }
+        self.previous = kinematic;
+        self.lagged
     }
 }
 

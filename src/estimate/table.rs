@@ -27,41 +27,41 @@ pub fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, 
         });
         Arc::new(Float64Array::from_iter(values))
     };
-    let pair = |pick: &dyn Fn(&Signals) -> &[Vec<f64>; 2], k: usize| {
-        number(&|_, s, i| pick(s)[k].get(i).copied())
-    };
+    let measured = |pick: &dyn Fn(&Samples) -> &[f64]| number(&|x, _, i| Some(pick(x)[i]));
+    let estimated = |pick: &dyn Fn(&Signals) -> &[f64]| number(&|_, s, i| pick(s).get(i).copied());
     let text = |value: &str| -> ArrayRef {
         Arc::new(StringArray::from_iter_values(std::iter::repeat_n(value, order.len())))
     };
-    let manoeuvre: ArrayRef = Arc::new(Int64Array::from_iter_values(
-        order.iter().map(|&(set, i)| sets[set].0.segment[i] as i64),
-    ));
-    let mut columns: Vec<ArrayRef> = vec![
-        text(&meta.session_id),
-        text(&meta.bike_id),
-        number(&|x, _, i| Some(x.time[i])),
-        manoeuvre,
-        number(&|_, s, i| s.speed.get(i).copied()),
-        number(&|x, _, i| Some(x.acceleration_x[i])),
-        number(&|_, s, i| s.roll.get(i).copied()),
-        number(&|x, _, i| Some(x.yaw_rate[i])),
-        pair(&|s| &s.slip_ratio, 0),
-        pair(&|s| &s.slip_ratio, 1),
-        pair(&|s| &s.slip_angle, 0),
-        pair(&|s| &s.slip_angle, 1),
-        pair(&|s| &s.camber, 0),
-        pair(&|s| &s.camber, 1),
-        pair(&|s| &s.load, 0),
-        pair(&|s| &s.load, 1),
-        pair(&|s| &s.force_x, 0),
-        pair(&|s| &s.force_x, 1),
-        pair(&|s| &s.force_y, 0),
-        pair(&|s| &s.force_y, 1),
-        number(&|_, s, i| s.overturning.get(i).copied()),
-    ];
+
     let schema = registry::SIGNALS.table().arrow();
-    for field in schema.fields().iter().skip(columns.len()) {
-        columns.push(new_null_array(field.data_type(), order.len())); // off-road only
+    let mut columns: Vec<ArrayRef> = Vec::with_capacity(schema.fields().len());
+    for field in schema.fields() {
+        columns.push(match field.name().as_str() {
+            "session_id" => text(&meta.session_id),
+            "bike_id" => text(&meta.bike_id),
+            "time" => measured(&|x| &x.time),
+            "manoeuvre_id" => Arc::new(Int64Array::from_iter_values(
+                order.iter().map(|&(set, i)| sets[set].0.segment[i] as i64),
+            )),
+            "velocity_x" => estimated(&|s| &s.speed),
+            "acceleration_x" => measured(&|x| &x.acceleration_x),
+            "roll" => estimated(&|s| &s.roll),
+            "yaw_rate" => measured(&|x| &x.yaw_rate),
+            "slip_ratio_front" => estimated(&|s| &s.slip_ratio[0]),
+            "slip_ratio_rear" => estimated(&|s| &s.slip_ratio[1]),
+            "slip_angle_front" => estimated(&|s| &s.slip_angle[0]),
+            "slip_angle_rear" => estimated(&|s| &s.slip_angle[1]),
+            "camber_front" => estimated(&|s| &s.camber[0]),
+            "camber_rear" => estimated(&|s| &s.camber[1]),
+            "load_front" => estimated(&|s| &s.load[0]),
+            "load_rear" => estimated(&|s| &s.load[1]),
+            "force_x_front" => estimated(&|s| &s.force_x[0]),
+            "force_x_rear" => estimated(&|s| &s.force_x[1]),
+            "force_y_front" => estimated(&|s| &s.force_y[0]),
+            "force_y_rear" => estimated(&|s| &s.force_y[1]),
+            "overturning_moment" => estimated(&|s| &s.overturning),
+            _ => new_null_array(field.data_type(), order.len()), // off-road only
+        });
     }
     RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())
 }

@@ -19,6 +19,7 @@ use crate::contract::warning::Warning;
 use crate::model::kinematics::kinematic_steer;
 use crate::statistics::bisquare::{self, Options};
 use crate::statistics::cluster_covariance::{Scores, sandwich};
+use crate::statistics::order::upper_median;
 
 use crate::model::formulation::Formulation::Corrected;
 
@@ -86,8 +87,7 @@ fn pitch_zero(v: &[f64], pitch: &[f64], turn: &[f64], coarse: &Coarse) -> f64 {
     if (found.len() as f64) < 2.0 * coarse.rate {
         return 0.0;
     }
-    let middle = found.len() / 2;
-    *found.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut found).unwrap_or(0.0)
 }
 
 /// A channel in means of consecutive samples, about `rate` Hz.
@@ -234,14 +234,12 @@ fn yaw_rate_zero(v: &[f64], rate: Option<&[f64]>, yaw: Option<&[f64]>, coarse: &
             return (integral - turned) / time;
         }
     }
-    let still: Vec<f64> = (0..coarse.len)
+    let mut still: Vec<f64> = (0..coarse.len)
         .filter(|&i| v[i].abs() < 0.15 && rate[i].is_finite())
         .map(|i| rate[i])
         .collect();
     if still.len() as f64 > 1.5 * coarse.rate {
-        let mut sorted = still;
-        sorted.sort_by(f64::total_cmp);
-        return sorted[sorted.len() / 2];
+        return upper_median(&mut still).unwrap_or(0.0);
     }
     0.0
 }

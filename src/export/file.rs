@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use super::fitted::Fitted;
 use super::grid::Ends;
 use super::tyre::{Characterised, Setting};
+use crate::contract::coefficient::Coefficient as C;
 use crate::report::number_format;
 use crate::tables::rows::{Coefficient, Status};
 
@@ -127,7 +128,7 @@ pub fn use_mode(c: &Characterised, with_combined: bool) -> f64 {
 pub fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) {
     let wheel = setting.bike.map(|bike| bike.wheel(c.axle));
     file.section("DIMENSION");
-    if let Ok((radius, row)) = fitted.value(c.axle.name(), "effective_rolling_radius") {
+    if let Ok((radius, row)) = fitted.value(c.axle, C::EffectiveRollingRadius) {
         let note = format!("{}, used as free radius too: DREFF = FREFF = 0", said(row));
         file.number("UNLOADED_RADIUS", radius, &note);
     }

@@ -7,6 +7,7 @@ use serde::ser::{SerializeMap, Serializer};
 
 use super::ranges::Ranges;
 use crate::contract::bike::Axle;
+use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::report::{tables, words};
 use crate::tables::rows::{Coefficient, SessionRow, Status};
 
@@ -67,16 +68,22 @@ impl Fitted {
     }
 
     /// A coefficient's row.
-    pub fn row(&self, tyre: &str, name: &str) -> Option<&Coefficient> {
-        self.coefficients.iter().find(|c| c.tyre == tyre && c.coefficient == name)
+    pub fn row(&self, part: impl Into<Part>, coefficient: C) -> Option<&Coefficient> {
+        let id = Id::from((part, coefficient));
+        self.coefficients.iter().find(|c| Id::from_names(&c.tyre, &c.coefficient) == Some(id))
     }
 
     /// A coefficient that has a value, whatever its status.
     ///
     /// # Errors
     /// A sentence that names it and says why it has none.
-    pub fn value(&self, tyre: &str, name: &str) -> Result<(f64, &Coefficient), String> {
-        let row = self.row(tyre, name);
+    pub fn value(
+        &self,
+        part: impl Into<Part>,
+        coefficient: C,
+    ) -> Result<(f64, &Coefficient), String> {
+        let part = part.into();
+        let row = self.row(part, coefficient);
         match row.and_then(|c| Some((c.value?, c))) {
             Some(found) => Ok(found),
             None => {
@@ -89,7 +96,7 @@ impl Fitted {
                     ),
                 };
                 Err(format!(
-                    "session `{}` has no value of `{name}` for `{tyre}` ({why})",
+                    "session `{}` has no value of `{coefficient}` for `{part}` ({why})",
                     self.session.ident.session_id
                 ))
             }
@@ -103,7 +110,7 @@ impl Fitted {
     /// A sentence: the session has no coefficients of that tyre.
     pub fn to_toml(&self, tyre: Option<&str>) -> Result<String, String> {
         let mut sections = Vec::new();
-        for name in words::TYRES {
+        for name in Part::ALL.map(Part::name) {
             if tyre.is_some_and(|t| t != name) {
                 continue;
             }

@@ -12,6 +12,7 @@ use super::file::{self, File, said, short};
 use super::fit;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
+use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::model::mf_mc::MfMc;
 
 /// The property file of one tyre, and how well it gives the tyre back.
@@ -36,8 +37,8 @@ pub fn write(
 }
 
 fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -> String {
-    let tyre = c.axle.name();
-    let row = |name: &str| fitted.value(tyre, name).map_or(String::new(), |(_, r)| said(r));
+    let row =
+        |coefficient: C| fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| said(r));
     let mut f = File::default();
     file::units(&mut f);
 
@@ -62,7 +63,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -
     let note = format!(
         "relaxation length {} m ({}) over cornering stiffness",
         short(length),
-        row("relaxation_length")
+        row(C::RelaxationLength)
     );
     f.number("LAG_C0", set.lag[0], &note);
     f.number("LAG_X", set.lag_x, "placeholder: relaxation length of the slip ratio, m");
@@ -72,18 +73,18 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -
     overturning(&mut f, c, set, &row);
     lateral(&mut f, c, set, &row);
     f.section("ROLLING_COEFFICIENTS");
-    f.coefficient("QSY1", fitted.value("vehicle", "rolling_resistance"), 1.0);
+    f.coefficient("QSY1", fitted.value(Part::Vehicle, C::RollingResistance), 1.0);
     aligning(&mut f, set, c, &row);
     f.0
 }
 
-fn longitudinal(f: &mut File, set: &MfMc, row: &dyn Fn(&str) -> String) {
+fn longitudinal(f: &mut File, set: &MfMc, row: &dyn Fn(C) -> String) {
     f.section("LONGITUDINAL_COEFFICIENTS");
-    f.number("PCX1", set.pCx1, &row("mf_c"));
-    f.number("PDX1", set.pDx[0], &row("mf_d"));
-    f.number("PEX1", set.pEx[0], &row("mf_e1"));
-    f.number("PEX4", set.pEx[3], &format!("-mf_e2/mf_e1; mf_e2 {}", row("mf_e2")));
-    f.number("PKX1", set.pKx[0], &format!("mf_b mf_c mf_d; mf_b {}", row("mf_b")));
+    f.number("PCX1", set.pCx1, &row(C::MfC));
+    f.number("PDX1", set.pDx[0], &row(C::MfD));
+    f.number("PEX1", set.pEx[0], &row(C::MfE1));
+    f.number("PEX4", set.pEx[3], &format!("-mf_e2/mf_e1; mf_e2 {}", row(C::MfE2)));
+    f.number("PKX1", set.pKx[0], &format!("mf_b mf_c mf_d; mf_b {}", row(C::MfB)));
     for key in ["PDX2", "PEX2", "PEX3", "PKX2", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
         f.number(key, 0.0, "set: no load dependence per load, no offset");
     }
@@ -93,7 +94,7 @@ fn longitudinal(f: &mut File, set: &MfMc, row: &dyn Fn(&str) -> String) {
     f.number("RCX1", set.rCx1, note);
 }
 
-fn overturning(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(&str) -> String) {
+fn overturning(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> String) {
     let k_x = c.tyre.tyre.overturning_stiffness;
     f.section("OVERTURNING_COEFFICIENTS");
     f.number("QSX1", 0.0, "set: no offset");
@@ -101,19 +102,19 @@ fn overturning(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(&str) -
     let note = format!(
         "from overturning_stiffness = {} m ({}), times {:.3}: the form has camber for its tangent",
         short(k_x),
-        row("overturning_stiffness"),
+        row(C::OverturningStiffness),
         arm * set.R0 / k_x
     );
     f.number("QSX2", arm, &note);
     f.number("QSX3", 0.0, "set");
 }
 
-fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(&str) -> String) {
+fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> String) {
     f.section("LATERAL_COEFFICIENTS");
-    f.comment(&format!("from lateral_friction_ct {}", row("lateral_friction_ct")));
-    f.comment(&format!("     slip_camber_c1 {}", row("slip_camber_c1")));
-    f.comment(&format!("     slip_camber_c3 {}", row("slip_camber_c3")));
-    f.comment(&format!("     side_force_ratio {}", row("side_force_ratio")));
+    f.comment(&format!("from lateral_friction_ct {}", row(C::LateralFrictionCt)));
+    f.comment(&format!("     slip_camber_c1 {}", row(C::SlipCamberC1)));
+    f.comment(&format!("     slip_camber_c3 {}", row(C::SlipCamberC3)));
+    f.comment(&format!("     side_force_ratio {}", row(C::SideForceRatio)));
     let t = &c.tyre.tyre;
     let k = t.stiffness.k_alpha(0.0, t.side_force_ratio);
     let peak = "shaped; the ride does not reach the peak";
@@ -152,7 +153,7 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(&str) -> St
     }
 }
 
-fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(&str) -> String) {
+fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(C) -> String) {
     f.section("ALIGNING_COEFFICIENTS");
     let trail = "set: eq. 12 with the bike file's vertical stiffness";
     f.number("QCZ1", set.qCz1, "set");
@@ -165,7 +166,7 @@ fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(&str) -> S
     for key in ["QDZ3", "QDZ4"] {
         f.number(key, 0.0, "set");
     }
-    let note = format!("from twisting_stiffness ({})", row("twisting_stiffness"));
+    let note = format!("from twisting_stiffness ({})", row(C::TwistingStiffness));
     f.number("QDZ8", set.qDzr[0], &note);
     let [.., arm] = set.overturning.unwrap_or_default();
     for key in ["SSZ1", "SSZ2", "SSZ4"] {

@@ -20,6 +20,7 @@ use super::check::{self, Worst};
 use super::file::{self, File, said, short};
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
+use crate::contract::coefficient::{Coefficient as C, Part};
 
 /// `PKY2`: so large that the stiffness is proportional to load, as the fitted model has it
 /// (within 1 % up to twice the nominal load).
@@ -62,7 +63,7 @@ pub fn write(
 }
 
 fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
-    let tyre = c.axle.name();
+    let tyre = c.axle;
     let t = &c.tyre.tyre;
     let (load, radius) = (c.load(), t.rolling_radius);
     let k_alpha = t.stiffness.k_alpha(0.0, t.side_force_ratio);
@@ -78,7 +79,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
     file::body(&mut file, fitted, c, setting);
 
     file.section("STRUCTURAL");
-    match fitted.value(tyre, "relaxation_length") {
+    match fitted.value(tyre, C::RelaxationLength) {
         Ok((length, row)) if length > 0.0 => {
             let note = format!("from relaxation_length = {} m ({})", short(length), said(row));
             file.number("LATERAL_STIFFNESS", k_alpha * load / length, &note);
@@ -94,33 +95,33 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
         longitudinal(&mut file, fitted, c);
     }
     file.section("OVERTURNING_COEFFICIENTS");
-    file.coefficient("QSX2", fitted.value(tyre, "overturning_stiffness"), 1.0 / radius);
+    file.coefficient("QSX2", fitted.value(tyre, C::OverturningStiffness), 1.0 / radius);
     if c.lateral {
         lateral(&mut file, fitted, c, k_alpha);
     }
     file.section("ROLLING_COEFFICIENTS");
-    file.coefficient("QSY1", fitted.value("vehicle", "rolling_resistance"), 1.0);
+    file.coefficient("QSY1", fitted.value(Part::Vehicle, C::RollingResistance), 1.0);
 
     file.section("ALIGNING_COEFFICIENTS");
     file.number("QBZ1", 0.0, "placeholder: the trail does not shrink with slip");
     file.number("QCZ1", 1.1, "placeholder: no effect with QBZ1 = 0");
-    file.coefficient("QDZ1", fitted.value(tyre, "pneumatic_trail_0"), 1.0 / radius);
-    file.coefficient("QDZ8", fitted.value(tyre, "twisting_stiffness"), -1.0 / radius);
+    file.coefficient("QDZ1", fitted.value(tyre, C::PneumaticTrail0), 1.0 / radius);
+    file.coefficient("QDZ8", fitted.value(tyre, C::TwistingStiffness), -1.0 / radius);
     file.0
 }
 
 fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised) {
     let mf = &c.tyre.tyre.friction;
     let row =
-        |name: &str| fitted.value(c.axle.name(), name).map_or(String::new(), |(_, r)| said(r));
+        |coefficient: C| fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| said(r));
     file.section("LONGITUDINAL_COEFFICIENTS");
     // the form has the odd part as a share of the even one
     let e1 = if mf.e1.abs() < 1e-6 { 1e-6 } else { mf.e1 };
-    file.number("PCX1", mf.c, &row("mf_c"));
-    file.number("PDX1", mf.d, &row("mf_d"));
-    file.number("PEX1", e1, &row("mf_e1"));
-    file.number("PKX1", mf.stiffness(), &format!("mf_b mf_c mf_d; mf_b {}", row("mf_b")));
-    file.number("PEX4", -mf.e2 / e1, &format!("-mf_e2/mf_e1; mf_e2 {}", row("mf_e2")));
+    file.number("PCX1", mf.c, &row(C::MfC));
+    file.number("PDX1", mf.d, &row(C::MfD));
+    file.number("PEX1", e1, &row(C::MfE1));
+    file.number("PKX1", mf.stiffness(), &format!("mf_b mf_c mf_d; mf_b {}", row(C::MfB)));
+    file.number("PEX4", -mf.e2 / e1, &format!("-mf_e2/mf_e1; mf_e2 {}", row(C::MfE2)));
     for key in ["PDX2", "PEX2", "PEX3", "PKX2", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
         file.number(key, 0.0, "set: no load dependence per load, no offset");
     }
@@ -128,7 +129,7 @@ fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised) {
 
 fn lateral(file: &mut File, fitted: &Fitted, c: &Characterised, k_alpha: f64) {
     let row =
-        |name: &str| fitted.value(c.axle.name(), name).map_or(String::new(), |(_, r)| said(r));
+        |coefficient: C| fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| said(r));
     let (t, d) = (&c.tyre.tyre, c.tyre.tyre.friction.d);
     file.section("LATERAL_COEFFICIENTS");
     file.number("PCY1", 1.3, "placeholder: the ride does not reach the lateral peak");
@@ -141,15 +142,15 @@ fn lateral(file: &mut File, fitted: &Fitted, c: &Characterised, k_alpha: f64) {
         &format!(
             "from cornering_stiffness_0 = {} 1/rad, {}; stiffness over load at FNOMIN",
             short(k_alpha),
-            row("cornering_stiffness_0")
+            row(C::CorneringStiffness0)
         ),
     );
     file.number("PKY2", PKY2, "set: stiffness proportional to load");
     file.number("PKY3", 0.0, "set: at small camber; the change with camber is in the toml export");
     file.number("PKY4", 2.0, "set");
-    let k_gamma = fitted.value(c.axle.name(), "camber_stiffness_0").map(|(value, _)| value);
+    let k_gamma = fitted.value(c.axle, C::CamberStiffness0).map(|(value, _)| value);
     let k_gamma = k_gamma.unwrap_or(k_alpha * t.side_force_ratio);
-    file.number("PKY6", -k_gamma, &row("camber_stiffness_0"));
+    file.number("PKY6", -k_gamma, &row(C::CamberStiffness0));
     for key in ["PDY2", "PDY3", "PEY2", "PEY3", "PEY4", "PKY5", "PKY7", "PHY1", "PHY2"] {
         file.number(key, 0.0, "set: no load dependence per load, no offset");
     }

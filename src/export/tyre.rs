@@ -4,6 +4,7 @@ use super::fitted::Fitted;
 use super::ranges::Ranges;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike, WheelData};
+use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::model::custom::Custom;
 use crate::model::tyre::{Input, Tyre};
 
@@ -64,14 +65,14 @@ impl Setting<'_> {
 }
 
 /// Coefficients of the longitudinal friction.
-const LONGITUDINAL: [&str; 4] = ["mf_b", "mf_c", "mf_d", "mf_e1"];
+const LONGITUDINAL: [C; 4] = [C::MfB, C::MfC, C::MfD, C::MfE1];
 /// Coefficients of the lateral stiffnesses.
-const LATERAL: [&str; 5] = [
-    "lateral_friction_ct",
-    "slip_camber_c1",
-    "slip_camber_c3",
-    "cornering_stiffness_0",
-    "side_force_ratio",
+const LATERAL: [C; 5] = [
+    C::LateralFrictionCt,
+    C::SlipCamberC1,
+    C::SlipCamberC3,
+    C::CorneringStiffness0,
+    C::SideForceRatio,
 ];
 
 impl Characterised {
@@ -82,27 +83,26 @@ impl Characterised {
     /// A sentence that names what the ride did not give, where neither half was ridden or the
     /// rolling radius is missing.
     pub fn new(fitted: &Fitted, axle: Axle, setting: &Setting<'_>) -> Result<Self, String> {
-        let end = axle.name();
-        let value = |tyre: &str, name: &str| fitted.row(tyre, name).and_then(|c| c.value);
-        let (radius, _) = fitted.value(end, "effective_rolling_radius")?;
-        let missing =
-            |names: &[&'static str]| names.iter().copied().find(|name| value(end, name).is_none());
+        let part = Part::from(axle);
+        let value = |part: Part, c: C| fitted.row(part, c).and_then(|c| c.value);
+        let (radius, _) = fitted.value(part, C::EffectiveRollingRadius)?;
+        let missing = |half: &[C]| half.iter().copied().find(|c| value(part, *c).is_none());
         let (no_x, no_y) = (missing(&LONGITUDINAL), missing(&LATERAL));
         if let (Some(x), Some(_)) = (no_x, no_y) {
-            return Err(fitted.value(end, x).err().unwrap_or_default());
+            return Err(fitted.value(part, x).err().unwrap_or_default());
         }
         let plain = stand_in_wheel(radius);
         let wheel = setting.bike.map_or(&plain, |bike| bike.wheel(axle));
-        let rolling = value("vehicle", "rolling_resistance")
+        let rolling = value(Part::Vehicle, C::RollingResistance)
             .unwrap_or_else(|| setting.bike.map_or(0.015, |bike| bike.rolling_resistance));
-        let get = |name: &str| value(end, name).or_else(|| stand_in(name, radius, wheel));
+        let get = |c: C| value(part, c).or_else(|| stand_in(c, radius, wheel));
         let load = setting.nominal(axle);
         let mut tyre = Custom::characterised(get, wheel, load, rolling, setting.friction)
             .map_err(|e| format!("session `{}`: {e}", fitted.session.ident.session_id))?;
         let ranges = fitted.ridden(axle).clone();
-        if let Some(upright) = value(end, "cornering_stiffness_0").filter(|_| no_y.is_none()) {
+        if let Some(upright) = value(part, C::CorneringStiffness0).filter(|_| no_y.is_none()) {
             let curve = ranges.stiffness_over_camber.last().copied();
-            follow(&mut tyre.tyre, upright, curve);
+            match_stiffness(&mut tyre.tyre, upright, curve);
         }
         let loads = match setting.bike {
             Some(bike) => ranges.load(bike, axle),
@@ -152,12 +152,12 @@ impl Characterised {
     }
 }
 
-/// Turns the stiffness function to the fitted one.
+/// Makes the stiffness function give the fitted stiffness.
 ///
 /// `c1, c3` and `ct` are fits of their own (eqs. 37, 38), and their quotient misses the stiffness
 /// that was fitted to all three at once (eq. 39): by 8 % at the front of the bundled archive. So the
 /// quotient's numbers are chosen to give the fitted stiffness upright and at the largest camber.
-fn follow(tyre: &mut Tyre, upright: f64, leant: Option<[f64; 2]>) {
+fn match_stiffness(tyre: &mut Tyre, upright: f64, leant: Option<[f64; 2]>) {
     let s = &mut tyre.stiffness;
     let compliance = 1.0 / upright;
     s.c1 = -s.ct * compliance - tyre.side_force_ratio;
@@ -166,19 +166,19 @@ fn follow(tyre: &mut Tyre, upright: f64, leant: Option<[f64; 2]>) {
     }
 }
 
-/// The usual of what a ride does not give.
-fn stand_in(name: &str, radius: f64, wheel: &WheelData) -> Option<f64> {
-    Some(match name {
-        "mf_b" => 12.0,
-        "mf_c" => 1.6,
-        "mf_d" => 1.0,
-        "mf_e1" => 0.1,
-        "lateral_friction_ct" => -1.0,
-        "slip_camber_c1" | "slip_camber_c3" => 0.0,
-        "side_force_ratio" => wheel.side_force_ratio,
-        "twisting_stiffness" => wheel.twisting_stiffness,
-        "overturning_stiffness" => 0.5 * wheel.width,
-        "relaxation_length" => wheel.relaxation_length.unwrap_or(radius),
+/// The usual value of a coefficient that a ride does not give.
+fn stand_in(coefficient: C, radius: f64, wheel: &WheelData) -> Option<f64> {
+    Some(match coefficient {
+        C::MfB => 12.0,
+        C::MfC => 1.6,
+        C::MfD => 1.0,
+        C::MfE1 => 0.1,
+        C::LateralFrictionCt => -1.0,
+        C::SlipCamberC1 | C::SlipCamberC3 => 0.0,
+        C::SideForceRatio => wheel.side_force_ratio,
+        C::TwistingStiffness => wheel.twisting_stiffness,
+        C::OverturningStiffness => 0.5 * wheel.width,
+        C::RelaxationLength => wheel.relaxation_length.unwrap_or(radius),
         _ => return None,
     })
 }

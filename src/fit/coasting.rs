@@ -5,18 +5,18 @@
 //! (23) (m + sum(I/R^2)) a_x = -c_drag v_x^2 - c_rol m g [- m g grade direction]
 //! ```
 //!
-//! A ride without enough coasting still shows the front radius: the undriven wheel rolls freely
-//! under gentle engine power too ([`rolls_freely`]).
+//! A ride without enough coasting still determines the front radius: the undriven wheel rolls
+//! freely under gentle engine power too ([`free_rolling`]).
 //!
 //! The printed form has neither the wheels' inertia nor the slope of the test strip, which both
 //! directions of travel tell apart from rolling resistance.
 
 use crate::GRAVITY;
+use crate::contract::coefficient::{Coefficient, Id};
 use crate::estimate::samples::Samples;
-use crate::estimate::signals::Given;
+use crate::estimate::signals::Inputs;
 use crate::model::formulation::Formulation;
-
-use crate::statistics::clustered_fit::{self, Fitted};
+use crate::statistics::clustered_fit::{self, Fitted, Uncertainty};
 
 /// Differences of speed that are never outliers, m/s.
 const SPEED_FLOOR: f64 = 0.005;
@@ -29,9 +29,18 @@ pub const GENTLE: f64 = 1.5;
 /// Coasting runs that do without the help of driving.
 const ENOUGH: usize = 3;
 
-/// The samples that show the front wheel's radius: coasting, and gentle driving beside it where
+/// Coefficient of the radius fit: the rolling radius, m.
+pub const RADIUS: usize = 0;
+/// Coefficient of the resistance fit: aerodynamic drag, kg/m.
+pub const DRAG: usize = 0;
+/// Coefficient of the resistance fit: rolling resistance over weight.
+pub const ROLLING: usize = 1;
+/// Coefficient of the resistance fit where both directions were ridden: the outbound grade.
+pub const GRADE: usize = 2;
+
+/// The samples that determine the front wheel's radius: coasting, and gentle driving beside it where
 /// there are fewer than three coasting runs.
-pub fn rolls_freely(coast: &Samples, driving: &Samples) -> Samples {
+pub fn free_rolling(coast: &Samples, driving: &Samples) -> Samples {
     let mut out = coast.clone();
     if clustered_fit::count(&coast.segment) < ENOUGH {
         let gentle: Vec<usize> =
@@ -41,21 +50,62 @@ pub fn rolls_freely(coast: &Samples, driving: &Samples) -> Samples {
     out
 }
 
-/// What coasting gives.
+/// The fits to coasting runs.
 #[derive(Debug, Clone, Default)]
 pub struct Coasting {
-    /// Radius of each wheel.
+    /// Of each wheel, see [`RADIUS`].
     pub radius: [Option<Fitted>; 2],
-    /// Drag (kg/m), rolling resistance and, where both directions were ridden, the grade.
+    /// See [`DRAG`], [`ROLLING`] and [`GRADE`].
     pub resistance: Option<Fitted>,
 }
 
+/// Drag (kg/m) and rolling resistance coefficient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resistance {
+    /// kg/m.
+    pub drag: f64,
+    /// Over weight.
+    pub rolling: f64,
+}
+
+impl Resistance {
+    fn of(theta: &[f64]) -> Self {
+        Resistance { drag: theta[DRAG], rolling: theta[ROLLING] }
+    }
+}
+
+impl Coasting {
+    /// Rolling radius of each wheel, m.
+    pub fn radii(&self) -> [Option<f64>; 2] {
+        [0, 1].map(|k| self.radius[k].as_ref().map(|f| f.theta[RADIUS]))
+    }
+
+    /// What slows the coasting motorcycle.
+    pub fn resistances(&self) -> Option<Resistance> {
+        self.resistance.as_ref().map(|f| Resistance::of(&f.theta))
+    }
+
+    /// How well a coefficient of these fits is known; `None` of any other, and where there is no fit.
+    pub fn uncertainty(&self, id: Id) -> Option<Uncertainty> {
+        match (id.coefficient, id.part.axle()) {
+            (Coefficient::EffectiveRollingRadius, Some(axle)) => {
+                Some(self.radius[axle as usize].as_ref()?.uncertainty(RADIUS, 1.0))
+            }
+            (Coefficient::Drag, _) => Some(self.resistance.as_ref()?.uncertainty(DRAG, 1.0)),
+            (Coefficient::RollingResistance, _) => {
+                Some(self.resistance.as_ref()?.uncertainty(ROLLING, 1.0))
+            }
+            _ => None,
+        }
+    }
+}
+
 /// Rows of one wheel's radius fit: `(omega, v, cluster)`.
-fn radius_rows(x: &Samples, given: &Given, wheel: usize) -> (Vec<f64>, Vec<f64>, Vec<usize>) {
+fn radius_rows(x: &Samples, inputs: &Inputs, wheel: usize) -> (Vec<f64>, Vec<f64>, Vec<usize>) {
     let mut rows = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..x.len() {
         let omega = x.omega[wheel][i];
-        let v = x.velocity_x[i] + given.zeros.latency * x.velocity_x_rate[i];
+        let v = x.velocity_x[i] + inputs.zeros.latency * x.velocity_x_rate[i];
         if omega.is_finite() && v.is_finite() && omega > 1.0 {
             rows.0.push(omega);
             rows.1.push(v);
@@ -66,17 +116,17 @@ fn radius_rows(x: &Samples, given: &Given, wheel: usize) -> (Vec<f64>, Vec<f64>,
 }
 
 /// Rows of the resistance fit, in units of the weight.
-struct Resistance {
+struct ResistanceRows {
     columns: Vec<Vec<f64>>,
     y: Vec<f64>,
     clusters: Vec<usize>,
 }
 
-fn resistance_rows(x: &Samples, given: &Given, radius: [f64; 2]) -> Resistance {
-    let bike = &given.bike;
+fn resistance_rows(x: &Samples, inputs: &Inputs, radius: [f64; 2]) -> ResistanceRows {
+    let bike = &inputs.bike;
     let weight = bike.mass * GRAVITY;
-    let corrected = given.formulation == Formulation::Corrected;
-    let at = Given { radius, ..given.clone() };
+    let corrected = inputs.formulation == Formulation::Corrected;
+    let at = Inputs { radius, ..inputs.clone() };
     let inertia: f64 = at.rotating_mass().iter().sum::<f64>() + bike.mass;
     let mut runs = [Vec::new(), Vec::new()];
     for i in 0..x.len() {
@@ -88,21 +138,21 @@ fn resistance_rows(x: &Samples, given: &Given, radius: [f64; 2]) -> Resistance {
         }
     }
     let both = corrected && runs.iter().all(|r| r.len() >= 2);
-    let mut rows = Resistance {
-        columns: vec![Vec::new(); if both { 3 } else { 2 }],
+    let mut rows = ResistanceRows {
+        columns: vec![Vec::new(); if both { GRADE + 1 } else { ROLLING + 1 }],
         y: Vec::new(),
         clusters: Vec::new(),
     };
     for i in 0..x.len() {
-        let v = x.velocity_x[i] + given.zeros.latency * x.velocity_x_rate[i];
-        let a = x.acceleration_x[i] - given.zeros.acceleration_x;
+        let v = x.velocity_x[i] + inputs.zeros.latency * x.velocity_x_rate[i];
+        let a = x.acceleration_x[i] - inputs.zeros.acceleration_x;
         if !(v.is_finite() && a.is_finite()) {
             continue;
         }
-        rows.columns[0].push(v * v / weight);
-        rows.columns[1].push(1.0);
+        rows.columns[DRAG].push(v * v / weight);
+        rows.columns[ROLLING].push(1.0);
         if both {
-            rows.columns[2].push(x.direction[i]);
+            rows.columns[GRADE].push(x.direction[i]);
         }
         rows.y.push(-inertia * a / weight);
         rows.clusters.push(x.segment[i]);
@@ -111,17 +161,17 @@ fn resistance_rows(x: &Samples, given: &Given, radius: [f64; 2]) -> Resistance {
 }
 
 /// Fits everything that coasting gives; `front` are the samples for the front radius.
-pub fn fit(x: &Samples, front: &Samples, given: &Given) -> Coasting {
+pub fn fit(x: &Samples, front: &Samples, inputs: &Inputs) -> Coasting {
     let mut out = Coasting::default();
     for (wheel, x) in [front, x].into_iter().enumerate() {
-        let (omega, v, clusters) = radius_rows(x, given, wheel);
+        let (omega, v, clusters) = radius_rows(x, inputs, wheel);
         if clustered_fit::count(&clusters) >= 2 {
             out.radius[wheel] = clustered_fit::fit(&[&omega], &v, &clusters, SPEED_FLOOR);
         }
     }
-    let nominal = given.radius;
-    let radius = [0, 1].map(|k| out.radius[k].as_ref().map_or(nominal[k], |f| f.theta[0]));
-    let rows = resistance_rows(x, given, radius);
+    let fitted = out.radii();
+    let radius = [0, 1].map(|k| fitted[k].unwrap_or(inputs.radius[k]));
+    let rows = resistance_rows(x, inputs, radius);
     if clustered_fit::count(&rows.clusters) >= 3 {
         let columns: Vec<&[f64]> = rows.columns.iter().map(Vec::as_slice).collect();
         out.resistance = clustered_fit::fit(&columns, &rows.y, &rows.clusters, RESISTANCE_FLOOR);
@@ -129,27 +179,26 @@ pub fn fit(x: &Samples, front: &Samples, given: &Given) -> Coasting {
     out
 }
 
-/// The same coefficients when the inputs change a little; robust weights stay.
+/// The same coefficients when the inputs change a little, robust weights held.
 pub fn refit(
     x: &Samples,
     front: &Samples,
-    given: &Given,
+    inputs: &Inputs,
     base: &Coasting,
-) -> ([Option<f64>; 2], Option<[f64; 2]>) {
+) -> ([Option<f64>; 2], Option<Resistance>) {
     let mut radius = [None; 2];
     for (wheel, slot) in radius.iter_mut().enumerate() {
         if let Some(fitted) = &base.radius[wheel] {
             let x = if wheel == 0 { front } else { x };
-            let (omega, v, _) = radius_rows(x, given, wheel);
-            *slot = clustered_fit::refit(&[&omega], &v, &fitted.weights).map(|t| t[0]);
+            let (omega, v, _) = radius_rows(x, inputs, wheel);
+            *slot = clustered_fit::refit(&[&omega], &v, &fitted.weights).map(|t| t[RADIUS]);
         }
     }
-    let nominal = given.radius;
-    let at = [0, 1].map(|k| radius[k].unwrap_or(nominal[k]));
+    let at = [0, 1].map(|k| radius[k].unwrap_or(inputs.radius[k]));
     let resistance = base.resistance.as_ref().and_then(|fitted| {
-        let rows = resistance_rows(x, given, at);
+        let rows = resistance_rows(x, inputs, at);
         let columns: Vec<&[f64]> = rows.columns.iter().map(Vec::as_slice).collect();
-        clustered_fit::refit(&columns, &rows.y, &fitted.weights).map(|t| [t[0], t[1]])
+        clustered_fit::refit(&columns, &rows.y, &fitted.weights).map(|t| Resistance::of(&t))
     });
     (radius, resistance)
 }

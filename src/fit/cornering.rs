@@ -16,17 +16,32 @@
 //! response. Without noise and in wide bends the two agree.
 //! Printed (35), (36): `Mx_tot = k_x m g tan(phi)`, split by the tyre widths.
 
+use crate::GRAVITY;
 use crate::contract::bike::Bike;
+use crate::contract::coefficient::{Coefficient, Part};
 use crate::estimate::signals::Signals;
 use crate::model::formulation::Formulation;
-use crate::statistics::clustered_fit::{self, Fitted};
+use crate::statistics::clustered_fit::{self, Fitted, Uncertainty};
 
 /// Differences of slip angle that are never outliers, rad.
 const ANGLE_FLOOR: f64 = 2e-3;
 /// Differences of lateral friction that are never outliers.
 const FRICTION_FLOOR: f64 = 0.015;
 /// Differences of overturning moment over weight that are never outliers, m.
-pub const MOMENT_FLOOR: f64 = 5e-4;
+const MOMENT_FLOOR: f64 = 5e-4;
+
+/// Coefficient of the slip fit (37): slip angle over camber, linear.
+pub const C1: usize = 0;
+/// Coefficient of the slip fit (37): cubic, 1/rad².
+pub const C3: usize = 1;
+/// Coefficient of the friction fit (38).
+pub const CT: usize = 0;
+/// Coefficient of the compliance fit (39): one over the upright cornering stiffness per load, rad.
+pub const T1: usize = 0;
+/// Coefficient of the compliance fit (39): its growth with the square of camber, 1/rad.
+pub const T2: usize = 1;
+/// Coefficient of the overturning fit (35): of the front tyre, of the vehicle in the printed form, m.
+pub const K_X: usize = 0;
 
 /// Rows of one tyre's lateral fits.
 #[derive(Debug, Clone, Default)]
@@ -52,30 +67,30 @@ pub struct Rows {
 /// The lateral fits of one tyre.
 #[derive(Debug, Clone, Default)]
 pub struct Lateral {
-    /// `c1, c3`.
+    /// (37), see [`C1`] and [`C3`].
     pub slip: Option<Fitted>,
-    /// `ct`.
+    /// (38), see [`CT`].
     pub friction: Option<Fitted>,
-    /// `t1, t2` of (39) multiplied through.
+    /// (39) multiplied through, see [`T1`] and [`T2`].
     pub compliance: Option<Fitted>,
-    /// Largest camber ridden, rad (99 %).
-    pub ridden: f64,
+    /// Largest camber of the samples, rad (their 99 % quantile).
+    pub max_camber: f64,
 }
 
 impl Lateral {
     /// `k_alpha(gamma)`, 1/rad: of (39) multiplied through, or as printed. `None` where there is
-    /// no fit or the curve has left the ridden range and turned over.
+    /// no fit, and where the curve has turned over beyond the ridden camber.
     pub fn k_alpha(&self, gamma: f64, ratio: f64, formulation: Formulation) -> Option<f64> {
         let tangent = if gamma.abs() < 1e-6 { 1.0 } else { gamma.tan() / gamma };
         let (top, bottom) = match formulation {
             Formulation::Corrected => {
                 let t = &self.compliance.as_ref()?.theta;
-                (1.0, t[0] + t[1] * gamma * gamma)
+                (1.0, t[T1] + t[T2] * gamma * gamma)
             }
             Formulation::Paper => {
                 let c = &self.slip.as_ref()?.theta;
-                let ct = self.friction.as_ref()?.theta[0];
-                (-ct, c[0] + ratio + c[1] * gamma * gamma)
+                let ct = self.friction.as_ref()?.theta[CT];
+                (-ct, c[C1] + ratio + c[C3] * gamma * gamma)
             }
         };
         Some(tangent * top / bottom).filter(|k| k.is_finite() && *k > 0.0)
@@ -140,52 +155,108 @@ pub fn fit(rows: &Rows) -> Lateral {
             &rows.clusters,
             ANGLE_FLOOR,
         ),
-        ridden: camber.get(camber.len() * 99 / 100).copied().unwrap_or(0.0),
+        max_camber: camber.get(camber.len() * 99 / 100).copied().unwrap_or(0.0),
     }
 }
 
-/// `c1, c3`, then `ct`, then `t1`; `None` where there is no fit.
-pub type Values = (Option<[f64; 2]>, Option<f64>, Option<f64>);
+/// Fitted numbers of one tyre; `None` where there is no fit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Parameters {
+    /// (37): `c1` and `c3` (1/rad²).
+    pub slip: Option<[f64; 2]>,
+    /// (38).
+    pub ct: Option<f64>,
+    /// (39): one over the upright cornering stiffness per load, rad.
+    pub t1: Option<f64>,
+}
 
 impl Lateral {
-    /// The coefficients.
-    pub fn values(&self) -> Values {
-        (
-            self.slip.as_ref().map(|f| [f.theta[0], f.theta[1]]),
-            self.friction.as_ref().map(|f| f.theta[0]),
-            self.compliance.as_ref().map(|f| f.theta[0]),
-        )
+    /// The fitted numbers.
+    pub fn parameters(&self) -> Parameters {
+        let theta = |fit: &Option<Fitted>| fit.as_ref().map(|f| f.theta.clone());
+        Parameters::of(theta(&self.slip), theta(&self.friction), theta(&self.compliance))
+    }
+
+    /// The fit whose first coefficient is the denominator of `k_alpha0`.
+    pub fn stiffness_fit(&self, formulation: Formulation) -> Option<&Fitted> {
+        match formulation {
+            Formulation::Corrected => self.compliance.as_ref(),
+            Formulation::Paper => self.slip.as_ref(),
+        }
+    }
+
+    /// How well a coefficient that is fitted as it stands is known; `None` of any other, and where
+    /// there is no fit.
+    pub fn uncertainty(&self, coefficient: Coefficient) -> Option<Uncertainty> {
+        match coefficient {
+            Coefficient::SlipCamberC1 => Some(self.slip.as_ref()?.uncertainty(C1, 1.0)),
+            Coefficient::SlipCamberC3 => Some(self.slip.as_ref()?.uncertainty(C3, 1.0)),
+            Coefficient::LateralFrictionCt => Some(self.friction.as_ref()?.uncertainty(CT, 1.0)),
+            _ => None,
+        }
     }
 }
 
-/// The same coefficients when the inputs change a little.
-pub fn refit(rows: &Rows, base: &Lateral) -> Values {
+impl Parameters {
+    fn of(
+        slip: Option<Vec<f64>>,
+        friction: Option<Vec<f64>>,
+        compliance: Option<Vec<f64>>,
+    ) -> Self {
+        Parameters {
+            slip: slip.map(|t| [t[C1], t[C3]]),
+            ct: friction.map(|t| t[CT]),
+            t1: compliance.map(|t| t[T1]),
+        }
+    }
+}
+
+/// The same numbers when the inputs change a little, robust weights held.
+pub fn refit(rows: &Rows, base: &Lateral) -> Parameters {
     let again = |columns: &[&[f64]], y: &[f64], fitted: &Option<Fitted>| {
         clustered_fit::refit(columns, y, &fitted.as_ref()?.weights)
     };
-    (
-        again(&rows.slip_columns(), &rows.slip_angle, &base.slip).map(|t| [t[0], t[1]]),
-        again(&[&rows.tangent], &rows.friction, &base.friction).map(|t| t[0]),
-        again(&rows.compliance_columns(), &rows.side, &base.compliance).map(|t| t[0]),
+    Parameters::of(
+        again(&rows.slip_columns(), &rows.slip_angle, &base.slip),
+        again(&[&rows.tangent], &rows.friction, &base.friction),
+        again(&rows.compliance_columns(), &rows.side, &base.compliance),
     )
 }
 
-/// Rows of the overturning fit: lever, moment, manoeuvre.
-pub fn overturning_rows(
-    signals: &Signals,
-    segment: &[usize],
-    keep: &[usize],
-) -> (Vec<f64>, Vec<f64>, Vec<usize>) {
-    let lever = keep.iter().map(|&i| signals.overturning_lever[i]).collect();
-    let moment = keep.iter().map(|&i| signals.overturning[i]).collect();
-    (lever, moment, keep.iter().map(|&i| segment[i]).collect())
+/// Samples of the overturning fit.
+#[derive(Debug, Clone, Default)]
+pub struct OverturningRows {
+    /// What multiplies `k_x` in the overturning moment, N.
+    pub lever: Vec<f64>,
+    /// Overturning moment, N m.
+    pub moment: Vec<f64>,
+    /// Manoeuvre.
+    pub clusters: Vec<usize>,
 }
 
-/// `k_x` of front, rear and vehicle per unit of the fitted coefficient (eq. 36).
-pub fn overturning_shares(bike: &Bike, formulation: Formulation) -> [f64; 3] {
+/// The kept samples as rows of the overturning fit.
+pub fn overturning_rows(signals: &Signals, segment: &[usize], keep: &[usize]) -> OverturningRows {
+    OverturningRows {
+        lever: keep.iter().map(|&i| signals.overturning_lever[i]).collect(),
+        moment: keep.iter().map(|&i| signals.overturning[i]).collect(),
+        clusters: keep.iter().map(|&i| segment[i]).collect(),
+    }
+}
+
+/// Fits (35) robustly; `mass` of the motorcycle, kg. `None` of fewer than two manoeuvres.
+pub fn fit_overturning(rows: &OverturningRows, mass: f64) -> Option<Fitted> {
+    if clustered_fit::count(&rows.clusters) < 2 {
+        return None;
+    }
+    let floor = MOMENT_FLOOR * mass * GRAVITY;
+    clustered_fit::fit(&[&rows.lever], &rows.moment, &rows.clusters, floor)
+}
+
+/// `k_x` of a part per unit of the fitted [`K_X`] (eq. 36).
+pub fn overturning_share(bike: &Bike, formulation: Formulation, part: Part) -> f64 {
     let front_load = bike.cg_to_rear() / bike.wheelbase;
     let rear_load = bike.cg_to_front / bike.wheelbase;
-    match formulation {
+    let [front, rear, vehicle] = match formulation {
         // the fit is of the front tyre
         Formulation::Corrected => {
             let ratio = bike.rear.width / bike.front.width;
@@ -197,5 +268,10 @@ pub fn overturning_shares(bike: &Bike, formulation: Formulation) -> [f64; 3] {
             let front = 1.0 / (front_load + rear_load * ratio);
             [front, front * ratio, 1.0]
         }
+    };
+    match part {
+        Part::Front => front,
+        Part::Rear => rear,
+        Part::Vehicle => vehicle,
     }
 }

@@ -14,14 +14,36 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::config::FrictionConfig;
+use crate::contract::coefficient::Coefficient;
 use crate::model::MagicFormula;
-
-use super::FrictionConfig;
 use crate::statistics::cluster_covariance::{
     ClusterCovariance, Correction, Scores, sandwich, sandwich_with,
 };
-use crate::statistics::clustered_fit::{Quality, count, dispersion};
-use crate::statistics::nonlinear::{self, Model, Options};
+use crate::statistics::clustered_fit::{Quality, Uncertainty, count, dispersion};
+use crate::statistics::nonlinear::{self, Model, NonlinearFit, Options};
+use crate::statistics::order::quantile;
+
+/// The fitted parameters in their order; the last one only of a tyre that was driven as well as
+/// braked.
+pub const PARAMETERS: [Coefficient; 5] =
+    [Coefficient::MfB, Coefficient::MfC, Coefficient::MfD, Coefficient::MfE1, Coefficient::MfE2];
+
+/// The curve of fitted parameters.
+pub fn curve(theta: &[f64]) -> MagicFormula {
+    MagicFormula {
+        b: theta[0],
+        c: theta[1],
+        d: theta[2],
+        e1: theta[3],
+        e2: theta.get(4).copied().unwrap_or(0.0),
+    }
+}
+
+/// Whether a coefficient belongs to the friction curve.
+pub fn is_of_curve(coefficient: Coefficient) -> bool {
+    coefficient == Coefficient::PeakSlip || PARAMETERS.contains(&coefficient)
+}
 
 /// Samples of one tyre.
 #[derive(Debug, Clone, Default)]
@@ -40,32 +62,24 @@ pub struct Rows {
     pub velocity_error: f64,
     /// Whether the tyre was driven as well as braked: then `e1` and `e2` are told apart.
     pub both_signs: bool,
-    /// Place of each sample's manoeuvre among those there are.
+    /// Index of each sample's manoeuvre among those there are.
     group: Vec<usize>,
     groups: usize,
 }
 
 /// Share of the velocity's error that changes within a manoeuvre.
-const QUICK: f64 = 0.4;
+const FAST_SHARE: f64 = 0.4;
 /// Residuals count no more than this for a manoeuvre's offset: outliers must not move it.
 const CLIP: f64 = 2.0;
+/// Most coefficients of a curve.
+const MOST: usize = PARAMETERS.len();
 
 impl Rows {
-    fn formula(&self, theta: &[f64]) -> MagicFormula {
-        MagicFormula {
-            b: theta[0],
-            c: theta[1],
-            d: theta[2],
-            e1: theta[3],
-            e2: if self.both_signs { theta[4] } else { 0.0 },
-        }
-    }
-
-    /// Residual of a sample without its manoeuvre's offset, and what the offset does to it.
+    /// Residual of a sample without its manoeuvre's offset, and its derivative by the offset.
     fn residual_and_lever(&self, formula: &MagicFormula, i: usize) -> (f64, f64) {
         let (s, v) = (self.slip[i], self.speed[i]);
         let (value, slope) = formula.value_and_slope(s);
-        let from_slip = slope * QUICK * self.velocity_error / v;
+        let from_slip = slope * FAST_SHARE * self.velocity_error / v;
         // plain root: neither part is near the ends of the number range
         let sigma =
             (self.friction_error[i] * self.friction_error[i] + from_slip * from_slip).sqrt();
@@ -95,7 +109,7 @@ impl Rows {
 
 impl Model for Rows {
     fn parameters(&self) -> usize {
-        if self.both_signs { 5 } else { 4 }
+        if self.both_signs { MOST } else { MOST - 1 }
     }
 
     fn len(&self) -> usize {
@@ -103,26 +117,26 @@ impl Model for Rows {
     }
 
     fn residuals(&self, theta: &[f64], out: &mut [f64]) {
-        let formula = self.formula(theta);
+        let formula = curve(theta);
         let n = self.samples();
-        let mut pull = vec![(0.0, 1.0 / self.velocity_error.powi(2)); self.groups];
+        let mut offsets = vec![(0.0, 1.0 / self.velocity_error.powi(2)); self.groups];
         let mut lever = vec![0.0; n];
         for i in 0..n {
             (out[i], lever[i]) = self.residual_and_lever(&formula, i);
-            let sum = &mut pull[self.group[i]];
+            let sum = &mut offsets[self.group[i]];
             sum.0 -= lever[i] * out[i].clamp(-CLIP, CLIP);
             sum.1 += lever[i] * lever[i];
         }
         for i in 0..n {
-            let (top, bottom) = pull[self.group[i]];
+            let (top, bottom) = offsets[self.group[i]];
             out[i] += lever[i] * top / bottom;
         }
-        for (g, (top, bottom)) in pull.into_iter().enumerate() {
+        for (g, (top, bottom)) in offsets.into_iter().enumerate() {
             out[n + g] = top / bottom / self.velocity_error;
         }
     }
 
-    /// The offset rows of the manoeuvres that are left come by themselves.
+    /// With the offset rows of the manoeuvres that remain.
     fn thinned(&self, rows: &[usize]) -> Option<Box<dyn Model>> {
         let mut out = Rows { both_signs: self.both_signs, ..Rows::with_error(self.velocity_error) };
         for &i in rows.iter().filter(|i| **i < self.samples()) {
@@ -138,20 +152,20 @@ impl Model for Rows {
 
     /// By the chain rule through curve, expected error and offsets.
     fn jacobian(&self, theta: &[f64], out: &mut DMatrix<f64>) {
-        let formula = self.formula(theta);
+        let formula = curve(theta);
         let (n, p) = (self.samples(), theta.len());
-        let mut pull = vec![Pull::new(self.velocity_error); self.groups];
+        let mut offsets = vec![Offset::new(self.velocity_error); self.groups];
         let mut levers = Vec::with_capacity(n);
         for i in 0..n {
             let (s, v) = (self.slip[i], self.speed[i]);
             let point = formula.point(s);
-            let spread = QUICK * self.velocity_error / v;
+            let spread = FAST_SHARE * self.velocity_error / v;
             let sigma = (self.friction_error[i].powi(2) + (point.slope * spread).powi(2)).sqrt();
             let r = (self.friction[i] - point.value) / sigma;
             let arm = (1.0 + s) / v / sigma;
             let lever = arm * point.slope;
             let inside = if r.abs() < CLIP { 1.0 } else { 0.0 };
-            let sum = &mut pull[self.group[i]];
+            let sum = &mut offsets[self.group[i]];
             sum.top -= lever * r.clamp(-CLIP, CLIP);
             sum.bottom += lever * lever;
             let mut lever_by = [0.0; MOST];
@@ -166,16 +180,16 @@ impl Model for Rows {
             }
             levers.push((lever, lever_by));
         }
-        for sum in &mut pull {
+        for sum in &mut offsets {
             sum.divide();
         }
         for (i, (lever, lever_by)) in levers.into_iter().enumerate() {
-            let Pull { top: offset, top_by: offset_by, .. } = &pull[self.group[i]];
+            let Offset { top: offset, top_by: offset_by, .. } = &offsets[self.group[i]];
             for j in 0..p {
                 out[(i, j)] += lever_by[j] * offset + lever * offset_by[j];
             }
         }
-        for (g, sum) in pull.iter().enumerate() {
+        for (g, sum) in offsets.iter().enumerate() {
             for j in 0..p {
                 out[(n + g, j)] = sum.top_by[j] / self.velocity_error;
             }
@@ -183,22 +197,19 @@ impl Model for Rows {
     }
 }
 
-/// Most coefficients.
-const MOST: usize = 5;
-
-/// Numerator and denominator of a manoeuvre's offset, and their derivatives.
+/// Numerator and denominator of a manoeuvre's offset, and their derivatives by the coefficients.
 #[derive(Debug, Clone)]
-struct Pull {
+struct Offset {
     top: f64,
     bottom: f64,
     top_by: [f64; MOST],
     bottom_by: [f64; MOST],
 }
 
-impl Pull {
+impl Offset {
     fn new(velocity_error: f64) -> Self {
         let bottom = 1.0 / velocity_error.powi(2);
-        Pull { top: 0.0, bottom, top_by: [0.0; MOST], bottom_by: [0.0; MOST] }
+        Offset { top: 0.0, bottom, top_by: [0.0; MOST], bottom_by: [0.0; MOST] }
     }
 
     /// Makes `top` the offset, and `top_by` its derivatives.
@@ -215,7 +226,7 @@ impl Pull {
 pub struct Friction {
     /// The curve.
     pub formula: MagicFormula,
-    /// `b, c, d, e1[, e2]`.
+    /// In the order of [`PARAMETERS`].
     pub theta: Vec<f64>,
     /// Their covariance from manoeuvres.
     pub covariance: Option<ClusterCovariance>,
@@ -227,12 +238,18 @@ pub struct Friction {
     pub quality: Quality,
     /// Robust weight of each sample.
     pub weights: Vec<f64>,
-    /// `(J' psi' J)^-1 J' W`: how the coefficients follow the residuals.
+    /// `(J' psi' J)^-1 J' W`: change of the coefficients per change of the residuals, but for the sign.
     response: DMatrix<f64>,
     residuals: Vec<f64>,
-    /// Lowest and highest slip ratio ridden (1 % and 99 % of the samples).
-    pub ridden: [f64; 2],
+    /// Lowest and highest slip ratio of the samples (their 1 % and 99 % quantiles).
+    pub slip_range: [f64; 2],
 }
+
+/// Starts of the search: `b`, `c` and `e1`.
+const STARTS: [(f64, f64, f64); 4] =
+    [(10.0, 1.5, 0.2), (20.0, 1.3, 0.5), (6.0, 1.7, -0.5), (14.0, 1.6, -1.0)];
+/// Bounds of the parameters in their order.
+const BOUNDS: [(f64, f64); MOST] = [(1.0, 80.0), (1.0, 2.4), (0.1, 2.5), (-6.0, 1.0), (-4.0, 4.0)];
 
 /// Fits eq. 28; `None` where the samples cannot carry it.
 pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
@@ -240,26 +257,17 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
     if rows.samples() < 10 * p {
         return None;
     }
-    let peak = quantile(rows.friction.iter().map(|m| m.abs()).collect(), 0.98).clamp(0.2, 2.0);
-    let mut starts = Vec::new();
-    for (b, c, e) in [(10.0, 1.5, 0.2), (20.0, 1.3, 0.5), (6.0, 1.7, -0.5), (14.0, 1.6, -1.0)] {
-        let mut theta = vec![b, c, peak, e];
-        if rows.both_signs {
-            theta.push(0.0);
-        }
-        starts.push(theta);
-    }
-    let mut bounds = vec![(1.0, 80.0), (1.0, 2.4), (0.1, 2.5), (-6.0, 1.0)];
-    if rows.both_signs {
-        bounds.push((-4.0, 4.0));
-    }
+    let mut sizes: Vec<f64> = rows.friction.iter().map(|m| m.abs()).collect();
+    let peak = quantile(&mut sizes, 0.98)?.clamp(0.2, 2.0);
+    let starts: Vec<Vec<f64>> =
+        STARTS.iter().map(|&(b, c, e)| vec![b, c, peak, e, 0.0][..p].to_vec()).collect();
     // residuals are in units of their expected error: less than half of it is never an outlier
     let options = Options {
         search_iterations: config.search_iterations,
         scale_floor: 0.5,
         ..Options::default()
     };
-    let fit = nonlinear::fit(rows, &starts, Some(&bounds), &options).ok()?;
+    let fit = nonlinear::fit(rows, &starts, Some(&BOUNDS[..p]), &options).ok()?;
     let scores = Scores {
         jacobian: &fit.jacobian,
         residuals: &fit.residuals,
@@ -274,35 +282,11 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
     let shape_covariance = sandwich_with(&scores, Correction::Cr3).ok();
     let negative: Vec<f64> = fit.residuals.iter().map(|r| -r).collect();
     let dispersion = dispersion(&fit.jacobian, &negative, &fit.weights, &rows.clusters, &fit.theta);
-    let formula = rows.formula(&fit.theta);
-
-    let mut information = DMatrix::zeros(p, p);
-    let mut weighted = DMatrix::zeros(p, rows.len());
-    for i in 0..rows.len() {
-        for j in 0..p {
-            weighted[(j, i)] = fit.jacobian[(i, j)] * fit.weights[i];
-            for k in 0..p {
-                information[(j, k)] +=
-                    fit.jacobian[(i, j)] * fit.jacobian[(i, k)] * fit.psi_derivatives[i];
-            }
-        }
-    }
-    let response = information.lu().solve(&weighted)?;
-    let plain: Vec<f64> =
-        (0..rows.samples()).map(|i| rows.friction[i] - formula.value(rows.slip[i])).collect();
-    let weights = &fit.weights[..rows.samples()];
-    let kept: f64 = weights.iter().sum();
-    let mean = weighted_mean(&rows.friction, weights);
-    let left: f64 = plain.iter().zip(weights).map(|(r, w)| w * r * r).sum();
-    let whole: f64 = rows.friction.iter().zip(weights).map(|(y, w)| w * (y - mean).powi(2)).sum();
-    let quality = Quality {
-        n_clusters: count(&rows.clusters),
-        n_samples: rows.samples(),
-        scale: (left / kept).sqrt(),
-        outlier_fraction: fit.outlier_fraction,
-        r_squared: 1.0 - left / whole,
-    };
-    let ridden = [0.01, 0.99].map(|share| quantile(rows.slip.clone(), share));
+    let formula = curve(&fit.theta);
+    let response = response(&fit, rows.len())?;
+    let quality = quality(rows, &formula, &fit);
+    let mut slip = rows.slip.clone();
+    let slip_range = [quantile(&mut slip, 0.01)?, quantile(&mut slip, 0.99)?];
     Some(Friction {
         formula,
         theta: fit.theta,
@@ -313,13 +297,48 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
         weights: fit.weights,
         response,
         residuals: fit.residuals,
-        ridden,
+        slip_range,
     })
 }
 
+/// See [`Friction::response`]; `n` rows.
+fn response(fit: &NonlinearFit, n: usize) -> Option<DMatrix<f64>> {
+    let p = fit.theta.len();
+    let mut information = DMatrix::zeros(p, p);
+    let mut weighted = DMatrix::zeros(p, n);
+    for i in 0..n {
+        for j in 0..p {
+            weighted[(j, i)] = fit.jacobian[(i, j)] * fit.weights[i];
+            for k in 0..p {
+                information[(j, k)] +=
+                    fit.jacobian[(i, j)] * fit.jacobian[(i, k)] * fit.psi_derivatives[i];
+            }
+        }
+    }
+    information.lu().solve(&weighted)
+}
+
+/// How well the curve describes the friction itself, without the manoeuvres' offsets.
+fn quality(rows: &Rows, formula: &MagicFormula, fit: &NonlinearFit) -> Quality {
+    let residuals = (0..rows.samples()).map(|i| rows.friction[i] - formula.value(rows.slip[i]));
+    let weights = &fit.weights[..rows.samples()];
+    let kept: f64 = weights.iter().sum();
+    let mean = weighted_mean(&rows.friction, weights);
+    let left: f64 = residuals.zip(weights).map(|(r, w)| w * r * r).sum();
+    let whole: f64 = rows.friction.iter().zip(weights).map(|(y, w)| w * (y - mean).powi(2)).sum();
+    Quality {
+        n_clusters: count(&rows.clusters),
+        n_samples: rows.samples(),
+        scale: (left / kept).sqrt(),
+        outlier_fraction: fit.outlier_fraction,
+        r_squared: 1.0 - left / whole,
+    }
+}
+
 impl Friction {
-    /// The coefficients when the samples change a little: one step from the solution.
-    pub fn follow(&self, rows: &Rows) -> Vec<f64> {
+    /// The coefficients when the samples change a little, robust weights held: one Gauss-Newton step
+    /// from the solution.
+    pub fn refit_with_fixed_weights(&self, rows: &Rows) -> Vec<f64> {
         let mut now = vec![0.0; rows.len()];
         rows.residuals(&self.theta, &mut now);
         let change: DVector<f64> =
@@ -329,18 +348,8 @@ impl Friction {
         self.theta.iter().zip(step.iter()).map(|(t, s)| t - s).collect()
     }
 
-    /// The curve of other coefficients.
-    pub fn formula_of(&self, theta: &[f64]) -> MagicFormula {
-        MagicFormula {
-            b: theta[0],
-            c: theta[1],
-            d: theta[2],
-            e1: theta[3],
-            e2: theta.get(4).copied().unwrap_or(0.0),
-        }
-    }
-
-    /// Slip of the friction peak, and its derivative by each coefficient.
+    /// Slip of the friction peak, and its derivative by each fitted parameter; `None` of a curve
+    /// without a peak.
     pub fn peak_slip(&self) -> Option<(f64, Vec<f64>)> {
         let peak = self.formula.peak_slip()?;
         let gradient = (0..self.theta.len())
@@ -349,27 +358,38 @@ impl Friction {
                 let at = |sign: f64| {
                     let mut theta = self.theta.clone();
                     theta[j] += sign * step;
-                    self.formula_of(&theta).peak_slip().unwrap_or(peak)
+                    curve(&theta).peak_slip().unwrap_or(peak)
                 };
                 (at(1.0) - at(-1.0)) / (2.0 * step)
             })
             .collect();
         Some((peak, gradient))
     }
+
+    /// How well a coefficient of the curve is known; `None` of any other, and where the curve has
+    /// none.
+    pub fn uncertainty(&self, coefficient: Coefficient) -> Option<Uncertainty> {
+        let mut contrast = vec![0.0; self.theta.len()];
+        let mut dispersion = None;
+        if coefficient == Coefficient::PeakSlip {
+            contrast = self.peak_slip()?.1;
+        } else {
+            let j = PARAMETERS.iter().position(|c| *c == coefficient)?;
+            *contrast.get_mut(j)? = 1.0;
+            dispersion = self.dispersion[j];
+        }
+        let covariance = match coefficient {
+            Coefficient::PeakSlip | Coefficient::MfD => &self.covariance,
+            _ => &self.shape_covariance,
+        };
+        let (se, dof) = covariance.as_ref().map_or((f64::NAN, 0.0), |c| c.contrast(&contrast));
+        Some(Uncertainty { variance: se * se, dof, dispersion, quality: self.quality.clone() })
+    }
 }
 
 fn weighted_mean(x: &[f64], w: &[f64]) -> f64 {
     let total: f64 = w.iter().sum();
     x.iter().zip(w).map(|(x, w)| x * w).sum::<f64>() / total
-}
-
-/// The value below which a share of the values lies.
-pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let k = ((values.len() - 1) as f64 * share).round() as usize;
-    *values.select_nth_unstable_by(k, f64::total_cmp).1
 }
 
 #[cfg(test)]

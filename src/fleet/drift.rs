@@ -5,7 +5,8 @@
 //! on time. Above `ALL_PAIRS` sessions weighted least squares gives both.
 
 use super::history::History;
-use super::{levels, median};
+use super::levels;
+use crate::statistics::order::median;
 
 /// Fewest values that a drift is told from.
 const DRIFT_FROM: usize = 5;
@@ -61,7 +62,8 @@ pub fn slope(history: &History, c: usize, columns: &[Vec<f64>], tau: f64) -> Opt
             }
         }
     }
-    let middle = median(&mut slopes)?; // and sorted
+    let middle = median(&mut slopes)?;
+    slopes.sort_unstable_by(f64::total_cmp);
     let sd = ((n * (n - 1) * (2 * n + 5)) as f64 / 18.0).sqrt();
     let (count, half) = (slopes.len() as f64, 1.96 * sd);
     let at = |rank: f64| slopes[(rank.max(0.0) as usize).min(slopes.len() - 1)];

@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use super::history::History;
 use super::scan::Shape;
+use crate::contract::coefficient::{Coefficient as C, Part};
 
 /// From so many sessions on it can be a tyre.
 const SWAP_FROM: usize = 3;
@@ -124,9 +125,9 @@ pub fn classify(history: &History, shape: Shape, moved: Vec<Moved>, score: f64) 
     let key = |m: &Moved| &history.keys[m.coefficient];
     let count = |tyre: &str| moved.iter().filter(|m| key(m).0 == tyre).count();
     let radius = |tyre: &str| {
-        moved.iter().any(|m| key(m).0 == tyre && key(m).1 == "effective_rolling_radius")
+        moved.iter().any(|m| key(m).0 == tyre && key(m).1 == C::EffectiveRollingRadius.name())
     };
-    let drag = moved.iter().any(|m| key(m).0 == "vehicle" && key(m).1 == "drag");
+    let drag = moved.iter().any(|m| key(m).0 == Part::Vehicle.name() && key(m).1 == C::Drag.name());
     let (front, rear) = (count("front"), count("rear"));
     let tyre = match (front > 0, rear > 0) {
         (true, true) => "both",

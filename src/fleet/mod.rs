@@ -136,13 +136,3 @@ fn analyse_bike(bike: &str, rows: &[&Observation], limits: &mut threshold::Limit
     let ratios = ratio::ratios(&history, &events);
     BikeAnalysis { bike: bike.to_owned(), history, events, series, pooled, ratios }
 }
-
-/// Median; the values are reordered. `None` of nothing.
-pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    values.sort_by(f64::total_cmp);
-    let at = values.len() / 2;
-    Some(if values.len() % 2 == 1 { values[at] } else { values[at - 1].midpoint(values[at]) })
-}

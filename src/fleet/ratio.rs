@@ -24,6 +24,7 @@ use super::events::{Event, Kind};
 use super::history::History;
 use super::levels;
 use super::scan::Shape;
+use crate::contract::coefficient::Coefficient as C;
 
 /// Fewest sessions that a line is laid through.
 const SESSIONS: usize = 6;
@@ -73,13 +74,13 @@ impl Ratio {
 pub fn ratios(history: &History, events: &[Event]) -> Vec<Ratio> {
     let mut out = Vec::new();
     for tyre in ["front", "rear"] {
-        let column = |name: &str| {
-            let key = |k: &(String, String)| k.0 == tyre && k.1 == name;
+        let column = |coefficient: C| {
+            let key = |k: &(String, String)| k.0 == tyre && k.1 == coefficient.name();
             let c = history.keys.iter().position(key)?;
             Some((&history.values[c], &history.errors[c]))
         };
         let (Some((ct, ct_error)), Some((c1, c1_error))) =
-            (column("lateral_friction_ct"), column("slip_camber_c1"))
+            (column(C::LateralFrictionCt), column(C::SlipCamberC1))
         else {
             continue;
         };
@@ -110,7 +111,7 @@ fn tyres(history: &History, events: &[Event], tyre: &str) -> Vec<Vec<usize>> {
         .filter(|e| {
             e.moved.iter().any(|m| {
                 let (of, name) = &history.keys[m.coefficient];
-                of == tyre && name == "effective_rolling_radius"
+                of == tyre && name == C::EffectiveRollingRadius.name()
             })
         })
         .filter_map(|e| match e.shape {
@@ -288,8 +289,8 @@ mod tests {
                 width.push(found.high - found.low);
                 off.push(found.value - 0.11);
             }
-            let off = super::super::median(&mut off).expect("some");
-            let width = super::super::median(&mut width).expect("some");
+            let off = crate::statistics::order::median(&mut off).expect("some");
+            let width = crate::statistics::order::median(&mut width).expect("some");
             assert!(held >= 90, "{n} {variety}: {held} of 100");
             assert!(off.abs() < 0.05 * width, "{n} {variety}: {off} of {width}");
             widths.push(width);

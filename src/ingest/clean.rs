@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
-use crate::ingest::clock::{Clocked, Timed, median};
+use crate::ingest::clock::{Clocked, Timed};
 use crate::ingest::{Config, session_table, warning};
+use crate::statistics::order::{SD_PER_MAD, upper_median};
 
 use Channel::*;
 
@@ -337,14 +338,14 @@ fn peaks(x: &[f64], least: f64) -> Vec<usize> {
 /// sample-to-sample change, and a fiftieth of the usual span.
 fn least_jump(x: &[f64], threshold: f64) -> Option<f64> {
     let stride = (x.len() / 2048).max(1);
-    let steps: Vec<f64> = (1..x.len())
+    let mut steps: Vec<f64> = (1..x.len())
         .step_by(stride)
         .map(|i| (x[i] - x[i - 1]).abs())
         .filter(|d| d.is_finite())
         .collect();
     let mut sample: Vec<f64> =
         x.iter().step_by(stride).copied().filter(|v| v.is_finite()).collect();
-    let scale = 1.4826 * median(steps)?;
+    let scale = SD_PER_MAD * upper_median(&mut steps)?;
     sample.sort_unstable_by(f64::total_cmp);
     let cut = sample.len() / 100;
     let span = sample[sample.len() - 1 - cut] - sample[cut];
@@ -407,12 +408,12 @@ fn is_noisy(x: &[f64]) -> bool {
 /// The usual size of a change, among the samples that change.
 fn usual_change(x: &[f64]) -> f64 {
     let stride = (x.len() / 2048).max(1);
-    let changes = (1..x.len())
+    let mut changes: Vec<f64> = (1..x.len())
         .step_by(stride)
         .map(|i| (x[i] - x[i - 1]).abs())
         .filter(|d| *d > 0.0)
         .collect();
-    median(changes).unwrap_or(f64::INFINITY)
+    upper_median(&mut changes).unwrap_or(f64::INFINITY)
 }
 
 /// Yaw that runs on instead of wrapping at +-pi.

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
 use crate::ingest::{Error, Track, warning};
+use crate::statistics::order::upper_median;
 
 /// Stamps that strictly increase.
 #[derive(Debug, Clone)]
@@ -322,7 +323,8 @@ fn coarse_clock(stamps: &[f64], kept: &[usize]) -> Option<Vec<f64>> {
     if !ordered || raw.len() < SHORTEST_RUN || (repeats as f64) < COARSE * raw.len() as f64 {
         return None;
     }
-    let tick = median(raw.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect())?;
+    let mut steps: Vec<f64> = raw.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    let tick = upper_median(&mut steps)?;
     let (fit, residual) = fit_line(&raw, None)?;
     // a coarse clock's residual is at most its tick; one that stutters drifts away
     (residual < 0.5 * tick).then_some(fit)
@@ -405,14 +407,5 @@ fn usual_step(stamps: &[f64]) -> f64 {
         }
         sum / count
     };
-    median(steps.clone()).map_or(0.0, near)
-}
-
-/// The median of finite numbers, `None` of none.
-pub fn median(mut values: Vec<f64>) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+    upper_median(&mut steps.clone()).map_or(0.0, near)
 }

@@ -3,15 +3,16 @@
 //! Every channel is decoded once and described; of the samples only so many are in memory at a
 //! time (32 million), however many channels the log has.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::ingest::foreign::{Aids, Decoded, Listing, Look, SourceChannel};
 use crate::ingest::map::Column;
-use crate::ingest::middle::{extent, middle};
+use crate::ingest::middle::extent;
 use crate::ingest::{Error, reader};
+use crate::objects::Location;
+use crate::statistics::order::upper_median_of;
 
 /// Samples that are decoded at a time, about.
 const BUDGET: u64 = 32 << 20;
@@ -61,15 +62,16 @@ pub struct Seen {
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn survey(path: &Path, aids: &Aids) -> Result<Option<Survey>, Error> {
-    let reader = reader(path)?;
+pub fn survey(log: impl Into<Location>, aids: &Aids) -> Result<Option<Survey>, Error> {
+    let log = &log.into();
+    let reader = reader(log)?;
     let Some(Look { list, decode }) = reader.look else { return Ok(None) };
-    let mut listing = list(path, aids)?;
+    let mut listing = list(log, aids)?;
     let mut seen = Vec::with_capacity(listing.channels.len());
     let mut warnings = Vec::new();
     for part in parts(&listing.channels) {
         let wanted: Vec<&SourceChannel> = part.iter().collect();
-        let Decoded { columns, warnings: more } = decode(path, aids, &wanted)?;
+        let Decoded { columns, warnings: more } = decode(log, aids, &wanted)?;
         seen.extend(look(&columns));
         for warning in more {
             if !warnings.contains(&warning) {
@@ -153,7 +155,7 @@ fn look_closely(column: &Column) -> Seen {
 fn of_stamps(stamps: &[f64]) -> Seen {
     let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
     steps.retain(|d| *d > 0.0);
-    let period = middle(&steps);
+    let period = upper_median_of(&steps);
     let least = period.map_or(f64::INFINITY, |p| GAP.max(GAP_STEPS * p));
     let gaps = steps.iter().filter(|d| **d > least);
     Seen {

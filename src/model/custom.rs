@@ -6,6 +6,7 @@ use super::magic_formula::MagicFormula;
 use super::tyre::{Input, Output, Stiffness, Tyre};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 use crate::contract::bike::WheelData;
+use crate::contract::coefficient::Coefficient as C;
 
 /// The paper's tyre (eqs. 1-22) and what a simulator needs beside it.
 ///
@@ -45,8 +46,7 @@ impl Custom {
         Custom { nominal_load, vertical_damping: damping(), longitudinal_relaxation: lag_x(), tyre }
     }
 
-    /// From a characterisation: `value` gives the tyre's coefficients by the names of the
-    /// contract, `wheel` is the bike file's, `load` the static load (N), `rolling_resistance` the
+    /// From a characterisation: `value` gives the tyre's coefficients, `wheel` is the bike file's, `load` the static load (N), `rolling_resistance` the
     /// vehicle's, `friction` the road's during the ride.
     ///
     /// A friction curve that does not fall within the slips that were braked has no peak: the
@@ -55,22 +55,21 @@ impl Custom {
     /// # Errors
     /// Names the coefficient that the characterisation does not have.
     pub fn characterised(
-        value: impl Fn(&str) -> Option<f64>,
+        value: impl Fn(C) -> Option<f64>,
         wheel: &WheelData,
         load: f64,
         rolling_resistance: f64,
         friction: f64,
     ) -> Result<Self, String> {
-        let get =
-            |name: &str| value(name).ok_or_else(|| format!("a tyre to simulate needs `{name}`"));
+        let get = |c: C| value(c).ok_or_else(|| format!("a tyre to simulate needs `{c}`"));
         let curve = MagicFormula {
-            b: get("mf_b")?,
-            c: get("mf_c")?,
-            d: get("mf_d")?,
-            e1: get("mf_e1")?,
-            e2: value("mf_e2").unwrap_or(0.0),
+            b: get(C::MfB)?,
+            c: get(C::MfC)?,
+            d: get(C::MfD)?,
+            e1: get(C::MfE1)?,
+            e2: value(C::MfE2).unwrap_or(0.0),
         };
-        let peak_slip = value("peak_slip").or_else(|| curve.peak_slip()).unwrap_or_else(|| {
+        let peak_slip = value(C::PeakSlip).or_else(|| curve.peak_slip()).unwrap_or_else(|| {
             let reached = |s: f64| -curve.value(-s) / curve.d;
             let slip = (1..=500).map(|i| f64::from(i) * 1e-3).find(|&s| reached(s) >= 0.99);
             slip.map_or(0.2, |s| s / (1.0 - s))
@@ -78,16 +77,16 @@ impl Custom {
         let tyre = Tyre {
             friction: curve,
             stiffness: Stiffness {
-                ct: get("lateral_friction_ct")?,
-                c1: get("slip_camber_c1")?,
-                c3: get("slip_camber_c3")?,
+                ct: get(C::LateralFrictionCt)?,
+                c1: get(C::SlipCamberC1)?,
+                c3: get(C::SlipCamberC3)?,
             },
-            side_force_ratio: get("side_force_ratio")?,
-            twisting_stiffness: get("twisting_stiffness")?,
-            overturning_stiffness: get("overturning_stiffness")?,
-            rolling_radius: get("effective_rolling_radius")?,
+            side_force_ratio: get(C::SideForceRatio)?,
+            twisting_stiffness: get(C::TwistingStiffness)?,
+            overturning_stiffness: get(C::OverturningStiffness)?,
+            rolling_radius: get(C::EffectiveRollingRadius)?,
             rolling_resistance,
-            relaxation_length: get("relaxation_length")?,
+            relaxation_length: get(C::RelaxationLength)?,
             vertical_stiffness: wheel.vertical_stiffness,
             slip_transition: wheel.slip_transition,
             camber_force_decay: wheel.camber_force_decay,

@@ -3,7 +3,9 @@
 use super::plot::{Axis, FIT, Plot, Series, front_and_rear};
 use super::sheet::{CLOUD_POINTS, Cloud, Sheet, abscissae};
 use crate::GRAVITY;
-use crate::fit::chain::{Data, Solution};
+use crate::fit::coasting::{DRAG, GRADE, ROLLING};
+use crate::fit::cornering::{C1, C3, CT, K_X};
+use crate::fit::{Data, Solution, cornering, friction};
 use crate::model::formulation::Formulation;
 use crate::statistics::interval::t95;
 
@@ -56,7 +58,8 @@ pub const FRICTION_Y_SLIP: [Plot; 2] = {
 
 /// Cornering stiffness per load, a line of [`STIFFNESS`].
 pub const K_ALPHA: Series = Series::new("k_alpha", "cornering kα");
-const K_GAMMA: Series = Series::new("k_gamma", "camber kγ");
+/// Camber stiffness per load, the other line.
+pub const K_GAMMA: Series = Series::new("k_gamma", "camber kγ");
 
 /// Cornering and camber stiffness per load over camber, front and rear.
 pub const STIFFNESS: [Plot; 2] = {
@@ -105,23 +108,23 @@ pub(super) struct Used {
 
 impl Used {
     pub(super) fn new(data: &Data, solution: &Solution) -> Self {
-        let (given, clouds) = (&solution.given, &solution.clouds);
-        let of = |x: &[f64], places: &[usize]| places.iter().map(|&i| x[i]).collect::<Vec<f64>>();
+        let (inputs, samples) = (&solution.inputs, &solution.samples);
+        let of = |x: &[f64], keep: &[usize]| keep.iter().map(|&i| x[i]).collect::<Vec<f64>>();
         let straight = [0, 1].map(|k| {
-            let keep = &clouds.friction_keep[k];
-            let signals = given.straight(&data.straight[k], &data.action[k]);
+            let keep = &samples.keep_straight[k];
+            let signals = inputs.straight(&data.straight[k], &data.action[k]);
             (of(&signals.load[k], keep), of(&signals.roll, keep), of(&data.straight[k].time, keep))
         });
-        // loads and speeds of a corner do without the crown
-        let corner = given.corner(&data.corner, data.corner_rate, None);
+        // loads and speeds of a corner do not depend on the overturning stiffness
+        let corner = inputs.corner(&data.corner, data.corner_rate, None);
         let [front, rear] = straight;
         Used {
             straight_load: [front.0, rear.0],
             straight_roll: [front.1, rear.1],
             straight_time: [front.2, rear.2],
-            corner_load: [0, 1].map(|k| of(&corner.load[k], &clouds.keep)),
-            corner_speed: of(&corner.speed, &clouds.keep),
-            corner_time: of(&data.corner.time, &clouds.keep),
+            corner_load: [0, 1].map(|k| of(&corner.load[k], &samples.keep_corner)),
+            corner_speed: of(&corner.speed, &samples.keep_corner),
+            corner_time: of(&data.corner.time, &samples.keep_corner),
         }
     }
 }
@@ -138,7 +141,7 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used
 
 fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     let Some(fit) = &solution.fits.friction[k] else { return };
-    let rows = &solution.clouds.friction[k];
+    let rows = &solution.samples.friction[k];
     let cloud = Cloud {
         x: &rows.slip,
         y: &rows.friction,
@@ -150,7 +153,7 @@ fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     sheet.cloud(plot, &cloud, CLOUD_POINTS);
     let band = |s: f64| {
         let covariance = fit.covariance.as_ref()?;
-        let at = |theta: &[f64]| fit.formula_of(theta).value(s);
+        let at = |theta: &[f64]| friction::curve(theta).value(s);
         let gradient: Vec<f64> = (0..fit.theta.len())
             .map(|j| {
                 let step = 1e-4 * fit.theta[j].abs().max(0.1);
@@ -162,13 +165,13 @@ fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
         let (se, dof) = covariance.contrast(&gradient);
         Some(t95(dof.max(1.0)) * se)
     };
-    let [from, to] = fit.ridden;
+    let [from, to] = fit.slip_range;
     sheet.line(plot, &FIT, [from, to.max(0.0)], &|s| (fit.formula.value(s), band(s)));
 }
 
 fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     let lateral = &solution.fits.lateral[k];
-    let rows = &solution.clouds.lateral[k];
+    let rows = &solution.samples.lateral[k];
     let low = rows.camber.iter().copied().fold(0.0, f64::min);
     let high = rows.camber.iter().copied().fold(0.0, f64::max);
     let cloud =
@@ -182,16 +185,15 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
                 let (se, dof) = c.contrast(&contrast);
                 t95(dof.max(1.0)) * se
             });
-            (fit.theta[0] * contrast[0] + fit.theta[1] * contrast[1], half)
+            (fit.theta[C1] * contrast[0] + fit.theta[C3] * contrast[1], half)
         });
     }
     let Some(fit) = &lateral.friction else { return };
     let at = |g: f64| {
-        let half = fit
-            .covariance
-            .as_ref()
-            .map(|c| t95(c.dof[0].max(1.0)) * c.covariance[(0, 0)].max(0.0).sqrt() * g.tan().abs());
-        (fit.theta[0] * g.tan(), half)
+        let half = fit.covariance.as_ref().map(|c| {
+            t95(c.dof[CT].max(1.0)) * c.covariance[(CT, CT)].max(0.0).sqrt() * g.tan().abs()
+        });
+        (fit.theta[CT] * g.tan(), half)
     };
     let own = Cloud { x: &rows.camber, y: &rows.friction, weights: &fit.weights, ..cloud };
     sheet.cloud(&FRICTION_Y[k], &own, CLOUD_POINTS);
@@ -203,7 +205,7 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     sheet.cloud(plot, &own, CLOUD_POINTS);
     for g in abscissae([low, high]) {
         let (y, half) = at(g);
-        let x = slip.theta[0] * g + slip.theta[1] * g.powi(3);
+        let x = slip.theta[C1] * g + slip.theta[C3] * g.powi(3);
         let y = [Some(y), half.map(|h| y - h), half.map(|h| y + h)];
         sheet.point(plot, &FIT, x, y);
     }
@@ -211,8 +213,8 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
 
 fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize) {
     let lateral = &solution.fits.lateral[k];
-    let formulation = solution.given.formulation;
-    let wheel = if k == 0 { &solution.given.bike.front } else { &solution.given.bike.rear };
+    let formulation = solution.inputs.formulation;
+    let wheel = if k == 0 { &solution.inputs.bike.front } else { &solution.inputs.bike.rear };
     let ratio = wheel.side_force_ratio;
     if lateral.k_alpha(0.0, ratio, formulation).is_none() {
         return;
@@ -226,7 +228,7 @@ fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize) {
         (formulation == Formulation::Corrected).then(|| t95(dof.max(1.0)) * se * k * k / tangent)
     };
     for (series, scale) in [(K_ALPHA, 1.0), (K_GAMMA, ratio)] {
-        sheet.line(&STIFFNESS[k], &series, [0.0, lateral.ridden], &|g| {
+        sheet.line(&STIFFNESS[k], &series, [0.0, lateral.max_camber], &|g| {
             let k = lateral.k_alpha(g, ratio, formulation).unwrap_or(f64::NAN);
             (scale * k, half(g, k).map(|h| scale * h))
         });
@@ -235,10 +237,10 @@ fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize) {
 
 /// Force that slows the coasting bike, wheels' inertia included, over the speed squared.
 fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
-    let given = &solution.given;
+    let inputs = &solution.inputs;
     let Some(fit) = &solution.fits.coasting.resistance else { return };
     let x = &data.coast;
-    let weight = given.bike.mass * GRAVITY;
+    let weight = inputs.bike.mass * GRAVITY;
     let square: Vec<f64> = x.velocity_x.iter().map(|v| v * v).collect();
     let force = coasting_force(data, solution, &fit.theta);
     let own =
@@ -248,24 +250,24 @@ fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     sheet.line(&COAST_DOWN, &FIT, [0.0, top], &|v2| {
         let half = fit.covariance.as_ref().map(|c| {
             let mut contrast = vec![0.0; fit.theta.len()];
-            contrast[0] = v2;
-            contrast[1] = weight;
+            contrast[DRAG] = v2;
+            contrast[ROLLING] = weight;
             let (se, dof) = c.contrast(&contrast);
             t95(dof.max(1.0)) * se
         });
-        (fit.theta[0] * v2 + fit.theta[1] * weight, half)
+        (fit.theta[DRAG] * v2 + fit.theta[ROLLING] * weight, half)
     });
 }
 
 /// Force that slows each coasting sample, the grade taken off, N.
 pub(super) fn coasting_force(data: &Data, solution: &Solution, theta: &[f64]) -> Vec<f64> {
-    let (given, x) = (&solution.given, &data.coast);
-    let inertia = given.bike.mass + given.rotating_mass().iter().sum::<f64>();
-    let weight = given.bike.mass * GRAVITY;
-    let slope = theta.get(2).copied().unwrap_or(0.0);
+    let (inputs, x) = (&solution.inputs, &data.coast);
+    let inertia = inputs.bike.mass + inputs.rotating_mass().iter().sum::<f64>();
+    let weight = inputs.bike.mass * GRAVITY;
+    let slope = theta.get(GRADE).copied().unwrap_or(0.0);
     (0..x.len())
         .map(|i| {
-            let a = x.acceleration_x[i] - given.zeros.acceleration_x;
+            let a = x.acceleration_x[i] - inputs.zeros.acceleration_x;
             -inertia * a - slope * weight * x.direction[i]
         })
         .collect()
@@ -273,14 +275,14 @@ pub(super) fn coasting_force(data: &Data, solution: &Solution, theta: &[f64]) ->
 
 fn overturning(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let Some(fit) = &solution.fits.overturning else { return };
-    let given = &solution.given;
-    let weight = given.bike.mass * GRAVITY;
-    let (lever, moment, clusters) = &solution.clouds.overturning;
+    let inputs = &solution.inputs;
+    let weight = inputs.bike.mass * GRAVITY;
+    let cornering::OverturningRows { lever, moment, clusters } = &solution.samples.overturning;
     let roll: Vec<f64> = solution
-        .clouds
+        .samples
         .keep_steady
         .iter()
-        .map(|&i| data.corner.roll[i] - given.zeros.roll)
+        .map(|&i| data.corner.roll[i] - inputs.zeros.roll)
         .collect();
     let arm: Vec<f64> = moment.iter().map(|m| m / weight).collect();
     let own = Cloud { x: &roll, y: &arm, weights: &fit.weights, clusters, colour: &[] };
@@ -293,8 +295,10 @@ fn overturning(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let scale = per_tangent / weight;
     sheet.line(&OVERTURNING, &FIT, [low, high], &|r| {
         let half = fit.covariance.as_ref().map(|c| {
-            t95(c.dof[0].max(1.0)) * c.covariance[(0, 0)].max(0.0).sqrt() * (scale * r.tan()).abs()
+            t95(c.dof[K_X].max(1.0))
+                * c.covariance[(K_X, K_X)].max(0.0).sqrt()
+                * (scale * r.tan()).abs()
         });
-        (fit.theta[0] * scale * r.tan(), half)
+        (fit.theta[K_X] * scale * r.tan(), half)
     });
 }

@@ -13,7 +13,9 @@ use super::sheet::{Cloud, Sheet};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::fit::chain::{Data, Solution};
+use crate::fit::coasting::{DRAG, ROLLING};
+use crate::fit::cornering::{C1, C3, CT};
+use crate::fit::{Data, Solution};
 use crate::statistics::interval::t95;
 
 const SLIP_ANGLE: Axis = Axis::degrees("slip angle residual");
@@ -95,7 +97,7 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used
 
 fn longitudinal(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     let Some(fit) = &solution.fits.friction[k] else { return };
-    let rows = &solution.clouds.friction[k];
+    let rows = &solution.samples.friction[k];
     let residual = |i: usize| rows.friction[i] - fit.formula.value(rows.slip[i]);
     let residuals = Residuals {
         values: (0..rows.samples()).map(residual).collect(),
@@ -115,7 +117,7 @@ fn longitudinal(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usiz
 
 fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     let lateral = &solution.fits.lateral[k];
-    let rows = &solution.clouds.lateral[k];
+    let rows = &solution.samples.lateral[k];
     let temperature = temperature(sheet.session, Some(k), &used.corner_time);
     let over: [Option<&[f64]>; 4] = [
         Some(&used.corner_speed),
@@ -130,7 +132,7 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
         time: &used.corner_time,
     };
     if let Some(fit) = &lateral.slip {
-        let [c1, c3] = [fit.theta[0], fit.theta[1]];
+        let [c1, c3] = [fit.theta[C1], fit.theta[C3]];
         let curve = |camber: f64| c1 * camber + c3 * camber.powi(3);
         let pairs = rows.slip_angle.iter().zip(&rows.camber);
         let values = pairs.map(|(angle, camber)| angle - curve(*camber)).collect();
@@ -138,7 +140,7 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     }
     if let Some(fit) = &lateral.friction {
         let pairs = rows.friction.iter().zip(&rows.camber);
-        let values = pairs.map(|(mu, camber)| mu - fit.theta[0] * camber.tan()).collect();
+        let values = pairs.map(|(mu, camber)| mu - fit.theta[CT] * camber.tan()).collect();
         covariates(sheet, &FRICTION_Y[k], &residuals(values, &fit.weights), over);
     }
 }
@@ -146,9 +148,9 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
 fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let Some(fit) = &solution.fits.coasting.resistance else { return };
     let x = &data.coast;
-    let weight = solution.given.bike.mass * GRAVITY;
+    let weight = solution.inputs.bike.mass * GRAVITY;
     let force = coasting_force(data, solution, &fit.theta);
-    let curve = |i: usize| fit.theta[0] * x.velocity_x[i].powi(2) + fit.theta[1] * weight;
+    let curve = |i: usize| fit.theta[DRAG] * x.velocity_x[i].powi(2) + fit.theta[ROLLING] * weight;
     let residuals = Residuals {
         values: (0..x.len()).map(|i| force[i] - curve(i)).collect(),
         weights: &fit.weights,

@@ -6,7 +6,7 @@ use super::sheet::{CLOUD_POINTS, Cloud, Sheet, TIMELINE_BINS, abscissae};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::estimate::signals::Given;
+use crate::estimate::signals::Inputs;
 use crate::segment::Segment;
 
 const G: f64 = 1.0 / GRAVITY;
@@ -103,7 +103,7 @@ const MOVING: f64 = 3.0;
 /// Largest number of points of the clouds over the whole ride.
 const RIDE_POINTS: usize = 2 * CLOUD_POINTS;
 
-pub(super) fn timeline(sheet: &mut Sheet<'_>, given: &Given) {
+pub(super) fn timeline(sheet: &mut Sheet<'_>, inputs: &Inputs) {
     let session = sheet.session;
     let step = session.len.div_ceil(TIMELINE_BINS).max(1);
     for channel in CHANNELS {
@@ -120,7 +120,7 @@ pub(super) fn timeline(sheet: &mut Sheet<'_>, given: &Given) {
     .enumerate()
     {
         if let Some(omega) = session.get(channel) {
-            let radius = given.radius[k];
+            let radius = inputs.radius[k];
             sheet.timeline(series, step, &|i| {
                 if v[i] > MOVING { radius * omega[i] / v[i] - 1.0 } else { f64::NAN }
             });
@@ -129,7 +129,7 @@ pub(super) fn timeline(sheet: &mut Sheet<'_>, given: &Given) {
 }
 
 /// The g-g diagram and the roll over the lateral acceleration, of all samples that move.
-pub(super) fn draw(sheet: &mut Sheet<'_>, segments: &[Segment], given: &Given) {
+pub(super) fn draw(sheet: &mut Sheet<'_>, segments: &[Segment], inputs: &Inputs) {
     let session = sheet.session;
     let Some(v) = session.get(Channel::VelocityX) else { return };
     let Some(lateral) = lateral_acceleration(session, v) else { return };
@@ -143,11 +143,11 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, segments: &[Segment], given: &Given) {
     let clusters: Vec<usize> = moving.iter().map(|&i| numbers[i]).collect();
     let cloud = Cloud { x: &across, clusters: &clusters, colour: &speed, ..Cloud::default() };
     if let Some(a) = session.get(Channel::AccelerationX) {
-        let along = of(a, given.zeros.acceleration_x);
+        let along = of(a, inputs.zeros.acceleration_x);
         sheet.cloud(&G_G, &Cloud { y: &along, ..cloud }, RIDE_POINTS);
     }
     if let Some(roll) = session.get(Channel::Roll) {
-        let roll = of(roll, given.zeros.roll);
+        let roll = of(roll, inputs.zeros.roll);
         sheet.cloud(&ROLL_OVER_LATERAL, &Cloud { y: &roll, ..cloud }, RIDE_POINTS);
         let finite = || across.iter().copied().filter(|a| a.is_finite());
         let (low, high) = (finite().fold(0.0, f64::min), finite().fold(0.0, f64::max));

@@ -3,7 +3,7 @@
 use super::sheet::Sheet;
 use super::{fits, residuals, ride};
 use crate::contract::session::Session;
-use crate::fit::chain::{Data, Solution};
+use crate::fit::{Data, Solution};
 use crate::segment::Segment;
 use crate::tables::rows::PlotPoint;
 
@@ -15,10 +15,10 @@ pub fn rows(
     solution: &Solution,
 ) -> Vec<PlotPoint> {
     let mut sheet = Sheet::new(session);
-    ride::timeline(&mut sheet, &solution.given);
+    ride::timeline(&mut sheet, &solution.inputs);
     let used = fits::Used::new(data, solution);
     fits::draw(&mut sheet, data, solution, &used);
-    ride::draw(&mut sheet, segments, &solution.given);
+    ride::draw(&mut sheet, segments, &solution.inputs);
     residuals::draw(&mut sheet, data, solution, &used);
     sheet.rows
 }

@@ -4,26 +4,28 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use crate::contract::coefficient::Coefficient as C;
 use crate::report::number_format::{self, fixed};
 use crate::report::run::page::count;
 use crate::report::session::page::{Shown, when};
 use crate::report::words;
+use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, Rejected, SessionRow, Status};
 
 const WIDTH: usize = 100;
 
 /// The main coefficients, one column each in the batch's summary.
-const MAIN: [(&str, &str); 5] = [
-    ("effective_rolling_radius", "R_rol, m"),
-    ("mf_d", "mu_x peak"),
-    ("cornering_stiffness_0", "k_alpha"),
-    ("camber_stiffness_0", "k_gamma"),
-    ("overturning_stiffness", "k_x, m"),
+const MAIN: [(C, &str); 5] = [
+    (C::EffectiveRollingRadius, "R_rol, m"),
+    (C::MfD, "mu_x peak"),
+    (C::CorneringStiffness0, "k_alpha"),
+    (C::CamberStiffness0, "k_gamma"),
+    (C::OverturningStiffness, "k_x, m"),
 ];
 
 /// Those of off-road sessions.
-const OFFROAD: [(&str, &str); 2] =
-    [("engaged_friction_braking", "B/N"), ("engaged_friction_driving", "D/N")];
+const OFFROAD: [(C, &str); 2] =
+    [(C::EngagedFrictionBraking, "B/N"), (C::EngagedFrictionDriving, "D/N")];
 
 /// One session: who, the verdict, and every coefficient with its interval, by tyre; under those
 /// that are not determined, why.
@@ -136,7 +138,7 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
         good.entry(key).or_default().extend(c.value);
     }
     let offroad = !coefficients.is_empty()
-        && coefficients.iter().all(|c| OFFROAD.iter().any(|o| o.0 == c.coefficient));
+        && coefficients.iter().all(|c| OFFROAD.iter().any(|o| o.0.name() == c.coefficient));
     let main = if offroad { OFFROAD.as_slice() } else { MAIN.as_slice() };
     let width = bikes.iter().map(|b| b.chars().count()).max().unwrap_or(4).clamp(4, 20);
     line(out, "");
@@ -153,8 +155,9 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
             let (name, n) = if i == 0 { (name, n.to_string()) } else { Default::default() };
             let mut text = format!("{name:<width$} {n:>8} {tyre:<5}");
             for (coefficient, _) in main {
-                let values = good.get(&(bike, tyre, *coefficient)).map_or(&[][..], Vec::as_slice);
-                let cell = match number_format::median(values) {
+                let values =
+                    good.get(&(bike, tyre, coefficient.name())).map_or(&[][..], Vec::as_slice);
+                let cell = match median_of_finite(values) {
                     None => "-".to_owned(),
                     Some(m) => {
                         let digits =

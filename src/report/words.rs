@@ -1,84 +1,33 @@
 //! What the names of the contract are called when people read them.
 
+use crate::contract::coefficient::{Coefficient, Id, Part};
 use crate::tables::rows::Status;
 
-/// A coefficient in words.
-#[derive(Debug, Clone, Copy)]
-pub struct Word {
-    /// Name in the tables.
-    pub name: &'static str,
-    /// What it is called.
-    pub words: &'static str,
-    /// The riding that determines it.
-    pub ride: &'static str,
-}
-
-const COAST: &str = "coasting in neutral on a straight, both directions, at two or more speeds";
-const SLIP: &str = "hard straight-line braking and, for the rear, hard acceleration: several runs \
-                    that reach well into the slip range";
-const CORNER: &str = "steady cornering both ways, over as wide a range of lean as the road allows";
-const OFFROAD: &str = "off-road: firm braking and drive on the ground, in several corners";
-const BENCH: &str = "no riding manoeuvre: a tyre bench; until then it is taken from the bike file";
-
-macro_rules! words {
-    ($($name:literal, $words:literal, $ride:expr;)*) => {
-        /// Every coefficient of the contract, in reading order.
-        pub const WORDS: &[Word] = &[$(Word { name: $name, words: $words, ride: $ride }),*];
-    };
-}
-
-words! {
-    "effective_rolling_radius", "effective rolling radius", COAST;
-    "peak_slip", "slip ratio at peak friction", SLIP;
-    "mf_b", "Magic Formula B", SLIP;
-    "mf_c", "Magic Formula C", SLIP;
-    "mf_d", "Magic Formula D", SLIP;
-    "mf_e1", "Magic Formula E, symmetric part", SLIP;
-    "mf_e2", "Magic Formula E, braking/driving part", SLIP;
-    "slip_camber_c1", "slip angle over camber, linear", CORNER;
-    "slip_camber_c3", "slip angle over camber, cubic", CORNER;
-    "lateral_friction_ct", "lateral friction over tan(camber)", CORNER;
-    "cornering_stiffness_0", "cornering stiffness per load, upright", CORNER;
-    "camber_stiffness_0", "camber stiffness per load, upright", CORNER;
-    "side_force_ratio", "camber to cornering stiffness ratio", BENCH;
-    "twisting_stiffness", "twisting stiffness per load", BENCH;
-    "overturning_stiffness", "overturning stiffness (crown radius)", CORNER;
-    "relaxation_length", "relaxation length", BENCH;
-    "pneumatic_trail_0", "pneumatic trail at small slip", BENCH;
-    "drag", "aerodynamic drag", COAST;
-    "rolling_resistance", "rolling resistance", COAST;
-    "engaged_friction_braking", "friction engaged by braking", OFFROAD;
-    "engaged_friction_driving", "friction engaged by driving", OFFROAD;
-}
-
 /// Where the coefficient stands in reading order: front, rear, vehicle; names unknown to the
-/// list come last, by name.
+/// contract come last, by name.
 pub fn order(tyre: &str, coefficient: &str) -> (usize, String, usize, String) {
-    let end = TYRES.iter().position(|t| *t == tyre).unwrap_or(TYRES.len());
-    let place = WORDS.iter().position(|w| w.name == coefficient).unwrap_or(WORDS.len());
-    (end, tyre.to_owned(), place, coefficient.to_owned())
-}
-
-/// The values of the column `tyre`, in reading order.
-pub const TYRES: [&str; 3] = ["front", "rear", "vehicle"];
-
-/// A coefficient's entry, if the contract knows the name.
-pub fn word(coefficient: &str) -> Option<&'static Word> {
-    WORDS.iter().find(|w| w.name == coefficient)
+    let part = Part::from_name(tyre).map_or(Part::ALL.len(), |p| p as usize);
+    let place = Coefficient::from_name(coefficient).map_or(Coefficient::COUNT, |c| c as usize);
+    (part, tyre.to_owned(), place, coefficient.to_owned())
 }
 
 /// A coefficient in words, or its name where there are none.
 pub fn coefficient(name: &str) -> &str {
-    word(name).map_or(name, |w| w.words)
+    Coefficient::from_name(name).map_or(name, |c| c.spec().words)
+}
+
+/// The riding that determines a coefficient, if the contract knows it.
+pub fn riding(tyre: &str, coefficient: &str) -> Option<&'static str> {
+    Id::from_names(tyre, coefficient).map(|id| id.requirement().riding.manoeuvres)
 }
 
 /// The heading over one tyre's coefficients.
 pub fn tyre(name: &str) -> &str {
-    match name {
-        "front" => "Front tyre",
-        "rear" => "Rear tyre",
-        "vehicle" => "Vehicle",
-        other => other,
+    match Part::from_name(name) {
+        Some(Part::Front) => "Front tyre",
+        Some(Part::Rear) => "Rear tyre",
+        Some(Part::Vehicle) => "Vehicle",
+        None => name,
     }
 }
 

@@ -17,6 +17,7 @@ use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
+use crate::statistics::order::upper_median;
 
 /// Coarse clock aimed at, Hz.
 const RATE: f64 = 25.0;
@@ -222,8 +223,7 @@ fn slope(x: &[f64], rate: f64, half: usize) -> Vec<f64> {
 fn median_where(x: &[f64], counts: impl Fn(usize) -> bool) -> Option<f64> {
     let mut chosen: Vec<f64> =
         (0..x.len()).filter(|&i| x[i].is_finite() && counts(i)).map(|i| x[i]).collect();
-    let middle = chosen.len() / 2;
-    (!chosen.is_empty()).then(|| *chosen.select_nth_unstable_by(middle, f64::total_cmp).1)
+    upper_median(&mut chosen)
 }
 
 /// `ln(omega_r / omega_f)` less its value in coasting; clamped, a locked wheel is at the limit.

@@ -28,6 +28,7 @@ pub mod ride;
 pub mod rider;
 pub mod scenario;
 pub mod sensors;
+pub mod simulated;
 pub mod tables;
 pub mod tour;
 pub mod truth;
@@ -37,6 +38,7 @@ pub mod unsteady;
 use std::path::PathBuf;
 
 use crate::contract::channel::Channel;
+use crate::contract::coefficient::Id;
 use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::contract::session::{Meta, Session};
 use crate::statistics::random::Random;
@@ -46,22 +48,7 @@ use plan::Phase;
 use programme::Controls;
 use rider::{Disturbance, Rider};
 use scenario::{Machine, Scenario};
-
-/// What the rider was doing: kind, start and end (s), direction.
-pub type Label = (ManoeuvreKind, f64, f64, Option<Direction>);
-
-/// One simulated session with everything known about it.
-#[derive(Debug, Clone)]
-pub struct Simulated {
-    /// What the logger recorded.
-    pub session: Session,
-    /// What the rider was doing: kind, start and end (s), direction.
-    pub labels: Vec<Label>,
-    /// The true signals behind the recording, sample by sample.
-    pub trace: Vec<Response>,
-    /// The true states, sample by sample.
-    pub states: Vec<State>,
-}
+pub use simulated::{Label, Simulated};
 
 /// The text of a built-in scenario, or of a scenario file that has a key by which its kind is known.
 fn text_with_key(
@@ -174,16 +161,16 @@ fn clamp_physical(session: &mut Session) {
 }
 
 /// Every coefficient of a machine as rows of the `truth` table.
-pub fn truth_rows(session: &Meta, coefficients: &[truth::True]) -> Vec<rows::Truth> {
+pub fn truth_rows(session: &Meta, coefficients: &[(Id, f64)]) -> Vec<rows::Truth> {
     coefficients
         .iter()
-        .map(|&(tyre, coefficient, value, unit)| rows::Truth {
+        .map(|&(id, value)| rows::Truth {
             session_id: session.session_id.clone(),
             bike_id: session.bike_id.clone(),
-            tyre: tyre.to_owned(),
-            coefficient: coefficient.to_owned(),
+            tyre: id.part.name().to_owned(),
+            coefficient: id.coefficient.name().to_owned(),
             value,
-            unit: unit.to_owned(),
+            unit: id.coefficient.spec().unit.to_owned(),
         })
         .collect()
 }

@@ -6,9 +6,11 @@ use super::motocross::{self, scenario::Motocross};
 use super::pilot::Skill;
 use super::scenario::{Machine, Scenario};
 use super::tour::Tour;
-use super::truth::{self, True};
+use super::truth;
 use super::{Label, Simulated, ride, session, truth_rows, tyre_truth};
+use crate::contract::coefficient::Id;
 use crate::contract::session::{Meta, Session};
+use crate::estimate;
 use crate::tables::file;
 use crate::tables::registry::Row;
 use crate::tables::rows::TruthSegment;
@@ -39,7 +41,10 @@ fn batch<R: Row>(rows: &[R]) -> Result<(&'static str, RecordBatch), file::Error>
 /// A row does not fit its schema: our own mistake.
 pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::Error> {
     let meta = &simulated.session.meta;
-    let coefficients = truth_rows(meta, &truth::coefficients(&machine.plant, &simulated));
+    let coefficients = truth_rows(
+        meta,
+        &truth::coefficients(&machine.plant, &simulated, &estimate::Config::default()),
+    );
     let segments = segment_rows(meta, &simulated.labels);
     let truth = vec![batch(&coefficients)?, batch(&segments)?];
     Ok(Known { session: simulated.session, truth, fall: None })
@@ -49,7 +54,7 @@ pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::
 ///
 /// # Errors
 /// As [`of_fleet`].
-pub fn of_tour(coefficients: &[True], ridden: ride::Ridden) -> Result<Known, file::Error> {
+pub fn of_tour(coefficients: &[(Id, f64)], ridden: ride::Ridden) -> Result<Known, file::Error> {
     let meta = &ridden.session.meta;
     let truth = vec![
         batch(&truth_rows(meta, coefficients))?,

@@ -2,26 +2,35 @@
 //!
 //! Most coefficients are the plant's own parameters. `c1`, `c3` (eq. 37) and `ct` (eq. 38)
 //! describe tyre, bike and course together: they are what the fit itself gives for the true slip
-//! angles, cambers and forces of the ride.
+//! angles, cambers and forces of the ride, in the samples that the estimate takes too.
 
-use super::Simulated;
 use super::motorcycle::Plant;
+use super::simulated::Simulated;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
+use crate::contract::coefficient::{Coefficient as C, Id, Part, Values};
 use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::estimate;
+use crate::estimate::quasi_static::QuasiStatic;
 use crate::estimate::signals::Signals;
 use crate::fit::cornering;
 use crate::model::tyre::trail_0;
 
-/// One true coefficient: tyre, name, value, unit.
-pub type True = (&'static str, &'static str, f64, &'static str);
+/// True coefficients, in the order of the tables; those that are not known are not there.
+pub type Truth = Vec<(Id, f64)>;
 
 /// The true states of a tyre in the quasi-static, uncombined samples of a ride's corners, as
 /// rows of the very fit that the estimates go through.
-fn cornering_rows(plant: &Plant, ride: &Simulated, tyre: usize) -> cornering::Rows {
+fn cornering_rows(
+    plant: &Plant,
+    ride: &Simulated,
+    tyre: usize,
+    config: &estimate::Config,
+) -> cornering::Rows {
     let rate = ride.session.rate;
     let weight = plant.mass * GRAVITY;
-    let step = (rate / 12.5).round().max(1.0) as usize;
+    let step = (rate / config.corner_rate).round().max(1.0) as usize;
+    let quasi_static = QuasiStatic::from(config);
     let mut signals = Signals::default();
     let mut clusters = Vec::new();
     for (number, &(kind, start, end, _)) in ride.labels.iter().enumerate() {
@@ -32,8 +41,7 @@ fn cornering_rows(plant: &Plant, ride: &Simulated, tyre: usize) -> cornering::Ro
         for i in range.step_by(step) {
             let (state, response) = (&ride.states[i], &ride.trace[i]);
             let pull = plant.mass * response.acceleration[0] + plant.drag * state.vx * state.vx;
-            if state.roll_rate.abs() < 0.1 && state.roll.abs() > 0.07 && pull.abs() < 0.15 * weight
-            {
+            if quasi_static.holds(state.roll, state.roll_rate, pull, weight) {
                 signals.camber[tyre].push(response.camber[tyre]);
                 signals.slip_angle[tyre].push(state.alpha[tyre]);
                 signals.force_y[tyre].push(response.tyre[tyre].force_y);
@@ -46,49 +54,43 @@ fn cornering_rows(plant: &Plant, ride: &Simulated, tyre: usize) -> cornering::Ro
     cornering::rows(&signals, &clusters, &keep, tyre, plant.tyres[tyre].side_force_ratio)
 }
 
-/// Every coefficient of the contract.
-pub fn coefficients(plant: &Plant, ride: &Simulated) -> Vec<True> {
-    let mut rows = Vec::new();
+/// Every coefficient of an on-road session; `config` chooses the corner samples as in the estimate.
+pub fn coefficients(plant: &Plant, ride: &Simulated, config: &estimate::Config) -> Truth {
+    let mut v = Values::default();
     let (lf, l) = (plant.cg_to_front, plant.wheelbase);
     let share = [(l - lf) / l, lf / l];
     for (i, axle) in Axle::BOTH.into_iter().enumerate() {
         let tyre = &plant.tyres[i];
-        let name = axle.name();
-        let (slip, ct, _) = cornering::fit(&cornering_rows(plant, ride, i)).values();
-        let [c1, c3] = slip.unwrap_or([f64::NAN; 2]);
+        let lateral = cornering::fit(&cornering_rows(plant, ride, i, config)).parameters();
+        let [c1, c3] = lateral.slip.unwrap_or([f64::NAN; 2]);
         let k0 = tyre.stiffness.k_alpha(0.0, tyre.side_force_ratio);
         let mf = tyre.friction;
         let load = plant.mass * GRAVITY * share[i];
-        rows.extend([
-            (name, "effective_rolling_radius", tyre.rolling_radius, "m"),
-            (name, "peak_slip", tyre.peak_slip, "1"),
-            (name, "mf_b", mf.b, "1"),
-            (name, "mf_c", mf.c, "1"),
-            (name, "mf_d", mf.d, "1"),
-            (name, "mf_e1", mf.e1, "1"),
-            (name, "mf_e2", mf.e2, "1"),
-            (name, "slip_camber_c1", c1, "1"),
-            (name, "slip_camber_c3", c3, "1/rad2"),
-            (name, "lateral_friction_ct", ct.unwrap_or(f64::NAN), "1"),
-            (name, "cornering_stiffness_0", k0, "1/rad"),
-            (name, "camber_stiffness_0", k0 * tyre.side_force_ratio, "1/rad"),
-            (name, "side_force_ratio", tyre.side_force_ratio, "1"),
-            (name, "twisting_stiffness", tyre.twisting_stiffness, "m/rad"),
-            (name, "overturning_stiffness", tyre.overturning_stiffness, "m"),
-            (name, "relaxation_length", tyre.relaxation_length, "m"),
-            (
-                name,
-                "pneumatic_trail_0",
-                trail_0(tyre.rolling_radius, tyre.vertical_stiffness, load),
-                "m",
-            ),
-        ]);
+        for (coefficient, value) in [
+            (C::EffectiveRollingRadius, tyre.rolling_radius),
+            (C::PeakSlip, tyre.peak_slip),
+            (C::MfB, mf.b),
+            (C::MfC, mf.c),
+            (C::MfD, mf.d),
+            (C::MfE1, mf.e1),
+            (C::MfE2, mf.e2),
+            (C::SlipCamberC1, c1),
+            (C::SlipCamberC3, c3),
+            (C::LateralFrictionCt, lateral.ct.unwrap_or(f64::NAN)),
+            (C::CorneringStiffness0, k0),
+            (C::CamberStiffness0, k0 * tyre.side_force_ratio),
+            (C::SideForceRatio, tyre.side_force_ratio),
+            (C::TwistingStiffness, tyre.twisting_stiffness),
+            (C::OverturningStiffness, tyre.overturning_stiffness),
+            (C::RelaxationLength, tyre.relaxation_length),
+            (C::PneumaticTrail0, trail_0(tyre.rolling_radius, tyre.vertical_stiffness, load)),
+        ] {
+            v[(axle, coefficient)] = value;
+        }
     }
-    let crown: f64 = (0..2).map(|i| share[i] * plant.tyres[i].overturning_stiffness).sum();
-    rows.extend([
-        ("vehicle", "drag", plant.drag, "kg/m"),
-        ("vehicle", "rolling_resistance", plant.tyres[0].rolling_resistance, "1"),
-        ("vehicle", "overturning_stiffness", crown, "m"),
-    ]);
-    rows
+    v[(Part::Vehicle, C::Drag)] = plant.drag;
+    v[(Part::Vehicle, C::RollingResistance)] = plant.tyres[0].rolling_resistance;
+    v[(Part::Vehicle, C::OverturningStiffness)] =
+        (0..2).map(|i| share[i] * plant.tyres[i].overturning_stiffness).sum();
+    Id::onroad().map(|id| (id, v[id])).collect()
 }

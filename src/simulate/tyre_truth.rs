@@ -3,8 +3,9 @@
 //! The tyres are not the paper's: its coefficients are read off them, upright and at the static
 //! load, as a bench would. `c1`, `c3` and `ct` belong to a ride and are not given.
 
-use super::truth::True;
+use super::truth::Truth;
 use crate::contract::bike::Axle;
+use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::model::tyre::Input;
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::Model;
@@ -66,35 +67,40 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
     }
 }
 
-/// The truth of a motorcycle.
-pub fn coefficients(model: &Model) -> Vec<True> {
+/// The truth of a motorcycle; none where its tyres are not known.
+pub fn coefficients(model: &Model) -> Truth {
     let m = &model.motorcycle;
     let loads = m.static_loads();
-    let mut rows = Vec::new();
-    let Some(tyres) = &m.tyres else { return rows };
+    let Some(tyres) = &m.tyres else { return Vec::new() };
     let friction = model.road.friction;
     let both: [Bench; 2] = std::array::from_fn(|i| bench(tyres[i].as_ref(), loads[i], friction));
+    let mut truth = Vec::new();
     for (axle, b) in Axle::BOTH.into_iter().zip(&both) {
-        let name = axle.name();
-        rows.extend([
-            (name, "effective_rolling_radius", b.rolling_radius, "m"),
-            (name, "peak_slip", b.peak_slip, "1"),
-            (name, "mf_d", b.peak_friction, "1"),
-            (name, "cornering_stiffness_0", b.cornering_stiffness, "1/rad"),
-            (name, "camber_stiffness_0", b.camber_stiffness, "1/rad"),
-            (name, "side_force_ratio", b.camber_stiffness / b.cornering_stiffness, "1"),
-            (name, "twisting_stiffness", b.twisting_stiffness, "m/rad"),
-            (name, "overturning_stiffness", b.overturning_stiffness, "m"),
-            (name, "relaxation_length", b.relaxation_length, "m"),
-            (name, "pneumatic_trail_0", b.trail, "m"),
-        ]);
+        truth.extend(
+            [
+                (C::EffectiveRollingRadius, b.rolling_radius),
+                (C::PeakSlip, b.peak_slip),
+                (C::MfD, b.peak_friction),
+                (C::CorneringStiffness0, b.cornering_stiffness),
+                (C::CamberStiffness0, b.camber_stiffness),
+                (C::SideForceRatio, b.camber_stiffness / b.cornering_stiffness),
+                (C::TwistingStiffness, b.twisting_stiffness),
+                (C::OverturningStiffness, b.overturning_stiffness),
+                (C::RelaxationLength, b.relaxation_length),
+                (C::PneumaticTrail0, b.trail),
+            ]
+            .map(|(coefficient, value)| (Id::from((axle, coefficient)), value)),
+        );
     }
     let weight = loads[0] + loads[1];
     let mean = |f: fn(&Bench) -> f64| (f(&both[0]) * loads[0] + f(&both[1]) * loads[1]) / weight;
-    rows.extend([
-        ("vehicle", "drag", 0.5 * m.air_density * m.aerodynamics[0], "kg/m"),
-        ("vehicle", "rolling_resistance", mean(|b| b.rolling_resistance), "1"),
-        ("vehicle", "overturning_stiffness", mean(|b| b.overturning_stiffness), "m"),
-    ]);
-    rows
+    truth.extend(
+        [
+            (C::Drag, 0.5 * m.air_density * m.aerodynamics[0]),
+            (C::RollingResistance, mean(|b| b.rolling_resistance)),
+            (C::OverturningStiffness, mean(|b| b.overturning_stiffness)),
+        ]
+        .map(|(coefficient, value)| (Id::from((Part::Vehicle, coefficient)), value)),
+    );
+    truth
 }

@@ -1,4 +1,4 @@
-//! A linear bisquare fit together with what its manoeuvres say about it.
+//! A linear bisquare fit with its covariance from clusters of correlated samples (manoeuvres).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,15 +6,16 @@ use super::bisquare::{self, Options};
 use super::cluster_covariance::{ClusterCovariance, Scores, sandwich};
 use super::loss::robust_spread;
 
-/// Share of the average manoeuvre's information that one needs to speak for itself.
-const OWN_VOICE: f64 = 0.1;
+/// Least share of the average cluster's information about a coefficient that a cluster needs to
+/// count for the spread between clusters.
+const MIN_INFORMATION: f64 = 0.1;
 
 /// How a fit was reached and how far it can be trusted.
 #[derive(Debug, Clone, Default)]
 pub struct Quality {
-    /// Manoeuvres.
+    /// Clusters that took part.
     pub n_clusters: usize,
-    /// Samples.
+    /// Samples that took part.
     pub n_samples: usize,
     /// Robust standard deviation of the residuals.
     pub scale: f64,
@@ -27,19 +28,47 @@ pub struct Quality {
 /// Coefficients with covariance from clusters and dispersion between them.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// The coefficients.
+    /// The coefficients, in the order of the columns.
     pub theta: Vec<f64>,
-    /// Robust weights of the samples: frozen when inputs are varied.
+    /// Robust weights of the samples; [`refit`] holds them.
     pub weights: Vec<f64>,
-    /// From manoeuvre clusters; `None` where there are too few.
+    /// From clusters; `None` where there are too few.
     pub covariance: Option<ClusterCovariance>,
-    /// Robust spread between manoeuvres, each alone with the other coefficients held.
+    /// Robust spread between clusters, see [`dispersion`].
     pub dispersion: Vec<Option<f64>>,
     /// Of the fit.
     pub quality: Quality,
 }
 
-/// Number of different manoeuvres; samples of one are contiguous or share their number.
+/// How well a fit knows one quantity.
+#[derive(Debug, Clone, Default)]
+pub struct Uncertainty {
+    /// From clusters, in the unit of the quantity squared; NaN where it is not known.
+    pub variance: f64,
+    /// Degrees of freedom of the variance; 0 where it is not known.
+    pub dof: f64,
+    /// Robust spread between clusters, in the unit of the quantity.
+    pub dispersion: Option<f64>,
+    /// Of the fit; no samples where nothing was fitted.
+    pub quality: Quality,
+}
+
+impl Fitted {
+    /// How well a coefficient times `scale` is known.
+    pub fn uncertainty(&self, coefficient: usize, scale: f64) -> Uncertainty {
+        let j = coefficient;
+        let (variance, dof) =
+            self.covariance.as_ref().map_or((f64::NAN, 0.0), |c| (c.covariance[(j, j)], c.dof[j]));
+        Uncertainty {
+            variance: variance * scale * scale,
+            dof,
+            dispersion: self.dispersion[j].map(|d| d * scale),
+            quality: self.quality.clone(),
+        }
+    }
+}
+
+/// Number of different clusters among the samples' cluster numbers.
 pub fn count(clusters: &[usize]) -> usize {
     let mut seen: Vec<usize> = clusters.to_vec();
     seen.sort_unstable();
@@ -47,9 +76,9 @@ pub fn count(clusters: &[usize]) -> usize {
     seen.len()
 }
 
-/// Fits robustly; `None` where the samples cannot carry the columns. Residuals well below
-/// `floor` (unit of `y`) are never outliers, however small the others are: a clean ride must not
-/// lose its most telling samples to the small imperfections of the algebra.
+/// Fits `y = columns b` robustly; `None` where the samples do not determine the columns. Residuals
+/// well below `floor` (unit of `y`) are never outliers, however small the others are: a clean ride
+/// must not lose its most informative samples to the small imperfections of the algebra.
 pub fn fit(columns: &[&[f64]], y: &[f64], clusters: &[usize], floor: f64) -> Option<Fitted> {
     let options = Options { scale_floor: floor, ..Options::default() };
     let fit = bisquare::linear(columns, y, &options).ok()?;
@@ -79,7 +108,8 @@ pub fn fit(columns: &[&[f64]], y: &[f64], clusters: &[usize], floor: f64) -> Opt
     })
 }
 
-/// Least squares with weights that are given: how a fit follows a small change of its inputs.
+/// Least squares with given weights: the coefficients of a fit whose inputs have changed a little.
+/// `None` where the columns are not independent.
 pub fn refit(columns: &[&[f64]], y: &[f64], weights: &[f64]) -> Option<Vec<f64>> {
     let p = columns.len();
     let mut a = DMatrix::zeros(p, p);
@@ -96,8 +126,9 @@ pub fn refit(columns: &[&[f64]], y: &[f64], weights: &[f64]) -> Option<Vec<f64>>
     Some(a.cholesky()?.solve(&b).iter().copied().collect())
 }
 
-/// Robust spread between manoeuvres of each coefficient: `b_j` of a manoeuvre alone, the others
-/// held at the common fit. Manoeuvres that hardly excite it do not count.
+/// Robust spread between clusters of each coefficient: that of the values which each cluster would
+/// give if the other coefficients were held at the common fit. Clusters that hardly excite the
+/// coefficient do not count.
 pub fn dispersion(
     jacobian: &DMatrix<f64>,
     residuals: &[f64],
@@ -108,20 +139,21 @@ pub fn dispersion(
     let last = clusters.iter().copied().max().unwrap_or(0);
     (0..theta.len())
         .map(|j| {
-            let mut pull = vec![0.0; last + 1];
+            let mut score = vec![0.0; last + 1];
             let mut information = vec![0.0; last + 1];
             for (i, &g) in clusters.iter().enumerate() {
                 let x = jacobian[(i, j)];
-                pull[g] += weights[i] * x * residuals[i];
+                score[g] += weights[i] * x * residuals[i];
                 information[g] += weights[i] * x * x;
             }
-            let heard: Vec<f64> = information.iter().copied().filter(|&a| a > 0.0).collect();
-            let enough = OWN_VOICE * heard.iter().sum::<f64>() / heard.len().max(1) as f64;
-            let alone: Vec<f64> = (0..=last)
+            let positive: Vec<f64> = information.iter().copied().filter(|&a| a > 0.0).collect();
+            let enough =
+                MIN_INFORMATION * positive.iter().sum::<f64>() / positive.len().max(1) as f64;
+            let of_clusters: Vec<f64> = (0..=last)
                 .filter(|&g| information[g] > enough && information[g] > 0.0)
-                .map(|g| theta[j] + pull[g] / information[g])
+                .map(|g| theta[j] + score[g] / information[g])
                 .collect();
-            robust_spread(&alone)
+            robust_spread(&of_clusters)
         })
         .collect()
 }

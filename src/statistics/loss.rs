@@ -11,6 +11,8 @@
 //! Source: Beaton & Tukey (1974), Technometrics 16; scales: Maronna, Martin, Yohai &
 //! Salibián-Barrera, "Robust Statistics", 2nd ed. (2019), sections 2.5 and 5.4.
 
+use super::order::median;
+
 /// Tuning constant that gives 95 % efficiency on normal errors.
 pub const TUNING: f64 = 4.685;
 
@@ -40,21 +42,6 @@ pub fn rho(u: f64, tuning: f64) -> f64 {
     let v2 = (u / tuning).powi(2);
     let top = tuning * tuning / 6.0;
     if v2 < 1.0 { top * (1.0 - (1.0 - v2).powi(3)) } else { top }
-}
-
-/// Median of the values, which it reorders; NaN where there are none.
-pub fn median(values: &mut [f64]) -> f64 {
-    let n = values.len();
-    if n == 0 {
-        return f64::NAN;
-    }
-    let (low, &mut high, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
-    if n % 2 == 1 {
-        high
-    } else {
-        let below = low.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        0.5 * (below + high)
-    }
 }
 
 /// Median absolute residual about zero over 0.6745: the residuals' standard deviation if they
@@ -102,10 +89,10 @@ pub fn mad_near(residuals: &[f64], p: usize, guess: f64, scratch: &mut [f64]) ->
         *s = r.abs();
     }
     if skip == 0 {
-        return median(scratch) / MAD_NORMAL;
+        return median(scratch).unwrap_or(f64::NAN) / MAD_NORMAL;
     }
     scratch.select_nth_unstable_by(skip, f64::total_cmp);
-    median(&mut scratch[skip..]) / MAD_NORMAL
+    median(&mut scratch[skip..]).unwrap_or(f64::NAN) / MAD_NORMAL
 }
 
 /// Tuning constant and level of the S-scale: breakdown point one half.
@@ -245,13 +232,6 @@ mod tests {
         assert!(mad(&r, &mut scratch) < 1.7);
         assert!(s_scale(&r, &mut scratch) < 2.5);
         assert!(tau_scale(&r, 0.0, &mut scratch) < 6.0);
-    }
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), 2.5);
-        assert!(median(&mut []).is_nan());
     }
 
     #[test]

@@ -1,5 +1,5 @@
 //! Robust statistics that know nothing of motorcycles: losses, linear and nonlinear fits, covariance of
-//! clustered samples, intervals, searches in one dimension, random numbers.
+//! clustered samples, intervals, medians and quantiles, searches in one dimension, random numbers.
 //!
 //! Ground floor: imports nothing of the other rooms.
 
@@ -10,6 +10,7 @@ pub mod clustered_fit;
 pub mod interval;
 pub mod loss;
 pub mod nonlinear;
+pub mod order;
 pub mod random;
 pub mod search;
 pub mod start;

@@ -15,7 +15,8 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::loss::{median, s_scale};
+use super::loss::s_scale;
+use super::order::median;
 
 /// Samples that take part in the search.
 const MAX_ROWS: usize = 300;
@@ -152,7 +153,7 @@ impl Work {
         for (s, r) in self.scratch.iter_mut().zip(&self.residuals) {
             *s = r.abs();
         }
-        let limit = median(&mut self.scratch);
+        let limit = median(&mut self.scratch).unwrap_or(f64::NAN);
         self.subset.clear();
         let residuals = &self.residuals;
         self.subset.extend((0..residuals.len()).filter(|&k| residuals[k].abs() <= limit));

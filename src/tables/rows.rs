@@ -335,6 +335,23 @@ pub struct CauseRow {
     pub reason: String,
 }
 
+/// A row of `diagnoses`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct DiagnosisRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub path: String,
+    pub site: Option<String>,
+    pub n_named: i64,
+    pub unexplained: bool,
+    pub poolable: bool,
+    pub nulls: i64,
+    pub advise: bool,
+    #[serde(flatten)]
+    pub provenance: Provenance,
+}
+
 /// A row of `discrepancies`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field

@@ -12,7 +12,7 @@ use roadbench::diagnose::ride::{self, Diagnosis, Settings, diagnose};
 use roadbench::diagnose::samples::Samples;
 use roadbench::effects::extended_model::Model;
 use roadbench::effects::{ALL, Effect};
-use roadbench::fit::chain::{self, Data};
+use roadbench::fit::{Data, chain};
 use roadbench::pipeline::{self, Pipeline};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::scenario::Scenario;
@@ -194,7 +194,7 @@ fn the_extended_model_serves_the_next_run() {
     let stiffness = |model: Option<Model>| {
         let pipeline = Pipeline { model, ..Pipeline::onroad() };
         let input = pipeline::Input {
-            path: Path::new(&log),
+            log: Path::new(&log).into(),
             maps: &[],
             input_hash: String::new(),
             pipeline_hash: String::new(),

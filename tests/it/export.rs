@@ -6,6 +6,7 @@ use std::process::Command as Process;
 
 use assert_cmd::Command;
 use roadbench::contract::bike::{Axle, Bike};
+use roadbench::contract::coefficient::Coefficient as C;
 use roadbench::export::fitted::Fitted;
 use roadbench::export::tyre::{Characterised, Setting};
 use roadbench::model::tyre::Input;
@@ -237,18 +238,20 @@ fn the_simulator_takes_an_exported_property_file() {
     ]);
     let said = roadbench(&["tyre", &tir, "--load", "1172"]);
     let fitted = Fitted::read(Path::new(&out), SESSION, None).expect("session");
-    for (line, name, within) in [
-        ("cornering stiffness / load", "cornering_stiffness_0", 0.03),
-        ("camber stiffness / load", "camber_stiffness_0", 0.03),
-        ("overturning stiffness", "overturning_stiffness", 0.02),
-        ("peak braking friction", "mf_d", 0.001),
-        ("rolling radius", "effective_rolling_radius", 1e-4),
-        ("relaxation length", "relaxation_length", 0.01),
+    for (line, coefficient, within) in [
+        ("cornering stiffness / load", C::CorneringStiffness0, 0.03),
+        ("camber stiffness / load", C::CamberStiffness0, 0.03),
+        ("overturning stiffness", C::OverturningStiffness, 0.02),
+        ("peak braking friction", C::MfD, 0.001),
+        ("rolling radius", C::EffectiveRollingRadius, 1e-4),
+        ("relaxation length", C::RelaxationLength, 0.01),
     ] {
         let text = said.lines().find_map(|l| l.trim().strip_prefix(line)).expect(line);
         let word = text.split_whitespace().last().expect("a number");
-        let (found, (wanted, _)) =
-            (word.parse::<f64>().expect("a number"), fitted.value("front", name).expect(name));
+        let (found, (wanted, _)) = (
+            word.parse::<f64>().expect("a number"),
+            fitted.value(Axle::Front, coefficient).expect(line),
+        );
         assert!((found / wanted - 1.0).abs() < within, "{line}: {found} for {wanted}");
     }
 }

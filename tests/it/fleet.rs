@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use roadbench::contract::bike::Bike;
+use roadbench::contract::coefficient::Id;
 use roadbench::fit;
-use roadbench::fit::chain::{ALL, Data, solve};
-use roadbench::fit::coefficients::name;
+use roadbench::fit::Data;
+use roadbench::fit::chain::solve;
 use roadbench::fleet::events::Kind;
 use roadbench::fleet::{self, Observation};
 use roadbench::ingest::write_session;
@@ -34,10 +35,10 @@ fn refits(files: &[&dyn Fn(&mut Bike)]) -> Vec<BTreeMap<(String, String), f64>> 
         let config = Config { formulation: Formulation::Corrected, ..Config::default() };
         let data = Data::gather(&log, &segments, &bike, zeros, &config);
         let solution = solve(&data, &bike, Formulation::Corrected, &fit::Config::default());
-        (0..ALL)
-            .map(|at| {
-                let (tyre, coefficient, ..) = name(at);
-                ((tyre.to_owned(), coefficient.to_owned()), solution.values[at])
+        Id::onroad()
+            .map(|id| {
+                let key = (id.part.name().to_owned(), id.coefficient.name().to_owned());
+                (key, solution.found.values[id])
             })
             .collect()
     };
@@ -308,7 +309,7 @@ fn the_side_force_ratio_comes_out_of_riders_that_differ() {
             let path = folder.path().join(format!("{number}.parquet"));
             write_session(&path, &session(&scenario, &machine, number).session, true).expect("log");
             let input = Input {
-                path: &path,
+                log: (&path).into(),
                 maps: &[],
                 input_hash: String::new(),
                 pipeline_hash: String::new(),

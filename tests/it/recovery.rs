@@ -3,21 +3,21 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use roadbench::fit::chain::{ALL, Data, Solution, place, solve};
-use roadbench::fit::coefficients::{self, name};
+use roadbench::contract::bike::Axle;
+use roadbench::contract::coefficient::{Coefficient as C, Id, Part, Values};
+use roadbench::fit::chain::solve;
 use roadbench::fit::friction::Rows;
+use roadbench::fit::{self, coasting, cornering};
+use roadbench::fit::{Data, Solution, coefficients};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::{Simulated, session, truth};
+use roadbench::statistics::order::upper_median_of;
 use roadbench::tables::rows::{Coefficient, Status};
 use roadbench::{
     estimate::{Config, zeros},
     model::formulation::Formulation,
 };
 use roadbench::{filter, segment};
-use roadbench::{
-    fit::{self, coasting, cornering},
-    statistics::clustered_fit,
-};
 
 /// Everything of one simulated session.
 struct Study {
@@ -26,7 +26,7 @@ struct Study {
     data: Data,
     solution: Solution,
     rows: Vec<Coefficient>,
-    truth: Vec<f64>,
+    truth: Values,
 }
 
 fn study(scenario: &Scenario, number: usize, formulation: Formulation) -> Study {
@@ -43,22 +43,18 @@ fn study(scenario: &Scenario, number: usize, formulation: Formulation) -> Study 
     let data = Data::gather(&log, &segments, &machine.bike, zeros, &config);
     let settings = fit::Config::default();
     let solution = solve(&data, &machine.bike, formulation, &settings);
-    let nothing = |_: &str, _: &str| None;
     let rows = coefficients::rows(
         &solution,
         &machine.bike,
         &settings,
-        &nothing,
+        &|_| None,
         &Default::default(),
         &Default::default(),
     );
-    let known = truth::coefficients(&machine.plant, &simulated);
-    let truth = (0..ALL)
-        .map(|at| {
-            let (tyre, coefficient, ..) = name(at);
-            known.iter().find(|t| t.0 == tyre && t.1 == coefficient).map_or(f64::NAN, |t| t.2)
-        })
-        .collect();
+    let mut truth = Values::default();
+    for (id, value) in truth::coefficients(&machine.plant, &simulated, &config) {
+        truth[id] = value;
+    }
     Study { machine, simulated, data, solution, rows, truth }
 }
 
@@ -70,7 +66,7 @@ fn perfect(formulation: Formulation) -> Study {
 fn curve_error(study: &Study, k: usize) -> f64 {
     let fitted = study.solution.fits.friction[k].as_ref().expect("a curve");
     let truth = study.machine.plant.tyres[k].friction;
-    let [from, to] = fitted.ridden;
+    let [from, to] = fitted.slip_range;
     (0..=200)
         .map(|i| from + (to - from) * f64::from(i) / 200.0)
         .map(|s| (fitted.formula.value(s) - truth.value(s)).abs() / truth.d)
@@ -83,9 +79,9 @@ fn stiffness_error(study: &Study, k: usize) -> f64 {
     let tyre = &study.machine.plant.tyres[k];
     let ratio = tyre.side_force_ratio;
     (0..=100)
-        .map(|i| lateral.ridden * f64::from(i) / 100.0)
+        .map(|i| lateral.max_camber * f64::from(i) / 100.0)
         .map(|g| {
-            let found = lateral.k_alpha(g, ratio, study.solution.given.formulation);
+            let found = lateral.k_alpha(g, ratio, study.solution.inputs.formulation);
             (found.unwrap_or(f64::NAN) / tyre.stiffness.k_alpha(g, ratio) - 1.0).abs()
         })
         .fold(0.0, f64::max)
@@ -101,15 +97,11 @@ fn without_noise_every_coefficient_is_within_one_per_cent() {
         let error = stiffness_error(&study, k);
         assert!(error < 0.01, "stiffness {k}: {error}");
     }
-    let shape = [place::MF_B, place::MF_C, place::MF_E1, place::MF_E2];
-    for at in 0..ALL {
-        let (tyre, coefficient, ..) = name(at);
-        if at < 2 * fit::chain::TYRE && shape.contains(&(at % fit::chain::TYRE)) {
-            continue;
-        }
-        let (value, truth) = (study.solution.values[at], study.truth[at]);
+    let shape = [C::MfB, C::MfC, C::MfE1, C::MfE2];
+    for id in Id::onroad().filter(|id| !shape.contains(&id.coefficient)) {
+        let (value, truth) = (study.solution.found.values[id], study.truth[id]);
         let error = (value / truth - 1.0).abs();
-        assert!(error < 0.01, "{tyre} {coefficient}: {value} for {truth}");
+        assert!(error < 0.01, "{id}: {value} for {truth}");
     }
 }
 
@@ -125,18 +117,20 @@ fn without_a_lateral_velocity_friction_and_overturning_are_still_there() {
     let zeros = zeros::run(&log, &machine.bike).0;
     let data = Data::gather(&log, &segments, &machine.bike, zeros, &Config::default());
     let solution = solve(&data, &machine.bike, Formulation::Corrected, &fit::Config::default());
-    let truth = truth::coefficients(&machine.plant, &simulated);
-    let true_of = |tyre: &str, name: &str| {
-        truth.iter().find(|t| t.0 == tyre && t.1 == name).map_or(f64::NAN, |t| t.2)
-    };
-    for (at, share) in
-        [(place::CT, 0.02), (fit::chain::TYRE + place::CT, 0.02), (place::CROWN, 0.1)]
-    {
-        let (tyre, coefficient, ..) = name(at);
-        let error = solution.values[at] / true_of(tyre, coefficient) - 1.0;
-        assert!(error.abs() < share, "{tyre} {coefficient}: {error}");
+    let truth = truth::coefficients(&machine.plant, &simulated, &Config::default());
+    let values = &solution.found.values;
+    for (part, coefficient, share) in [
+        (Part::Front, C::LateralFrictionCt, 0.02),
+        (Part::Rear, C::LateralFrictionCt, 0.02),
+        (Part::Front, C::OverturningStiffness, 0.1),
+    ] {
+        let id = Id { part, coefficient };
+        let (_, known) = truth.iter().find(|t| t.0 == id).expect("known");
+        let error = values[id] / known - 1.0;
+        assert!(error.abs() < share, "{id}: {error}");
     }
-    assert!(solution.values[place::C1].is_nan() && solution.values[place::K_ALPHA].is_nan());
+    assert!(values[(Axle::Front, C::SlipCamberC1)].is_nan());
+    assert!(values[(Axle::Front, C::CorneringStiffness0)].is_nan());
 }
 
 #[test]
@@ -147,13 +141,13 @@ fn the_corrected_form_beats_the_printed_one() {
         "{:8} {:26} {:>10} {:>10} {:>10}",
         "tyre", "coefficient", "truth", "corrected", "printed"
     );
-    for at in 0..ALL {
-        let (tyre, coefficient, ..) = name(at);
-        let truth = corrected.truth[at];
-        let error = |s: &Study| 100.0 * (s.solution.values[at] / truth - 1.0);
-        if corrected.rows[at].status != Status::Assumed {
+    for (id, row) in Id::onroad().zip(&corrected.rows) {
+        let Id { part, coefficient } = id;
+        let truth = corrected.truth[id];
+        let error = |s: &Study| 100.0 * (s.solution.found.values[id] / truth - 1.0);
+        if row.status != Status::Assumed {
             println!(
-                "{tyre:8} {coefficient:26} {truth:10.4} {:9.2} % {:8.2} %",
+                "{part:8} {coefficient:26} {truth:10.4} {:9.2} % {:8.2} %",
                 error(&corrected),
                 error(&printed)
             );
@@ -169,17 +163,18 @@ fn the_corrected_form_beats_the_printed_one() {
     // onroad.md: as printed the moment is half at 30 degrees, the wheels' share is missed and the
     // ratio of widths is turned over. On this bike the first two cancel in the sum, 2 % are left;
     // the tyres are wrong by half and by a third.
-    assert!(error_at(&corrected, place::VEHICLE_CROWN) < 0.01);
-    for at in [place::CROWN, fit::chain::TYRE + place::CROWN] {
-        assert!(error_at(&corrected, at) < 0.01);
-        assert!(error_at(&printed, at) > 0.25, "{}", error_at(&printed, at));
+    let of = |part| Id { part, coefficient: C::OverturningStiffness };
+    assert!(error_of(&corrected, of(Part::Vehicle)) < 0.01);
+    for id in [Part::Front, Part::Rear].map(of) {
+        assert!(error_of(&corrected, id) < 0.01);
+        assert!(error_of(&printed, id) > 0.25, "{}", error_of(&printed, id));
     }
     // the quotient (39) in tight bends
-    assert!(error_at(&printed, place::K_ALPHA) > 0.25);
+    assert!(error_of(&printed, Id::from((Axle::Front, C::CorneringStiffness0))) > 0.25);
 }
 
-fn error_at(study: &Study, at: usize) -> f64 {
-    (study.solution.values[at] / study.truth[at] - 1.0).abs()
+fn error_of(study: &Study, id: Id) -> f64 {
+    (study.solution.found.values[id] / study.truth[id] - 1.0).abs()
 }
 
 /// 30 % of the samples replaced by gross errors of both signs, evenly through the ride.
@@ -203,44 +198,42 @@ fn thirty_per_cent_gross_outliers_move_no_fit_by_three_per_cent() {
     // coasting: radii, drag and rolling resistance
     let mut coast = study.data.coast.clone();
     spoil(&mut coast.velocity_x, 6.0);
-    let again = coasting::fit(&coast, &coast, &study.solution.given);
+    let again = coasting::fit(&coast, &coast, &study.solution.inputs);
     for k in 0..2 {
         let theta = |c: &coasting::Coasting| c.radius[k].as_ref().expect("radius").theta.clone();
         close("radius", &theta(&fits.coasting), &theta(&again), 0.0);
     }
     let mut coast = study.data.coast.clone();
     spoil(&mut coast.acceleration_x, 3.0);
-    let again = coasting::fit(&coast, &coast, &study.solution.given);
+    let again = coasting::fit(&coast, &coast, &study.solution.inputs);
     let theta = |c: &coasting::Coasting| c.resistance.as_ref().expect("resistance").theta.clone();
     close("resistance", &theta(&fits.coasting)[..2], &theta(&again)[..2], 0.0);
     // corners: slip angle, friction, stiffness, overturning
     for k in 0..2 {
-        let clean = fits.lateral[k].values();
-        let mut rows = study.solution.clouds.lateral[k].clone();
+        let clean = fits.lateral[k].parameters();
+        let mut rows = study.solution.samples.lateral[k].clone();
         spoil(&mut rows.slip_angle, 0.1);
         spoil(&mut rows.friction, 0.5);
         spoil(&mut rows.side, 0.1);
-        let dirty = cornering::fit(&rows).values();
-        let flat = |v: &cornering::Values| {
-            let [c1, c3] = v.0.expect("c1");
-            [c1, c3, v.1.expect("ct"), v.2.expect("t1")]
+        let dirty = cornering::fit(&rows).parameters();
+        let flat = |v: &cornering::Parameters| {
+            let [c1, c3] = v.slip.expect("c1");
+            [c1, c3, v.ct.expect("ct"), v.t1.expect("t1")]
         };
         // c1 and c3 are small differences: against the side force ratio they stand beside
         close("lateral", &flat(&clean), &flat(&dirty), 0.08);
     }
-    let (lever, moment, clusters) = &study.solution.clouds.overturning;
-    let mut moment = moment.clone();
-    spoil(&mut moment, 500.0);
-    let floor = cornering::MOMENT_FLOOR * study.machine.bike.mass * roadbench::GRAVITY;
-    let again = clustered_fit::fit(&[lever], &moment, clusters, floor).expect("fit");
+    let mut rows = study.solution.samples.overturning.clone();
+    spoil(&mut rows.moment, 500.0);
+    let again = cornering::fit_overturning(&rows, study.machine.bike.mass).expect("fit");
     close("overturning", &fits.overturning.as_ref().expect("fit").theta, &again.theta, 0.0);
     // the friction curve, over the ridden slip
     for k in 0..2 {
         let clean = fits.friction[k].as_ref().expect("curve");
-        let mut rows: Rows = study.solution.clouds.friction[k].clone();
+        let mut rows: Rows = study.solution.samples.friction[k].clone();
         spoil(&mut rows.friction, 0.8);
         let dirty = fit::friction::fit(&rows, &Default::default()).expect("curve");
-        let [from, to] = clean.ridden;
+        let [from, to] = clean.slip_range;
         for i in 0..=50 {
             let s = from + (to - from) * f64::from(i) / 50.0;
             let (c, d) = (clean.formula.value(s), dirty.formula.value(s));
@@ -259,8 +252,8 @@ struct Tally {
     poor: usize,
 }
 
-fn tally(scenario: &Scenario, sessions: usize) -> BTreeMap<usize, Tally> {
-    let studies: Vec<(Vec<Coefficient>, Vec<f64>)> = (0..sessions)
+fn tally(scenario: &Scenario, sessions: usize) -> BTreeMap<Id, Tally> {
+    let studies: Vec<(Vec<Coefficient>, Values)> = (0..sessions)
         .into_par_iter()
         .map(|i| {
             let s = study(scenario, i, Formulation::Corrected);
@@ -268,18 +261,18 @@ fn tally(scenario: &Scenario, sessions: usize) -> BTreeMap<usize, Tally> {
             (s.rows, s.truth)
         })
         .collect();
-    let mut out: BTreeMap<usize, Tally> = BTreeMap::new();
+    let mut out: BTreeMap<Id, Tally> = BTreeMap::new();
     for (rows, truth) in &studies {
-        for at in 0..ALL {
-            let row = &rows[at];
+        for (id, row) in Id::onroad().zip(rows) {
+            let truth = truth[id];
             let (Some(value), Some(low), Some(high)) = (row.value, row.ci95_low, row.ci95_high)
             else {
                 continue;
             };
-            let tally = out.entry(at).or_default();
-            tally.errors.push((value / truth[at] - 1.0).abs());
-            tally.widths.push((high - low) / truth[at].abs());
-            tally.inside += usize::from((low..=high).contains(&truth[at]));
+            let tally = out.entry(id).or_default();
+            tally.errors.push((value / truth - 1.0).abs());
+            tally.widths.push((high - low) / truth.abs());
+            tally.inside += usize::from((low..=high).contains(&truth));
             tally.intervals += 1;
             tally.poor += usize::from(row.status == Status::PoorlyDetermined);
         }
@@ -287,21 +280,15 @@ fn tally(scenario: &Scenario, sessions: usize) -> BTreeMap<usize, Tally> {
     out
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-fn print(tallies: &BTreeMap<usize, Tally>) {
+fn print(tallies: &BTreeMap<Id, Tally>) {
     println!(
         "{:8} {:24} {:>12} {:>14} {:>9} {:>5} {:>5}",
         "tyre", "coefficient", "median error", "median width", "coverage", "n", "poor"
     );
-    for (&at, t) in tallies {
-        let (tyre, coefficient, ..) = name(at);
+    for (Id { part, coefficient }, t) in tallies {
+        let median = |x: &[f64]| upper_median_of(x).unwrap_or(f64::NAN);
         println!(
-            "{tyre:8} {coefficient:24} {:10.2} % {:12.2} % {:7.1} % {:5} {:5}",
+            "{part:8} {coefficient:24} {:10.2} % {:12.2} % {:7.1} % {:5} {:5}",
             100.0 * median(&t.errors),
             100.0 * median(&t.widths),
             100.0 * t.inside as f64 / t.intervals as f64,
@@ -319,14 +306,8 @@ fn intervals_contain_the_truth_about_as_often_as_they_say() {
     for plan in ["paper", "naturalistic"] {
         let tallies = tally(&Scenario::builtin(plan).expect("scenario"), 8);
         print(&tallies);
-        for (&at, t) in &tallies {
-            let (tyre, coefficient, ..) = name(at);
-            assert!(
-                2 * t.inside >= t.intervals,
-                "{plan} {tyre} {coefficient}: {} of {}",
-                t.inside,
-                t.intervals
-            );
+        for (id, t) in &tallies {
+            assert!(2 * t.inside >= t.intervals, "{plan} {id}: {} of {}", t.inside, t.intervals);
             inside += t.inside;
             intervals += t.intervals;
         }

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use crate::page;
 use roadbench::contract::bike::{Axle, Bike};
+use roadbench::contract::coefficient::Coefficient as C;
 use roadbench::export::{
     fitted::Fitted,
     reduced,
     tyre::{Characterised, Setting},
 };
 use roadbench::plots::catalogue;
-use roadbench::report::{page_names, tables, terminal, words};
+use roadbench::report::{page_names, tables, terminal};
 use roadbench::tables::file;
 use roadbench::tables::rows::{
     Coefficient, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status, WarningRow,
@@ -67,37 +68,37 @@ fn session(ident: &Ident, note: &str) -> SessionRow {
 fn coefficients(ident: &Ident, note: &str, turn: usize) -> Vec<Coefficient> {
     let mut rows = Vec::new();
     for tyre in ["front", "rear", "vehicle"] {
-        let road = words::WORDS.iter().filter(|w| !w.name.starts_with("engaged_friction"));
-        for (i, word) in road.enumerate() {
-            let vehicle = matches!(word.name, "drag" | "rolling_resistance");
+        let road = C::ALL.iter().filter(|c| c.is_onroad());
+        for (i, c) in road.enumerate() {
+            let vehicle = matches!(c, C::Drag | C::RollingResistance);
             if vehicle != (tyre == "vehicle") {
                 continue;
             }
-            let (value, unit, symbol) = match word.name {
-                "effective_rolling_radius" => (0.2987, "m", "R_rol"),
-                "peak_slip" => (-0.142, "1", "s_max"),
-                "mf_b" => (14.2, "1", "b"),
-                "mf_c" => (1.41, "1", "c"),
-                "mf_d" => (1.18, "1", "d"),
-                "mf_e1" => (-0.6, "1", "e_1"),
-                "mf_e2" => (0.08, "1", "e_2"),
-                "slip_camber_c1" => (-0.0279, "1", "c_1"),
-                "slip_camber_c3" => (0.0113, "1/rad2", "c_3"),
-                "lateral_friction_ct" => (-0.841, "1", "c_t"),
-                "cornering_stiffness_0" => (12.53, "1/rad", "k_alpha0"),
-                "camber_stiffness_0" => (1.19, "1/rad", "k_gamma0"),
-                "side_force_ratio" => (0.095, "1", "C"),
-                "twisting_stiffness" => (0.039, "m/rad", "k_t"),
-                "overturning_stiffness" => (0.0583, "m", "k_x"),
-                "relaxation_length" => (0.2987, "m", "r_l"),
-                "pneumatic_trail_0" => (0.021, "m", "t_p0"),
-                "drag" => (0.37, "kg/m", "c_drag"),
+            let (value, unit, symbol) = match c {
+                C::EffectiveRollingRadius => (0.2987, "m", "R_rol"),
+                C::PeakSlip => (-0.142, "1", "s_max"),
+                C::MfB => (14.2, "1", "b"),
+                C::MfC => (1.41, "1", "c"),
+                C::MfD => (1.18, "1", "d"),
+                C::MfE1 => (-0.6, "1", "e_1"),
+                C::MfE2 => (0.08, "1", "e_2"),
+                C::SlipCamberC1 => (-0.0279, "1", "c_1"),
+                C::SlipCamberC3 => (0.0113, "1/rad2", "c_3"),
+                C::LateralFrictionCt => (-0.841, "1", "c_t"),
+                C::CorneringStiffness0 => (12.53, "1/rad", "k_alpha0"),
+                C::CamberStiffness0 => (1.19, "1/rad", "k_gamma0"),
+                C::SideForceRatio => (0.095, "1", "C"),
+                C::TwistingStiffness => (0.039, "m/rad", "k_t"),
+                C::OverturningStiffness => (0.0583, "m", "k_x"),
+                C::RelaxationLength => (0.2987, "m", "r_l"),
+                C::PneumaticTrail0 => (0.021, "m", "t_p0"),
+                C::Drag => (0.37, "kg/m", "c_drag"),
                 _ => (0.0153, "1", "c_rol"),
             };
-            let status = match word.name {
-                "side_force_ratio" | "twisting_stiffness" | "relaxation_length" => Status::Assumed,
-                "mf_e1" if tyre == "rear" => Status::PoorlyDetermined,
-                "mf_e2" => Status::NotAvailable,
+            let status = match c {
+                C::SideForceRatio | C::TwistingStiffness | C::RelaxationLength => Status::Assumed,
+                C::MfE1 if tyre == "rear" => Status::PoorlyDetermined,
+                C::MfE2 => Status::NotAvailable,
                 _ => Status::Ok,
             };
             let error = value * (0.01 + 0.01 * (i % 4) as f64);
@@ -107,7 +108,7 @@ fn coefficients(ident: &Ident, note: &str, turn: usize) -> Vec<Coefficient> {
             rows.push(Coefficient {
                 ident: ident.clone(),
                 tyre: tyre.into(),
-                coefficient: word.name.into(),
+                coefficient: c.name().into(),
                 symbol: symbol.into(),
                 value: some(value),
                 unit: unit.into(),
@@ -464,8 +465,8 @@ fn a_property_file_gives_the_fitted_tyre_back() {
             c.value = Some(e2);
         }
     }
-    let get = |name: &str| fitted.value("front", name).expect(name).0;
-    let (b, c, d, e1) = (get("mf_b"), get("mf_c"), get("mf_d"), get("mf_e1"));
+    let get = |c: C| fitted.value(Axle::Front, c).expect(c.name()).0;
+    let (b, c, d, e1) = (get(C::MfB), get(C::MfC), get(C::MfD), get(C::MfE1));
     let file = property_file(&fitted, &Setting::default());
     let k = keys(&file);
     for slip in [-0.3, -0.1, -0.02, 0.05, 0.2] {
@@ -477,7 +478,7 @@ fn a_property_file_gives_the_fitted_tyre_back() {
             assert!((there - mu).abs() < 1e-5, "slip {slip}, load {load}: {there} against {mu}");
         }
     }
-    let (k_alpha, k_gamma) = (get("cornering_stiffness_0"), get("camber_stiffness_0"));
+    let (k_alpha, k_gamma) = (get(C::CorneringStiffness0), get(C::CamberStiffness0));
     for load in [1000.0, 1500.0, 3000.0] {
         let h = 1e-5;
         let by_slip = lateral(&k, h, 0.0, load) / load / h;
@@ -505,11 +506,11 @@ fn a_property_file_gives_the_fitted_tyre_back() {
     let h = 1e-5;
     assert!((at(0.0, h, 0.0)[1] / h / -k_alpha - 1.0).abs() < 0.01);
     assert!((at(0.0, 0.0, h)[1] / h / -k_gamma - 1.0).abs() < 0.001);
-    assert!((at(0.0, 0.0, h)[2] / h / -get("overturning_stiffness") - 1.0).abs() < 1e-3);
-    assert!((at(0.0, 0.0, h)[3] / h / -get("twisting_stiffness") - 1.0).abs() < 1e-3);
+    assert!((at(0.0, 0.0, h)[2] / h / -get(C::OverturningStiffness) - 1.0).abs() < 1e-3);
+    assert!((at(0.0, 0.0, h)[3] / h / -get(C::TwistingStiffness) - 1.0).abs() < 1e-3);
     // sigma = K / c_y, Pacejka (2012) 7.2
     let length = k_alpha * k["FNOMIN"] / k["LATERAL_STIFFNESS"];
-    assert!((length / get("relaxation_length") - 1.0).abs() < 1e-5);
+    assert!((length / get(C::RelaxationLength) - 1.0).abs() < 1e-5);
     assert!(file.contains("assumed: bike file") && file.contains("placeholder"), "{file}");
     assert!(file.contains("$ fitted, 95 %"), "{file}");
 }
@@ -542,7 +543,7 @@ fn toml_export_reads_back_with_intervals_and_hostile_texts() {
     let table: toml::Table = text.parse().expect("valid TOML");
     assert_eq!(table["session"]["session_id"].as_str(), Some(HOSTILE));
     let entry = &table["front"]["cornering_stiffness_0"];
-    let (row_value, row) = fitted.value("front", "cornering_stiffness_0").expect("value");
+    let (row_value, row) = fitted.value(Axle::Front, C::CorneringStiffness0).expect("value");
     assert_eq!(entry["value"].as_float(), Some(row_value));
     assert_eq!(entry["ci95_high"].as_float(), row.ci95_high);
     assert_eq!(entry["status"].as_str(), Some("ok"));

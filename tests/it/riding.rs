@@ -36,7 +36,7 @@ fn run_pipeline(tour: &Tour, ridden: &Ridden, folder: &Path) -> Outcome {
     let path = folder.join("log.parquet");
     write_session(&path, &ridden.session, false).expect("log");
     let input = Input {
-        path: &path,
+        log: (&path).into(),
         maps: &[],
         input_hash: String::new(),
         pipeline_hash: String::new(),
@@ -53,7 +53,7 @@ fn custom(tour: &Tour, outcome: &Outcome, axle: Axle) -> Custom {
     let bike = &tour.bike;
     let behind = if axle == Axle::Front { bike.cg_to_rear() } else { bike.cg_to_front };
     Custom::characterised(
-        |name| value(axle.name(), name),
+        |c| value(axle.name(), c.name()),
         bike.wheel(axle),
         bike.mass * GRAVITY * behind / bike.wheelbase,
         value("vehicle", "rolling_resistance").expect("rolling resistance"),

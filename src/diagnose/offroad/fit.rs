@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::effects::Curve;
 use super::residuals::{Block, CHANNELS};
+use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Residuals beyond this many standard deviations count linearly.
 const HUBER: f64 = 2.5;
@@ -456,9 +457,9 @@ pub fn long_run(blocks: &[Block], r: &[f64]) -> [f64; 7] {
             return 1.0;
         }
         let values: Vec<f64> = own.iter().map(|&i| r[i]).collect();
-        let centre = median(&values);
+        let centre = median_or_zero(&values);
         let off: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
-        let sigma = (1.4826 * median(&off)).max(1e-9);
+        let sigma = (SD_PER_MAD * median_or_zero(&off)).max(1e-9);
         let z: Vec<f64> =
             values.iter().map(|v| ((v - centre) / sigma).clamp(-CLIP, CLIP)).collect();
         let n = z.len() as f64;
@@ -480,15 +481,4 @@ pub fn long_run(blocks: &[Block], r: &[f64]) -> [f64; 7] {
 /// sensors do.
 pub fn weights(blocks: &[Block], scatter: &[f64; 7], sensors: &[f64; 7]) -> Vec<f64> {
     blocks.iter().map(|b| 1.0 / scatter[b.channel].max(sensors[b.channel])).collect()
-}
-
-/// The middle value; zero of none.
-pub fn median(x: &[f64]) -> f64 {
-    let mut x = x.to_vec();
-    x.sort_by(f64::total_cmp);
-    match x.len() {
-        0 => 0.0,
-        n if n % 2 == 1 => x[n / 2],
-        n => 0.5 * (x[n / 2 - 1] + x[n / 2]),
-    }
 }

@@ -82,7 +82,20 @@ pub fn log(
     nulls: usize,
 ) -> Result<Diagnosis, Rejection> {
     let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    let raw = ingest::read(path, maps).map_err(refuse)?;
+    raw(ingest::read(path, maps).map_err(refuse)?, bike, pipeline, nulls)
+}
+
+/// Diagnoses a log that is in memory already.
+///
+/// # Errors
+/// As [`log`].
+pub fn raw(
+    raw: ingest::Raw,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    nulls: usize,
+) -> Result<Diagnosis, Rejection> {
+    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
     let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
     if session.has(Channel::VelocityX) {
         ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?;

@@ -16,9 +16,10 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::effects::ALL;
-use super::fit::{Linear, Problem, median};
+use super::fit::{Linear, Problem};
 use super::residuals::{CHANNELS, Residuals};
 use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::statistics::order::median_or_zero;
 use crate::statistics::random::Random;
 
 /// Share of the nulls whose largest score lies below the threshold.
@@ -117,7 +118,7 @@ impl Calibration {
         .max(1.0);
         tops.iter_mut().for_each(|t| *t /= threshold);
         let bias = (0..ALL.len())
-            .map(|j| if problem.curves[j].logarithmic() { 0.0 } else { median(&values[j]) })
+            .map(|j| if problem.curves[j].logarithmic() { 0.0 } else { median_or_zero(&values[j]) })
             .collect();
         Calibration { scale, bias, threshold, tops, floor }
     }

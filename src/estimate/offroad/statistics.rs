@@ -1,6 +1,8 @@
 //! What a segment's forces come to: peak, mean and spread of each, flights and landings, load
 //! transfer, and how much of the load each tyre's grip was worth.
 
+use crate::contract::bike::Axle;
+use crate::contract::coefficient::Coefficient as C;
 use crate::tables::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
@@ -32,8 +34,8 @@ pub struct Figures {
 /// A friction of one tyre: name of the force row, tyre, force and load.
 struct Friction {
     name: &'static str,
-    tyre: &'static str,
-    coefficient: &'static str,
+    axle: Axle,
+    coefficient: C,
     force: usize,
     load: usize,
 }
@@ -42,22 +44,22 @@ struct Friction {
 const FRICTIONS: [Friction; 3] = [
     Friction {
         name: "friction_brake_front",
-        tyre: "front",
-        coefficient: "engaged_friction_braking",
+        axle: Axle::Front,
+        coefficient: C::EngagedFrictionBraking,
         force: 2,
         load: 0,
     },
     Friction {
         name: "friction_brake_rear",
-        tyre: "rear",
-        coefficient: "engaged_friction_braking",
+        axle: Axle::Rear,
+        coefficient: C::EngagedFrictionBraking,
         force: 3,
         load: 1,
     },
     Friction {
         name: "friction_drive_rear",
-        tyre: "rear",
-        coefficient: "engaged_friction_driving",
+        axle: Axle::Rear,
+        coefficient: C::EngagedFrictionDriving,
         force: 4,
         load: 1,
     },
@@ -284,13 +286,14 @@ fn coefficient(
         }
         _ => (Status::Ok, None),
     };
+    let spec = friction.coefficient.spec();
     Coefficient {
         ident: ident.clone(),
-        tyre: friction.tyre.to_owned(),
-        coefficient: friction.coefficient.to_owned(),
-        symbol: ["B/N", "B/N", "D/N"][friction.force - 2].to_owned(),
+        tyre: friction.axle.name().to_owned(),
+        coefficient: spec.name.to_owned(),
+        symbol: spec.symbol.to_owned(),
         value,
-        unit: "1".to_owned(),
+        unit: spec.unit.to_owned(),
         std_error,
         ci95_low: value.zip(half).map(|(v, h)| v - h),
         ci95_high: value.zip(half).map(|(v, h)| v + h),

@@ -9,6 +9,7 @@ use super::Error;
 use super::view::{FEWEST, View, quantile};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::statistics::order::SD_PER_MAD;
 
 /// A slip difference below this is no evidence: tyres grow with speed.
 const LEAST_SLIP: f64 = 0.004;
@@ -84,7 +85,7 @@ fn evidence(mut d: Vec<f64>) -> Option<f64> {
     let median = quantile(&mut d, 0.5);
     let n = d.len() as f64;
     d.iter_mut().for_each(|x| *x = (*x - median).abs());
-    let error = 1.4826 * quantile(&mut d, 0.5) * (std::f64::consts::FRAC_PI_2 / n).sqrt();
+    let error = SD_PER_MAD * quantile(&mut d, 0.5) * (std::f64::consts::FRAC_PI_2 / n).sqrt();
     let sure = (LEAST_SLIP.max(SURE * error)..LARGEST_SLIP).contains(&median.abs());
     sure.then_some(median)
 }

@@ -2,6 +2,7 @@
 
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
+use crate::statistics::order;
 
 /// Length of a mean, s.
 const BLOCK: f64 = 0.2;
@@ -151,6 +152,5 @@ fn mean(x: &[f64]) -> f64 {
 
 /// The value below which a share `q` of the values lies; they must be numbers, at least one.
 pub(super) fn quantile(values: &mut [f64], q: f64) -> f64 {
-    let k = ((values.len() - 1) as f64 * q).round() as usize;
-    *values.select_nth_unstable_by(k, f64::total_cmp).1
+    order::quantile(values, q).unwrap_or(f64::NAN)
 }

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use crate::ingest::map::Column;
+use crate::statistics::order::upper_median;
 
 /// A channel is slower than its table when its samples are so many rows apart.
 const SLOWER: f64 = 1.5;
@@ -80,8 +81,7 @@ pub fn median_step(stamps: impl Iterator<Item = f64>) -> Option<f64> {
         }
         last = t;
     }
-    let middle = steps.len() / 2;
-    (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+    upper_median(&mut steps)
 }
 
 #[cfg(test)]

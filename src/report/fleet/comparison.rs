@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::report::fleet::tables::FleetTables;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::{inline_svg, words};
+use crate::statistics::order::median_of_finite;
 use crate::tables::rows::FleetRow;
 
 /// One coefficient over the bikes.
@@ -166,7 +167,7 @@ fn row(axis: &Scale, model: &str, values: &[f64]) -> Row {
     Row {
         model: model.to_owned(),
         sessions: values.len(),
-        median: axis.show(number_format::median(values)),
+        median: axis.show(median_of_finite(values)),
         spread: axis.show(number_format::robust_sd(values)),
         drawing: inline_svg::boxes(values, axis.low, axis.high),
         ..Row::default()
@@ -177,7 +178,7 @@ fn row(axis: &Scale, model: &str, values: &[f64]) -> Row {
 fn with_bike(line: Row, fleet: &FleetTables<'_>, bike: &FleetRow, axis: &Scale) -> Row {
     let estimates = fleet.history(&bike.bike_id, &bike.tyre, &bike.coefficient);
     let shrinkage: Vec<f64> = estimates.iter().map(|s| f64::from(s.shrinkage)).collect();
-    let shrinkage = number_format::median(&shrinkage);
+    let shrinkage = median_of_finite(&shrinkage);
     let drift = bike.drift_settled_per_day.or(bike.drift_per_day);
     let ends = bike.drift_ci95_low.zip(bike.drift_ci95_high);
     Row {

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use jiff::Timestamp;
 
+use crate::contract::coefficient::{Coefficient, Part};
 use crate::report::charts::chart::{Chart, Cloud, Label, Line, Span};
 use crate::report::charts::resolution;
 use crate::report::fleet::event_kind;
@@ -14,11 +15,11 @@ use crate::report::words;
 /// Largest number of charts over time.
 const CHARTS: usize = 40;
 /// Coefficients drawn over time also where nothing happened.
-const MAIN: [(&str, &str); 4] = [
-    ("front", "mf_d"),
-    ("front", "cornering_stiffness_0"),
-    ("rear", "mf_d"),
-    ("rear", "cornering_stiffness_0"),
+const MAIN: [(Part, Coefficient); 4] = [
+    (Part::Front, Coefficient::MfD),
+    (Part::Front, Coefficient::CorneringStiffness0),
+    (Part::Rear, Coefficient::MfD),
+    (Part::Rear, Coefficient::CorneringStiffness0),
 ];
 
 /// Charts over time: what an event concerns first, then the main coefficients of every bike; and how
@@ -31,7 +32,7 @@ pub fn charts(fleet: &FleetTables<'_>) -> (Vec<Chart>, usize) {
     }
     let bikes: BTreeSet<&str> = fleet.rows.iter().map(|r| r.bike_id.as_str()).collect();
     for bike in bikes {
-        wanted.extend(MAIN.map(|(tyre, name)| (bike, tyre, name)));
+        wanted.extend(MAIN.map(|(part, c)| (bike, part.name(), c.name())));
     }
     let mut drawn = BTreeSet::new();
     let mut charts = Vec::new();

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
+use crate::contract::coefficient::Coefficient;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::words;
 use crate::tables::rows::{FleetRow, RatioRow, Status};
@@ -33,7 +34,7 @@ pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, Strin
         rows.iter().map(|r| (r.bike_id.as_str(), r.tyre.as_str())).collect();
     let lacking: Vec<String> = fleet
         .iter()
-        .filter(|r| r.coefficient == "lateral_friction_ct" && r.n_sessions > 0)
+        .filter(|r| r.coefficient == Coefficient::LateralFrictionCt.name() && r.n_sessions > 0)
         .map(|r| (r.bike_id.as_str(), r.tyre.as_str()))
         .filter(|tyre| !had.contains(tyre))
         .map(|(bike, tyre)| format!("{bike} {tyre}"))

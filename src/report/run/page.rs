@@ -9,6 +9,7 @@ use crate::report::number_format::{self, fixed, typeset};
 use crate::report::session::page::when;
 use crate::report::tables::RunTables;
 use crate::report::{diagnosis, inline_svg, words};
+use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, WarningRow};
 
 /// The run's page, as its template reads it.
@@ -194,9 +195,9 @@ fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
     let good: Vec<&&Coefficient> = rows.iter().filter(|c| c.status == Status::Ok).collect();
     let values: Vec<f64> = good.iter().filter_map(|c| c.value).collect();
     let errors: Vec<f64> = good.iter().filter_map(|c| c.std_error).collect();
-    let median = fleet.and_then(|f| f.median).or_else(|| number_format::median(&values));
+    let median = fleet.and_then(|f| f.median).or_else(|| median_of_finite(&values));
     let spread = fleet.and_then(|f| f.robust_sd).or_else(|| number_format::robust_sd(&values));
-    let within = number_format::median(&errors);
+    let within = median_of_finite(&errors);
     let digits = median.map_or(3, |m| {
         // two sessions may agree by chance: the wider of the two says what the digits mean
         let u = spread.unwrap_or(0.0).max(within.unwrap_or(0.0));

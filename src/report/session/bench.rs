@@ -11,11 +11,11 @@
 use std::path::Path;
 
 use crate::contract::bike::Axle;
-use crate::plots::fits::STIFFNESS;
+use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
 use crate::report::charts::chart::{Chart, Cloud};
 use crate::report::error::Error;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::words;
 use crate::tables::read;
 
 /// File name in the output folder.
@@ -89,13 +89,13 @@ pub fn parse(text: &str) -> Result<Bench, String> {
             }
         };
         let (tyre, coefficient) = (cell("tyre"), cell("coefficient"));
-        if !words::TYRES.contains(&tyre) {
+        if Part::from_name(tyre).is_none() {
             return Err(format!(
                 "line {line}, column `tyre`: `{tyre}` is not front, rear or vehicle"
             ));
         }
-        if words::word(coefficient).is_none() {
-            let names = words::WORDS.iter().map(|w| w.name);
+        if C::from_name(coefficient).is_none() {
+            let names = C::ALL.iter().map(|c| c.name());
             let near = crate::contract::schema::closest(coefficient, names);
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
             return Err(format!(
@@ -170,17 +170,17 @@ impl Bench {
             r: Some(4.0),
             ..Cloud::default()
         };
-        for (name, words) in
-            [("cornering_stiffness_0", "cornering kα"), ("camber_stiffness_0", "camber kγ")]
+        for (coefficient, label) in
+            [(C::CorneringStiffness0, K_ALPHA.label), (C::CamberStiffness0, K_GAMMA.label)]
         {
-            for v in self.of(bike, axle.name(), name) {
+            for v in self.of(bike, axle.name(), coefficient.name()) {
                 cloud.x.push(v.camber.abs().to_degrees());
                 cloud.y.push(v.value);
                 cloud.w.push(1.0);
                 cloud.m.push(None);
                 cloud.lo.push(v.std_error.map(|e| v.value - 1.96 * e));
                 cloud.hi.push(v.std_error.map(|e| v.value + 1.96 * e));
-                cloud.t.push(format!("bench, {words}"));
+                cloud.t.push(format!("bench, {label}"));
             }
         }
         cloud

@@ -320,7 +320,7 @@ fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
         if !matches!(c.status, Status::PoorlyDetermined | Status::NotAvailable) {
             continue;
         }
-        let ride = words::word(&c.coefficient).map_or("see the reason", |w| w.ride);
+        let ride = words::riding(&c.tyre, &c.coefficient).unwrap_or("see the reason");
         let item = (
             format!("{} {}", c.tyre, words::coefficient(&c.coefficient)),
             words::status(c.status),

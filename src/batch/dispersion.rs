@@ -1,4 +1,6 @@
-//! How a coefficient spreads over sessions: plain functions over slices.
+//! Dispersion of a coefficient over sessions: plain functions over slices.
+
+use crate::statistics::order::{SD_PER_MAD, median as median_of};
 
 /// Above so many points the slope is taken over half-range pairs only: all pairs would be
 /// quadratic work.
@@ -13,7 +15,7 @@ pub fn robust_sd(values: &[f64], median: f64) -> Option<f64> {
         return None;
     }
     let mut deviations: Vec<f64> = values.iter().map(|x| (x - median).abs()).collect();
-    middle(&mut deviations).map(|mad| 1.4826 * mad)
+    median_of(&mut deviations).map(|mad| SD_PER_MAD * mad)
 }
 
 /// Root mean square.
@@ -64,23 +66,7 @@ pub fn theil_sen(times: &[f64], values: &[f64]) -> Option<f64> {
         let half = points.len().div_ceil(2);
         points.iter().zip(&points[half..]).filter_map(|(a, b)| slope(*a, *b)).collect()
     };
-    middle(&mut slopes)
-}
-
-/// Median; the values are reordered.
-fn middle(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let at = values.len() / 2;
-    let even = values.len().is_multiple_of(2);
-    let (below, upper, _) = values.select_nth_unstable_by(at, f64::total_cmp);
-    let upper = *upper;
-    if !even {
-        return Some(upper);
-    }
-    let lower = below.iter().copied().max_by(f64::total_cmp)?;
-    Some(lower.midpoint(upper))
+    median_of(&mut slopes)
 }
 
 #[cfg(test)]
@@ -90,13 +76,6 @@ mod tests {
     fn close(a: Option<f64>, b: f64) {
         let a = a.expect("a value");
         assert!((a - b).abs() <= 1e-9 * b.abs().max(1.0), "{a} is not {b}");
-    }
-
-    #[test]
-    fn medians() {
-        assert_eq!(middle(&mut [3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(middle(&mut [4.0, 1.0, 2.0, 3.0]), Some(2.5));
-        assert_eq!(middle(&mut []), None);
     }
 
     #[test]

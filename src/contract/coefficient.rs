@@ -1,0 +1,484 @@
+//! The coefficients of a motorcycle's tyres and of the motorcycle as a whole: name, symbol, unit,
+//! words, needed channels and the riding that determines each, declared once.
+//!
+//! A fit gives a coefficient its value and its uncertainty. Everything else that tables, pages and
+//! messages say of it comes from [`Coefficient::spec`].
+
+use std::fmt;
+use std::ops::{Index, IndexMut};
+
+use super::bike::Axle;
+use super::channel::Channel;
+use super::session::Session;
+
+use Channel as C;
+
+/// What a coefficient belongs to: the column `tyre` of the tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Part {
+    /// The front tyre.
+    Front,
+    /// The rear tyre.
+    Rear,
+    /// The motorcycle with its rider.
+    Vehicle,
+}
+
+impl Part {
+    /// In the order of the tables.
+    pub const ALL: [Part; 3] = [Part::Front, Part::Rear, Part::Vehicle];
+
+    /// As the column `tyre` has it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Part::Front => "front",
+            Part::Rear => "rear",
+            Part::Vehicle => "vehicle",
+        }
+    }
+
+    /// The part of a name of the column `tyre`.
+    pub fn from_name(name: &str) -> Option<Part> {
+        Part::ALL.into_iter().find(|part| part.name() == name)
+    }
+
+    /// The axle of a tyre; `None` of the vehicle.
+    pub const fn axle(self) -> Option<Axle> {
+        match self {
+            Part::Front => Some(Axle::Front),
+            Part::Rear => Some(Axle::Rear),
+            Part::Vehicle => None,
+        }
+    }
+}
+
+impl From<Axle> for Part {
+    fn from(axle: Axle) -> Part {
+        match axle {
+            Axle::Front => Part::Front,
+            Axle::Rear => Part::Rear,
+        }
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// Where a coefficient's value comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Fitted to the manoeuvres of an on-road session.
+    OnRoad,
+    /// From the tyre forces of an off-road session.
+    OffRoad,
+    /// Not estimated but taken from the bike file; how, as the column `reason` has it.
+    BikeFile(&'static str),
+}
+
+/// What the estimation of a coefficient needs, for one part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Requirement {
+    /// The part.
+    pub part: Part,
+    /// Channels, all of which are needed besides the bike file's masses and lengths; none for what
+    /// is taken from the bike file.
+    pub channels: &'static [Channel],
+    /// The riding.
+    pub riding: Riding,
+}
+
+impl Requirement {
+    /// The needed channels of which a session has no valid sample.
+    pub fn missing(&self, session: &Session) -> Vec<Channel> {
+        let valid = |c: Channel| session.get(c).is_some_and(|x| x.iter().any(|v| v.is_finite()));
+        self.channels.iter().copied().filter(|&c| !valid(c)).collect()
+    }
+}
+
+/// The riding that determines a coefficient.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Riding {
+    /// As a noun phrase.
+    pub manoeuvres: &'static str,
+    /// As an instruction to the rider: the end of a `reason`.
+    pub remedy: &'static str,
+}
+
+/// Everything that is known of a coefficient before any ride.
+#[derive(Debug, Clone, Copy)]
+pub struct Spec {
+    /// In the tables.
+    pub name: &'static str,
+    /// In the source paper.
+    pub symbol: &'static str,
+    /// SI; `1` for a ratio.
+    pub unit: &'static str,
+    /// As pages and messages have it.
+    pub words: &'static str,
+    /// Where its value comes from.
+    pub source: Source,
+    /// What it needs, one entry for each part that has the coefficient.
+    pub requirements: &'static [Requirement],
+}
+
+macro_rules! coefficients {
+    ($($variant:ident: $name:literal, $symbol:literal, $unit:literal, $words:literal,
+        $source:expr, $requirements:expr;)*) => {
+        /// A coefficient of a tyre or of the vehicle.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Coefficient {
+            $(#[doc = concat!("`", $name, "`: ", $words, ", ", $unit)] $variant),*
+        }
+
+        impl Coefficient {
+            /// Every coefficient, in the order of tables and pages.
+            pub const ALL: &'static [Coefficient] = &[$(Coefficient::$variant),*];
+            /// How many there are.
+            pub const COUNT: usize = Self::ALL.len();
+
+            /// Its declaration.
+            pub const fn spec(self) -> &'static Spec {
+                match self {
+                    $(Coefficient::$variant => &Spec {
+                        name: $name,
+                        symbol: $symbol,
+                        unit: $unit,
+                        words: $words,
+                        source: $source,
+                        requirements: $requirements,
+                    },)*
+                }
+            }
+
+            /// The coefficient of a name of the tables.
+            pub fn from_name(name: &str) -> Option<Coefficient> {
+                match name { $($name => Some(Coefficient::$variant),)* _ => None }
+            }
+        }
+    };
+}
+
+// In the order of the data flow: coasting, braking and driving, corners; then what no ride gives, and
+// what only off-road riding gives.
+//
+// variant: name, symbol, unit, words, source, requirements
+coefficients! {
+    EffectiveRollingRadius: "effective_rolling_radius", "R_rol", "m",
+        "effective rolling radius", OnRoad, RADIUS;
+    Drag: "drag", "c_drag", "kg/m", "aerodynamic drag", OnRoad, RESISTANCE;
+    RollingResistance: "rolling_resistance", "c_rol", "1", "rolling resistance", OnRoad, RESISTANCE;
+    PeakSlip: "peak_slip", "sigma_x_max", "1", "slip ratio at peak friction", OnRoad, FRICTION;
+    MfB: "mf_b", "b", "1", "Magic Formula B", OnRoad, FRICTION;
+    MfC: "mf_c", "c", "1", "Magic Formula C", OnRoad, FRICTION;
+    MfD: "mf_d", "d", "1", "Magic Formula D", OnRoad, FRICTION;
+    MfE1: "mf_e1", "e1", "1", "Magic Formula E, symmetric part", OnRoad, CURVATURE;
+    MfE2: "mf_e2", "e2", "1", "Magic Formula E, braking/driving part", OnRoad, CURVATURE;
+    SlipCamberC1: "slip_camber_c1", "c1", "1", "slip angle over camber, linear", OnRoad, SLIP_ANGLE;
+    SlipCamberC3: "slip_camber_c3", "c3", "1/rad2",
+        "slip angle over camber, cubic", OnRoad, SLIP_ANGLE;
+    LateralFrictionCt: "lateral_friction_ct", "ct", "1",
+        "lateral friction over tan(camber)", OnRoad, LATERAL_FORCE;
+    CorneringStiffness0: "cornering_stiffness_0", "k_alpha0", "1/rad",
+        "cornering stiffness per load, upright", OnRoad, SLIP_ANGLE;
+    CamberStiffness0: "camber_stiffness_0", "k_gamma0", "1/rad",
+        "camber stiffness per load, upright", OnRoad, SLIP_ANGLE;
+    SideForceRatio: "side_force_ratio", "C", "1",
+        "camber to cornering stiffness ratio", TAKEN, ASSUMED;
+    TwistingStiffness: "twisting_stiffness", "k_t", "m/rad",
+        "twisting stiffness per load", TAKEN, ASSUMED;
+    OverturningStiffness: "overturning_stiffness", "k_x", "m",
+        "overturning stiffness (crown radius)", OnRoad, OVERTURNING;
+    RelaxationLength: "relaxation_length", "r_l", "m", "relaxation length",
+        BikeFile("the wheel radius, or the bike file's value (eq. 1)"), ASSUMED;
+    PneumaticTrail0: "pneumatic_trail_0", "t_p0", "m", "pneumatic trail at small slip",
+        BikeFile("from the bike file's vertical stiffness (eq. 12)"), ASSUMED;
+    EngagedFrictionBraking: "engaged_friction_braking", "B/N", "1",
+        "friction engaged by braking", OffRoad, BRAKED_OFFROAD;
+    EngagedFrictionDriving: "engaged_friction_driving", "D/N", "1",
+        "friction engaged by driving", OffRoad, DRIVEN_OFFROAD;
+}
+
+use Source::{BikeFile, OffRoad, OnRoad};
+const TAKEN: Source = BikeFile("taken from the bike file");
+
+const fn needs(part: Part, channels: &'static [Channel], riding: Riding) -> Requirement {
+    Requirement { part, channels, riding }
+}
+
+const FRONT_WHEEL: &[Channel] = &[C::VelocityX, C::WheelSpeedFront];
+const REAR_WHEEL: &[Channel] = &[C::VelocityX, C::WheelSpeedRear];
+// the front's camber, (31a), needs the handlebar, and both tyres' loads and forces are balanced
+// together
+const LEANING: &[Channel] = &[C::VelocityX, C::YawRate, C::Roll, C::SteerAngle];
+const SLIPPING: &[Channel] = &[C::VelocityX, C::VelocityY, C::YawRate, C::Roll, C::SteerAngle];
+// the other ten of the thirteen off-road channels can be replaced one at a time, these cannot
+const PLANAR: &[Channel] = &[C::Pitch, C::ForkTravel, C::ShockTravel];
+
+const COASTING: Riding = Riding {
+    manoeuvres: "straight coasting, declutched or in neutral",
+    remedy: "coast in neutral",
+};
+const FRONT_BRAKING: &str = "straight braking with the front brake alone, from gentle to hard";
+const REAR_FORCES: &str =
+    "straight braking with the rear brake alone, and hard acceleration in first gear";
+const BENDS: Riding = Riding {
+    manoeuvres: "steady bends at different lean, best to both sides",
+    remedy: "ride steady corners of varied lean, without brake and throttle",
+};
+const OFFROAD: Riding = Riding {
+    manoeuvres: "off-road: firm braking and drive on the ground, in several corners",
+    remedy: "brake and drive firmly on the ground",
+};
+const BENCH: Riding = Riding {
+    manoeuvres: "no riding manoeuvre: a tyre bench; until then it is taken from the bike file",
+    remedy: "measure it on a tyre bench",
+};
+
+const RADIUS: &[Requirement] =
+    &[needs(Part::Front, FRONT_WHEEL, COASTING), needs(Part::Rear, REAR_WHEEL, COASTING)];
+const RESISTANCE: &[Requirement] = &[needs(
+    Part::Vehicle,
+    &[C::VelocityX],
+    Riding {
+        manoeuvres: "straight coasting in neutral from different speeds, in both directions",
+        remedy: "coast in neutral at two speeds, in both directions",
+    },
+)];
+const FRICTION: &[Requirement] = &[
+    needs(
+        Part::Front,
+        FRONT_WHEEL,
+        Riding {
+            manoeuvres: FRONT_BRAKING,
+            remedy: "brake with the front brake alone, progressively to the limit, in neutral",
+        },
+    ),
+    needs(
+        Part::Rear,
+        REAR_WHEEL,
+        Riding {
+            manoeuvres: REAR_FORCES,
+            remedy: "brake with the rear brake alone, progressively to the limit, in neutral",
+        },
+    ),
+];
+const CURVATURE: &[Requirement] = &[
+    needs(
+        Part::Front,
+        FRONT_WHEEL,
+        Riding {
+            manoeuvres: FRONT_BRAKING,
+            remedy: "brake with the front brake alone past the friction peak",
+        },
+    ),
+    needs(
+        Part::Rear,
+        REAR_WHEEL,
+        Riding {
+            manoeuvres: REAR_FORCES,
+            remedy: "brake the rear wheel alone past the friction peak and accelerate hard in \
+                     first gear",
+        },
+    ),
+];
+const SLIP_ANGLE: &[Requirement] =
+    &[needs(Part::Front, SLIPPING, BENDS), needs(Part::Rear, SLIPPING, BENDS)];
+const LATERAL_FORCE: &[Requirement] =
+    &[needs(Part::Front, LEANING, BENDS), needs(Part::Rear, LEANING, BENDS)];
+const OVERTURNING: &[Requirement] = &[
+    needs(Part::Front, LEANING, BENDS),
+    needs(Part::Rear, LEANING, BENDS),
+    needs(
+        Part::Vehicle,
+        LEANING,
+        Riding { remedy: "ride steady corners with more than 15 degrees of lean", ..BENDS },
+    ),
+];
+const ASSUMED: &[Requirement] = &[needs(Part::Front, &[], BENCH), needs(Part::Rear, &[], BENCH)];
+const BRAKED_OFFROAD: &[Requirement] =
+    &[needs(Part::Front, PLANAR, OFFROAD), needs(Part::Rear, PLANAR, OFFROAD)];
+const DRIVEN_OFFROAD: &[Requirement] = &[needs(Part::Rear, PLANAR, OFFROAD)];
+
+impl Coefficient {
+    /// In the tables.
+    pub const fn name(self) -> &'static str {
+        self.spec().name
+    }
+
+    /// What it needs for a part; `None` where the part has no such coefficient.
+    pub fn requirement(self, part: Part) -> Option<&'static Requirement> {
+        self.spec().requirements.iter().find(|r| r.part == part)
+    }
+
+    /// Whether an on-road session has a row of it, estimated or assumed.
+    pub fn is_onroad(self) -> bool {
+        self.spec().source != OffRoad
+    }
+}
+
+impl fmt::Display for Coefficient {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A coefficient of a part: what one row of the table `coefficients` is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Id {
+    /// The part.
+    pub part: Part,
+    /// The coefficient.
+    pub coefficient: Coefficient,
+}
+
+impl Id {
+    /// Those that an on-road session has rows of, in the order of the tables.
+    pub fn onroad() -> impl Iterator<Item = Id> {
+        Part::ALL.into_iter().flat_map(|part| {
+            let own = move |c: &&Coefficient| c.is_onroad() && c.requirement(part).is_some();
+            Coefficient::ALL.iter().filter(own).map(move |&coefficient| Id { part, coefficient })
+        })
+    }
+
+    /// The coefficient of a row's columns `tyre` and `coefficient`.
+    pub fn from_names(tyre: &str, coefficient: &str) -> Option<Id> {
+        let (part, coefficient) = (Part::from_name(tyre)?, Coefficient::from_name(coefficient)?);
+        coefficient.requirement(part).map(|_| Id { part, coefficient })
+    }
+
+    /// What it needs.
+    ///
+    /// # Panics
+    /// Where the part has no such coefficient: our own mistake.
+    pub fn requirement(self) -> &'static Requirement {
+        let Some(found) = self.coefficient.requirement(self.part) else {
+            panic!("no coefficient `{}` of the {}", self.coefficient, self.part)
+        };
+        found
+    }
+}
+
+impl<P: Into<Part>> From<(P, Coefficient)> for Id {
+    fn from((part, coefficient): (P, Coefficient)) -> Id {
+        Id { part: part.into(), coefficient }
+    }
+}
+
+impl fmt::Display for Id {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.part, self.coefficient)
+    }
+}
+
+/// A number for every coefficient of every part, in the coefficient's unit; NaN where there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Values([[f64; Coefficient::COUNT]; Part::ALL.len()]);
+
+impl Default for Values {
+    fn default() -> Self {
+        Values([[f64::NAN; Coefficient::COUNT]; Part::ALL.len()])
+    }
+}
+
+impl Values {
+    /// `self - other`, coefficient by coefficient.
+    #[must_use]
+    pub fn minus(&self, other: &Values) -> Values {
+        let mut out = self.clone();
+        for (row, subtracted) in out.0.iter_mut().zip(&other.0) {
+            for (x, y) in row.iter_mut().zip(subtracted) {
+                *x -= y;
+            }
+        }
+        out
+    }
+}
+
+impl<I: Into<Id>> Index<I> for Values {
+    type Output = f64;
+
+    fn index(&self, id: I) -> &f64 {
+        let id = id.into();
+        &self.0[id.part as usize][id.coefficient as usize]
+    }
+}
+
+impl<I: Into<Id>> IndexMut<I> for Values {
+    fn index_mut(&mut self, id: I) -> &mut f64 {
+        let id = id.into();
+        &mut self.0[id.part as usize][id.coefficient as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::session::Meta;
+
+    /// The contract's list, word for word and in its order.
+    const TYRE: &str = "effective_rolling_radius peak_slip mf_b mf_c mf_d mf_e1 mf_e2 \
+        slip_camber_c1 slip_camber_c3 lateral_friction_ct cornering_stiffness_0 \
+        camber_stiffness_0 side_force_ratio twisting_stiffness overturning_stiffness \
+        relaxation_length pneumatic_trail_0";
+    const VEHICLE: &str = "drag rolling_resistance overturning_stiffness";
+
+    #[test]
+    fn the_rows_of_an_onroad_session_are_those_of_the_contract() {
+        for (part, names) in [(Part::Front, TYRE), (Part::Rear, TYRE), (Part::Vehicle, VEHICLE)] {
+            let own = Id::onroad().filter(|id| id.part == part).map(|id| id.coefficient.name());
+            let want: Vec<&str> = names.split_whitespace().collect();
+            assert_eq!(own.collect::<Vec<_>>(), want, "{part}");
+        }
+        assert_eq!(Id::onroad().count(), 37);
+    }
+
+    #[test]
+    fn only_what_is_taken_from_the_bike_file_needs_no_channel() {
+        for c in Coefficient::ALL {
+            let taken = matches!(c.spec().source, BikeFile(_));
+            for r in c.spec().requirements {
+                assert_eq!(r.channels.is_empty(), taken, "{c}");
+                assert_eq!(r.riding == BENCH, taken, "{c}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_find_their_coefficient() {
+        for id in Id::onroad() {
+            assert_eq!(Id::from_names(id.part.name(), id.coefficient.name()), Some(id));
+        }
+        assert_eq!(Id::from_names("front", "drag"), None);
+        assert_eq!(Id::from_names("front", "drago"), None);
+        assert_eq!(Part::from_name("side"), None);
+    }
+
+    #[test]
+    fn an_empty_channel_is_missing() {
+        let mut session = Session::new(Meta::default(), 10.0, 2);
+        session.set(C::VelocityX, vec![1.0, 2.0]);
+        session.set(C::WheelSpeedFront, vec![f64::NAN; 2]);
+        let missing = |c: Coefficient| {
+            c.requirement(Part::Front).map(|r| r.missing(&session)).unwrap_or_default()
+        };
+        assert_eq!(missing(Coefficient::EffectiveRollingRadius), [C::WheelSpeedFront]);
+        assert_eq!(missing(Coefficient::SideForceRatio), []);
+    }
+
+    #[test]
+    fn a_value_is_read_where_it_was_written() {
+        let mut values = Values::default();
+        for (i, id) in Id::onroad().enumerate() {
+            values[id] = i as f64;
+        }
+        for (i, id) in Id::onroad().enumerate() {
+            assert_eq!(values[id], i as f64, "{id}");
+        }
+        assert_eq!(values[(Axle::Rear, Coefficient::EffectiveRollingRadius)], 17.0);
+        let difference = values.minus(&values);
+        assert_eq!(difference[(Part::Vehicle, Coefficient::Drag)], 0.0);
+    }
+}

@@ -1,0 +1,137 @@
+//! Every coefficient from the numbers that were fitted and the bike file.
+
+use super::coasting::{self, Resistance};
+use super::cornering::{self, overturning_share};
+use super::friction;
+use crate::GRAVITY;
+use crate::contract::bike::Axle;
+use crate::contract::coefficient::{Coefficient as C, Part, Values};
+use crate::estimate::signals::Inputs;
+use crate::model::formulation::Formulation;
+use crate::model::tyre::trail_0;
+
+/// The numbers that were fitted; pairs are front and rear.
+#[derive(Debug, Clone, Default)]
+pub struct Parameters {
+    /// Rolling radii, m.
+    pub radius: [Option<f64>; 2],
+    /// Drag and rolling resistance.
+    pub resistance: Option<Resistance>,
+    /// Friction curves.
+    pub friction: [Option<Curve>; 2],
+    /// Lateral.
+    pub lateral: [cornering::Parameters; 2],
+    /// See [`cornering::K_X`].
+    pub overturning: Option<f64>,
+}
+
+/// The fitted numbers of a friction curve.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// In the order of [`friction::PARAMETERS`].
+    pub theta: Vec<f64>,
+    /// Slip at the peak, if there is one.
+    pub peak_slip: Option<f64>,
+}
+
+/// A quotient of two uncertain numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quotient {
+    /// Its numerator.
+    pub numerator: f64,
+    /// Its denominator.
+    pub denominator: f64,
+}
+
+impl Quotient {
+    fn value(self) -> f64 {
+        self.numerator / self.denominator
+    }
+}
+
+/// Coefficients, or the change of coefficients.
+#[derive(Debug, Clone)]
+pub struct Assembled {
+    /// The coefficients.
+    pub values: Values,
+    /// `k_alpha0` of each tyre: `1 / t1`, or printed (39).
+    pub stiffness: [Quotient; 2],
+}
+
+impl Assembled {
+    /// `self - other`.
+    #[must_use]
+    pub fn minus(&self, other: &Assembled) -> Assembled {
+        let difference = |k: usize| Quotient {
+            numerator: self.stiffness[k].numerator - other.stiffness[k].numerator,
+            denominator: self.stiffness[k].denominator - other.stiffness[k].denominator,
+        };
+        Assembled {
+            values: self.values.minus(&other.values),
+            stiffness: [difference(0), difference(1)],
+        }
+    }
+}
+
+impl Parameters {
+    /// The coefficients that these numbers and the inputs make.
+    pub fn assemble(&self, inputs: &Inputs) -> Assembled {
+        let mut v = Values::default();
+        let (bike, formulation) = (&inputs.bike, inputs.formulation);
+        let stiffness = [0, 1].map(|k| self.stiffness(inputs, k));
+        for (k, axle) in Axle::BOTH.into_iter().enumerate() {
+            let wheel = bike.wheel(axle);
+            let lateral = &self.lateral[k];
+            v[(axle, C::EffectiveRollingRadius)] = self.radius[k].unwrap_or(f64::NAN);
+            if let Some(Curve { theta, peak_slip }) = &self.friction[k] {
+                v[(axle, C::MfE2)] = 0.0; // where it is not fitted
+                for (coefficient, value) in friction::PARAMETERS.into_iter().zip(theta) {
+                    v[(axle, coefficient)] = *value;
+                }
+                v[(axle, C::PeakSlip)] = peak_slip.unwrap_or(f64::NAN);
+            }
+            if let Some([c1, c3]) = lateral.slip {
+                v[(axle, C::SlipCamberC1)] = c1;
+                v[(axle, C::SlipCamberC3)] = c3;
+            }
+            v[(axle, C::LateralFrictionCt)] = lateral.ct.unwrap_or(f64::NAN);
+            let (k_alpha, ratio) = (stiffness[k].value(), wheel.side_force_ratio);
+            v[(axle, C::CorneringStiffness0)] = k_alpha;
+            v[(axle, C::CamberStiffness0)] = ratio * k_alpha; // (13)
+            v[(axle, C::SideForceRatio)] = ratio;
+            v[(axle, C::TwistingStiffness)] = wheel.twisting_stiffness;
+            v[(axle, C::RelaxationLength)] = wheel.relaxation_length.unwrap_or(inputs.radius[k]);
+            let share = match axle {
+                Axle::Front => bike.cg_to_rear(),
+                Axle::Rear => bike.cg_to_front,
+            } / bike.wheelbase;
+            let load = bike.mass * GRAVITY * share;
+            v[(axle, C::PneumaticTrail0)] =
+                trail_0(inputs.radius[k], wheel.vertical_stiffness, load);
+        }
+        if let Some(coasting::Resistance { drag, rolling }) = self.resistance {
+            v[(Part::Vehicle, C::Drag)] = drag;
+            v[(Part::Vehicle, C::RollingResistance)] = rolling;
+        }
+        let k_x = self.overturning.unwrap_or(f64::NAN);
+        for part in Part::ALL {
+            v[(part, C::OverturningStiffness)] = k_x * overturning_share(bike, formulation, part);
+        }
+        Assembled { values: v, stiffness }
+    }
+
+    fn stiffness(&self, inputs: &Inputs, k: usize) -> Quotient {
+        let lateral = &self.lateral[k];
+        let ratio = inputs.bike.wheel(Axle::BOTH[k]).side_force_ratio;
+        match inputs.formulation {
+            Formulation::Corrected => {
+                Quotient { numerator: 1.0, denominator: lateral.t1.unwrap_or(f64::NAN) }
+            }
+            // (39); its sign as in (22b)
+            Formulation::Paper => Quotient {
+                numerator: -lateral.ct.unwrap_or(f64::NAN),
+                denominator: lateral.slip.map_or(f64::NAN, |[c1, _]| c1) + ratio,
+            },
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The fits of a session, their samples, and the coefficients that come of them.
+
+use super::assemble::{Assembled, Curve, Parameters};
+use super::coasting::Coasting;
+use super::cornering::{self, K_X, Lateral, OverturningRows, overturning_share};
+use super::friction::{self, Friction};
+use crate::contract::coefficient::{Coefficient, Id};
+use crate::estimate::signals::Inputs;
+use crate::statistics::clustered_fit::{Fitted, Uncertainty};
+
+/// Everything that was fitted; pairs are front and rear.
+#[derive(Debug, Clone, Default)]
+pub struct Fits {
+    /// Radii, drag and rolling resistance.
+    pub coasting: Coasting,
+    /// Friction curves.
+    pub friction: [Option<Friction>; 2],
+    /// Slip angle, lateral friction and compliance over camber.
+    pub lateral: [Lateral; 2],
+    /// The overturning moment, see [`K_X`].
+    pub overturning: Option<Fitted>,
+}
+
+impl Fits {
+    /// The fitted numbers.
+    pub fn parameters(&self) -> Parameters {
+        Parameters {
+            radius: self.coasting.radii(),
+            resistance: self.coasting.resistances(),
+            friction: [0, 1].map(|k| {
+                let fit = self.friction[k].as_ref()?;
+                Some(Curve { theta: fit.theta.clone(), peak_slip: fit.formula.peak_slip() })
+            }),
+            lateral: [0, 1].map(|k| self.lateral[k].parameters()),
+            overturning: self.overturning.as_ref().map(|f| f.theta[K_X]),
+        }
+    }
+}
+
+/// The samples that the fits were made of; pairs are front and rear.
+#[derive(Debug, Clone, Default)]
+pub struct FittedSamples {
+    /// Friction.
+    pub friction: [friction::Rows; 2],
+    /// Lateral.
+    pub lateral: [cornering::Rows; 2],
+    /// Overturning.
+    pub overturning: OverturningRows,
+    /// Indices of the straight samples that were kept.
+    pub keep_straight: [Vec<usize>; 2],
+    /// Indices of the corner samples that were kept: quasi-static and uncombined.
+    pub keep_corner: Vec<usize>,
+    /// Indices of the steadiest of those, for the overturning moment.
+    pub keep_steady: Vec<usize>,
+}
+
+/// The coefficients of a session, and what moves them.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// The coefficients.
+    pub found: Assembled,
+    /// Change of the coefficients for one standard error of each upstream quantity.
+    pub upstream: Vec<Assembled>,
+    /// The fits.
+    pub fits: Fits,
+    /// Their samples.
+    pub samples: FittedSamples,
+    /// What the algebra was given, as it was used.
+    pub inputs: Inputs,
+}
+
+impl Solution {
+    /// How well the fit of a coefficient knows it; without samples where it was not fitted.
+    pub fn uncertainty(&self, id: Id) -> Uncertainty {
+        let own = self.fits.coasting.uncertainty(id);
+        let own = own.or_else(|| self.overturning(id)).or_else(|| {
+            let k = id.part.axle()? as usize;
+            let curve = || self.fits.friction[k].as_ref()?.uncertainty(id.coefficient);
+            let lateral = || self.fits.lateral[k].uncertainty(id.coefficient);
+            curve().or_else(lateral).or_else(|| self.stiffness(id))
+        });
+        own.unwrap_or_default()
+    }
+
+    fn overturning(&self, id: Id) -> Option<Uncertainty> {
+        let (bike, formulation) = (&self.inputs.bike, self.inputs.formulation);
+        let fitted = self.fits.overturning.as_ref()?;
+        (id.coefficient == Coefficient::OverturningStiffness)
+            .then(|| fitted.uncertainty(K_X, overturning_share(bike, formulation, id.part)))
+    }
+
+    /// Of a quotient only what the fit of its denominator knows.
+    fn stiffness(&self, id: Id) -> Option<Uncertainty> {
+        let (Coefficient::CorneringStiffness0 | Coefficient::CamberStiffness0) = id.coefficient
+        else {
+            return None;
+        };
+        let k = id.part.axle()? as usize;
+        let fitted = self.fits.lateral[k].stiffness_fit(self.inputs.formulation)?;
+        let scale = self.found.values[id] / self.found.stiffness[k].denominator;
+        Some(fitted.uncertainty(0, scale.abs()))
+    }
+}

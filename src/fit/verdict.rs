@@ -1,0 +1,150 @@
+//! How far a coefficient is to be believed: its status and, where it is not determined, why and
+//! which riding would change that.
+
+use super::config::Config;
+use super::friction::is_of_curve;
+use super::solution::Solution;
+use crate::contract::coefficient::{Coefficient as C, Id, Source};
+use crate::statistics::clustered_fit::Uncertainty;
+use crate::statistics::interval::Interval;
+use crate::tables::rows::Status;
+
+/// Share of the variance that a friction curve must explain: where the ride's limit is the
+/// rider's command and the slip ratio is noise, the samples look like a peak that is none.
+const MIN_CURVE: f64 = 0.9;
+/// Share of the peak's slip that must have been braked to.
+const REACHED: f64 = 0.9;
+/// Scale of the symmetric curvature's interval, of a curvature up to 1. The narrowest intervals of it
+/// are the luckiest ones: half the usual width is asked.
+const CURVATURE_SCALE: f64 = 0.5;
+/// Least scale of the interval of `c3`, 1/rad².
+const C3_SCALE: f64 = 0.1;
+
+/// A status, and why it is not `ok`.
+type Objection = (Status, String);
+
+/// What a verdict is made of.
+pub struct Case<'a> {
+    /// The session's solution.
+    pub solution: &'a Solution,
+    /// Limits.
+    pub config: &'a Config,
+    /// The coefficient.
+    pub id: Id,
+    /// What its fit knows of it.
+    pub own: &'a Uncertainty,
+    /// Its 95 % interval.
+    pub interval: Interval,
+}
+
+impl Case<'_> {
+    /// Status and reason; `missing` says why a channel does not allow the coefficient.
+    pub fn verdict(&self, missing: Option<String>) -> (Status, Option<String>) {
+        let objection = self
+            .assumed()
+            .or_else(|| self.not_available(missing))
+            .or_else(|| self.few_manoeuvres())
+            .or_else(|| self.unknown_curve())
+            .or_else(|| self.wide_interval());
+        match objection {
+            Some((status, reason)) => (status, Some(reason)),
+            None => (Status::Ok, None),
+        }
+    }
+
+    fn value(&self) -> f64 {
+        self.solution.found.values[self.id]
+    }
+
+    fn remedy(&self) -> &'static str {
+        self.id.requirement().riding.remedy
+    }
+
+    fn assumed(&self) -> Option<Objection> {
+        let reason = match self.id.coefficient.spec().source {
+            Source::BikeFile(reason) => reason,
+            _ if self.id.coefficient == C::MfE2 && self.value() == 0.0 => {
+                "the wheel was not both braked and driven: e1 is the curvature of the ridden side"
+            }
+            _ => return None,
+        };
+        Some((Status::Assumed, reason.to_owned()))
+    }
+
+    fn not_available(&self, missing: Option<String>) -> Option<Objection> {
+        let unused = || {
+            let found = self.value().is_finite();
+            (!found).then(|| format!("no usable manoeuvre: {}", self.remedy()))
+        };
+        missing.or_else(unused).map(|reason| (Status::NotAvailable, reason))
+    }
+
+    fn few_manoeuvres(&self) -> Option<Objection> {
+        let n = self.own.quality.n_clusters;
+        (n < self.config.min_manoeuvres)
+            .then(|| poor(format!("only {n} usable manoeuvre(s): {}", self.remedy())))
+    }
+
+    /// Of a coefficient of the friction curve: whether the slip is known and the curve was ridden.
+    fn unknown_curve(&self) -> Option<Objection> {
+        let coefficient = self.id.coefficient;
+        if !is_of_curve(coefficient) {
+            return None;
+        }
+        let k = self.id.part.axle()? as usize;
+        let fit = self.solution.fits.friction[k].as_ref()?;
+        let radius = &self.solution.fits.coasting.radius[k];
+        if radius.as_ref().is_none_or(|r| r.quality.n_clusters < self.config.min_manoeuvres) {
+            return Some(poor(
+                "the rolling radius is not known from this ride, and the slip with it: coast in \
+                 neutral"
+                    .to_owned(),
+            ));
+        }
+        if fit.quality.r_squared < MIN_CURVE {
+            return Some(poor(format!(
+                "the curve explains {:.0} % of the friction only, the rest is noise of the slip \
+                 ratio: {}",
+                100.0 * fit.quality.r_squared.max(0.0),
+                self.remedy()
+            )));
+        }
+        let deepest = (-fit.slip_range[0]).max(0.0);
+        let peak = fit.formula.peak_slip();
+        let reached = peak.is_some_and(|p| deepest / (1.0 - deepest) > REACHED * p);
+        (!reached && coefficient != C::MfB).then(|| {
+            let remedy = self.remedy();
+            poor(format!("braked to a slip of {deepest:.3} only, short of the peak: {remedy}"))
+        })
+    }
+
+    fn wide_interval(&self) -> Option<Objection> {
+        let Some((low, high)) = self.interval.ends() else {
+            return Some(poor(format!("the ride does not bound it: {}", self.remedy())));
+        };
+        let wide = 0.5 * (high - low) > self.config.max_relative_interval * self.scale();
+        wide.then(|| {
+            let remedy = self.remedy();
+            poor(format!("the interval is wide, {low:.3} to {high:.3}: {remedy}"))
+        })
+    }
+
+    /// What the width of the interval is judged by, in the coefficient's unit. Curvature and slip over
+    /// camber may well be zero: they have a scale of their own.
+    fn scale(&self) -> f64 {
+        let value = self.value().abs();
+        match (self.id.coefficient, self.id.part.axle()) {
+            (C::MfE1, _) => CURVATURE_SCALE * value.max(1.0),
+            (C::MfE2, _) => value.max(1.0),
+            (C::SlipCamberC1, Some(axle)) => {
+                value.max(self.solution.inputs.bike.wheel(axle).side_force_ratio)
+            }
+            (C::SlipCamberC3, _) => value.max(C3_SCALE),
+            _ => value,
+        }
+    }
+}
+
+fn poor(reason: String) -> Objection {
+    (Status::PoorlyDetermined, reason)
+}
