@@ -2,19 +2,17 @@
 
 use std::f64::consts::PI;
 
+use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::effects::Effect;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::words;
 use crate::tables::rows::CauseRow;
 
-/// The effect of the row that says that no candidate explains what is wrong.
-pub const UNKNOWN: &str = "unknown";
-
 /// What an effect says happens; a name that this version does not know is read as it stands.
 pub fn effect(name: &str) -> String {
     match Effect::named(name) {
         Ok(effect) => effect.sentence.to_owned(),
-        Err(_) if name == UNKNOWN => "something that is no candidate".to_owned(),
+        Err(_) if name == UNEXPLAINED => "something that is no candidate".to_owned(),
         Err(_) => words::spaced(name),
     }
 }
@@ -71,16 +69,9 @@ pub fn readable(unit: &str) -> (String, f64) {
     }
 }
 
-/// A verdict in words.
+/// A verdict in words; a name that this version does not know is read as it stands.
 pub fn verdict(name: &str) -> String {
-    match name {
-        "named" => "named".to_owned(),
-        "ambiguous" => "one of several".to_owned(),
-        "not_needed" => "not needed".to_owned(),
-        "not_identifiable" => "not visible in this ride".to_owned(),
-        "unexplained" => "unexplained".to_owned(),
-        other => words::spaced(other),
-    }
+    Verdict::from_name(name).map_or_else(|| words::spaced(name), |v| v.words().to_owned())
 }
 
 /// At which level a cause was found, where it is not the ride itself.

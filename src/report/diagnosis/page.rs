@@ -3,8 +3,9 @@
 
 use serde::Serialize;
 
+use crate::contract::verdict::Verdict;
 use crate::report::diagnosis::bars::{self, Axis, Levels};
-use crate::report::diagnosis::labels::{self, UNKNOWN, sentence};
+use crate::report::diagnosis::labels::{self, sentence};
 use crate::report::diagnosis::overlays::Reproduced;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::session::page::when;
@@ -174,13 +175,14 @@ pub struct Entry {
 
 /// What the rows of a ride say in the end.
 pub fn outcome(causes: &[CauseRow]) -> Outcome {
-    let is = |name: &str| causes.iter().any(|c| c.verdict == name);
+    let is = |verdict: Verdict| causes.iter().any(|c| c.verdict == verdict.name());
+    let blind = |c: &CauseRow| c.verdict == Verdict::NotIdentifiable.name();
     match causes {
         [] => Outcome::Unjudged,
-        _ if is("named") => Outcome::Named,
-        _ if is("ambiguous") => Outcome::Ambiguous,
-        _ if is("unexplained") => Outcome::Unexplained,
-        _ if causes.iter().all(|c| c.verdict == "not_identifiable") => Outcome::Blind,
+        _ if is(Verdict::Named) => Outcome::Named,
+        _ if is(Verdict::Ambiguous) => Outcome::Ambiguous,
+        _ if is(Verdict::Unexplained) => Outcome::Unexplained,
+        _ if causes.iter().all(blind) => Outcome::Blind,
         _ => Outcome::Null,
     }
 }
@@ -233,7 +235,7 @@ pub fn build(
     let tell = |rows: Vec<&DiscrepancyRow>| rows.into_iter().map(|r| misfit(r, axis)).collect();
     let mut candidates: Vec<Candidate> = causes
         .iter()
-        .filter(|c| c.verdict != "not_identifiable" && c.effect != UNKNOWN)
+        .filter(|c| is_candidate(c) && c.verdict != Verdict::NotIdentifiable.name())
         .map(candidate)
         .collect();
     // whoever is over the threshold is shown, however many
@@ -262,11 +264,16 @@ pub fn build(
 }
 
 fn is_found(row: &CauseRow) -> bool {
-    matches!(row.verdict.as_str(), "named" | "ambiguous")
+    Verdict::from_name(&row.verdict).is_some_and(Verdict::is_cause)
+}
+
+/// Whether a row is of a candidate, and not of what none of them explains.
+fn is_candidate(row: &CauseRow) -> bool {
+    row.verdict != Verdict::Unexplained.name()
 }
 
 fn unexplained(causes: &[CauseRow]) -> Option<&CauseRow> {
-    causes.iter().find(|c| c.verdict == "unexplained")
+    causes.iter().find(|c| !is_candidate(c))
 }
 
 fn equivalents(row: &CauseRow) -> Vec<&str> {
@@ -340,9 +347,7 @@ fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
             c.reason.trim_end_matches('.')
         ));
     }
-    let scored = causes
-        .iter()
-        .filter(|c| c.score.is_finite() && c.effect != UNKNOWN && c.verdict != "unexplained");
+    let scored = causes.iter().filter(|c| c.score.is_finite() && is_candidate(c));
     let top = scored.max_by(|a, b| a.score.total_cmp(&b.score));
     if let (Outcome::Null | Outcome::Unexplained, Some(top)) = (outcome, top) {
         let score = fixed(top.score, 1);
@@ -404,9 +409,9 @@ fn candidate(row: &CauseRow) -> Candidate {
         name: row.effect.clone(),
         sentence: labels::effect(&row.effect),
         verdict: labels::verdict(&row.verdict),
-        class: match row.verdict.as_str() {
-            "named" => "named",
-            "ambiguous" => "ambiguous",
+        class: match Verdict::from_name(&row.verdict) {
+            Some(Verdict::Named) => "named",
+            Some(Verdict::Ambiguous) => "ambiguous",
             _ if row.score > 1.0 => "beyond",
             _ => "rest",
         },
@@ -477,7 +482,7 @@ fn change(row: &Reproduced) -> Change {
 
 fn unseen(causes: &[CauseRow]) -> Vec<(String, Vec<(String, String)>)> {
     let mut out: Vec<(String, Vec<(String, String)>)> = Vec::new();
-    for c in causes.iter().filter(|c| c.verdict == "not_identifiable") {
+    for c in causes.iter().filter(|c| c.verdict == Verdict::NotIdentifiable.name()) {
         let ride =
             c.separate_by.clone().filter(|s| !s.is_empty()).unwrap_or_else(|| c.reason.clone());
         let item = (labels::effect(&c.effect), c.effect.clone());

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::filter::runs;
+use super::runs::runs;
 
 /// Window of the smoother, s.
 pub const WINDOW: f64 = 0.21;
