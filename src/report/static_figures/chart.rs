@@ -13,9 +13,10 @@ use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render::render::Scene;
 
-use crate::report::figures::{Chart, Cloud, Label, Line, Segment};
-use crate::report::fleet::Boxes;
-use crate::report::svg::COLOURS;
+use crate::report::charts::chart::{Chart, Cloud, Label, Line};
+use crate::report::charts::figures::Segment;
+use crate::report::fleet::comparison::Boxes;
+use crate::report::static_figures::panels::COLOURS;
 
 /// Colours from little to much, as on the page.
 const RAMP: [[f64; 3]; 6] = [
@@ -51,7 +52,7 @@ pub fn png(figure: &Scene) -> Result<Vec<u8>, String> {
 }
 
 /// One chart.
-pub fn chart(chart: &Chart) -> Scene {
+pub fn scene(chart: &Chart) -> Scene {
     let dated = chart.time.then(|| in_days(chart));
     let chart = dated.as_ref().unwrap_or(chart);
     let plots = drawn(chart, true);
@@ -336,7 +337,7 @@ mod tests {
             shade: Some(Label { label: "wheel load".into(), unit: "N".into() }),
             ..Chart::default()
         };
-        let svg = svg(&chart(&drawn));
+        let svg = svg(&scene(&drawn));
         assert!(svg.starts_with("<svg") && svg.contains("camber, °"), "{}", &svg[..200]);
         assert!(!svg.contains("<b>&") && svg.contains("&lt;b"), "texts are escaped");
         assert!(svg.contains("(wheel load: 100 N light, 300 dark)"));
@@ -358,7 +359,7 @@ mod tests {
         let of = |title: &str| {
             let line = Line { x: vec![0.0, 1.0], y: vec![Some(0.0), Some(1.0)], ..Line::default() };
             rows(
-                &png(&chart(&Chart { title: title.into(), lines: vec![line], ..Chart::default() }))
+                &png(&scene(&Chart { title: title.into(), lines: vec![line], ..Chart::default() }))
                     .expect("encoded"),
             )
         };

@@ -4,12 +4,12 @@
 use serde::Serialize;
 
 use crate::contract::verdict::Verdict;
-use crate::report::bars::{self, Axis, Levels};
-use crate::report::number::{self, fixed, typeset};
-use crate::report::page::when;
-use crate::report::plots_diagnosis::Reproduced;
+use crate::report::diagnosis::bars::{self, Axis, Levels};
+use crate::report::diagnosis::labels::{self, sentence};
+use crate::report::diagnosis::overlays::Reproduced;
+use crate::report::number_format::{self, fixed, typeset};
+use crate::report::session::page::when;
 use crate::report::words;
-use crate::report::words_diagnosis::{self as wording, sentence};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// Candidates that are shown before the reader asks for the rest.
@@ -286,14 +286,14 @@ fn findings(causes: &[CauseRow]) -> Vec<Finding> {
         .iter()
         .filter(|c| is_found(c))
         .map(|c| {
-            let (size, interval) = wording::size(c);
+            let (size, interval) = labels::size(c);
             Finding {
                 name: c.effect.clone(),
-                sentence: wording::effect(&c.effect),
+                sentence: labels::effect(&c.effect),
                 size,
                 interval,
-                or: equivalents(c).into_iter().map(wording::effect).collect(),
-                level: wording::level(&c.level),
+                or: equivalents(c).into_iter().map(labels::effect).collect(),
+                level: labels::level(&c.level),
             }
         })
         .collect()
@@ -354,7 +354,7 @@ fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
         out.push(if top.score > 1.0 {
             format!(
                 "The largest score is {score}, of “{}”: beyond 1, but it did not stand up: {}.",
-                wording::effect(&top.effect),
+                labels::effect(&top.effect),
                 top.reason.trim_end_matches('.')
             )
         } else {
@@ -377,7 +377,7 @@ fn levels(row: &DiscrepancyRow) -> Option<Levels> {
 }
 
 fn misfit(row: &DiscrepancyRow, axis: Axis) -> Misfit {
-    let (unit, scale) = wording::readable(&row.unit);
+    let (unit, scale) = labels::readable(&row.unit);
     let digits = three(row.noise_floor.min(row.rmse_base) * scale);
     let show = |v: f64| typeset(&fixed(v * scale, digits));
     let with = row.covariate.as_deref().map_or(String::new(), |c| {
@@ -385,7 +385,7 @@ fn misfit(row: &DiscrepancyRow, axis: Axis) -> Misfit {
         format!("{}{}", words::spaced(c), r.unwrap_or_default())
     });
     Misfit {
-        channel: wording::channel(&row.channel, &row.unit),
+        channel: labels::channel(&row.channel, &row.unit),
         name: row.channel.clone(),
         kind: words::spaced(&row.kind),
         unit,
@@ -400,15 +400,15 @@ fn misfit(row: &DiscrepancyRow, axis: Axis) -> Misfit {
 
 /// Decimals that give a misfit at least two digits, three at most.
 fn three(value: f64) -> usize {
-    number::decimals_of(value, None).saturating_sub(1).min(6)
+    number_format::decimals_of(value, None).saturating_sub(1).min(6)
 }
 
 fn candidate(row: &CauseRow) -> Candidate {
-    let (size, interval) = wording::size(row);
+    let (size, interval) = labels::size(row);
     Candidate {
         name: row.effect.clone(),
-        sentence: wording::effect(&row.effect),
-        verdict: wording::verdict(&row.verdict),
+        sentence: labels::effect(&row.effect),
+        verdict: labels::verdict(&row.verdict),
         class: match Verdict::from_name(&row.verdict) {
             Some(Verdict::Named) => "named",
             Some(Verdict::Ambiguous) => "ambiguous",
@@ -420,7 +420,7 @@ fn candidate(row: &CauseRow) -> Candidate {
         size,
         interval,
         alarms: percent(row.false_alarm_rate),
-        level: wording::level(&row.level),
+        level: labels::level(&row.level),
         reason: row.reason.clone(),
     }
 }
@@ -435,7 +435,7 @@ fn rivals(causes: &[CauseRow]) -> Vec<Rivals> {
         .map(|c| {
             let names = std::iter::once(c.effect.as_str()).chain(equivalents(c));
             Rivals {
-                members: names.map(|n| (sentence(&wording::effect(n)), n.to_owned())).collect(),
+                members: names.map(|n| (sentence(&labels::effect(n)), n.to_owned())).collect(),
                 separate_by: c.separate_by.clone().unwrap_or_default(),
             }
         })
@@ -461,13 +461,13 @@ fn gain(causes: &[CauseRow]) -> Option<Gain> {
 }
 
 fn change(row: &Reproduced) -> Change {
-    let (unit, scale) = wording::readable(&row.unit);
+    let (unit, scale) = labels::readable(&row.unit);
     let digits = three(row.extended.map_or(row.base, |e| e.min(row.base)) * scale);
     let show = |v: f64| typeset(&fixed(v * scale, digits));
     let longest = row.extended.map_or(row.base, |e| e.max(row.base));
     let change = row.extended.filter(|_| row.base > 0.0).map(|e| 100.0 * (e / row.base - 1.0));
     Change {
-        channel: wording::channel(&row.channel, &row.unit),
+        channel: labels::channel(&row.channel, &row.unit),
         name: row.channel.clone(),
         unit,
         base: show(row.base),
@@ -485,7 +485,7 @@ fn unseen(causes: &[CauseRow]) -> Vec<(String, Vec<(String, String)>)> {
     for c in causes.iter().filter(|c| c.verdict == Verdict::NotIdentifiable.name()) {
         let ride =
             c.separate_by.clone().filter(|s| !s.is_empty()).unwrap_or_else(|| c.reason.clone());
-        let item = (wording::effect(&c.effect), c.effect.clone());
+        let item = (labels::effect(&c.effect), c.effect.clone());
         match out.iter_mut().find(|(r, _)| *r == ride) {
             Some((_, items)) => items.push(item),
             None => out.push((ride, vec![item])),

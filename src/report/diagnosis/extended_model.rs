@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::report::number::{self, fixed, typeset};
+use crate::report::diagnosis::labels;
+use crate::report::number_format::{self, fixed, typeset};
 use crate::report::words;
-use crate::report::words_diagnosis as wording;
 
 /// The extended model, as `diagnose` wrote it.
 #[derive(Debug, Serialize)]
@@ -25,16 +25,16 @@ pub fn model(text: &str, file: &str) -> Option<Model> {
     let effects = effects.into_iter().flatten().filter_map(|(name, effect)| {
         let effect = effect.as_table()?;
         let (value, error) = (number(effect, "value")?, number(effect, "std_error"));
-        let digits = number::decimals_of(value, error);
+        let digits = number_format::decimals_of(value, error);
         let error = error.map(|e| format!(" ± {}", fixed(e, digits))).unwrap_or_default();
         let unit = effect.get("unit").and_then(toml::Value::as_str).unwrap_or_default();
         let size = typeset(&format!("{}{error}", fixed(value, digits)));
-        Some((wording::effect(name), name.clone(), size, words::unit(unit)))
+        Some((labels::effect(name), name.clone(), size, words::unit(unit)))
     });
     let base = table.get("base").and_then(toml::Value::as_table);
     let base = base.into_iter().flatten().filter_map(|(name, value)| {
         let value = value.as_float()?;
-        Some((name.clone(), typeset(&fixed(value, number::decimals_of(value, None)))))
+        Some((name.clone(), typeset(&fixed(value, number_format::decimals_of(value, None)))))
     });
     Some(Model { file: file.to_owned(), effects: effects.collect(), base: base.collect() })
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use crate::contract::coefficient::Coefficient;
-use crate::report::number::{self, fixed, typeset};
+use crate::report::number_format::{self, fixed, typeset};
 use crate::report::words;
 use crate::tables::rows::{FleetRow, RatioRow, Status};
 
@@ -62,7 +62,7 @@ fn ratio(row: &RatioRow) -> Ratio {
     let told = status != Status::NotAvailable;
     let ends = row.ci95_low.zip(row.ci95_high).filter(|_| told);
     let value = row.side_force_ratio.filter(|_| told);
-    let digits = |v: f64| number::decimals_of(v, ends.map(|(low, high)| 0.5 * (high - low)));
+    let digits = |v: f64| number_format::decimals_of(v, ends.map(|(low, high)| 0.5 * (high - low)));
     let show = |v: f64| typeset(&fixed(v, value.map_or(3, digits)));
     Ratio {
         bike: row.bike_id.clone(),
@@ -75,7 +75,7 @@ fn ratio(row: &RatioRow) -> Ratio {
         stiffness: row
             .cornering_stiffness_0
             .filter(|_| told)
-            .map(|k| typeset(&fixed(k, number::decimals_of(k, Some(0.05 * k.abs())))))
+            .map(|k| typeset(&fixed(k, number_format::decimals_of(k, Some(0.05 * k.abs())))))
             .unwrap_or_default(),
         status: words::status_code(status),
         status_words: words::status(status),

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::effects::Effect;
-use crate::report::number::{self, fixed, typeset};
+use crate::report::number_format::{self, fixed, typeset};
 use crate::report::words;
 use crate::tables::rows::CauseRow;
 
@@ -90,14 +90,14 @@ pub fn level(name: &str) -> String {
 /// is none. Angles are also told in degrees.
 pub fn size(row: &CauseRow) -> (String, String) {
     let Some(value) = row.value else { return (String::new(), String::new()) };
-    let u = number::uncertainty(None, row.ci95_low, row.ci95_high);
-    let digits = number::decimals_of(value, u);
+    let u = number_format::uncertainty(None, row.ci95_low, row.ci95_high);
+    let digits = number_format::decimals_of(value, u);
     let unit = words::unit(&row.unit);
     let gap = if unit.is_empty() { "" } else { "\u{a0}" };
     let mut text = format!("{}{gap}{unit}", fixed(value, digits));
     if row.unit == "rad" {
         let scale = 180.0 / PI;
-        let digits = number::decimals_of(value * scale, u.map(|u| u * scale));
+        let digits = number_format::decimals_of(value * scale, u.map(|u| u * scale));
         text.push_str(&format!(" ({}°)", fixed(value * scale, digits)));
     }
     let interval = row

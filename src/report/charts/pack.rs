@@ -15,7 +15,7 @@ use flate2::write::ZlibEncoder;
 use serde::ser::Error;
 use serde::{Serialize, Serializer};
 
-/// Decimals that are tried; more than the most that [`super::digits`] gives.
+/// Decimals that are tried; more than the most that [`super::resolution::digits`] gives.
 const DECIMALS: i32 = 12;
 /// Largest multiple: far below where whole numbers have gaps.
 const LARGEST: f64 = 1e15;
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn steps_give_the_same_numbers_back() {
         let rounded =
-            |i: i32| crate::report::number::round(f64::from(i * i % 7919).sqrt() * 0.37, 4);
+            |i: i32| crate::report::number_format::round(f64::from(i * i % 7919).sqrt() * 0.37, 4);
         let values: Vec<Option<f64>> = (0..5000).map(|i| Some(rounded(i))).collect();
         let Column::Steps { e, d } = column(&values) else { panic!("rounded numbers are steps") };
         let mut sum = 0;

@@ -9,7 +9,7 @@ const MAX: usize = 80;
 /// An id that is safe as it stands keeps its name; any other has its odd characters replaced
 /// and a short hash appended, so that `a/b` and `a_b` do not meet, nor `A` and `a` on a disk
 /// that takes them for one.
-pub fn pages<'a>(sessions: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
+pub fn sessions<'a>(sessions: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
     let mut taken = BTreeSet::from(["index", "fleet"].map(str::to_owned));
     sessions
         .map(|(bike, session)| {
@@ -35,7 +35,7 @@ pub fn diagnoses<'a>(
     taken: &[String],
 ) -> Vec<String> {
     let taken: BTreeSet<String> = taken.iter().map(|n| n.to_lowercase()).collect();
-    pages(sessions.clone())
+    self::sessions(sessions.clone())
         .into_iter()
         .zip(sessions)
         .map(|(page, (bike, session))| {
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn hostile_and_equal_names_get_their_own_safe_file() {
         let ids = ["lap-1", "../../etc/passwd", "Lap-1", "a/b", "a_b", "", "index", "</script>"];
-        let names = pages(ids.iter().map(|id| ("bike", *id)));
+        let names = sessions(ids.iter().map(|id| ("bike", *id)));
         assert_eq!(names[0], "lap-1.html");
         assert_eq!(names[4], "a_b.html");
         let distinct: BTreeSet<String> = names.iter().map(|n| n.to_lowercase()).collect();
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn a_diagnosis_never_takes_the_page_of_a_session() {
-        let taken = pages([("b", "diagnosis_X"), ("b", "x")].into_iter());
+        let taken = sessions([("b", "diagnosis_X"), ("b", "x")].into_iter());
         let names = diagnoses([("b", "x"), ("b", "y")].into_iter(), &taken);
         assert!(names[0].starts_with("diagnosis_x-"), "{names:?}");
         assert_eq!(names[1], "diagnosis_y.html");

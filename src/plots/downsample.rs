@@ -1,26 +1,26 @@
-//! Thinning of data clouds: what is left away lies under what is drawn.
+//! Downsampling of data clouds: a sample that is left out lies under one that is drawn.
 //!
-//! Of every cell of a fine grid one sample stays, and says how many it stands for. The grid goes
-//! on over the whole plane, so a lone extreme has its cell to itself and always stays; taking
-//! every n-th sample would lose it.
+//! One sample of every cell of a fine grid is kept, with the number of samples that it stands for.
+//! The grid covers the whole plane, so a single extreme has a cell to itself and is always kept;
+//! taking every n-th sample would lose it.
 
 use std::collections::HashMap;
 
-/// Cells across the bulk of a cloud, at first: finer than the dots of the page.
+/// Cells across the middle 98 % of a cloud, at first: finer than the dots of the page.
 const CELLS: f64 = 120.0;
 
 /// One kept sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Kept {
-    /// Its place.
+    /// Its index.
     pub place: usize,
     /// Samples it stands for, itself included.
     pub n: usize,
 }
 
 /// At most about `most` samples, in their order. Samples of different `kind` (an outlier and one
-/// that counts) never stand for each other; samples that are not finite are left out.
-pub fn thin(x: &[f64], y: &[f64], kind: &dyn Fn(usize) -> bool, most: usize) -> Vec<Kept> {
+/// with weight) never stand for each other; samples that are not finite are left out.
+pub fn downsample(x: &[f64], y: &[f64], kind: &dyn Fn(usize) -> bool, most: usize) -> Vec<Kept> {
     let finite: Vec<usize> =
         (0..x.len().min(y.len())).filter(|&i| x[i].is_finite() && y[i].is_finite()).collect();
     if finite.len() <= most {
@@ -46,7 +46,7 @@ pub fn thin(x: &[f64], y: &[f64], kind: &dyn Fn(usize) -> bool, most: usize) -> 
     }
 }
 
-/// Range of the middle 98 %, by which the grid goes; never 0.
+/// Range of the middle 98 %, which sets the size of a cell; never 0.
 fn bulk(values: &[f64], places: &[usize]) -> f64 {
     let mut values: Vec<f64> = places.iter().map(|&i| values[i]).collect();
     let skip = values.len() / 100;
@@ -71,7 +71,7 @@ mod tests {
         x[12_345] = 3.0;
         y[12_345] = -90.0;
         x[777] = f64::NAN;
-        let kept = thin(&x, &y, &|i| i % 1000 == 1, 800);
+        let kept = downsample(&x, &y, &|i| i % 1000 == 1, 800);
         assert!(kept.len() <= 800 && kept.len() > 300, "{}", kept.len());
         assert_eq!(kept.iter().map(|k| k.n).sum::<usize>(), n - 1);
         assert!(kept.contains(&Kept { place: 12_345, n: 1 }), "the lone extreme stays");
@@ -90,10 +90,10 @@ mod tests {
 
     #[test]
     fn few_samples_all_stay() {
-        let kept = thin(&[1.0, 1.0, f64::NAN], &[2.0, 2.0, 2.0], &|_| false, 10);
+        let kept = downsample(&[1.0, 1.0, f64::NAN], &[2.0, 2.0, 2.0], &|_| false, 10);
         assert_eq!(kept.len(), 2);
-        assert!(thin(&[], &[], &|_| false, 10).is_empty());
+        assert!(downsample(&[], &[], &|_| false, 10).is_empty());
         // a cloud without width
-        assert_eq!(thin(&[1.0; 100], &[2.0; 100], &|_| false, 10)[0].n, 100);
+        assert_eq!(downsample(&[1.0; 100], &[2.0; 100], &|_| false, 10)[0].n, 100);
     }
 }

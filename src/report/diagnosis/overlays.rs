@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::report::figures::{Chart, Label, Line, digits};
-use crate::report::number::{self, fixed, round, typeset};
-use crate::report::{words, words_diagnosis};
+use crate::report::charts::chart::{Chart, Label, Line};
+use crate::report::charts::resolution::digits;
+use crate::report::diagnosis::labels;
+use crate::report::number_format::{self, fixed, round, typeset};
+use crate::report::words;
 use crate::tables::rows::{DiscrepancyRow, SimulatedSample};
 
 /// Most overlays on a page.
@@ -114,7 +116,7 @@ pub fn overlays(
             break;
         }
         let own = |name: &str| open.iter().position(|g| g.kind == row.kind && g.channel == name);
-        let near = words_diagnosis::seen_in(&row.channel);
+        let near = labels::seen_in(&row.channel);
         let place = own(&row.channel).or_else(|| near.iter().find_map(|name| own(name)));
         if let Some(place) = place {
             let with = row
@@ -123,7 +125,7 @@ pub fn overlays(
                 .map_or(String::new(), |c| format!(", which goes with {}", words::spaced(c)));
             let note = format!(
                 "Shows the misfit of the {}{with}.",
-                words_diagnosis::channel(&row.channel, &row.unit)
+                labels::channel(&row.channel, &row.unit)
             );
             picked.push((open.remove(place), note));
         }
@@ -137,9 +139,9 @@ pub fn overlays(
         let first = charts.len();
         let pair = pair(run, &format!("overlay-{}", out.len()));
         let kind = words::spaced(group.kind);
-        let what = words_diagnosis::channel(group.channel, &run[0].unit);
+        let what = labels::channel(group.channel, &run[0].unit);
         out.push(Overlay {
-            title: format!("{} · {kind}", words_diagnosis::sentence(&what)),
+            title: format!("{} · {kind}", labels::sentence(&what)),
             caption: caption(run, of),
             note,
             labels: [
@@ -162,11 +164,11 @@ fn representative<'a>(runs: &[Run<'a>]) -> Option<(Run<'a>, usize)> {
 }
 
 fn caption(run: Run<'_>, of: usize) -> String {
-    let (unit, scale) = words_diagnosis::readable(&run[0].unit);
+    let (unit, scale) = labels::readable(&run[0].unit);
     let gap = if unit.is_empty() || unit == "°" { "" } else { " " };
     let show = |v: f64| {
         let v = v * scale;
-        typeset(&format!("{}{gap}{unit}", fixed(v, number::decimals(v / 3.0).min(5))))
+        typeset(&format!("{}{gap}{unit}", fixed(v, number_format::decimals(v / 3.0).min(5))))
     };
     let base = rmse(run.iter(), |r| r.base).map(show).unwrap_or_default();
     let with = rmse(run.iter(), |r| r.extended)
@@ -180,7 +182,7 @@ fn caption(run: Run<'_>, of: usize) -> String {
 
 /// Measured, base and extended; under it what each leaves.
 fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
-    let (unit, scale) = words_diagnosis::readable(&run[0].unit);
+    let (unit, scale) = labels::readable(&run[0].unit);
     let scaled = |v: Option<f64>| v.map(|v| v * scale);
     let all = run.iter().flat_map(|r| [r.measured, r.base, r.extended]).flatten();
     let decimals = digits(all.map(|v| v * scale));
@@ -204,7 +206,7 @@ fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
         lines: lines.into_iter().flatten().collect(),
         ..Chart::default()
     };
-    let what = words_diagnosis::channel(&run[0].channel, &run[0].unit);
+    let what = labels::channel(&run[0].channel, &run[0].unit);
     let over = chart(
         vec![
             line("measured", 0, &|r| r.measured),

@@ -8,14 +8,18 @@ use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use rayon::prelude::*;
 
-use crate::report::assets::{self, Source};
-use crate::report::figures::{Figures, pack};
-use crate::report::{
-    Error, diagnosis, extended, names, plots_diagnosis, run_of, still, tables, tables_diagnosis,
-};
+use crate::report::assets::Source;
+use crate::report::charts::figures::Figures;
+use crate::report::charts::pack;
+use crate::report::diagnosis::{extended_model, overlays, page, tables};
+use crate::report::error::Error;
+use crate::report::static_figures::chart;
+use crate::report::tables::rows_of;
+use crate::report::{page_names, page_shell};
+use crate::tables::by_session::SessionFiles;
 use crate::tables::file;
 use crate::tables::names::file_name;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow, SimulatedSample};
 
 /// Every diagnosed session of a folder.
 #[derive(Debug)]
@@ -24,7 +28,7 @@ pub struct Diagnosed {
     sessions: Vec<Session>,
     causes: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
-    replays: tables::Files,
+    replays: SessionFiles<SimulatedSample>,
 }
 
 #[derive(Debug)]
@@ -42,15 +46,15 @@ impl Diagnosed {
     /// # Errors
     /// A table cannot be read.
     pub fn read(out: &Path, sessions: &[SessionRow], pages: &[String]) -> Result<Self, Error> {
-        let causes = tables_diagnosis::causes(out)?;
-        let discrepancies = tables_diagnosis::discrepancies(out)?;
+        let causes = tables::causes(out)?;
+        let discrepancies = tables::discrepancies(out)?;
         let mut idents: BTreeMap<(&str, &str), &Ident> = BTreeMap::new();
         for ident in causes.iter().map(|c| &c.ident).chain(discrepancies.iter().map(|d| &d.ident)) {
-            idents.entry(tables::key(ident)).or_insert(ident);
+            idents.entry(ident.key()).or_insert(ident);
         }
         let known: BTreeMap<(&str, &str), &String> =
-            sessions.iter().map(|s| tables::key(&s.ident)).zip(pages).collect();
-        let named = names::diagnoses(idents.keys().copied(), pages);
+            sessions.iter().map(|s| s.ident.key()).zip(pages).collect();
+        let named = page_names::diagnoses(idents.keys().copied(), pages);
         let sessions = idents
             .iter()
             .zip(named)
@@ -60,7 +64,7 @@ impl Diagnosed {
                 coefficients: known.get(key).map(|p| (*p).clone()).filter(|p| !p.is_empty()),
             })
             .collect();
-        let replays = tables::session_files(out, "replays")?;
+        let replays = SessionFiles::read(out)?;
         Ok(Diagnosed { out: out.to_owned(), sessions, causes, discrepancies, replays })
     }
 
@@ -71,35 +75,34 @@ impl Diagnosed {
 
     /// The page of a session's diagnosis, if it has one.
     pub fn page_of(&self, ident: &Ident) -> Option<&str> {
-        let own = |s: &&Session| tables::key(&s.ident) == tables::key(ident);
+        let own = |s: &&Session| s.ident.key() == ident.key();
         self.sessions.iter().find(own).map(|s| s.page.as_str())
     }
 
     /// Lines of the run's page.
-    pub fn entries(&self) -> Vec<diagnosis::Entry> {
+    pub fn entries(&self) -> Vec<page::Entry> {
         self.sessions
             .iter()
             .map(|s| {
                 let (causes, discrepancies) = self.rows(&s.ident);
-                diagnosis::entry(&s.ident, &s.page, causes, discrepancies)
+                page::entry(&s.ident, &s.page, causes, discrepancies)
             })
             .collect()
     }
 
     fn rows(&self, ident: &Ident) -> (&[CauseRow], &[DiscrepancyRow]) {
-        let key = tables::key(ident);
         (
-            run_of(&self.causes, key, |c| tables::key(&c.ident)),
-            run_of(&self.discrepancies, key, |d| tables::key(&d.ident)),
+            rows_of(&self.causes, ident, |c| &c.ident),
+            rows_of(&self.discrepancies, ident, |d| &d.ident),
         )
     }
 
     /// The extended model that `diagnose` wrote beside its tables, if there is one.
-    fn model(&self, ident: &Ident) -> Option<extended::Model> {
+    fn model(&self, ident: &Ident) -> Option<extended_model::Model> {
         let file = format!("{}.toml", file_name(&ident.session_id));
         let path = Path::new("models").join(format!("bike={}", ident.bike_id)).join(file);
         let text = std::fs::read_to_string(self.out.join(&path)).ok()?;
-        extended::model(&text, &path.to_string_lossy())
+        extended_model::model(&text, &path.to_string_lossy())
     }
 
     /// Draws the overlays of the sessions that are wanted: `save` is given folder, name and figure
@@ -107,7 +110,7 @@ impl Diagnosed {
     ///
     /// # Errors
     /// The replays cannot be read, or `save` fails.
-    pub(super) fn draw(
+    pub(crate) fn draw(
         &self,
         wanted: &dyn Fn(&str) -> bool,
         save: &dyn Fn(&str, &str, &Scene) -> Result<(), Error>,
@@ -115,17 +118,15 @@ impl Diagnosed {
         let mut drawn = 0;
         for session in self.sessions.iter().filter(|s| wanted(&s.ident.session_id)) {
             let (_, discrepancies) = self.rows(&session.ident);
-            let (bike, id) = tables::key(&session.ident);
-            let files = self.replays.get(&(bike.to_owned(), id.to_owned()));
-            let samples = tables_diagnosis::replays(files.map_or(&[], Vec::as_slice), bike, id)?;
-            let misfits = diagnosis::worst_first(discrepancies);
-            let (overlays, mut charts) = plots_diagnosis::overlays(&samples, &misfits);
+            let samples = tables::replays(&self.replays, &session.ident)?;
+            let misfits = page::worst_first(discrepancies);
+            let (overlays, mut charts) = overlays::overlays(&samples, &misfits);
             let folder = session.page.trim_end_matches(".html");
             for (i, overlay) in overlays.iter().enumerate() {
                 for (k, what) in ["signal", "residual"].into_iter().enumerate() {
                     let Some(chart) = charts.get_mut(overlay.charts[k]) else { continue };
                     chart.title = overlay.title.clone();
-                    save(folder, &format!("{}_{what}", i + 1), &still::chart(chart))?;
+                    save(folder, &format!("{}_{what}", i + 1), &chart::scene(chart))?;
                     drawn += 1;
                 }
             }
@@ -137,7 +138,7 @@ impl Diagnosed {
     ///
     /// # Errors
     /// The replays cannot be read, or a page cannot be written.
-    pub(super) fn write(
+    pub(crate) fn write(
         &self,
         environment: &Environment<'_>,
         folder: &Path,
@@ -145,18 +146,16 @@ impl Diagnosed {
     ) -> Result<(), Error> {
         self.sessions.par_iter().try_for_each(|session| {
             let (causes, discrepancies) = self.rows(&session.ident);
-            let (bike, id) = tables::key(&session.ident);
-            let files = self.replays.get(&(bike.to_owned(), id.to_owned()));
-            let samples = tables_diagnosis::replays(files.map_or(&[], Vec::as_slice), bike, id)?;
-            let misfits = diagnosis::worst_first(discrepancies);
-            let (overlays, charts) = plots_diagnosis::overlays(&samples, &misfits);
+            let samples = tables::replays(&self.replays, &session.ident)?;
+            let misfits = page::worst_first(discrepancies);
+            let (overlays, charts) = overlays::overlays(&samples, &misfits);
             // output of before there were replays has the residuals only
-            let channels = match plots_diagnosis::reproduced(&samples) {
-                signals if signals.is_empty() => plots_diagnosis::pooled(discrepancies),
+            let channels = match overlays::reproduced(&samples) {
+                signals if signals.is_empty() => overlays::pooled(discrepancies),
                 signals => signals,
             };
             let figures = Figures { charts, ..Figures::default() };
-            let page = diagnosis::build(&session.ident, causes, discrepancies, &channels);
+            let page = page::build(&session.ident, causes, discrepancies, &channels);
             let html = environment.get_template("diagnosis.html")?.render(context! {
                 page => Serde(page),
                 overlays => Serde(overlays),
@@ -164,7 +163,7 @@ impl Diagnosed {
                 model => Serde(self.model(&session.ident)),
                 session => session.coefficients.as_deref(),
                 data => Value::from_safe_string(pack::pack(&figures)?),
-                ..assets::context(source)
+                ..page_shell::context(source)
             })?;
             Ok(file::write_bytes(&folder.join(&session.page), html.as_bytes())?)
         })

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use crate::report::number::{fixed, typeset};
+use crate::plots::offroad::rider_label;
+use crate::report::number_format::{fixed, typeset};
 use crate::report::words;
 use crate::tables::rows::{ForceRow, Manoeuvre};
 
@@ -138,7 +139,7 @@ pub fn table(rows: &[ForceRow]) -> Table {
     let mut out = Table::default();
     for force in summarise(rows) {
         for s in &force.riders {
-            let name = rider(&s.rider);
+            let name = rider_label(&s.rider);
             if !out.riders.contains(&name) {
                 out.riders.push(name);
             }
@@ -154,7 +155,7 @@ pub fn table(rows: &[ForceRow]) -> Table {
         let cells = out
             .riders
             .iter()
-            .map(|name| match force.riders.iter().find(|s| rider(&s.rider) == *name) {
+            .map(|name| match force.riders.iter().find(|s| rider_label(&s.rider) == *name) {
                 Some(s) => (
                     typeset(&fixed(s.rms.unwrap_or(s.mean), digits)),
                     typeset(&fixed(s.peak, digits)),
@@ -169,21 +170,13 @@ pub fn table(rows: &[ForceRow]) -> Table {
     out
 }
 
-/// A rider model in words.
-pub fn rider(name: &str) -> String {
-    match name {
-        "none" => "no rider".to_owned(),
-        other => format!("rider {}", other.to_uppercase()),
-    }
-}
-
 /// The terminal's table: peaks of the first rider's forces by kind of segment, and the flights.
 pub fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
     let forces = summarise(rows);
     let Some(first) = rows.first() else { return String::new() };
     let mut out = format!(
         "\n{:<34}{:>9}{:>9}{:>9}{:>9}{:>9}\n",
-        format!("Largest forces, {}, N", rider(&first.rider)),
+        format!("Largest forces, {}, N", rider_label(&first.rider)),
         "N_f",
         "N_r",
         "B_f",

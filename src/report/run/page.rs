@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use crate::report::number::{self, fixed, typeset};
-use crate::report::page::when;
-use crate::report::tables;
-use crate::report::{diagnosis, drawing, words};
+use crate::report::number_format::{self, fixed, typeset};
+use crate::report::session::page::when;
+use crate::report::tables::RunTables;
+use crate::report::{diagnosis, inline_svg, words};
 use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, WarningRow};
 
@@ -28,7 +28,7 @@ pub struct Index {
     /// Whether there is a page of the fleet, and how many events it tells of.
     pub fleet: Option<usize>,
     /// Each diagnosed session.
-    pub diagnoses: Vec<diagnosis::Entry>,
+    pub diagnoses: Vec<diagnosis::page::Entry>,
     /// Each rejected input.
     pub rejected: Vec<Rejected>,
     /// Warnings by code: stage, code, sessions, occurrences, one message.
@@ -99,13 +99,12 @@ pub struct Entry {
 
 /// Puts a run's tables in words. `pages` are the sessions' files, in the sessions' order.
 pub fn build(
-    sessions: &[SessionRow],
+    tables: &RunTables,
     pages: &[String],
-    coefficients: &[Coefficient],
-    warnings: &[WarningRow],
     rejected: Vec<Rejected>,
     fleet: &[FleetRow],
 ) -> Index {
+    let RunTables { sessions, coefficients, warnings } = tables;
     let mut versions: BTreeSet<&str> =
         sessions.iter().map(|s| s.provenance.version.as_str()).collect();
     versions.extend(rejected.iter().map(|r| r.version.as_str()));
@@ -125,7 +124,7 @@ pub fn build(
         ridden: format!(
             "{}, {} ridden, {:.1} km.",
             count(bikes.len(), "bike"),
-            number::duration(duration),
+            number_format::duration(duration),
             distance / 1000.0
         ),
         bikes: bikes.iter().map(|b| bike(b, sessions, coefficients, fleet)).collect(),
@@ -197,15 +196,15 @@ fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
     let values: Vec<f64> = good.iter().filter_map(|c| c.value).collect();
     let errors: Vec<f64> = good.iter().filter_map(|c| c.std_error).collect();
     let median = fleet.and_then(|f| f.median).or_else(|| median_of_finite(&values));
-    let spread = fleet.and_then(|f| f.robust_sd).or_else(|| number::robust_sd(&values));
+    let spread = fleet.and_then(|f| f.robust_sd).or_else(|| number_format::robust_sd(&values));
     let within = median_of_finite(&errors);
     let digits = median.map_or(3, |m| {
         // two sessions may agree by chance: the wider of the two says what the digits mean
         let u = spread.unwrap_or(0.0).max(within.unwrap_or(0.0));
-        number::decimals_of(m, Some(u))
+        number_format::decimals_of(m, Some(u))
     });
     let show = |v: Option<f64>| v.map(|v| typeset(&fixed(v, digits))).unwrap_or_default();
-    let estimates: Vec<drawing::Estimate> = good
+    let estimates: Vec<inline_svg::Estimate> = good
         .iter()
         .filter_map(|c| {
             let value = c.value?;
@@ -222,11 +221,11 @@ fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
         between: show(fleet.and_then(|f| f.between_sd)),
         drift: fleet
             .and_then(|f| f.drift_per_day)
-            .map(|d| typeset(&fixed(d, number::decimals_of(d, None).min(digits + 2))))
+            .map(|d| typeset(&fixed(d, number_format::decimals_of(d, None).min(digits + 2))))
             .unwrap_or_default(),
         determined: good.len(),
         of: rows.len(),
-        strip: drawing::strip(&estimates, median.unwrap_or(f64::NAN)),
+        strip: inline_svg::strip(&estimates, median.unwrap_or(f64::NAN)),
         note: if good.is_empty() { undetermined(rows) } else { String::new() },
         flagged: fleet.and_then(|f| f.flagged_sessions.clone()).unwrap_or_default(),
     }
@@ -236,7 +235,7 @@ fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
 fn undetermined(rows: &[&Coefficient]) -> String {
     let assumed = rows.iter().find(|c| c.status == Status::Assumed);
     if let Some((c, value)) = assumed.and_then(|c| Some((c, c.value?))) {
-        let value = typeset(&fixed(value, number::decimals_of(value, None)));
+        let value = typeset(&fixed(value, number_format::decimals_of(value, None)));
         return format!("assumed {value} {}", words::unit(&c.unit)).trim_end().to_owned();
     }
     match rows.iter().find_map(|c| c.reason.as_deref()) {
@@ -253,26 +252,26 @@ fn entries(
 ) -> Vec<Entry> {
     let mut determined: BTreeMap<(&str, &str), (usize, usize)> = BTreeMap::new();
     for c in coefficients {
-        let entry = determined.entry(tables::key(&c.ident)).or_default();
+        let entry = determined.entry(c.ident.key()).or_default();
         entry.0 += usize::from(c.status == Status::Ok);
         entry.1 += 1;
     }
     let mut noticed: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for w in warnings {
-        *noticed.entry(tables::key(&w.ident)).or_default() += 1;
+        *noticed.entry(w.ident.key()).or_default() += 1;
     }
     sessions
         .iter()
         .zip(pages)
         .map(|(s, href)| {
-            let key = tables::key(&s.ident);
+            let key = s.ident.key();
             let (ok, of) = determined.get(&key).copied().unwrap_or_default();
             Entry {
                 href: href.clone(),
                 session_id: s.ident.session_id.clone(),
                 bike_id: s.ident.bike_id.clone(),
                 start: s.ident.start_time.as_deref().map(when).unwrap_or_default(),
-                duration: number::duration(s.duration),
+                duration: number_format::duration(s.duration),
                 distance: s.distance.map(|d| format!("{:.1}", d / 1000.0)).unwrap_or_default(),
                 determined: ok,
                 of,
@@ -291,7 +290,7 @@ fn summed(warnings: &[WarningRow]) -> Vec<(String, String, usize, i64, String)> 
     }
     by.into_iter()
         .map(|((stage, code), rows)| {
-            let sessions: BTreeSet<_> = rows.iter().map(|w| tables::key(&w.ident)).collect();
+            let sessions: BTreeSet<_> = rows.iter().map(|w| w.ident.key()).collect();
             let count = rows.iter().map(|w| w.count).sum();
             let example = rows[0].message.clone();
             (stage.to_owned(), code.to_owned(), sessions.len(), count, example)

@@ -2,10 +2,12 @@
 
 use serde::Serialize;
 
-use crate::report::bench::Bench;
-use crate::report::figures::{Figures, OFFROAD_PLOTS, PLOTS, Plot, RIDE_PLOTS};
-use crate::report::number::{self, fixed, typeset};
-use crate::report::{drawing, words};
+use crate::plots::catalogue::{FITS, OFFROAD, RIDE};
+use crate::plots::plot::Plot;
+use crate::report::charts::figures::Figures;
+use crate::report::number_format::{self, fixed, typeset};
+use crate::report::session::bench::Bench;
+use crate::report::{inline_svg, words};
 use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
 
 /// One session's page, as its template reads it.
@@ -178,13 +180,13 @@ pub fn build(
 pub fn is_offroad(figures: &Figures) -> bool {
     let has =
         |plots: &[Plot]| plots.iter().any(|p| figures.charts.iter().any(|c| c.name == p.name));
-    has(OFFROAD_PLOTS) && !has(PLOTS)
+    has(OFFROAD) && !has(&FITS)
 }
 
 /// Whether a chart has nothing to show on this page; its title, for the sentence that says so.
 pub fn absent_charts(figures: &Figures) -> Vec<&'static str> {
     let (plots, ride) =
-        if is_offroad(figures) { (OFFROAD_PLOTS, &[][..]) } else { (PLOTS, RIDE_PLOTS) };
+        if is_offroad(figures) { (OFFROAD, &[][..]) } else { (&FITS[..], &RIDE[..]) };
     plots
         .iter()
         .chain(ride)
@@ -201,7 +203,7 @@ fn facts(session: &SessionRow) -> Vec<(String, String)> {
         }
     };
     put("start", session.ident.start_time.as_deref().map(when));
-    put("duration", Some(number::duration(session.duration)));
+    put("duration", Some(number_format::duration(session.duration)));
     put("distance", session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
     put("clock", Some(format!("{} Hz", fixed(session.rate, 0))));
     put("front tyre", session.tyre_front.clone());
@@ -246,7 +248,7 @@ fn row(c: &Coefficient) -> Row {
         fit.push(format!("{:.1} % outliers", 100.0 * o));
     }
     if let Some(s) = c.residual_scale {
-        fit.push(format!("residual scale {}", fixed(s, number::decimals_of(s, None))));
+        fit.push(format!("residual scale {}", fixed(s, number_format::decimals_of(s, None))));
     }
     Row {
         name: c.coefficient.clone(),
@@ -255,7 +257,7 @@ fn row(c: &Coefficient) -> Row {
         value: typeset(&shown.value),
         unit: words::unit(&c.unit),
         interval: typeset(&shown.interval(" to ")),
-        bar: drawing::interval(c.value, c.ci95_low, c.ci95_high),
+        bar: inline_svg::interval(c.value, c.ci95_low, c.ci95_high),
         dispersion: shown.dispersion,
         manoeuvres: c.n_manoeuvres,
         samples: c.n_samples,
@@ -296,8 +298,8 @@ pub struct Shown {
 impl Shown {
     /// Of one coefficient.
     pub fn of(c: &Coefficient) -> Self {
-        let u = number::uncertainty(c.std_error, c.ci95_low, c.ci95_high);
-        let digits = c.value.map_or(3, |v| number::decimals_of(v, u));
+        let u = number_format::uncertainty(c.std_error, c.ci95_low, c.ci95_high);
+        let digits = c.value.map_or(3, |v| number_format::decimals_of(v, u));
         Shown {
             value: c.value.map(|v| fixed(v, digits)).unwrap_or_default(),
             std_error: c.std_error.map(|s| fixed(s, digits)).unwrap_or_default(),

@@ -10,10 +10,13 @@
 
 use std::path::Path;
 
+use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Part};
-use crate::report::Error;
-use crate::report::figures::{Chart, Cloud};
-use crate::report::number::{self, fixed, typeset};
+use crate::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
+use crate::report::charts::chart::{Chart, Cloud};
+use crate::report::error::Error;
+use crate::report::number_format::{self, fixed, typeset};
+use crate::tables::read;
 
 /// File name in the output folder.
 pub const FILE: &str = "bench.csv";
@@ -45,7 +48,7 @@ pub fn read(out: &Path) -> Result<Bench, Error> {
     if !path.is_file() {
         return Ok(Bench::default());
     }
-    let fail = |message: String| Error::Read { path: path.clone(), message };
+    let fail = |message: String| -> Error { read::Error { path: path.clone(), message }.into() };
     let text = std::fs::read_to_string(&path).map_err(|e| fail(e.to_string()))?;
     parse(&text).map_err(fail)
 }
@@ -133,7 +136,7 @@ impl Bench {
         estimate: Option<f64>,
     ) -> Option<String> {
         let found = self.of(bike, tyre, coefficient).find(|v| v.camber == 0.0)?;
-        let digits = number::decimals_of(found.value, found.std_error);
+        let digits = number_format::decimals_of(found.value, found.std_error);
         let error = found.std_error.map(|e| format!(" ± {}", fixed(e, digits)));
         let off = estimate.filter(|_| found.value != 0.0).map(|e| {
             let off = 100.0 * (e / found.value - 1.0);
@@ -150,33 +153,37 @@ impl Bench {
 
     /// Puts the bench's stiffnesses into the charts of stiffness over camber.
     pub fn draw(&self, bike: &str, charts: &mut [Chart]) {
-        for chart in charts {
-            let Some(tyre) = chart.name.strip_prefix("stiffness_").map(str::to_owned) else {
-                continue;
-            };
-            let mut cloud = Cloud {
-                name: "bench".into(),
-                label: "tyre bench".into(),
-                r: Some(4.0),
-                ..Cloud::default()
-            };
-            for (coefficient, label) in
-                [(C::CorneringStiffness0, "cornering kα"), (C::CamberStiffness0, "camber kγ")]
-            {
-                for v in self.of(bike, &tyre, coefficient.name()) {
-                    cloud.x.push(v.camber.abs().to_degrees());
-                    cloud.y.push(v.value);
-                    cloud.w.push(1.0);
-                    cloud.m.push(None);
-                    cloud.lo.push(v.std_error.map(|e| v.value - 1.96 * e));
-                    cloud.hi.push(v.std_error.map(|e| v.value + 1.96 * e));
-                    cloud.t.push(format!("bench, {label}"));
-                }
-            }
-            if !cloud.x.is_empty() {
+        for (axle, plot) in Axle::BOTH.into_iter().zip(&STIFFNESS) {
+            let cloud = self.stiffness(bike, axle);
+            let chart = charts.iter_mut().find(|c| c.name == plot.name);
+            if let Some(chart) = chart.filter(|_| !cloud.x.is_empty()) {
                 chart.clouds.push(cloud);
             }
         }
+    }
+
+    /// Measured stiffnesses over camber, in degrees, with their 95 % intervals.
+    fn stiffness(&self, bike: &str, axle: Axle) -> Cloud {
+        let mut cloud = Cloud {
+            name: "bench".into(),
+            label: "tyre bench".into(),
+            r: Some(4.0),
+            ..Cloud::default()
+        };
+        for (coefficient, label) in
+            [(C::CorneringStiffness0, K_ALPHA.label), (C::CamberStiffness0, K_GAMMA.label)]
+        {
+            for v in self.of(bike, axle.name(), coefficient.name()) {
+                cloud.x.push(v.camber.abs().to_degrees());
+                cloud.y.push(v.value);
+                cloud.w.push(1.0);
+                cloud.m.push(None);
+                cloud.lo.push(v.std_error.map(|e| v.value - 1.96 * e));
+                cloud.hi.push(v.std_error.map(|e| v.value + 1.96 * e));
+                cloud.t.push(format!("bench, {label}"));
+            }
+        }
+        cloud
     }
 }
 
