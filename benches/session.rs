@@ -15,11 +15,13 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use roadbench::batch::{self, Maps, Settings, Stages};
+use roadbench::batch::run::RunWork;
+use roadbench::batch::{Maps, Settings, engine};
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Session;
 use roadbench::estimate::zeros;
 use roadbench::fit::{Data, chain};
+use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::{
@@ -78,7 +80,7 @@ fn ride() -> Result<(Session, Bike), Failure> {
 fn one_session(name: &str, path: &Path, bike: &Bike) -> Result<(), Failure> {
     let pipeline = Pipeline::onroad();
     let input = Input {
-        path,
+        log: path.into(),
         maps: &[],
         input_hash: String::new(),
         pipeline_hash: String::new(),
@@ -122,7 +124,7 @@ fn by_stage(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<(), Failure> {
-    let raw = stages.time("read", || ingest::read(input.path, input.maps))?;
+    let raw = stages.time("read", || ingest::read(&input.log, input.maps))?;
     let (mut session, _) = stages.time("clean", || ingest::run(raw, &pipeline.ingest))?;
     stages.time("check", || ingest::check(&mut session, bike, &pipeline.ingest))?;
     stages.plain("filter", || filter::run(&mut session, &pipeline.filter));
@@ -136,7 +138,7 @@ fn by_stage(
     let coefficients = stages.plain("rows", || {
         fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_| None, &ident, &made)
     });
-    let plots = stages.plain("plots", || plots::rows(&session, &segments, &data, &solution));
+    let plots = stages.plain("plots", || plots::road::rows(&session, &segments, &data, &solution));
     stages.time("(encoding)", || {
         let coefficients = file::to_bytes(&coefficients)?;
         Ok::<_, file::Error>((coefficients, file::to_bytes(&plots)?))
@@ -181,17 +183,16 @@ fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
 fn batch(inputs: &[PathBuf], bikes: &Path, out: &Path, jobs: usize) -> Result<(), Failure> {
     let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
     let settings = Settings {
-        inputs,
-        bikes: Some(bikes),
-        out,
+        inputs: &inputs.iter().map(Location::from).collect::<Vec<_>>(),
+        bikes: Some(&bikes.into()),
+        out: &out.into(),
         pipeline: &pipeline,
         maps: &maps,
         jobs,
         force: false,
         since: None,
-        signals: false,
     };
-    let (run, _) = batch::run(&settings, &Stages, &(), &AtomicBool::new(false))?;
+    let (run, _) = engine::run(&settings, &RunWork::default(), &(), &AtomicBool::new(false))?;
     match run.done {
         SESSIONS => Ok(()),
         done => Err(format!("{done} of {SESSIONS} sessions done").into()),

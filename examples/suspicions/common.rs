@@ -5,7 +5,7 @@ use std::path::Path;
 use roadbench::GRAVITY;
 use roadbench::contract::bike::{Axle, Bike};
 use roadbench::contract::coefficient::Coefficient;
-use roadbench::diagnose::name::Verdict;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::ride::{Diagnosis, Settings, diagnose};
 use roadbench::effects::Effect;
 use roadbench::ingest::write_session;
@@ -45,7 +45,7 @@ pub fn characterise(ridden: &Ridden, bike: &Bike) -> Outcome {
     let path = folder.path().join("log.parquet");
     write_session(&path, &ridden.session, false).expect("written");
     let input = pipeline::Input {
-        path: Path::new(&path),
+        log: Path::new(&path).into(),
         maps: &[],
         input_hash: String::new(),
         pipeline_hash: String::new(),

@@ -1,5 +1,5 @@
-//! From what the user named to the list of logs: files, folders, glob patterns, and the same in an
-//! object store ([`remote`]).
+//! From what the user named to the list of logs: files, folders, glob patterns, here or in an
+//! object store.
 //!
 //! A folder is searched through all its depths for files with a log's extension; anything else
 //! in it (a README, bike files) is none of our business. A folder that holds `sessions/`, as an
@@ -8,58 +8,79 @@
 //! taken, whatever its extension: if it is no log, the rejection says so.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
 
-use walkdir::{DirEntry, WalkDir};
-
-use super::store::TABLES;
-use super::{Error, remote};
-use crate::objects::{files, url};
+use super::error::Error;
+use super::settings::Settings;
+use crate::objects::search::{Folder, MatchKind, find};
+use crate::objects::{Location, source};
 use crate::pipeline::Rejection;
+use crate::tables::registry;
 
 /// Extensions of files that are taken for logs when a folder is searched.
 pub const EXTENSIONS: &[&str] =
     &["parquet", "csv", "tsv", "txt", "log", "mf4", "mdf", "mcap", "blf", "asc", "ld", "ctrk"];
 
 /// Folders beside an archive's sessions that hold no logs.
-pub(super) const NOT_LOGS: &[&str] = &["truth", "bikes"];
+const NOT_LOGS: &[&str] = &["truth", "bikes"];
 
 /// One input, or what is wrong with it before it is opened.
 #[derive(Debug, Clone)]
 pub struct Found {
     /// As it was named, or below the folder that was named.
-    pub path: PathBuf,
+    pub location: Location,
     /// Why it cannot be an input.
     pub problem: Option<Rejection>,
+}
+
+impl Found {
+    fn log(location: Location) -> Self {
+        Found { location, problem: None }
+    }
+
+    fn problem(location: Location, code: &'static str, message: String) -> Self {
+        let problem = Some(Rejection { stage: "discover", code, message });
+        Found { location, problem }
+    }
+}
+
+/// The logs of a batch and the folder of bike files.
+///
+/// # Errors
+/// There is no log or no such folder, or logs and output are mixed up.
+pub fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), Error> {
+    let mut found = discover(settings.inputs, settings.out)?;
+    if let Some(since) = settings.since {
+        // what cannot be dated is looked at
+        let old = |f: &Found| {
+            f.problem.is_none() && source::stat(&f.location).is_ok_and(|s| s.modified < since)
+        };
+        found.retain(|f| !old(f));
+    }
+    let beside = bikes_beside(settings.inputs)?;
+    let bikes = settings.bikes.cloned().or(beside).ok_or_else(|| {
+        Error::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
+    })?;
+    Ok((found, bikes))
 }
 
 /// Every log behind the inputs, sorted by path, each file once.
 ///
 /// # Errors
 /// There is no log at all, or logs and output are mixed up.
-pub fn discover(inputs: &[PathBuf], out: &Path) -> Result<Vec<Found>, Error> {
-    let out = absolute(out);
+pub fn discover(inputs: &[Location], out: &Location) -> Result<Vec<Found>, Error> {
+    let out = out.absolute();
     let mut found = Vec::new();
     for input in inputs {
-        let text = input.to_string_lossy();
-        if let Some(url) = url::parse(input).map_err(|e| Error::Usage(e.to_string()))? {
-            remote::search(&url, &out, &mut found)?;
-        } else if input.exists() {
-            search(input, &out, &mut found)?;
-        } else if text.contains(['*', '?', '[']) {
-            expand(&text, &out, &mut found)?;
-        } else {
-            found.push(problem(input, "not_found", format!("{text} does not exist")));
-        }
+        search(input, &out, &mut found)?;
     }
     if found.iter().all(|f| f.problem.is_some()) {
         let why: Vec<&str> =
             found.iter().filter_map(|f| f.problem.as_ref()).map(|p| p.message.as_str()).collect();
         return Err(Error::Usage(format!("no logs to read: {}", why.join("; "))));
     }
-    found.sort_by(|a, b| a.path.cmp(&b.path));
+    found.sort_by(|a, b| a.location.cmp(&b.location));
     let mut seen = BTreeSet::new();
-    found.retain(|f| seen.insert(absolute(&f.path)));
+    found.retain(|f| seen.insert(f.location.absolute()));
     Ok(found)
 }
 
@@ -67,16 +88,12 @@ pub fn discover(inputs: &[PathBuf], out: &Path) -> Result<Vec<Found>, Error> {
 ///
 /// # Errors
 /// Several inputs have one each.
-pub fn bikes_beside(inputs: &[PathBuf]) -> Result<Option<PathBuf>, Error> {
+pub fn bikes_beside(inputs: &[Location]) -> Result<Option<Location>, Error> {
     let mut folders = Vec::new();
-    for folder in inputs.iter().map(|i| i.join("bikes")) {
-        let there = match url::parse(&folder).map_err(|e| Error::Usage(e.to_string()))? {
-            None => folder.is_dir(),
-            // a pattern has nothing beside it
-            Some(url) if url.key.contains(remote::WILD) => false,
-            Some(_) => !files::list(&folder).map_err(|e| Error::Usage(e.to_string()))?.is_empty(),
-        };
-        if there {
+    // a pattern has nothing beside it
+    for input in inputs.iter().filter(|i| !(i.is_remote() && i.is_pattern())) {
+        let folder = input.join("bikes");
+        if folder.is_folder().map_err(|e| Error::Usage(e.to_string()))? {
             folders.push(folder);
         }
     }
@@ -86,145 +103,106 @@ pub fn bikes_beside(inputs: &[PathBuf]) -> Result<Option<PathBuf>, Error> {
         0 | 1 => Ok(folders.pop()),
         _ => Err(Error::Usage(format!(
             "{} and {} both hold bike files; say which with --bikes DIR",
-            folders[0].display(),
-            folders[1].display()
+            folders[0], folders[1]
         ))),
     }
 }
 
-/// An absolute path without links, as far as it exists.
-pub(super) fn absolute(path: &Path) -> PathBuf {
-    if let Ok(Some(url)) = url::parse(path) {
-        return url.path();
-    }
-    if let Ok(path) = path.canonicalize() {
-        return path;
-    }
-    match (path.parent(), path.file_name()) {
-        (Some(parent), Some(name)) => {
-            let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
-            absolute(parent).join(name)
-        }
-        _ => path.to_owned(),
-    }
-}
-
-pub(super) fn problem(path: &Path, code: &'static str, message: String) -> Found {
-    let problem = Some(Rejection { stage: "discover", code, message });
-    Found { path: path.to_owned(), problem }
-}
-
-fn expand(pattern: &str, out: &Path, found: &mut Vec<Found>) -> Result<(), Error> {
-    let options =
-        glob::MatchOptions { require_literal_leading_dot: true, ..glob::MatchOptions::new() };
-    let paths = glob::glob_with(pattern, options)
-        .map_err(|e| Error::Usage(format!("{pattern} is not a glob pattern: {e}")))?;
+/// What is behind one input.
+fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<(), Error> {
     let before = found.len();
-    for path in paths {
-        match path {
-            Ok(path) => search(&path, out, found)?,
-            Err(e) => found.push(problem(e.path(), "unreadable", e.to_string())),
+    let is_log = |key: &str| is_log(&Location::Local(key.into()));
+    let matches = find(input, is_log).map_err(|e| Error::Usage(e.to_string()))?;
+    for one in matches {
+        match one.kind {
+            MatchKind::File => {
+                refuse_tables(&one.location, out)?;
+                found.push(Found::log(one.location));
+            }
+            MatchKind::Folder(folder) => search_folder(folder, out, found)?,
+            MatchKind::Other => {
+                let message = format!("{} is neither a file nor a folder", one.location);
+                found.push(Found::problem(one.location, "unreadable", message));
+            }
+            MatchKind::Unreadable(message) => {
+                found.push(Found::problem(one.location, "unreadable", message));
+            }
         }
     }
     if found.len() == before {
-        let message = format!("nothing matches {pattern}");
-        found.push(problem(Path::new(pattern), "not_found", message));
+        let message = match input.is_pattern() {
+            true => format!("nothing matches {input}"),
+            false => format!("{input} does not exist"),
+        };
+        found.push(Found::problem(input.clone(), "not_found", message));
     }
     Ok(())
 }
 
-/// One existing file or folder.
-fn search(input: &Path, out: &Path, found: &mut Vec<Found>) -> Result<(), Error> {
-    if input.is_file() {
-        refuse_tables(input, out)?;
-        found.push(Found { path: input.to_owned(), problem: None });
-        return Ok(());
-    }
-    if !input.is_dir() {
-        let message = format!("{} is neither a file nor a folder", input.display());
-        found.push(problem(input, "unreadable", message));
-        return Ok(());
-    }
-    let sessions = input.join("sessions");
-    let archive = sessions.is_dir();
-    let root = if archive { sessions } else { input.to_owned() };
+fn search_folder(folder: Folder, out: &Location, found: &mut Vec<Found>) -> Result<(), Error> {
+    let (folder, is_archive) = match folder.subfolder("sessions") {
+        Ok(sessions) => (sessions, true),
+        Err(folder) => (folder, false),
+    };
+    let root = folder.location().clone();
     refuse_tables(&root, out)?;
-    let place = absolute(&root);
-    apart(&root, &place, archive, out)?;
+    refuse_output_among_logs(&root, is_archive, out)?;
     let before = found.len();
-    let walk = WalkDir::new(&root).follow_links(true).sort_by_file_name();
-    for entry in walk.into_iter().filter_entry(|e| wanted(e, out)) {
-        match entry {
-            Ok(e) if e.file_type().is_file() && is_log(e.path()) => {
-                found.push(Found { path: e.into_path(), problem: None });
-            }
-            Ok(_) => {}
-            Err(e) => {
-                let path = e.path().unwrap_or(&root).to_owned();
-                found.push(problem(&path, "unreadable", e.to_string()));
-            }
-        }
+    for file in folder.files(&|at, is_folder| is_wanted(at, is_folder, out)) {
+        found.push(match file {
+            Ok(log) => Found::log(log),
+            Err((at, message)) => Found::problem(at, "unreadable", message),
+        });
     }
     if found.len() == before {
-        found.push(no_logs(&root));
+        let extensions: Vec<String> = EXTENSIONS.iter().map(|e| format!("*.{e}")).collect();
+        let message = format!("{root} holds no logs (looked for {})", extensions.join(", "));
+        found.push(Found::problem(root, "no_logs", message));
     }
     Ok(())
 }
 
-pub(super) fn no_logs(root: &Path) -> Found {
-    let message = format!(
-        "{} holds no logs (looked for {})",
-        root.display(),
-        EXTENSIONS.iter().map(|e| format!("*.{e}")).collect::<Vec<_>>().join(", ")
-    );
-    problem(root, "no_logs", message)
-}
-
-/// The output may not lie in the folder of logs `root`, `place` in absolute terms: its tables
-/// would be found as logs.
-pub(super) fn apart(root: &Path, place: &Path, archive: bool, out: &Path) -> Result<(), Error> {
-    let holds_sessions = archive || root.file_name().is_some_and(|n| n == "sessions");
-    if out == place || (holds_sessions && out.starts_with(place)) {
+/// The output may not lie in the folder of logs `root`: its tables would be found as logs.
+fn refuse_output_among_logs(
+    root: &Location,
+    is_archive: bool,
+    out: &Location,
+) -> Result<(), Error> {
+    let place = root.absolute();
+    let holds_sessions = is_archive || root.file_name() == "sessions";
+    if *out == place || (holds_sessions && out.starts_with(&place)) {
         return Err(Error::Usage(format!(
-            "--out {} lies in the logs' own folder {}; choose another",
-            out.display(),
-            root.display()
+            "--out {out} lies in the logs' own folder {root}; choose another"
         )));
     }
     Ok(())
 }
 
 /// Inputs may not lie where our tables go: they would be taken for results, and overwritten.
-pub(super) fn refuse_tables(input: &Path, out: &Path) -> Result<(), Error> {
-    let place = absolute(input);
-    match TABLES.iter().find(|t| place.starts_with(out.join(t))) {
+fn refuse_tables(input: &Location, out: &Location) -> Result<(), Error> {
+    let place = input.absolute();
+    match registry::folders().map(|f| out.join(f)).find(|folder| place.starts_with(folder)) {
         None => Ok(()),
-        Some(table) => Err(Error::Usage(format!(
-            "{} lies where this run would write its own tables ({}); choose another --out",
-            input.display(),
-            out.join(table).display()
+        Some(folder) => Err(Error::Usage(format!(
+            "{input} lies where this run would write its own tables ({folder}); choose another --out"
         ))),
     }
 }
 
-fn wanted(entry: &DirEntry, out: &Path) -> bool {
-    if entry.depth() == 0 {
-        return true;
-    }
-    let name = entry.file_name().to_string_lossy();
+/// Whether a file below a folder is a log, or a folder may hold some.
+fn is_wanted(at: &Location, is_folder: bool, out: &Location) -> bool {
+    let name = at.file_name();
     if name.starts_with('.') {
         return false; // hidden, and our own .roadbench-* temporaries
     }
-    if !entry.file_type().is_dir() {
-        return true;
+    match is_folder {
+        true => !NOT_LOGS.contains(&name.as_ref()) && at.absolute() != *out,
+        false => is_log(at),
     }
-    !NOT_LOGS.contains(&name.as_ref()) && absolute(entry.path()) != *out
 }
 
-pub(super) fn is_log(path: &Path) -> bool {
-    path.extension()
-        .and_then(|e| e.to_str())
-        .is_some_and(|e| EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(e)))
+fn is_log(at: &Location) -> bool {
+    EXTENSIONS.iter().any(|extension| at.has_extension(extension))
 }
 
 #[cfg(test)]
@@ -241,11 +219,13 @@ mod tests {
         folder
     }
 
-    fn names(root: &Path, found: &[Found]) -> Vec<String> {
-        found
-            .iter()
-            .map(|f| f.path.strip_prefix(root).unwrap_or(&f.path).to_string_lossy().into_owned())
-            .collect()
+    fn at(folder: &tempfile::TempDir, name: &str) -> Location {
+        Location::from(folder.path().join(name))
+    }
+
+    fn names(folder: &tempfile::TempDir, found: &[Found]) -> Vec<String> {
+        let root = format!("{}/", folder.path().display());
+        found.iter().map(|f| f.location.to_string().replace(&root, "")).collect()
     }
 
     #[test]
@@ -260,59 +240,51 @@ mod tests {
             "sessions/bike=a/.hidden.parquet",
             "sessions/bike=a/notes.md",
         ]);
-        let found = discover(&[t.path().to_owned()], &t.path().join("out")).expect("found");
-        assert_eq!(
-            names(t.path(), &found),
-            ["sessions/bike=a/9.PARQUET", "sessions/bike=b/2.parquet"]
-        );
-        assert_eq!(
-            bikes_beside(&[t.path().to_owned()]).expect("one"),
-            Some(t.path().join("bikes"))
-        );
+        let found = discover(&[t.path().into()], &at(&t, "out")).expect("found");
+        assert_eq!(names(&t, &found), ["sessions/bike=a/9.PARQUET", "sessions/bike=b/2.parquet"]);
+        assert_eq!(bikes_beside(&[t.path().into()]).expect("one"), Some(at(&t, "bikes")));
     }
 
     #[test]
     fn a_file_is_taken_once_however_it_is_named() {
         let t = tree(&["a.parquet", "b.csv", "c.xyz"]);
-        let pattern = t.path().join("*.parquet");
-        let dotted = t.path().join("./b.csv");
-        let inputs = [t.path().to_owned(), pattern, dotted, t.path().join("c.xyz")];
-        let found = discover(&inputs, &t.path().join("out")).expect("found");
-        assert_eq!(names(t.path(), &found), ["a.parquet", "b.csv", "c.xyz"]);
+        let inputs = [t.path().into(), at(&t, "*.parquet"), at(&t, "./b.csv"), at(&t, "c.xyz")];
+        let found = discover(&inputs, &at(&t, "out")).expect("found");
+        assert_eq!(names(&t, &found), ["a.parquet", "b.csv", "c.xyz"]);
     }
 
     #[test]
     fn the_output_folder_is_not_searched() {
         let t = tree(&["a.parquet", "out/coefficients/bike=a/a.parquet"]);
-        let found = discover(&[t.path().to_owned()], &t.path().join("out")).expect("found");
-        assert_eq!(names(t.path(), &found), ["a.parquet"]);
+        let found = discover(&[t.path().into()], &at(&t, "out")).expect("found");
+        assert_eq!(names(&t, &found), ["a.parquet"]);
     }
 
     #[test]
     fn logs_and_output_are_kept_apart() {
         let t = tree(&["sessions/a.parquet"]);
-        let sessions = t.path().join("sessions");
+        let sessions = at(&t, "sessions");
         for (input, out) in [
-            (&sessions, t.path().to_owned()), // tables would go to <out>/sessions
+            (&sessions, t.path().into()), // tables would go to <out>/sessions
             (&sessions, sessions.clone()),
             (&sessions, sessions.join("out")),
-            (&sessions.join("a.parquet"), t.path().to_owned()),
-            (&t.path().to_owned(), sessions.join("out")),
+            (&sessions.join("a.parquet"), t.path().into()),
+            (&t.path().into(), sessions.join("out")),
         ] {
             let e = discover(std::slice::from_ref(input), &out).expect_err("mixed up");
             assert!(matches!(e, Error::Usage(_)), "{input:?} {out:?}: {e}");
         }
-        assert!(discover(&[sessions], &t.path().join("out")).is_ok());
+        assert!(discover(&[sessions], &at(&t, "out")).is_ok());
     }
 
     #[test]
     fn what_is_missing_is_an_input_too_unless_there_is_nothing_else() {
         let t = tree(&["a.parquet", "empty/README.md"]);
-        let out = t.path().join("out");
-        let missing = t.path().join("b.parquet");
-        let e = discover(&[missing.clone(), t.path().join("empty")], &out).expect_err("nothing");
+        let out = at(&t, "out");
+        let missing = at(&t, "b.parquet");
+        let e = discover(&[missing.clone(), at(&t, "empty")], &out).expect_err("nothing");
         assert!(e.to_string().contains("b.parquet does not exist"), "{e}");
-        let found = discover(&[t.path().join("a.parquet"), missing], &out).expect("found");
+        let found = discover(&[at(&t, "a.parquet"), missing], &out).expect("found");
         assert_eq!(found.len(), 2);
         assert_eq!(found[1].problem.as_ref().map(|p| p.code), Some("not_found"));
     }
@@ -323,7 +295,7 @@ mod tests {
         let t = tree(&["logs/a.parquet"]);
         std::os::unix::fs::symlink(t.path().join("logs"), t.path().join("logs/again"))
             .expect("link");
-        let found = discover(&[t.path().join("logs")], &t.path().join("out")).expect("found");
+        let found = discover(&[at(&t, "logs")], &at(&t, "out")).expect("found");
         assert_eq!(found.iter().filter(|f| f.problem.is_none()).count(), 1);
     }
 }

@@ -11,19 +11,29 @@
 //! replace whole files of the same content.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::discover::Found;
-use super::engine::{self, Ended, inputs, wanted};
-use super::plan::{self, BikeFile, Job, Plan};
-use super::store::{Committed, Contents, Store};
-use super::{Error, Maps, Run, Settings, State, Work};
+use super::bikes::BikeFile;
+use super::contents::Contents;
+use super::discover::inputs;
+use super::engine::Accounts;
+use super::error::Error;
+use super::kind;
+use super::marker::Committed;
+use super::plan::{self, Job, Plan};
+use super::run::RunWork;
+use super::session::{self, Ended};
+use super::settings::{Maps, Settings};
+use super::store::Store;
+use super::watch::State;
+use super::work::Work;
 use crate::contract::bike::Bike;
 use crate::contract::session::Meta;
+use crate::objects::Location;
 use crate::pipeline::Pipeline;
 use crate::tables::rows::Rejected;
 
@@ -33,7 +43,7 @@ pub struct Terms {
     /// The driver's roadbench.
     pub version: String,
     /// The output folder.
-    pub out: PathBuf,
+    pub out: Location,
     /// The pipeline, resolved, as TOML.
     pub pipeline: String,
     /// Channel maps: names and texts.
@@ -107,23 +117,19 @@ impl Driver {
     pub fn open(
         settings: &Settings<'_>,
         maps: Vec<(String, String)>,
-        work: &impl Work,
+        work: &RunWork,
     ) -> Result<Self, Error> {
         let (found, bikes) = inputs(settings)?;
         let inputs = found.len();
-        let Plan { mut jobs, refused } = plan::plan(
-            found,
-            &bikes,
-            &Contents::default(),
-            settings.pipeline,
-            settings.maps,
-            work,
-        )?;
-        let bytes = jobs.iter().map(|j| j.bytes).chain(refused.iter().map(|r| r.bytes)).sum();
-        let store = Store::open(settings.out)?;
+        // every log is opened here: what is there is looked at by the workers
+        let nothing = Contents::unknown(work.kind(), settings.out);
+        let plan = plan::plan(found, &bikes, &nothing, settings, work)?;
+        let bytes = plan.bytes();
+        let Plan { mut jobs, refused } = plan;
+        let store = Store::open(work.kind(), settings.out)?;
         let refused: Vec<Rejected> = refused.into_iter().map(|r| r.row).collect();
         for row in &refused {
-            engine::reject(&store, row)?;
+            session::reject(&store, row)?;
         }
         jobs.sort_by(|a, b| b.bytes.cmp(&a.bytes).then_with(|| a.log.cmp(&b.log)));
         let text = |bike: &BikeFile| BikeText {
@@ -132,12 +138,12 @@ impl Driver {
         };
         let terms = Terms {
             version: crate::VERSION.to_owned(),
-            out: settings.out.to_owned(),
+            out: settings.out.clone(),
             pipeline: resolved(settings.pipeline)?,
             maps,
             bikes: jobs.iter().map(|j| (j.meta.bike_id.clone(), text(&j.bike))).collect(),
             force: settings.force,
-            signals: settings.signals,
+            signals: work.signals,
         };
         Ok(Driver { store, inputs, jobs, refused, bytes, terms })
     }
@@ -154,7 +160,7 @@ impl Driver {
             bytes: job.bytes,
             session_id: job.meta.session_id.clone(),
             bike_id: job.meta.bike_id.clone(),
-            there: self.store.there(&job.meta.session_id).to_vec(),
+            there: self.store.found().of(&job.meta.session_id).to_vec(),
         };
         self.jobs.iter().map(task).collect()
     }
@@ -164,21 +170,22 @@ impl Driver {
     ///
     /// # Errors
     /// An input is not accounted for, or a session that was said to be done is not whole.
-    pub fn close(self, answers: Vec<Answer>) -> Result<(Run, Store), Error> {
+    pub fn close(self, answers: Vec<Answer>) -> Result<(Accounts, Store), Error> {
         let mut by_log: BTreeMap<String, Answer> =
             answers.into_iter().map(|a| (a.log.clone(), a)).collect();
         self.store.tidy()?;
         for job in &self.jobs {
             if by_log.get(&job.log).is_some_and(|a| a.state == State::Done) {
-                self.store.settle(&job.meta.session_id)?;
+                self.store.clear_writing_mark(&job.meta.session_id)?;
             }
         }
-        let there = Contents::read(self.store.root())?;
-        let mut run = Run {
+        let there = Contents::read(&kind::RUN, self.store.root())?;
+        let work = RunWork { signals: self.terms.signals };
+        let mut accounts = Accounts {
             inputs: self.inputs,
             rejected: self.refused,
             bytes: self.bytes,
-            ..Run::default()
+            ..Accounts::default()
         };
         for job in &self.jobs {
             let Some(answer) = by_log.remove(&job.log) else {
@@ -188,28 +195,28 @@ impl Driver {
                 )));
             };
             if let Some(row) = answer.rejected {
-                run.rejected.push(row);
+                accounts.rejected.push(row);
                 continue;
             }
             let hash = answer.input_hash.or_else(|| there.input_hash(&job.meta.session_id));
-            let wanted = wanted(job, hash.unwrap_or_default());
-            if let Some(stale) = there.stale(&wanted, self.terms.signals) {
+            let wanted = job.wanted(hash.unwrap_or_default());
+            if let Some(stale) = there.stale(&wanted, |table| work.is_requested(table)) {
                 return Err(Error::Output(format!(
                     "{}: a worker wrote its tables, but they are not in {} ({}); is that folder \
                      the same on every machine?",
                     job.log,
-                    self.store.root().display(),
+                    self.store.root(),
                     stale.words()
                 )));
             }
-            run.sessions.insert(job.meta.session_id.clone());
+            accounts.sessions.insert(job.meta.session_id.clone());
             match answer.state {
-                State::Unchanged => run.unchanged += 1,
-                State::Done | State::Rejected => run.done += 1,
+                State::Unchanged => accounts.unchanged += 1,
+                State::Done | State::Rejected => accounts.done += 1,
             }
         }
-        run.rejected.sort_by(|a, b| a.path.cmp(&b.path));
-        Ok((run, self.store))
+        accounts.rejected.sort_by(|a, b| a.path.cmp(&b.path));
+        Ok((accounts, self.store))
     }
 }
 
@@ -259,13 +266,13 @@ impl Worker {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub fn run(&self, task: Task, work: &impl Work) -> Result<Answer, Error> {
+    pub fn run(&self, task: Task) -> Result<Answer, Error> {
         let start = Instant::now();
         let Some(bike) = self.bikes.get(&task.bike_id) else {
             return Err(Error::Internal(format!("{}: no bike {}", task.log, task.bike_id)));
         };
         let job = Job {
-            found: Found { path: PathBuf::from(&task.log), problem: None },
+            location: Location::parse(&task.log).map_err(|e| Error::Usage(e.to_string()))?,
             log: task.log.clone(),
             bytes: task.bytes,
             meta: Meta { session_id: task.session_id, bike_id: task.bike_id, ..Meta::default() },
@@ -281,9 +288,8 @@ impl Worker {
             jobs: 1,
             force: self.terms.force,
             since: None,
-            signals: self.terms.signals,
         };
-        let store = Store::join(&self.terms.out, task.there);
+        let store = Store::join(&kind::RUN, &self.terms.out, task.there);
         let mut answer = Answer {
             log: task.log,
             state: State::Done,
@@ -292,15 +298,16 @@ impl Worker {
             samples: 0,
             seconds: 0.0,
         };
-        match engine::session(&job, &settings, &store, work)? {
+        let work = RunWork { signals: self.terms.signals };
+        match session::run(&job, &settings, &store, &work)? {
             Ended::Unchanged => answer.state = State::Unchanged,
             Ended::Rejected(row) => {
                 answer.state = State::Rejected;
                 answer.rejected = Some(row);
             }
-            Ended::Done(outcome) => {
-                answer.samples = outcome.session.n_samples;
-                answer.input_hash = Some(outcome.session.provenance.input_hash);
+            Ended::Done { input_hash, samples, .. } => {
+                answer.samples = samples;
+                answer.input_hash = Some(input_hash);
             }
         }
         answer.seconds = start.elapsed().as_secs_f64();

@@ -3,7 +3,7 @@
 //! Assumes the sessions' tables of one output folder, of this run and of earlier ones. Only
 //! committed sessions take part, and of them the rows with status `ok`; the poorly determined are
 //! pooled but help no other. Polars scans, filters and groups the coefficients and takes their
-//! quantiles; what it has no word for is in [`spread`] and [`crate::fleet`].
+//! quantiles; what it has no word for is in [`dispersion`] and [`crate::fleet`].
 //!
 //! The rows are sorted before anything is computed, so the same sessions give the same bytes.
 
@@ -14,10 +14,11 @@ use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 use polars::prelude::*;
 
-use super::Error;
 use super::contents::Contents;
+use super::dispersion;
+use super::error::Error;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
-use super::spread;
+use super::kind;
 use crate::fleet::Observation;
 use crate::tables::file;
 use crate::tables::names::file_name;
@@ -40,7 +41,7 @@ const OWN: f64 = 2.0;
 /// A coefficients table cannot be read, or the fleet's not be written.
 pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
     let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
-    let paths = paths(out, &Contents::read(out)?).map_err(fail)?;
+    let paths = paths(out, &Contents::read(&kind::RUN, &out.into())?).map_err(fail)?;
     let mut rows = Vec::new();
     let (mut pooled, mut events, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     if !paths.is_empty() {
@@ -63,7 +64,7 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
 fn save<R: Row>(out: &Path, rows: &[R]) -> Result<(), Error> {
     let name = R::spec().name;
     let path = out.join(name).join(format!("{name}.parquet"));
-    file::write(&path, rows).map_err(|e| Error::Output(e.to_string()))
+    Ok(file::write(&path, rows)?)
 }
 
 /// The coefficient tables of the committed sessions.
@@ -174,7 +175,7 @@ fn unpack(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {
             median: median.get(i),
             quartile_1: q1.get(i),
             quartile_3: q3.get(i),
-            ..sessions.spread(median.get(i))
+            ..sessions.row(median.get(i))
         });
     }
     Ok(rows)
@@ -192,8 +193,8 @@ struct Sessions<'a> {
 
 impl Sessions<'_> {
     /// Everything of a row that is not a key or a quantile.
-    fn spread(&self, median: Option<f64>) -> FleetRow {
-        let robust_sd = median.and_then(|m| spread::robust_sd(&self.values, m));
+    fn row(&self, median: Option<f64>) -> FleetRow {
+        let robust_sd = median.and_then(|m| dispersion::robust_sd(&self.values, m));
         let (known_values, known_errors): (Vec<f64>, Vec<f64>) = self
             .values
             .iter()
@@ -216,9 +217,9 @@ impl Sessions<'_> {
         FleetRow {
             n_sessions: self.values.len() as i64,
             robust_sd,
-            within_sd: spread::root_mean_square(&known_errors),
-            between_sd: spread::between_sd(&known_values, &known_errors),
-            drift_per_day: spread::theil_sen(&when, &what),
+            within_sd: dispersion::root_mean_square(&known_errors),
+            between_sd: dispersion::between_sd(&known_values, &known_errors),
+            drift_per_day: dispersion::theil_sen(&when, &what),
             n_flagged: flagged.len() as i64,
             flagged_sessions: (!flagged.is_empty()).then(|| flagged.join(", ")),
             ..FleetRow::default()
@@ -253,7 +254,7 @@ mod tests {
                 values: [1.0, 1.1, 0.9, 2.0, 1.05, 0.95][..n].to_vec(),
                 errors: [0.1, 0.1, 0.1, error, 0.1, 0.1][..n].to_vec(),
             };
-            sessions.spread(Some(1.0)).flagged_sessions
+            sessions.row(Some(1.0)).flagged_sessions
         };
         assert_eq!(flagged(0.1, 6).as_deref(), Some("d"));
         assert_eq!(flagged(f64::NAN, 6).as_deref(), Some("d"), "no error is no excuse");

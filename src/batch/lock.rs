@@ -4,9 +4,10 @@ use std::fs::{File, TryLockError};
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::Error;
+use super::error::Error;
+use crate::objects::Location;
 use crate::objects::lease::{Lease, Refusal};
-use crate::objects::url::{self, Url};
+use crate::objects::url::Url;
 
 /// Held while a run writes.
 #[derive(Debug)]
@@ -24,10 +25,10 @@ impl Lock {
     ///
     /// # Errors
     /// Another run has it, or it cannot be written.
-    pub fn take(root: &Path) -> Result<Lock, Error> {
-        match url::parse(root).map_err(|e| Error::Usage(e.to_string()))? {
-            Some(url) => prefix(&url),
-            None => folder(root).map(Lock::File),
+    pub fn take(root: &Location) -> Result<Lock, Error> {
+        match root {
+            Location::Remote(url) => prefix(url),
+            Location::Local(path) => folder(path).map(Lock::File),
         }
     }
 

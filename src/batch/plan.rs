@@ -2,30 +2,27 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::bikes::{BikeFile, BikeFiles, hash_settings};
+use super::contents::Contents;
 use super::discover::Found;
-use super::store::{Committed, Contents};
-use super::{Error, Maps, Work, guarded};
-use crate::contract::bike::Bike;
+use super::error::Error;
+use super::marker::Committed;
+use super::settings::{Maps, Settings};
+use super::work::{Work, guarded};
 use crate::contract::session::Meta;
-use crate::ingest::UNREACHABLE;
-use crate::objects::{files, source, url};
-use crate::pipeline::{Pipeline, Rejection};
-use crate::tables::names::is_plain;
+use crate::objects::{Location, source};
+use crate::pipeline::Rejection;
 use crate::tables::rows::Rejected;
-
-/// Longest bike id: it becomes a folder name.
-const LONGEST_BIKE_ID: usize = 100;
 
 /// One session to compute.
 #[derive(Debug)]
 pub struct Job {
     /// The log.
-    pub found: Found,
+    pub location: Location,
     /// The log as it is named in the tables.
     pub log: String,
     /// Size of the log, bytes.
@@ -38,15 +35,18 @@ pub struct Job {
     pub hash: Option<String>,
 }
 
-/// A bike and the hash of all that goes into its sessions besides the logs.
-#[derive(Debug)]
-pub struct BikeFile {
-    /// The bike.
-    pub bike: Bike,
-    /// What its file says.
-    pub text: String,
-    /// BLAKE3 of the resolved pipeline, the bike file and the channel maps.
-    pub pipeline_hash: String,
+impl Job {
+    /// What the session's tables would be made from.
+    pub fn wanted(&self, input_hash: String) -> Committed {
+        Committed {
+            session_id: self.meta.session_id.clone(),
+            bike_id: self.meta.bike_id.clone(),
+            path: self.log.clone(),
+            input_hash,
+            pipeline_hash: self.bike.pipeline_hash.clone(),
+            version: crate::VERSION.to_owned(),
+        }
+    }
 }
 
 /// An input that is rejected before it is computed.
@@ -58,13 +58,21 @@ pub struct Refused {
     pub bytes: u64,
 }
 
-/// What a run will do.
+/// What a batch will do.
 #[derive(Debug, Default)]
 pub struct Plan {
     /// To compute, in order of path.
     pub jobs: Vec<Job>,
     /// Rejected already, in order of path.
     pub refused: Vec<Refused>,
+}
+
+impl Plan {
+    /// Size of all logs, bytes.
+    pub fn bytes(&self) -> u64 {
+        let jobs = self.jobs.iter().map(|j| j.bytes);
+        jobs.chain(self.refused.iter().map(|r| r.bytes)).sum()
+    }
 }
 
 /// Identifies every input and finds its bike. A log that the output's sessions (`before`) were made
@@ -74,33 +82,32 @@ pub struct Plan {
 /// The folder of bike files cannot be used.
 pub fn plan(
     found: Vec<Found>,
-    bikes: &Path,
+    bikes: &Location,
     before: &Contents,
-    pipeline: &Pipeline,
-    maps: &Maps,
+    settings: &Settings<'_>,
     work: &impl Work,
 ) -> Result<Plan, Error> {
-    check_bikes(bikes)?;
-    let salt = salt(pipeline, maps)?;
-    let mut garage = BTreeMap::new();
-    let known = known(&found, before, |bike_id| lookup(&mut garage, bikes, bike_id, &salt));
+    let hashes = hash_settings(settings.pipeline, settings.maps, &work.settings())?;
+    let mut bikes = BikeFiles::new(bikes, hashes)?;
+    let known = known(&found, before, &mut bikes);
     let identified: Vec<Result<Meta, Rejection>> = found
         .par_iter()
-        .map(|f| match known.get(&f.path) {
+        .map(|f| match known.get(&f.location) {
             Some(known) => Ok(known.meta.clone()),
-            None => identify(f, maps, work),
+            None => identify(f, settings.maps, work),
         })
         .collect();
     let mut first: BTreeMap<String, String> = BTreeMap::new();
     let mut plan = Plan::default();
     for (found, meta) in found.into_iter().zip(identified) {
-        let log = found.path.to_string_lossy().into_owned();
+        let location = found.location;
+        let log = name(&location);
         let bytes = match found.problem {
-            None => source::stat(&found.path).map_or(0, |s| s.size),
+            None => source::stat(&location).map_or(0, |s| s.size),
             Some(_) => 0,
         };
         let refuse = |log, meta, why| {
-            let hash = found.problem.is_none().then(|| hash_file(&found.path).ok()).flatten();
+            let hash = found.problem.is_none().then(|| hash_file(&location).ok()).flatten();
             Refused { row: row(log, meta, why, hash), bytes }
         };
         let meta = match meta {
@@ -110,17 +117,23 @@ pub fn plan(
                 continue;
             }
         };
-        let bike = claim(&mut first, &meta, &log)
-            .and_then(|()| lookup(&mut garage, bikes, &meta.bike_id, &salt));
-        match bike {
+        match claim(&mut first, &meta, &log).and_then(|()| bikes.get(&meta.bike_id)) {
             Ok(bike) => {
-                let hash = known.get(&found.path).map(|k| k.hash.clone());
-                plan.jobs.push(Job { found, log, bytes, meta, bike, hash });
+                let hash = known.get(&location).map(|k| k.hash.clone());
+                plan.jobs.push(Job { location, log, bytes, meta, bike, hash });
             }
             Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
         }
     }
     Ok(plan)
+}
+
+/// A log as the tables name it.
+fn name(log: &Location) -> String {
+    match log {
+        Location::Local(path) => path.to_string_lossy().into_owned(),
+        Location::Remote(url) => url.to_string(),
+    }
 }
 
 /// A row of `rejected`.
@@ -151,10 +164,11 @@ pub fn row(
 ///
 /// # Errors
 /// It cannot be read.
-pub fn hash_file(path: &Path) -> std::io::Result<String> {
-    if let Some(url) = url::parse(path)? {
-        return source::identity(&url);
-    }
+pub fn hash_file(file: &Location) -> std::io::Result<String> {
+    let path = match file {
+        Location::Remote(url) => return source::identity(url),
+        Location::Local(path) => path,
+    };
     if !path.is_file() {
         return Err(std::io::ErrorKind::InvalidInput.into()); // a pipe would never end
     }
@@ -173,29 +187,28 @@ struct Known {
 fn known(
     found: &[Found],
     before: &Contents,
-    mut bike: impl FnMut(&str) -> Result<Arc<BikeFile>, Rejection>,
-) -> BTreeMap<PathBuf, Known> {
+    bikes: &mut BikeFiles<'_>,
+) -> BTreeMap<Location, Known> {
     let by_path: BTreeMap<&str, &Committed> =
         before.sessions().map(|c| (c.path.as_str(), c)).collect();
-    let there = |found: &Found| by_path.get(found.path.to_str()?).copied();
     let mut candidates = Vec::new();
     for found in found.iter().filter(|f| f.problem.is_none()) {
-        let Some(there) = there(found) else { continue };
-        let same = there.version == crate::VERSION
+        let Some(&there) = by_path.get(&*name(&found.location)) else { continue };
+        let is_same = there.version == crate::VERSION
             // it has the channel maps in it, which may name sessions and bikes
-            && bike(&there.bike_id).is_ok_and(|b| b.pipeline_hash == there.pipeline_hash);
-        if same {
-            candidates.push((&found.path, there));
+            && bikes.get(&there.bike_id).is_ok_and(|b| b.pipeline_hash == there.pipeline_hash);
+        if is_same {
+            candidates.push((&found.location, there));
         }
     }
-    let recognised = candidates.into_par_iter().filter_map(|(path, there)| {
-        let hash = hash_file(path).ok().filter(|hash| *hash == there.input_hash)?;
+    let recognised = candidates.into_par_iter().filter_map(|(location, there)| {
+        let hash = hash_file(location).ok().filter(|hash| *hash == there.input_hash)?;
         let meta = Meta {
             session_id: there.session_id.clone(),
             bike_id: there.bike_id.clone(),
             ..Meta::default()
         };
-        Some((path.clone(), Known { meta, hash }))
+        Some((location.clone(), Known { meta, hash }))
     });
     recognised.collect()
 }
@@ -205,7 +218,7 @@ fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Reject
         return Err(problem.clone());
     }
     guarded("ingest", || {
-        work.identify(&found.path, &maps.list).map_err(|e| Rejection {
+        work.identify(&found.location, maps.list()).map_err(|e| Rejection {
             stage: "ingest",
             code: e.code,
             message: e.message,
@@ -228,114 +241,4 @@ fn claim(first: &mut BTreeMap<String, String>, meta: &Meta, log: &str) -> Result
     }
     first.insert(meta.session_id.clone(), log.to_owned());
     Ok(())
-}
-
-type Garage = BTreeMap<String, Result<Arc<BikeFile>, Rejection>>;
-
-/// The bike of that id; its file is read once.
-fn lookup(
-    garage: &mut Garage,
-    bikes: &Path,
-    bike_id: &str,
-    salt: &[u8],
-) -> Result<Arc<BikeFile>, Rejection> {
-    if let Some(known) = garage.get(bike_id) {
-        return known.clone();
-    }
-    let read = read_bike(bikes, bike_id, salt);
-    garage.insert(bike_id.to_owned(), read.clone());
-    read
-}
-
-fn read_bike(bikes: &Path, bike_id: &str, salt: &[u8]) -> Result<Arc<BikeFile>, Rejection> {
-    let refuse = |code, message| Rejection { stage: "discover", code, message };
-    if bike_id.is_empty() {
-        return Err(refuse(
-            "no_bike_id",
-            "the log does not say which bike it was ridden on; put it in a folder bike=<id>/, \
-             in the file's metadata (bike_id) or under [meta] in its channel map"
-                .to_owned(),
-        ));
-    }
-    if !is_plain(bike_id) || bike_id.len() > LONGEST_BIKE_ID {
-        return Err(refuse(
-            "bad_bike_id",
-            format!(
-                "bike id `{}` cannot be a file name: use letters, digits, `.`, `_` and `-`, at \
-                 most {LONGEST_BIKE_ID}",
-                bike_id.escape_debug()
-            ),
-        ));
-    }
-    let path = bikes.join(format!("{bike_id}.toml"));
-    let text = files::read(&path).and_then(|bytes| {
-        String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8 text"))
-    });
-    let text = match text {
-        Ok(text) => text,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            let message = format!(
-                "there is no bike file {}: write one (`roadbench schema bike` lists its keys), \
-                 or correct the log's bike_id",
-                path.display()
-            );
-            return Err(refuse("no_bike_file", message));
-        }
-        Err(e) if url::is_url(&path) => {
-            return Err(refuse(UNREACHABLE, format!("cannot read the bike file: {e}")));
-        }
-        Err(e) => {
-            return Err(refuse("bad_bike_file", format!("cannot read {}: {e}", path.display())));
-        }
-    };
-    let bike = BikeFile::parse(text, bike_id, &path, salt)
-        .map_err(|e| refuse("bad_bike_file", e.to_string()))?;
-    Ok(Arc::new(bike))
-}
-
-impl BikeFile {
-    /// From a bike file's text; `path` is for messages, `salt` is [`salt`]'s.
-    ///
-    /// # Errors
-    /// As [`Bike::parse`].
-    pub fn parse(
-        text: String,
-        bike_id: &str,
-        path: &Path,
-        salt: &[u8],
-    ) -> Result<Self, crate::contract::bike::Error> {
-        let bike = Bike::parse(&text, bike_id, path)?;
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(salt);
-        hasher.update(text.as_bytes());
-        let pipeline_hash = hasher.finalize().to_hex().to_string();
-        Ok(BikeFile { bike, text, pipeline_hash })
-    }
-}
-
-fn check_bikes(bikes: &Path) -> Result<(), Error> {
-    let fail = |why: String| Error::Usage(format!("--bikes {}: {why}", bikes.display()));
-    let names: Vec<PathBuf> = if url::is_url(bikes) {
-        let there = files::list(bikes).map_err(|e| fail(e.to_string()))?;
-        there.into_iter().map(|e| e.key.into()).collect()
-    } else {
-        let there = std::fs::read_dir(bikes).map_err(|e| fail(e.to_string()))?;
-        there.filter_map(|e| Some(e.ok()?.file_name().into())).collect()
-    };
-    if names.iter().any(|n| n.extension().is_some_and(|x| x == "toml")) {
-        return Ok(());
-    }
-    Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()))
-}
-
-/// What every session's pipeline hash starts from; each part is hashed so that none can run into the next.
-///
-/// # Errors
-/// The pipeline cannot be written as text: our own mistake.
-pub fn salt(pipeline: &Pipeline, maps: &Maps) -> Result<Vec<u8>, Error> {
-    let text = toml::to_string(pipeline)
-        .map_err(|e| Error::Usage(format!("pipeline {}: {e}", pipeline.name)))?;
-    let mut salt = blake3::hash(text.as_bytes()).as_bytes().to_vec();
-    salt.extend_from_slice(blake3::hash(&maps.text).as_bytes());
-    Ok(salt)
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::engine::{Finished, State, Watch};
+use super::watch::{Finished, State, Watch};
 
 /// Draws the bar and writes the events.
 #[derive(Debug)]
@@ -23,14 +23,20 @@ impl Progress {
         Progress { bar, show, bytes: AtomicU64::new(0), rejected: AtomicUsize::new(0) }
     }
 
+    /// Does something, such as writing to the terminal, while the bar is out of the way.
+    pub fn aside<T>(&self, what: impl FnOnce() -> T) -> T {
+        self.bar.suspend(what)
+    }
+
     /// Takes the bar away.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
 }
 
-impl Watch for Progress {
-    fn planned(&self, inputs: usize, bytes: u64) {
+impl<R> Watch<R> for Progress {
+    fn planned(&self, logs: &[String], bytes: u64) {
+        let inputs = logs.len();
         tracing::debug!(inputs, bytes, "planned");
         if !self.show || inputs < 2 {
             return;
@@ -52,7 +58,7 @@ impl Watch for Progress {
         self.bar.enable_steady_tick(Duration::from_millis(250));
     }
 
-    fn finished(&self, f: &Finished<'_>) {
+    fn finished(&self, f: &Finished<'_>, _: Option<R>) {
         let id = f.session_id.unwrap_or("");
         let (seconds, samples) = ((f.seconds * 1e3).round() / 1e3, f.samples);
         match (f.state, f.why) {

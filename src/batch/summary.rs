@@ -9,7 +9,9 @@ use std::path::Path;
 use jiff::Timestamp;
 use serde::Serialize;
 
-use super::{Error, Run};
+use super::engine::Accounts;
+use super::error::Error;
+use crate::objects::Location;
 use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;
 use crate::tables::file;
@@ -48,9 +50,14 @@ pub struct Summary<'a> {
 
 impl<'a> Summary<'a> {
     /// Of a run.
-    pub fn of(run: &'a Run, pipeline: &'a Pipeline, started: Timestamp, seconds: f64) -> Self {
+    pub fn of(
+        accounts: &'a Accounts,
+        pipeline: &'a Pipeline,
+        started: Timestamp,
+        seconds: f64,
+    ) -> Self {
         let mut rejected_by_code = BTreeMap::new();
-        for row in &run.rejected {
+        for row in &accounts.rejected {
             *rejected_by_code.entry(row.code.as_str()).or_default() += 1;
         }
         let text = toml::to_string(pipeline).unwrap_or_default();
@@ -58,12 +65,12 @@ impl<'a> Summary<'a> {
             version: crate::VERSION,
             started,
             seconds,
-            inputs: run.inputs,
-            computed: run.done,
-            unchanged: run.unchanged,
-            rejected: run.rejected.len(),
-            left: run.left,
-            bytes: run.bytes,
+            inputs: accounts.inputs,
+            computed: accounts.done,
+            unchanged: accounts.unchanged,
+            rejected: accounts.rejected.len(),
+            left: accounts.left,
+            bytes: accounts.bytes,
             requests: Some(counts::so_far()).filter(|c| c.requests() > 0),
             rejected_by_code,
             pipeline_hash: blake3::hash(text.as_bytes()).to_hex().to_string(),
@@ -75,11 +82,10 @@ impl<'a> Summary<'a> {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn write(&self, out: &Path) -> Result<(), Error> {
+    pub fn write(&self, out: &Location) -> Result<(), Error> {
         let text = serde_json::to_string_pretty(self)
             .map_err(|e| Error::Internal(format!("run.json: {e}")))?;
-        file::write_bytes(&out.join("run.json"), (text + "\n").as_bytes())
-            .map_err(|e| Error::Output(e.to_string()))
+        Ok(file::write_bytes(out.join("run.json"), (text + "\n").as_bytes())?)
     }
 
     /// Writes a file in Prometheus' text format, for the text-file collector.
@@ -87,7 +93,7 @@ impl<'a> Summary<'a> {
     /// # Errors
     /// It cannot be written.
     pub fn write_metrics(&self, path: &Path) -> Result<(), Error> {
-        file::write_bytes(path, self.metrics().as_bytes()).map_err(|e| Error::Output(e.to_string()))
+        Ok(file::write_bytes(path, self.metrics().as_bytes())?)
     }
 
     fn metrics(&self) -> String {
@@ -107,7 +113,7 @@ impl<'a> Summary<'a> {
         let labelled = |label: &str, value: &str, n: usize| {
             (format!("{{{label}=\"{value}\"}}"), n as f64) // codes and states are plain words
         };
-        let alone = |value: f64| [(String::new(), value)];
+        let single = |value: f64| [(String::new(), value)];
         metric(
             "sessions",
             "Logs of the last run, by what became of them.",
@@ -116,12 +122,12 @@ impl<'a> Summary<'a> {
         let codes: Vec<_> =
             self.rejected_by_code.iter().map(|(code, n)| labelled("code", code, *n)).collect();
         metric("rejected", "Logs of the last run that could not be used, by code.", &codes);
-        metric("input_bytes", "Size of the last run's logs.", &alone(self.bytes as f64));
-        metric("run_seconds", "Duration of the last run.", &alone(self.seconds));
+        metric("input_bytes", "Size of the last run's logs.", &single(self.bytes as f64));
+        metric("run_seconds", "Duration of the last run.", &single(self.seconds));
         metric(
             "run_start_time_seconds",
             "When the last run began.",
-            &alone(self.started.as_second() as f64),
+            &single(self.started.as_second() as f64),
         );
         out
     }
@@ -135,16 +141,16 @@ mod tests {
     #[test]
     fn metrics_are_prometheus_text() {
         let rejected = |code: &str| Rejected { code: code.to_owned(), ..Rejected::default() };
-        let run = Run {
+        let accounts = Accounts {
             inputs: 5,
             done: 2,
             unchanged: 1,
             rejected: vec![rejected("empty"), rejected("empty")],
             bytes: 1234,
-            ..Run::default()
+            ..Accounts::default()
         };
         let pipeline = Pipeline::onroad();
-        let summary = Summary::of(&run, &pipeline, Timestamp::UNIX_EPOCH, 1.5);
+        let summary = Summary::of(&accounts, &pipeline, Timestamp::UNIX_EPOCH, 1.5);
         let text = summary.metrics();
         for line in [
             "# TYPE roadbench_sessions gauge",

@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use crate::cli::Failure;
+use clap::ValueHint;
+
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::cli::say::{put, say};
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
@@ -12,12 +15,14 @@ use crate::contract::warning::Warning;
 use crate::ingest::foreign::Aids;
 use crate::ingest::map::{self, ChannelMap, TimeSource};
 use crate::ingest::{self, Raw};
+use crate::objects::Location;
 
 /// Turn any supported log into a session.v1 Parquet file
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// The log.
-    log: PathBuf,
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    log: Location,
     /// Channel map to use; may be repeated. Without it the shipped maps are tried.
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
@@ -26,7 +31,8 @@ pub struct Arguments {
     dbc: Vec<PathBuf>,
     /// The Parquet file to write.
     #[arg(long, value_name = "FILE", required_unless_present = "dry_run")]
-    out: Option<PathBuf>,
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    out: Option<Location>,
     /// Rate of the common clock; without it the fastest channel's own.
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
@@ -78,7 +84,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     ingest::write_session(&out, &session, arguments.float32)
         .map_err(|e| Failure::Output(e.to_string()))?;
     put!("{}", summary(&session, &warnings));
-    say!("written to {}", out.display());
+    say!("written to {}", out);
     Ok(())
 }
 

@@ -6,12 +6,14 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
+use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::cli::{Failure, colour, diagnose, run, simulate};
+use crate::cli::{colour, diagnose, run, simulate};
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::effects::Effect;
 use crate::estimate;
-use crate::report::{tables, tables_diagnosis};
+use crate::report::diagnosis::tables as diagnosis;
+use crate::report::tables;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::{session, truth};
 use crate::tables::file;
@@ -54,15 +56,15 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     };
     let colours = colour::on_stdout();
     say!("{}\n", colour::bold("A motorcycle that never was, ridden by numbers", colours));
-    let rides =
-        simulate::write_bike(&scenario, 0, &archive).map_err(|e| Failure::Output(e.to_string()))?;
+    let rides = simulate::write_bike(&scenario, 0, &(&archive).into())
+        .map_err(|e| Failure::Output(e.to_string()))?;
     let text = BUILTIN.iter().find(|(name, _)| *name == "demo").map_or("", |(_, text)| text);
     file::write_bytes(&archive.join("scenario.toml"), text.as_bytes())
         .map_err(|e| Failure::Output(e.to_string()))?;
     let at = step(&format!("simulate: {rides} rides with the sensors of a real one"), begin);
-    run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar)?;
+    run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar.clone())?;
     let at = step("run: the coefficients of both tyres, with intervals", at);
-    diagnose::run(diagnose::Arguments::quietly(archive.clone(), out.clone()))?;
+    diagnose::run(diagnose::Arguments::quietly(archive.clone(), out.clone()), bar)?;
     step("diagnose: is anything wrong with these rides?", at);
 
     tyres(&scenario, &out, colours)?;
@@ -130,7 +132,7 @@ fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> 
 /// What was hidden, and what `diagnose` says.
 fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
     let hidden = hidden(scenario);
-    let rows = tables_diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
+    let rows = diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
     let named: Vec<&CauseRow> =
         rows.iter().filter(|r| matches!(r.verdict.as_str(), "named" | "ambiguous")).collect();
     say!("\n{}", colour::bold("Hidden in these rides, and not told to `diagnose`", colours));

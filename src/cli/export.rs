@@ -3,13 +3,15 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
+use clap::{ValueEnum, ValueHint};
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::contract::bike::{Axle, Bike};
 use crate::export::fitted::Fitted;
 use crate::export::tyre::{Characterised, Setting};
 use crate::export::{csv, header, motorcycle, reduced};
+use crate::objects::Location;
 use crate::tables::file;
 
 /// Write a fitted tyre for other programs
@@ -43,8 +45,8 @@ pub struct Arguments {
     #[arg(long)]
     load: Option<f64>,
     /// Where to write; stdout without it.
-    #[arg(long = "out", value_name = "FILE")]
-    file: Option<PathBuf>,
+    #[arg(long = "out", value_name = "FILE", value_parser = location(), value_hint = ValueHint::AnyPath)]
+    file: Option<Location>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::inspect_source::{Form, print, show};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::ingest::foreign::{Aids, SourceChannel};
 use crate::ingest::survey::{Seen, Survey, survey};
 use crate::ingest::{self, propose::propose};

@@ -3,19 +3,22 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use indicatif::ProgressBar;
 
 use logging::LogFormat;
 
+pub mod batch;
 pub mod colour;
 pub mod convert;
 pub mod demo;
 pub mod diagnose;
 pub mod examples;
 pub mod export;
+pub mod failure;
 pub mod inspect;
 pub mod inspect_source;
+mod location;
 pub mod logging;
 pub mod modes;
 pub mod plan;
@@ -77,17 +80,6 @@ enum Command {
     Man(shell::Man),
 }
 
-/// Why a command did not do what it was asked; each has its exit code.
-#[derive(Debug)]
-pub enum Failure {
-    /// Bad usage or configuration, nothing written: 2.
-    Usage(String),
-    /// Some inputs were rejected, and are listed, or the run was stopped before its end: 1.
-    Rejected(String),
-    /// The output could not be written: 3.
-    Output(String),
-}
-
 /// The program.
 pub fn main() -> ExitCode {
     ExitCode::from(main_with(std::env::args_os()))
@@ -101,7 +93,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     logging::init(arguments.log_format, arguments.verbose, &bar);
     let result = match arguments.command {
         Command::Run(a) => run::run(a, bar),
-        Command::Diagnose(a) => diagnose::run(a),
+        Command::Diagnose(a) => diagnose::run(a, bar),
         Command::Plan(a) => plan::run(&a),
         Command::Simulate(a) => simulate::run(a),
         Command::Modes(a) => modes::run(&a),
@@ -113,15 +105,11 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Command::Export(a) => export::run(a),
         Command::Schema(a) => schema::run(a),
         Command::Demo(a) => demo::run(&a, bar),
-        Command::Completions(a) => shell::completions(&a),
-        Command::Man(a) => shell::man(&a),
+        Command::Completions(a) => shell::completions(&a, Arguments::command()),
+        Command::Man(a) => shell::man(&a, Arguments::command()),
     };
-    let (code, message): (u8, String) = match result {
-        Ok(()) => return 0,
-        Err(Failure::Rejected(message)) => (1, message),
-        Err(Failure::Usage(message)) => (2, message),
-        Err(Failure::Output(message)) => (3, message),
-    };
+    let Err(failure) = result else { return 0 };
+    let (code, message) = failure.parts();
     match arguments.log_format {
         _ if message.is_empty() => {}
         LogFormat::Text => {
@@ -135,7 +123,6 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     /// The words of a line as a shell would hand them over; nothing behind a redirection or a
     /// remark after three spaces.

@@ -1,12 +1,14 @@
 //! `roadbench modes`.
 
-use std::path::PathBuf;
+use clap::ValueHint;
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::motorcycle::modes::{Mode, Name, over_speed};
 use crate::motorcycle::{Model, Motorcycle, Road};
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::objects::Location;
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::tables::file;
 use crate::tables::rows::ModeRow;
 
@@ -26,8 +28,8 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1.0, value_name = "SPEED")]
     step: f64,
     /// Folder for the table (modes.parquet) and the figure (modes.svg).
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    out: Option<Location>,
 }
 
 /// Runs the command.
@@ -67,8 +69,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let fail = |e: file::Error| Failure::Output(e.to_string());
     file::write(&out.join("modes.parquet"), &rows).map_err(fail)?;
     file::write_bytes(&out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
-    say!("table: {}", out.join("modes.parquet").display());
-    say!("figure: {}", out.join("modes.svg").display());
+    say!("table: {}", out.join("modes.parquet"));
+    say!("figure: {}", out.join("modes.svg"));
     Ok(())
 }
 

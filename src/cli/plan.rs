@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::diagnose::advice::{ALIKE, Advice};
 use crate::diagnose::null_calibration::SEEN;

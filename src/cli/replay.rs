@@ -2,24 +2,29 @@
 
 use std::path::PathBuf;
 
-use crate::cli::Failure;
+use clap::ValueHint;
+
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::contract::bike::Bike;
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::ingest::map::ChannelMap;
 use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
-use crate::pipeline::Pipeline;
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::objects::Location;
+use crate::pipeline::{self, Pipeline};
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::replay::{self, Replay};
 use crate::tables::rows::BrakingReplay;
-use crate::{contract::manoeuvre::ManoeuvreKind, segment};
-use crate::{filter, ingest, tables::file};
+use crate::{ingest, tables::file};
 
 /// Ride the brakings of a log again: measured pressures in, deceleration and slip out
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// A log.
-    log: PathBuf,
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    log: Location,
     /// The motorcycle that brakes: built in, or a motorcycle file.
     #[arg(long)]
     motorcycle: String,
@@ -39,8 +44,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
     /// Folder for the table (replay.parquet) and the figure (replay.svg).
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    out: Option<Location>,
 }
 
 /// Runs the command.
@@ -69,10 +74,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
     let file = arguments.bikes.join(format!("{}.toml", raw.meta.bike_id));
     let bike = Bike::read(&file).map_err(|e| usage(e.to_string()))?;
-    let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(rejected)?;
-    ingest::check(&mut session, &bike, &pipeline.ingest).map_err(rejected)?;
-    filter::run(&mut session, &pipeline.filter);
-    let segments = segment::run(&session, &bike, &pipeline.segment);
+    let (mut session, _) = pipeline::prepare_raw(raw, &bike, &pipeline)
+        .map_err(|e| Failure::Rejected(format!("{} ({})", e.message, e.code)))?;
+    let (segments, _) = pipeline::segmented(&mut session, &bike, &pipeline);
     let brakings: Vec<_> = segments
         .iter()
         .filter(|s| {
@@ -86,10 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
         .collect();
     if brakings.is_empty() {
-        return Err(Failure::Rejected(format!(
-            "{}: no usable braking in the log",
-            arguments.log.display()
-        )));
+        return Err(Failure::Rejected(format!("{}: no usable braking in the log", arguments.log)));
     }
     let steering = replay::steering(&model, session.rate).map_err(|e| usage(e.to_string()))?;
     say!(
@@ -154,7 +155,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(replay) = drawn {
         let path = out.join("replay.svg");
         file::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;
-        say!("figure: {}", path.display());
+        say!("figure: {}", path);
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! `roadbench schema`.
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::say::{put, say};
 use crate::contract::schema;
 use crate::tables::registry;

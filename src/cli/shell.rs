@@ -1,11 +1,12 @@
-//! `roadbench completions` and `roadbench man`: what a shell and `man` want to know of the commands.
+//! `roadbench completions` and `roadbench man`: shell completions and manual pages, generated from
+//! the commands' arguments.
 
 use std::path::PathBuf;
 
-use clap::CommandFactory;
+use clap::Command;
 use clap_complete::Shell;
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
 use crate::cli::say::{put, say};
 
 /// Print the completions of a shell
@@ -22,25 +23,24 @@ pub struct Man {
     dir: PathBuf,
 }
 
-/// Runs `completions`.
+/// Runs `completions`; `command` is the whole program.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn completions(arguments: &Completions) -> Result<(), Failure> {
-    let mut command = super::Arguments::command();
+pub fn completions(arguments: &Completions, mut command: Command) -> Result<(), Failure> {
     let mut text = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "roadbench", &mut text);
     put!("{}", String::from_utf8_lossy(&text));
     Ok(())
 }
 
-/// Runs `man`.
+/// Runs `man`; `command` is the whole program.
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn man(arguments: &Man) -> Result<(), Failure> {
+pub fn man(arguments: &Man, command: Command) -> Result<(), Failure> {
     let dir = &arguments.dir;
-    let command = super::Arguments::command().disable_help_subcommand(true);
+    let command = command.disable_help_subcommand(true);
     let pages = 1 + command.get_subcommands().count();
     std::fs::create_dir_all(dir).and_then(|()| clap_mangen::generate_to(command, dir)).map_err(
         |e| Failure::Output(format!("cannot write manual pages to {}: {e}", dir.display())),

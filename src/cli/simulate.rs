@@ -1,14 +1,15 @@
 //! `roadbench simulate`.
 
-use std::path::{Path, PathBuf};
-
+use clap::ValueHint;
 use rayon::prelude::*;
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::contract::session::Meta;
 use crate::ingest::write_session;
 use crate::model::tir;
+use crate::objects::Location;
 use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
 use crate::simulate::scenario::{BUILTIN, Scenario};
@@ -24,8 +25,8 @@ pub struct Arguments {
     /// grip_limit with the nonlinear motorcycle; motocross off-road) or a scenario file.
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
-    #[arg(long)]
-    out: PathBuf,
+    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    out: Location,
     /// Bikes, instead of the scenario's number.
     #[arg(long)]
     bikes: Option<usize>,
@@ -79,7 +80,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         scenario.name,
         sessions,
         scenario.fleet.bikes,
-        out.display()
+        out
     );
     Ok(())
 }
@@ -128,7 +129,7 @@ fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Fail
         scenario.name,
         ridden.len(),
         simulated / spent,
-        out.display()
+        out
     );
     let falls: Vec<String> = ridden.into_iter().filter_map(|r| r.2).collect();
     if falls.is_empty() { Ok(()) } else { Err(Failure::Rejected(falls.join("\n"))) }
@@ -136,21 +137,21 @@ fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Fail
 
 /// Where a session's files go.
 struct Place {
-    log: PathBuf,
-    truth: PathBuf,
-    below: PathBuf,
+    log: Location,
+    truth: Location,
+    below: String,
 }
 
 impl Place {
-    fn of(meta: &Meta, out: &Path) -> Self {
+    fn of(meta: &Meta, out: &Location) -> Self {
         let date = meta.start_time.as_deref().and_then(|t| t.get(..10)).unwrap_or("2026-01-01");
-        let part = PathBuf::from(format!("bike={}", meta.bike_id));
+        let part = format!("bike={}", meta.bike_id);
         let name = format!("{}.parquet", meta.session_id);
         let log = out.join("sessions").join(&part).join(format!("date={date}")).join(&name);
-        Place { log, truth: out.join("truth"), below: part.join(name) }
+        Place { log, truth: out.join("truth"), below: format!("{part}/{name}") }
     }
 
-    fn truth(&self, kind: &str) -> PathBuf {
+    fn truth(&self, kind: &str) -> Location {
         self.truth.join(kind).join(&self.below)
     }
 }
@@ -209,7 +210,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
         ridden.len(),
         tour.model.motorcycle.name,
         simulated / spent,
-        out.display()
+        out
     );
     if arguments.compare {
         compare(&own, tour, &skill, out)?;
@@ -218,7 +219,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Rides the first session on both pairs of tyres and shows the peaks.
-fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Failure> {
+fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Location) -> Result<(), Failure> {
     let fail = |e: file::Error| Failure::Output(e.to_string());
     let (reference, other) = (ride::ride(own, skill, 0), ride::ride(tour, skill, 0));
     let rows = compare::peaks(&reference, &other);
@@ -237,12 +238,12 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Path) -> Result<(), Fai
     let figure = compare::figure(&reference, &other);
     let path = out.join("compare/compare.svg");
     file::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
-    say!("figure: {}", path.display());
+    say!("figure: {}", path);
     Ok(())
 }
 
 /// A session and its truth.
-fn write(known: &Known, float32: bool, out: &Path) -> Result<(), file::Error> {
+fn write(known: &Known, float32: bool, out: &Location) -> Result<(), file::Error> {
     let place = Place::of(&known.session.meta, out);
     write_session(&place.log, &known.session, float32)?;
     for (table, batch) in &known.truth {
@@ -255,7 +256,7 @@ fn write(known: &Known, float32: bool, out: &Path) -> Result<(), file::Error> {
 pub(super) fn write_bike(
     scenario: &Scenario,
     bike: usize,
-    out: &Path,
+    out: &Location,
 ) -> Result<usize, file::Error> {
     let machine = scenario.machine(bike);
     let id = &machine.bike.bike_id;

@@ -1,13 +1,15 @@
 //! `roadbench tyre`.
 
-use std::path::PathBuf;
+use clap::ValueHint;
 
-use crate::cli::Failure;
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::cli::say::{put, say};
 use crate::model::tir;
 use crate::model::tyre::Input;
 use crate::model::tyre_model::TyreModel;
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::objects::Location;
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::tyre_truth::{Bench, bench};
 use crate::tables::file;
 use crate::tables::rows::BenchRow;
@@ -27,8 +29,8 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1.0)]
     friction: f64,
     /// Folder for the table (bench.parquet) and the figure (bench.svg).
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
+    out: Option<Location>,
 }
 
 /// Cambers of the table, degrees.
@@ -163,6 +165,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .collect();
     let path = out.join("bench.svg");
     file::write_bytes(&path, panels(&drawn, 2).as_bytes()).map_err(fail)?;
-    say!("figure: {}", path.display());
+    say!("figure: {}", path);
     Ok(())
 }

@@ -24,6 +24,7 @@ pub mod attitude;
 pub mod base;
 pub mod diagnosis;
 pub mod dive;
+pub mod extended_model;
 pub mod generic;
 pub mod levels;
 pub mod name;
@@ -40,12 +41,12 @@ pub mod scan;
 pub mod scatter;
 pub mod sensor_drift;
 pub mod show;
-pub mod smooth;
 pub mod summary;
 
 pub use diagnosis::{Diagnosis, Settings};
 
 use crate::contract::bike::Bike;
+use crate::ingest::{self, Raw};
 use crate::pipeline::{Input, Pipeline, Rejection};
 
 /// Diagnoses one log: off-road where the pipeline has `[offroad]`, on the road otherwise.
@@ -58,9 +59,26 @@ pub fn run(
     pipeline: &Pipeline,
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
+    let raw = ingest::read(&input.log, input.maps).map_err(|e| Rejection {
+        stage: "ingest",
+        code: e.code,
+        message: e.message,
+    })?;
+    run_raw(raw, bike, pipeline, settings)
+}
+
+/// As [`run`], of a log that is in memory already.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_raw(
+    raw: Raw,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    settings: &Settings,
+) -> Result<Diagnosis, Rejection> {
     match pipeline.offroad {
-        None => ride::log(input.path, input.maps, bike, pipeline, settings).map(Diagnosis::from),
-        Some(_) => offroad::log(input.path, input.maps, bike, pipeline, settings.nulls)
-            .map(Diagnosis::from),
+        None => ride::raw(raw, bike, pipeline, settings).map(Diagnosis::from),
+        Some(_) => offroad::raw(raw, bike, pipeline, settings.nulls).map(Diagnosis::from),
     }
 }

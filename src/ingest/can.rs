@@ -7,12 +7,12 @@
 //! wherever it is, and its claims of length must not be believed.
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{Error, Head, warning};
+use crate::objects::Location;
 
 mod bits;
 mod blf;
@@ -33,10 +33,10 @@ impl Format for Can {
         frames::kind(head.bytes).is_some()
     }
 
-    fn list(path: &Path, aids: &Aids) -> Result<Listing, Error> {
+    fn list(log: &Location, aids: &Aids) -> Result<Listing, Error> {
         let database = Database::read(aids)?;
         let mut census = Census::default();
-        let scan = frames::each(path, &mut |frame| census.count(frame))?;
+        let scan = frames::each(log, &mut |frame| census.count(frame))?;
         let mut listing = census.listing(&database);
         listing.meta.start_time = scan.start;
         listing.layout = layout(aids);
@@ -54,10 +54,10 @@ impl Format for Can {
         Ok(listing)
     }
 
-    fn decode(path: &Path, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+    fn decode(log: &Location, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
         let database = Database::read(aids)?;
         let mut collector = Collector::new(&database, wanted);
-        frames::each(path, &mut |frame| collector.take(frame))?;
+        frames::each(log, &mut |frame| collector.take(frame))?;
         Ok(Decoded { columns: collector.columns(wanted), warnings: Vec::new() })
     }
 }

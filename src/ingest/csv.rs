@@ -1,7 +1,6 @@
 //! Delimited text, through a channel map.
 
 use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
 
 use ::csv::{ByteRecord, ReaderBuilder};
 
@@ -9,6 +8,7 @@ use crate::contract::session::Meta;
 use crate::ingest::foreign::{Listing, SourceChannel, fit};
 use crate::ingest::map::{ChannelMap, CsvLayout, TimeSource, of_format};
 use crate::ingest::{Error, HEAD_LEN, Head, Raw, Reader, ident, warning};
+use crate::objects::Location;
 use crate::objects::source::{self, Source};
 
 pub(super) mod cells;
@@ -29,15 +29,15 @@ fn sniff(head: &Head<'_>) -> bool {
     text::is_utf16(head.bytes) || head.bytes.iter().all(plain)
 }
 
-fn identify(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {
-    let (map, header) = choose(path, maps)?;
-    let mut meta = ident::or(ident::from_path(path), map.meta.clone());
+fn identify(log: &Location, maps: &[ChannelMap]) -> Result<Meta, Error> {
+    let (map, header) = choose(log, maps)?;
+    let mut meta = ident::or(ident::from_path(log), map.meta.clone());
     if let TimeSource::Column { name, factor, epoch: true } = &map.time {
-        let mut rows = open(path, &map.csv)?;
+        let mut rows = open(log, &map.csv)?;
         let at = header.names.iter().position(|c| c == name);
         if let Some(at) = at {
             let writing = rows.writing(map);
-            let first = cells::read(path, &mut rows.reader, &[(name, at)], writing, 1);
+            let first = cells::read(log, &mut rows.reader, &[(name, at)], writing, 1);
             let stamp = first.ok().and_then(|r| r.columns.first()?.first().copied());
             meta.start_time = stamp.and_then(|t| start_time(t * factor)).or(meta.start_time);
         }
@@ -54,8 +54,8 @@ pub(super) fn start_time(seconds: f64) -> Option<String> {
     jiff::Timestamp::from_millisecond(ms as i64).ok().map(|t| t.to_string())
 }
 
-fn map(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
-    let (map, header) = choose(path, maps)?;
+fn map(log: &Location, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
+    let (map, header) = choose(log, maps)?;
     fitted(map, &header).map(Some)
 }
 
@@ -74,8 +74,8 @@ fn fitted(map: &ChannelMap, header: &Header) -> Result<ChannelMap, Error> {
     fit(map, &Listing { channels, ..Listing::default() })
 }
 
-fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
-    let (map, header) = choose(path, maps)?;
+fn read(log: &Location, maps: &[ChannelMap]) -> Result<Raw, Error> {
+    let (map, header) = choose(log, maps)?;
     let map = fitted(map, &header)?;
     let needed = map.needed();
     let place = |name: &str| header.names.iter().position(|h| h == name);
@@ -83,10 +83,10 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
         .iter()
         .map(|name| place(name).map(|p| (*name, p)).ok_or_else(|| map.missing(name, &header.names)))
         .collect::<Result<Vec<cells::Wanted<'_>>, Error>>()?;
-    let mut rows = open(path, &map.csv)?;
+    let mut rows = open(log, &map.csv)?;
     let writing = rows.writing(&map);
     let cells::Cells { columns: mut decoded, mut warnings } =
-        cells::read(path, &mut rows.reader, &places, writing, usize::MAX)?;
+        cells::read(log, &mut rows.reader, &places, writing, usize::MAX)?;
     let rows = decoded.first().map_or(0, Vec::len);
     let time = match &map.time {
         TimeSource::Rate(rate) => (0..rows).map(|i| i as f64 / rate).collect(),
@@ -119,7 +119,7 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
         ));
     }
     Ok(Raw {
-        meta: identify(path, maps)?,
+        meta: identify(log, maps)?,
         tracks: map.apply(columns)?,
         warnings,
         euler_yaw: map.euler_yaw,
@@ -127,11 +127,11 @@ fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
 }
 
 /// The map for a file and the file's header under that map's layout.
-fn choose<'a>(path: &Path, maps: &'a [ChannelMap]) -> Result<(&'a ChannelMap, Header), Error> {
+fn choose<'a>(log: &Location, maps: &'a [ChannelMap]) -> Result<(&'a ChannelMap, Header), Error> {
     let candidates = of_format(maps, "csv");
     let mut seen = Header::default();
     for &map in &candidates {
-        let header = open(path, &map.csv)?.header;
+        let header = open(log, &map.csv)?.header;
         if map.detects(&header.names) {
             return Ok((map, header));
         }
@@ -147,7 +147,7 @@ fn choose<'a>(path: &Path, maps: &'a [ChannelMap]) -> Result<(&'a ChannelMap, He
         format!(
             "no channel map fits {} (tried {}); its header is `{}`; `roadbench inspect` proposes a \
              map for it, `roadbench schema channel_map` lists every key",
-            path.display(),
+            log,
             tried.join(", "),
             seen.names.join(", ").chars().take(300).collect::<String>()
         ),
@@ -179,9 +179,9 @@ impl Rows {
     }
 }
 
-fn open(path: &Path, layout: &CsvLayout) -> Result<Rows, Error> {
-    let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let file = source::open(path).map_err(fail)?;
+fn open(log: &Location, layout: &CsvLayout) -> Result<Rows, Error> {
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let file = source::open(log).map_err(fail)?;
     let mut file = BufReader::new(Text::new(file).map_err(fail)?);
     let mut line = Vec::new();
     let mut next = |line: &mut Vec<u8>| -> Result<(), Error> {
@@ -229,11 +229,11 @@ mod tests {
          skip_rows = 1\nrows_after_header = 1\nmissing = ['n/a']\n[detect]\ncolumns = ['v']\n\
          [time]\ncolumn = 't'\nunit = 'ms'\n[channel.velocity_x]\nfrom = 'v'\nunit = 'km/h'\n";
 
-    fn log(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
+    fn log(text: &str) -> (tempfile::TempDir, Location) {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("ride.csv");
         std::fs::write(&path, text).expect("written");
-        (folder, path)
+        (folder, path.into())
     }
 
     fn maps() -> Vec<ChannelMap> {

@@ -3,14 +3,12 @@
 //! Read by the published specification and its examples; no file of a real logger could be had to
 //! try it on.
 
-use std::path::Path;
-
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{Error, Head, warning};
-use crate::objects::source;
+use crate::objects::{Location, source};
 
 mod channels;
 mod records;
@@ -31,10 +29,10 @@ impl Format for Ctrk {
         records::is(head.bytes)
     }
 
-    fn list(path: &Path, _: &Aids) -> Result<Listing, Error> {
-        let bytes = source::read(path).map_err(|e| Error::unreadable(path, &e))?;
+    fn list(log: &Location, _: &Aids) -> Result<Listing, Error> {
+        let bytes = source::read(log).map_err(|e| Error::unreadable(log, &e))?;
         let contents = records::split(&bytes);
-        let columns = columns(path, &contents)?;
+        let columns = columns(log, &contents)?;
         let channel = |(column, unit): &(Column, &'static str)| SourceChannel {
             name: column.name.clone(),
             unit: Some((*unit).to_owned()),
@@ -60,21 +58,21 @@ impl Format for Ctrk {
         })
     }
 
-    fn decode(path: &Path, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
-        let bytes = source::read(path).map_err(|e| Error::unreadable(path, &e))?;
+    fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+        let bytes = source::read(log).map_err(|e| Error::unreadable(log, &e))?;
         let contents = records::split(&bytes);
-        let columns = columns(path, &contents)?;
+        let columns = columns(log, &contents)?;
         let find = |c: &&SourceChannel| columns.iter().find(|(col, _)| col.name == c.name);
         let columns = wanted.iter().filter_map(find).map(|(c, _)| c.clone()).collect();
         Ok(Decoded { columns, warnings: Vec::new() })
     }
 }
 
-fn columns(path: &Path, contents: &Contents<'_>) -> Result<Vec<(Column, &'static str)>, Error> {
+fn columns(log: &Location, contents: &Contents<'_>) -> Result<Vec<(Column, &'static str)>, Error> {
     let columns = channels::columns(contents);
     if columns.is_empty() {
         let why = contents.broken.as_deref().map(|b| format!(": {b}")).unwrap_or_default();
-        let message = format!("{} has no records of known channels{why}", path.display());
+        let message = format!("{log} has no records of known channels{why}");
         return Err(Error::new("no_channels", message));
     }
     Ok(columns)

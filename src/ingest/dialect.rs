@@ -11,13 +11,13 @@
 //! | [`RaceChrono`]: CSV v2 and v3 | its first line | `timestamp` or `Time (s)`, since 1970 | second row, v2: in the name |
 
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
 
 use crate::contract::warning::Warning;
 use crate::ingest::csv::table::{self, Table};
 use crate::ingest::csv::{cells, clocks, start_time, text};
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::{Error, Head, ident, units, warning};
+use crate::objects::Location;
 
 pub(super) mod facts;
 mod level;
@@ -95,12 +95,12 @@ macro_rules! text_format {
                 $dialect.sniff(head)
             }
 
-            fn list(path: &Path, _: &Aids) -> Result<Listing, Error> {
-                $dialect.list(path)
+            fn list(log: &Location, _: &Aids) -> Result<Listing, Error> {
+                $dialect.list(log)
             }
 
-            fn decode(path: &Path, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
-                $dialect.decode(path, wanted)
+            fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+                $dialect.decode(log, wanted)
             }
         }
     };
@@ -136,20 +136,20 @@ impl Dialect {
         plain.to_lowercase().replace(';', ",").starts_with(self.begins)
     }
 
-    fn list(&self, path: &Path) -> Result<Listing, Error> {
-        let mut table = table::open(path, self.clock, self.notes)?;
+    fn list(&self, log: &Location) -> Result<Listing, Error> {
+        let mut table = table::open(log, self.clock, self.notes)?;
         let facts = Facts::of_cells(&table.above);
-        let clock = self.clock(path, &table, &facts)?;
+        let clock = self.clock(log, &table, &facts)?;
         let mut meta = facts.meta(&self.words);
         let mut warnings = Vec::new();
         if let (Clock::Column(place, factor), true) = (clock, self.epoch) {
-            let first = rows(path, &mut table, &[("time", place)], 1)?;
+            let first = rows(log, &mut table, &[("time", place)], 1)?;
             let stamp = first.columns.first().and_then(|c| c.first()).copied();
             meta.start_time = stamp.and_then(|t| start_time(t * factor));
         } else if let Some(start) = &meta.start_time {
             warnings.push(wall_clock(start));
         }
-        if !ident::from_path(path).bike_id.is_empty() {
+        if !ident::from_path(log).bike_id.is_empty() {
             meta.bike_id.clear(); // whoever files logs by bike knows it better than the header
         }
         Ok(Listing {
@@ -161,7 +161,7 @@ impl Dialect {
         })
     }
 
-    fn clock(&self, path: &Path, table: &Table, facts: &Facts) -> Result<Clock, Error> {
+    fn clock(&self, log: &Location, table: &Table, facts: &Facts) -> Result<Clock, Error> {
         let found = self.clock.iter().find_map(|name| table.names.iter().position(|n| n == name));
         if let Some(place) = found {
             let unit = table.notes.first().and_then(|u| u.get(place)).map_or("", |u| u.trim());
@@ -169,7 +169,7 @@ impl Dialect {
                 "" | "unix time" | "sec" => 1.0,
                 unit => units::conversion(unit, "s").map(|c| c.factor).map_err(|e| {
                     let name = &table.names[place];
-                    Error::new("unknown_unit", format!("{}: `{name}`: {e}", path.display()))
+                    Error::new("unknown_unit", format!("{log}: `{name}`: {e}"))
                 })?,
             };
             return Ok(Clock::Column(place, factor));
@@ -177,7 +177,7 @@ impl Dialect {
         facts.number(self.words.rate).map(Clock::Rate).ok_or_else(|| {
             let message = format!(
                 "{} has no column `{}` and its header gives no rate; export it again with time",
-                path.display(),
+                log,
                 self.clock.join("` or `")
             );
             Error::new("no_time", message)
@@ -234,10 +234,10 @@ impl Dialect {
         channels
     }
 
-    fn decode(&self, path: &Path, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
-        let mut table = table::open(path, self.clock, self.notes)?;
+    fn decode(&self, log: &Location, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+        let mut table = table::open(log, self.clock, self.notes)?;
         let facts = Facts::of_cells(&table.above);
-        let clock = self.clock(path, &table, &facts)?;
+        let clock = self.clock(log, &table, &facts)?;
         let names: Vec<String> = wanted.iter().map(|c| c.full()).collect();
         let mut places: Vec<cells::Wanted<'_>> =
             names.iter().zip(wanted).map(|(name, c)| (name.as_str(), c.place[0])).collect();
@@ -249,7 +249,7 @@ impl Dialect {
         let places: Vec<(String, usize)> =
             places.into_iter().map(|(name, place)| (name.to_owned(), place)).collect();
         let places: Vec<cells::Wanted<'_>> = places.iter().map(|(n, p)| (n.as_str(), *p)).collect();
-        let mut read = rows(path, &mut table, &places, usize::MAX)?;
+        let mut read = rows(log, &mut table, &places, usize::MAX)?;
         let time = match clock {
             Clock::Column(_, factor) => {
                 let mut time = read.columns.pop().unwrap_or_default();
@@ -279,7 +279,7 @@ fn beginning(bytes: &[u8]) -> Option<String> {
 
 /// Columns of a table's rows.
 fn rows(
-    path: &Path,
+    log: &Location,
     table: &mut Table,
     places: &[cells::Wanted<'_>],
     most: usize,
@@ -290,7 +290,7 @@ fn rows(
         first_line: table.first_line,
         width: table.names.len(),
     };
-    cells::read(path, &mut table.rows, places, writing, most)
+    cells::read(log, &mut table.rows, places, writing, most)
 }
 
 /// What a source row's cell calls a device: `100: gps` is `gps`.

@@ -14,13 +14,14 @@
 //! and its row of units, and a [`Look`] lets `inspect` show it and propose a map.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::contract::schema;
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
 use crate::ingest::map::{self, ChannelMap, Column, Entry, of_format};
 use crate::ingest::{Error, Head, Raw, Reader, ident, units};
+use crate::objects::Location;
 
 /// A format whose logs bring channels and clocks of their own.
 pub trait Format {
@@ -34,13 +35,13 @@ pub trait Format {
     ///
     /// # Errors
     /// The log cannot be read at all; what is damaged in part is a warning.
-    fn list(path: &Path, aids: &Aids) -> Result<Listing, Error>;
+    fn list(log: &Location, aids: &Aids) -> Result<Listing, Error>;
 
     /// The wanted channels, in the order asked for, each with the name [`SourceChannel::full`].
     ///
     /// # Errors
     /// As [`list`](Format::list).
-    fn decode(path: &Path, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error>;
+    fn decode(log: &Location, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error>;
 }
 
 /// What a log cannot be understood without and does not hold itself; a channel map brings it.
@@ -110,9 +111,9 @@ pub struct Decoded {
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
     /// As [`Format::list`].
-    pub list: fn(&Path, &Aids) -> Result<Listing, Error>,
+    pub list: fn(&Location, &Aids) -> Result<Listing, Error>,
     /// As [`Format::decode`].
-    pub decode: fn(&Path, &Aids, &[&SourceChannel]) -> Result<Decoded, Error>,
+    pub decode: fn(&Location, &Aids, &[&SourceChannel]) -> Result<Decoded, Error>,
 }
 
 /// The reader of a format.
@@ -299,13 +300,13 @@ fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> 
 }
 
 /// The map that is taken for a log, fitted to it, and the log's listing.
-fn choose<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<(ChannelMap, Listing), Error> {
+fn choose<F: Format>(log: &Location, maps: &[ChannelMap]) -> Result<(ChannelMap, Listing), Error> {
     let candidates = of_format(maps, F::NAME);
     let mut listed: Option<(&Aids, Listing)> = None;
     for &map in &candidates {
         let listing = match listed.take() {
             Some((aids, listing)) if *aids == map.aids => listing,
-            _ => F::list(path, &map.aids)?,
+            _ => F::list(log, &map.aids)?,
         };
         // a single map that was asked for is used even if it does not claim the log
         let asked = candidates.len() == 1 && !maps.is_empty();
@@ -316,14 +317,14 @@ fn choose<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<(ChannelMap, Li
     }
     let listing = match listed {
         Some((_, listing)) => listing,
-        None => F::list(path, &Aids::default())?,
+        None => F::list(log, &Aids::default())?,
     };
     if listing.channels.is_empty() {
         let facts: Vec<String> =
             listing.facts.iter().map(|(name, value)| format!("{name}: {value}")).collect();
         let message = format!(
             "no channel can be read from {} ({}){}",
-            path.display(),
+            log,
             F::NAME,
             if facts.is_empty() { String::new() } else { format!("; {}", facts.join("; ")) }
         );
@@ -337,32 +338,32 @@ fn choose<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<(ChannelMap, Li
             "no channel map of format {} fits {} (tried {tried}); its channels are {}; \
              `roadbench inspect` proposes a map for it",
             F::NAME,
-            path.display(),
+            log,
             listing.names()
         ),
     ))
 }
 
-fn identify<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {
-    let (map, listing) = choose::<F>(path, maps)?;
-    Ok(who(path, &listing, &map))
+fn identify<F: Format>(log: &Location, maps: &[ChannelMap]) -> Result<Meta, Error> {
+    let (map, listing) = choose::<F>(log, maps)?;
+    Ok(who(log, &listing, &map))
 }
 
 /// The log's word first, then its path's, then the map's.
-fn who(path: &Path, listing: &Listing, map: &ChannelMap) -> Meta {
-    ident::or(listing.meta.clone(), ident::or(ident::from_path(path), map.meta.clone()))
+fn who(log: &Location, listing: &Listing, map: &ChannelMap) -> Meta {
+    ident::or(listing.meta.clone(), ident::or(ident::from_path(log), map.meta.clone()))
 }
 
-fn map<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
-    choose::<F>(path, maps).map(|(map, _)| Some(map))
+fn map<F: Format>(log: &Location, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
+    choose::<F>(log, maps).map(|(map, _)| Some(map))
 }
 
-fn read<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
-    let (map, listing) = choose::<F>(path, maps)?;
+fn read<F: Format>(log: &Location, maps: &[ChannelMap]) -> Result<Raw, Error> {
+    let (map, listing) = choose::<F>(log, maps)?;
     let wanted: Vec<&SourceChannel> =
         map.needed().into_iter().map(|name| listing.find(name)).collect::<Result<_, Error>>()?;
-    let Decoded { columns, warnings } = F::decode(path, &map.aids, &wanted)?;
-    let meta = who(path, &listing, &map);
+    let Decoded { columns, warnings } = F::decode(log, &map.aids, &wanted)?;
+    let meta = who(log, &listing, &map);
     let mut all = listing.warnings;
     all.extend(warnings);
     Ok(Raw { meta, tracks: map.apply(columns)?, warnings: all, euler_yaw: map.euler_yaw })
@@ -370,11 +371,10 @@ fn read<F: Format>(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
 
 /// A library that reads damaged bytes may panic; that is an unreadable log, not our end.
 pub(super) fn guarded<T>(
-    path: &Path,
+    log: &Location,
     work: impl FnOnce() -> Result<T, String>,
 ) -> Result<T, Error> {
-    let damaged =
-        |what: &str| Error::new("unreadable", format!("{} is damaged: {what}", path.display()));
+    let damaged = |what: &str| Error::new("unreadable", format!("{log} is damaged: {what}"));
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(done) => done.map_err(|message| damaged(&message)),
         Err(_) => Err(damaged("its parts make no sense")),

@@ -1,15 +1,13 @@
 //! Who and when, where the log itself does not say.
 
-use std::path::Path;
-
 use crate::contract::session::Meta;
 use crate::ingest::Error;
+use crate::objects::Location;
 
 /// What the path `bike=<id>/date=<yyyy-mm-dd>/<session_id>.<ext>` says.
-pub fn from_path(path: &Path) -> Meta {
+pub fn from_path(log: &Location) -> Meta {
     let mut meta = Meta::default();
-    for part in path.parent().into_iter().flat_map(Path::components) {
-        let part = part.as_os_str().to_string_lossy();
+    for part in log.folders() {
         if let Some(bike) = part.strip_prefix("bike=") {
             meta.bike_id = bike.to_owned();
         } else if let Some(date) = part.strip_prefix("date=")
@@ -18,7 +16,7 @@ pub fn from_path(path: &Path) -> Meta {
             meta.start_time = Some(format!("{date}T00:00:00Z"));
         }
     }
-    meta.session_id = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    meta.session_id = log.file_stem().into_owned();
     meta
 }
 
@@ -72,13 +70,17 @@ pub fn checked(meta: Meta) -> Result<Meta, Error> {
 mod tests {
     use super::*;
 
+    fn at(path: &str) -> Location {
+        Location::Local(path.into())
+    }
+
     #[test]
     fn the_path_says_bike_date_and_session() {
-        let meta = from_path(Path::new("a/bike=b-1/date=2025-06-01/s 7.parquet"));
+        let meta = from_path(&at("a/bike=b-1/date=2025-06-01/s 7.parquet"));
         assert_eq!(meta.bike_id, "b-1");
         assert_eq!(meta.session_id, "s 7");
         assert_eq!(meta.start_time.as_deref(), Some("2025-06-01T00:00:00Z"));
-        assert_eq!(from_path(Path::new("x/date=soon/y.csv")).start_time, None);
+        assert_eq!(from_path(&at("x/date=soon/y.csv")).start_time, None);
     }
 
     #[test]

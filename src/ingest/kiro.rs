@@ -12,13 +12,12 @@
 //! `gps_latitude`, `gps_longitude` (deg), `motor_speed` (rpm), `suspension_front`,
 //! `suspension_rear` (uncalibrated counts); a channel map takes it from there.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::contract::session::Meta;
 use crate::ingest::map::{ChannelMap, Column, of_format};
 use crate::ingest::{Error, Head, Raw, Reader, ident, warning};
-use crate::objects::source;
+use crate::objects::{Location, source};
 
 /// The format.
 pub const READER: Reader =
@@ -41,30 +40,30 @@ fn sniff(head: &Head<'_>) -> bool {
     text.lines().filter(known).take(3).count() == 3
 }
 
-fn choose<'a>(path: &Path, maps: &'a [ChannelMap]) -> Result<&'a ChannelMap, Error> {
+fn choose<'a>(log: &Location, maps: &'a [ChannelMap]) -> Result<&'a ChannelMap, Error> {
     of_format(maps, "kiro").into_iter().next().ok_or_else(|| {
         let message = format!(
             "{} is a KIRO log, and none of the channel maps given has format = \"kiro\"",
-            path.display()
+            log
         );
         Error::new("no_channel_map", message)
     })
 }
 
-fn identify(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {
-    Ok(ident::or(ident::from_path(path), choose(path, maps)?.meta.clone()))
+fn identify(log: &Location, maps: &[ChannelMap]) -> Result<Meta, Error> {
+    Ok(ident::or(ident::from_path(log), choose(log, maps)?.meta.clone()))
 }
 
-fn map(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
-    choose(path, maps).map(|map| Some(map.clone()))
+fn map(log: &Location, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
+    choose(log, maps).map(|map| Some(map.clone()))
 }
 
-fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
-    let map = choose(path, maps)?;
-    let bytes = source::read(path).map_err(|e| Error::unreadable(path, &e))?;
+fn read(log: &Location, maps: &[ChannelMap]) -> Result<Raw, Error> {
+    let map = choose(log, maps)?;
+    let bytes = source::read(log).map_err(|e| Error::unreadable(log, &e))?;
     let (columns, broken) = decode(&String::from_utf8_lossy(&bytes));
     let mut raw = Raw {
-        meta: identify(path, maps)?,
+        meta: identify(log, maps)?,
         tracks: map.apply(columns)?,
         warnings: Vec::new(),
         euler_yaw: map.euler_yaw,

@@ -6,13 +6,13 @@
 //! it is of the same clock as the log's, the time of logging otherwise.
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::contract::warning::Warning;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{Error, Head, session_meta, warning};
+use crate::objects::Location;
 
 mod json;
 mod records;
@@ -39,10 +39,10 @@ impl Format for Mcap {
         head.bytes.starts_with(MAGIC)
     }
 
-    fn list(path: &Path, _aids: &Aids) -> Result<Listing, Error> {
+    fn list(log: &Location, _aids: &Aids) -> Result<Listing, Error> {
         let mut topics = Topics::default();
         let mut listing = Listing::default();
-        let scan = records::each(path, &mut |event| match event {
+        let scan = records::each(log, &mut |event| match event {
             Event::Schema { .. } | Event::Channel { .. } => topics.define(event),
             Event::Metadata { name, entries } => {
                 for (key, value) in entries {
@@ -63,7 +63,7 @@ impl Format for Mcap {
         Ok(listing)
     }
 
-    fn decode(path: &Path, _aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+    fn decode(log: &Location, _aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
         let mut topics = Topics::default();
         let mut taken: HashMap<usize, Taken> = HashMap::new();
         for channel in wanted {
@@ -73,7 +73,7 @@ impl Format for Mcap {
                 taken.values.push(Vec::new());
             }
         }
-        records::each(path, &mut |event| match event {
+        records::each(log, &mut |event| match event {
             Event::Message { channel, log_time, data } => {
                 let start = *topics.start.get_or_insert(log_time);
                 let (Some(taken), Some(topic)) =

@@ -6,7 +6,6 @@
 //! there ([`mend`]); samples whose invalidation bit is set are missing.
 
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use falcon_mdf::io::{ByteSlice, ByteSource};
@@ -17,7 +16,7 @@ use crate::contract::warning::Warning;
 use crate::ingest::can::database::Database;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel, guarded};
 use crate::ingest::{Error, Head, warning};
-use crate::objects::source;
+use crate::objects::{Location, source};
 
 mod bus;
 mod columns;
@@ -40,10 +39,10 @@ impl Format for Mdf {
         head.bytes.starts_with(b"MDF     ") || head.bytes.starts_with(b"UnFinMF ")
     }
 
-    fn list(path: &Path, aids: &Aids) -> Result<Listing, Error> {
+    fn list(log: &Location, aids: &Aids) -> Result<Listing, Error> {
         let database = Database::read(aids)?;
-        let (file, warnings) = open(path)?;
-        guarded(path, || {
+        let (file, warnings) = open(log)?;
+        guarded(log, || {
             let mut listing = match &file {
                 File::Four(file, _) => {
                     let mut listing = v4::list(file);
@@ -57,19 +56,19 @@ impl Format for Mdf {
         })
     }
 
-    fn decode(path: &Path, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
-        let (file, _) = open(path)?;
+    fn decode(log: &Location, aids: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+        let (file, _) = open(log)?;
         let (file, bytes) = match file {
-            File::Three(file) => return guarded(path, || Ok(v3::decode(&file, wanted))),
+            File::Three(file) => return guarded(log, || Ok(v3::decode(&file, wanted))),
             File::Four(file, bytes) => (file, bytes),
         };
         let (signals, stored): (Vec<&SourceChannel>, Vec<&SourceChannel>) =
             wanted.iter().partition(|channel| bus::is_signal(channel));
         if signals.is_empty() {
-            return guarded(path, || Ok(v4::decode(&file, &*bytes, wanted)));
+            return guarded(log, || Ok(v4::decode(&file, &*bytes, wanted)));
         }
         let database = Database::read(aids)?;
-        guarded(path, || {
+        guarded(log, || {
             let mut decoded = v4::decode(&file, &*bytes, &stored);
             let of_frames = bus::decode(&file, &database, &signals);
             decoded.warnings.extend(of_frames.warnings);
@@ -128,10 +127,10 @@ impl ByteSource for Patched {
     }
 }
 
-fn open(path: &Path) -> Result<(File, Vec<Warning>), Error> {
-    let log = source::open(path).map_err(|e| Error::unreadable(path, &e))?;
-    guarded(path, || {
-        let bytes = file::bytes(log).map_err(|e| e.to_string())?;
+fn open(log: &Location) -> Result<(File, Vec<Warning>), Error> {
+    let source = source::open(log).map_err(|e| Error::unreadable(log, &e))?;
+    guarded(log, || {
+        let bytes = file::bytes(source).map_err(|e| e.to_string())?;
         let id = bytes.read_bytes(0, 64).map_err(|_| "its first block is cut off".to_owned())?;
         let unfinished = id.starts_with(b"UnFinMF ") || id[60..62] != [0, 0];
         let version = u16::from_le_bytes([id[28], id[29]]);

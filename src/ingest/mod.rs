@@ -11,7 +11,6 @@
 //! ([`map`]), no code; [`propose`] drafts one.
 
 use std::io::Read as _;
-use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
@@ -20,8 +19,7 @@ use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
-use crate::objects::source;
-use crate::objects::url::is_url;
+use crate::objects::{Location, source};
 
 mod can;
 mod check;
@@ -123,10 +121,10 @@ impl Error {
         Error { code, message: message.into() }
     }
 
-    fn unreadable(path: &Path, error: &std::io::Error) -> Self {
+    fn unreadable(log: &Location, error: &std::io::Error) -> Self {
         // a store that does not answer says nothing of the log
-        let code = if is_url(path) { UNREACHABLE } else { "unreadable" };
-        Error::new(code, format!("cannot read {}: {error}", path.display()))
+        let code = if log.is_remote() { UNREACHABLE } else { "unreadable" };
+        Error::new(code, format!("cannot read {log}: {error}"))
     }
 }
 
@@ -138,11 +136,11 @@ pub struct Reader {
     /// Whether a file is of this format, from its path and first bytes.
     pub sniff: fn(&Head<'_>) -> bool,
     /// Who and when, without decoding samples.
-    pub identify: fn(&Path, &[ChannelMap]) -> Result<Meta, Error>,
+    pub identify: fn(&Location, &[ChannelMap]) -> Result<Meta, Error>,
     /// The whole log.
-    pub read: fn(&Path, &[ChannelMap]) -> Result<Raw, Error>,
+    pub read: fn(&Location, &[ChannelMap]) -> Result<Raw, Error>,
     /// The channel map that `read` goes through, if it needs one.
-    pub map: fn(&Path, &[ChannelMap]) -> Result<Option<ChannelMap>, Error>,
+    pub map: fn(&Location, &[ChannelMap]) -> Result<Option<ChannelMap>, Error>,
     /// Whether its logs bring their own clocks, so that its maps need no `[time]`.
     pub own_clock: bool,
     /// How a log is looked at without a map, if that is possible.
@@ -168,16 +166,16 @@ pub const READERS: &[Reader] = &[
 /// What a format is recognised by.
 #[derive(Debug)]
 pub struct Head<'a> {
-    /// The file's path.
-    pub path: &'a Path,
+    /// The file.
+    pub log: &'a Location,
     /// Its first bytes, at most [`HEAD_LEN`].
     pub bytes: &'a [u8],
 }
 
 impl Head<'_> {
-    /// Whether the path ends so, whatever the case.
+    /// Whether the file's name has this extension, in whatever case.
     pub fn has_extension(&self, extension: &str) -> bool {
-        self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+        self.log.has_extension(extension)
     }
 }
 
@@ -194,8 +192,9 @@ const MAX_FILE: u64 = 4 << 30;
 /// # Errors
 /// The file cannot be read or is of no known kind, or it names itself in a way that cannot be
 /// a file name (`bad_bike_id`, `bad_session_id`).
-pub fn identify(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {
-    let meta = (reader(path)?.identify)(path, maps)?;
+pub fn identify(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Meta, Error> {
+    let log = &log.into();
+    let meta = (reader(log)?.identify)(log, maps)?;
     ident::checked(meta)
 }
 
@@ -205,8 +204,9 @@ pub fn identify(path: &Path, maps: &[ChannelMap]) -> Result<Meta, Error> {
 ///
 /// # Errors
 /// The file cannot be read, or lacks what every session needs.
-pub fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
-    let mut raw = (reader(path)?.read)(path, maps)?;
+pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error> {
+    let log = &log.into();
+    let mut raw = (reader(log)?.read)(log, maps)?;
     raw.meta = ident::checked(raw.meta)?;
     Ok(raw)
 }
@@ -215,35 +215,37 @@ pub fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
 ///
 /// # Errors
 /// As [`identify`].
-pub fn map_for(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
-    (reader(path)?.map)(path, maps)
+pub fn map_for(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
+    let log = &log.into();
+    (reader(log)?.map)(log, maps)
 }
 
 /// The format of a log.
 ///
 /// # Errors
 /// The file cannot be read or is of no known kind.
-pub fn reader(path: &Path) -> Result<&'static Reader, Error> {
-    let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let mut file = source::open(path).map_err(fail)?;
+pub fn reader(log: impl Into<Location>) -> Result<&'static Reader, Error> {
+    let log = &log.into();
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let mut file = source::open(log).map_err(fail)?;
     let size = file.size().map_err(fail)?;
     if size == 0 {
-        return Err(Error::new("empty_file", format!("{} is empty", path.display())));
+        return Err(Error::new("empty_file", format!("{log} is empty")));
     }
     if size > MAX_FILE {
-        let message = format!("{} is {} MB long; split the log", path.display(), size >> 20);
+        let message = format!("{log} is {} MB long; split the log", size >> 20);
         return Err(Error::new("file_too_large", message));
     }
     let mut bytes = Vec::new();
-    let named = Head { path, bytes: &bytes };
+    let named = Head { log, bytes: &bytes };
     if let Some(reader) = READERS.first().filter(|r| (r.sniff)(&named)) {
         return Ok(reader); // its name settles it: its first bytes need not be fetched
     }
     file.by_ref().take(HEAD_LEN).read_to_end(&mut bytes).map_err(fail)?;
-    let head = Head { path, bytes: &bytes };
+    let head = Head { log, bytes: &bytes };
     READERS.iter().find(|r| (r.sniff)(&head)).ok_or_else(|| {
         let names: Vec<&str> = READERS.iter().map(|r| r.name).collect();
-        let message = format!("{} is none of {}", path.display(), names.join(", "));
+        let message = format!("{log} is none of {}", names.join(", "));
         Error::new("unknown_format", message)
     })
 }

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::io::BufReader;
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::contract::session::Meta;
@@ -10,6 +9,7 @@ use crate::ingest::dialect::facts;
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::{Error, Head, ident, warning};
+use crate::objects::Location;
 use crate::objects::source::{self, Source};
 
 mod ld;
@@ -25,8 +25,8 @@ impl Format for Ld {
         ld::is(head.bytes)
     }
 
-    fn list(path: &Path, _: &Aids) -> Result<Listing, Error> {
-        let (mut file, size, log) = open(path)?;
+    fn list(log: &Location, _: &Aids) -> Result<Listing, Error> {
+        let (mut file, size, contents) = open(log)?;
         let channel = |(place, c): (usize, &ld::Channel)| SourceChannel {
             name: c.name.clone(),
             unit: Some(c.unit.clone()).filter(|u| !u.is_empty()),
@@ -36,31 +36,31 @@ impl Format for Ld {
             ..SourceChannel::default()
         };
         let text = |text: &str| Some(text.to_owned()).filter(|t| !t.is_empty());
-        let start = facts::moment(&format!("{} {}", log.date, log.time));
+        let start = facts::moment(&format!("{} {}", contents.date, contents.time));
         let mut warnings = Vec::new();
         warnings.extend(start.as_deref().map(facts::wall_clock));
-        for fault in &log.faults {
+        for fault in &contents.faults {
             warnings.push(warning("damaged", None, 1, None, fault.clone()));
         }
-        let cut = log.channels.iter().filter(|c| c.there(size) < u64::from(c.samples)).count();
+        let cut = contents.channels.iter().filter(|c| c.there(size) < u64::from(c.samples)).count();
         if cut > 0 {
             let message =
                 format!("{cut} channels have fewer samples than they say: the file is cut off");
             warnings.push(warning("cut_off", None, cut, None, message));
         }
         let mut meta = Meta {
-            bike_id: facts::name(&log.vehicle),
-            rider_id: text(&log.driver),
-            site: text(&log.venue),
+            bike_id: facts::name(&contents.vehicle),
+            rider_id: text(&contents.driver),
+            site: text(&contents.venue),
             start_time: start,
             ..Meta::default()
         };
-        if !ident::from_path(path).bike_id.is_empty() {
+        if !ident::from_path(log).bike_id.is_empty() {
             meta.bike_id.clear(); // whoever files logs by bike knows it better than the header
         }
-        let about = ld::about(&mut file, size).map_err(|e| Error::unreadable(path, &e))?;
+        let about = ld::about(&mut file, size).map_err(|e| Error::unreadable(log, &e))?;
         Ok(Listing {
-            channels: log.channels.iter().enumerate().map(channel).collect(),
+            channels: contents.channels.iter().enumerate().map(channel).collect(),
             meta,
             facts: about.into_iter().filter(|(_, v)| !v.is_empty()).collect(),
             warnings,
@@ -68,14 +68,14 @@ impl Format for Ld {
         })
     }
 
-    fn decode(path: &Path, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
-        let (mut file, size, log) = open(path)?;
+    fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+        let (mut file, size, contents) = open(log)?;
         let mut clocks: HashMap<(u16, usize), Arc<Vec<f64>>> = HashMap::new();
         let mut columns = Vec::with_capacity(wanted.len());
         for source in wanted {
-            let Some(channel) = log.channels.get(source.place[0]) else { continue };
+            let Some(channel) = contents.channels.get(source.place[0]) else { continue };
             let values =
-                ld::samples(&mut file, size, channel).map_err(|e| Error::unreadable(path, &e))?;
+                ld::samples(&mut file, size, channel).map_err(|e| Error::unreadable(log, &e))?;
             let n = values.len();
             let time = clocks.entry((channel.rate, n)).or_insert_with(|| {
                 Arc::new((0..n).map(|i| i as f64 / f64::from(channel.rate)).collect())
@@ -86,17 +86,17 @@ impl Format for Ld {
     }
 }
 
-fn open(path: &Path) -> Result<(BufReader<Source>, u64, ld::Log), Error> {
-    let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let source = source::open(path).map_err(fail)?;
+fn open(log: &Location) -> Result<(BufReader<Source>, u64, ld::Log), Error> {
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let source = source::open(log).map_err(fail)?;
     let size = source.size().map_err(fail)?;
     let mut file = BufReader::new(source);
-    let log = ld::list(&mut file, size).map_err(fail)?.ok_or_else(|| {
-        Error::new("cut_off", format!("{} ends within its header", path.display()))
-    })?;
-    if log.channels.is_empty() {
-        let why = log.faults.first().map(|f| format!(": {f}")).unwrap_or_default();
-        return Err(Error::new("no_channels", format!("{} has no channels{why}", path.display())));
+    let contents = ld::list(&mut file, size)
+        .map_err(fail)?
+        .ok_or_else(|| Error::new("cut_off", format!("{log} ends within its header")))?;
+    if contents.channels.is_empty() {
+        let why = contents.faults.first().map(|f| format!(": {f}")).unwrap_or_default();
+        return Err(Error::new("no_channels", format!("{log} has no channels{why}")));
     }
-    Ok((file, size, log))
+    Ok((file, size, contents))
 }

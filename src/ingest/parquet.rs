@@ -6,7 +6,6 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
 use std::sync::Arc;
 
 use ::parquet::arrow::ProjectionMask;
@@ -24,6 +23,7 @@ use crate::contract::session::Meta;
 use crate::ingest::map::{ChannelMap, Column, TimeSource, of_format};
 use crate::ingest::units::{self, Conversion};
 use crate::ingest::{Error, Head, Raw, Reader, Track, ident, session_table, warning};
+use crate::objects::Location;
 use crate::objects::source::{self, Source};
 
 /// The format.
@@ -42,13 +42,13 @@ fn sniff(head: &Head<'_>) -> bool {
     head.bytes.starts_with(MAGIC) || head.has_extension("parquet")
 }
 
-fn identify(path: &Path, _maps: &[ChannelMap]) -> Result<Meta, Error> {
-    let (_, metadata) = open(path)?;
-    Ok(meta_of(path, metadata.metadata()))
+fn identify(log: &Location, _maps: &[ChannelMap]) -> Result<Meta, Error> {
+    let (_, metadata) = open(log)?;
+    Ok(meta_of(log, metadata.metadata()))
 }
 
-fn map(path: &Path, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
-    let (_, metadata) = open(path)?;
+fn map(log: &Location, maps: &[ChannelMap]) -> Result<Option<ChannelMap>, Error> {
+    let (_, metadata) = open(log)?;
     Ok(choose(&names_of(&metadata), maps))
 }
 
@@ -61,22 +61,22 @@ fn choose(names: &[String], maps: &[ChannelMap]) -> Option<ChannelMap> {
     of_format(maps, "parquet").into_iter().find(|m| m.detects(names)).map(|m| m.fitted(names))
 }
 
-fn read(path: &Path, maps: &[ChannelMap]) -> Result<Raw, Error> {
-    let (file, metadata) = open(path)?;
-    let meta = meta_of(path, metadata.metadata());
+fn read(log: &Location, maps: &[ChannelMap]) -> Result<Raw, Error> {
+    let (file, metadata) = open(log)?;
+    let meta = meta_of(log, metadata.metadata());
     let names = names_of(&metadata);
     match choose(&names, maps) {
-        Some(map) => read_mapped(path, file, metadata, &names, meta, &map),
+        Some(map) => read_mapped(log, file, metadata, &names, meta, &map),
         None => {
             let schema = Arc::clone(metadata.schema());
-            read_contract(path, &schema, meta, |wanted| decode(path, file, metadata, wanted))
+            read_contract(log, &schema, meta, |wanted| decode(log, file, metadata, wanted))
         }
     }
 }
 
 /// The contract's own columns; `decode` gives those at the given places as float64.
 pub(super) fn read_contract(
-    path: &Path,
+    log: &Location,
     schema: &Schema,
     meta: Meta,
     decode: impl FnOnce(&[usize]) -> Result<Vec<Vec<f64>>, Error>,
@@ -92,10 +92,10 @@ pub(super) fn read_contract(
         };
         wanted.push(i);
         let unit = column.unit.as_deref().unwrap_or("1");
-        plans.push((Channel::from_name(field.name()), field_conversion(path, field, unit)?));
+        plans.push((Channel::from_name(field.name()), field_conversion(log, field, unit)?));
     }
     if !plans.iter().any(|(channel, _)| channel.is_none()) {
-        return Err(no_time(path, "time", &unknown));
+        return Err(no_time(log, "time", &unknown));
     }
     let mut warnings = Vec::new();
     if !unknown.is_empty() {
@@ -125,7 +125,7 @@ pub(super) fn read_contract(
 
 /// Another table's columns through a map.
 fn read_mapped(
-    path: &Path,
+    log: &Location,
     file: Source,
     metadata: ArrowReaderMetadata,
     names: &[String],
@@ -138,7 +138,7 @@ fn read_mapped(
         .map(|name| names.iter().position(|n| n == name).ok_or_else(|| map.missing(name, names)))
         .collect::<Result<Vec<usize>, Error>>()?;
     wanted.sort_unstable();
-    let mut decoded = decode(path, file, metadata, &wanted)?;
+    let mut decoded = decode(log, file, metadata, &wanted)?;
     let time = match &map.time {
         TimeSource::Column { name, factor, .. } => {
             let at = wanted.iter().position(|&i| &names[i] == name);
@@ -151,7 +151,7 @@ fn read_mapped(
         TimeSource::Rate(rate) => {
             (0..decoded.first().map_or(0, Vec::len)).map(|i| i as f64 / rate).collect()
         }
-        TimeSource::Own => return Err(no_time(path, "time", &[])),
+        TimeSource::Own => return Err(no_time(log, "time", &[])),
     };
     let time = Arc::new(time);
     let columns: Vec<Column> = wanted
@@ -167,18 +167,18 @@ fn read_mapped(
     })
 }
 
-fn no_time(path: &Path, name: &str, columns: &[&str]) -> Error {
+fn no_time(log: &Location, name: &str, columns: &[&str]) -> Error {
     let near = schema::closest(name, columns.iter().copied())
         .map(|near| format!("; is it `{near}`?"))
         .unwrap_or_default();
     Error::new(
         "missing_column",
-        format!("{}: column `{name}` (s since the start) is missing{near}", path.display()),
+        format!("{log}: column `{name}` (s since the start) is missing{near}"),
     )
 }
 
 /// How a column becomes SI, from the unit in its own metadata; without one it is SI.
-fn field_conversion(path: &Path, field: &Field, unit: &str) -> Result<Conversion, Error> {
+fn field_conversion(log: &Location, field: &Field, unit: &str) -> Result<Conversion, Error> {
     let stamp = match field.data_type() {
         DataType::Timestamp(TimeUnit::Second, _) => Some("s"),
         DataType::Timestamp(TimeUnit::Millisecond, _) => Some("ms"),
@@ -189,58 +189,57 @@ fn field_conversion(path: &Path, field: &Field, unit: &str) -> Result<Conversion
     let Some(own) = stamp.or(field.metadata().get("unit").map(String::as_str)) else {
         return Ok(Conversion::IDENTITY);
     };
-    units::conversion(own, unit).map_err(|e| {
-        Error::new("unknown_unit", format!("{}: column `{}`: {e}", path.display(), field.name()))
-    })
+    units::conversion(own, unit)
+        .map_err(|e| Error::new("unknown_unit", format!("{log}: column `{}`: {e}", field.name())))
 }
 
 /// The footer, after its claims have been held against the file's size.
-fn open(path: &Path) -> Result<(Source, ArrowReaderMetadata), Error> {
-    let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let mut file = source::open(path).map_err(fail)?;
+fn open(log: &Location) -> Result<(Source, ArrowReaderMetadata), Error> {
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let mut file = source::open(log).map_err(fail)?;
     let size = file.size().map_err(fail)?;
     file.prepare(&[0..4, size.saturating_sub(TAIL)..size]).map_err(fail)?;
     let mut head = [0; 4];
     let mut tail = [0; 8];
     if size < 12 || file.read_exact(&mut head).is_err() || head != MAGIC {
         let what = if size < 12 { "is too short to be" } else { "does not begin as" };
-        return Err(Error::new("not_parquet", format!("{} {what} Parquet", path.display())));
+        return Err(Error::new("not_parquet", format!("{log} {what} Parquet")));
     }
     file.seek(SeekFrom::End(-8)).and_then(|_| file.read_exact(&mut tail)).map_err(fail)?;
     if &tail[4..] != MAGIC {
         let message = format!(
             "{} does not end as Parquet: it was cut off while being written or copied; copy it \
              again",
-            path.display()
+            log
         );
         return Err(Error::new("truncated", message));
     }
     let footer = u64::from(u32::from_le_bytes([tail[0], tail[1], tail[2], tail[3]]));
     if footer > size - 12 {
-        return Err(bad_claim(path, &format!("claims {footer} bytes of footer"), size));
+        return Err(bad_claim(log, &format!("claims {footer} bytes of footer"), size));
     }
     file.prepare(std::slice::from_ref(&(size - 8 - footer..size))).map_err(fail)?;
     file.rewind().map_err(fail)?;
-    let metadata = guarded(path, || {
+    let metadata = guarded(log, || {
         ArrowReaderMetadata::load(&file, ArrowReaderOptions::new()).map_err(|e| e.to_string())
     })?;
-    check_claims(path, metadata.metadata(), size)?;
+    check_claims(log, metadata.metadata(), size)?;
     Ok((file, metadata))
 }
 
-fn check_claims(path: &Path, metadata: &ParquetMetaData, size: u64) -> Result<(), Error> {
+fn check_claims(log: &Location, metadata: &ParquetMetaData, size: u64) -> Result<(), Error> {
     let rows = metadata.file_metadata().num_rows();
     let of_groups = metadata
         .row_groups()
         .iter()
         .try_fold(0_i64, |sum, g| sum.checked_add(g.num_rows()).filter(|_| g.num_rows() >= 0));
     if of_groups != Some(rows) {
-        return Err(bad_claim(path, &format!("claims {rows} rows, its parts do not"), size));
+        return Err(bad_claim(log, &format!("claims {rows} rows, its parts do not"), size));
     }
     if rows > MAX_ROWS {
         let message = format!(
             "{} claims {rows} rows, more than {MAX_ROWS} for one session; split the log",
-            path.display()
+            log
         );
         return Err(Error::new("file_too_large", message));
     }
@@ -255,7 +254,7 @@ fn check_claims(path: &Path, metadata: &ParquetMetaData, size: u64) -> Result<()
             {
                 let name = chunk.column_path().string();
                 let claim = format!("claims {length} bytes ({unpacked} unpacked) for `{name}`");
-                return Err(bad_claim(path, &claim, size));
+                return Err(bad_claim(log, &claim, size));
             }
         }
     }
@@ -276,23 +275,19 @@ impl ByteRange for ::parquet::file::metadata::ColumnChunkMetaData {
     }
 }
 
-fn bad_claim(path: &Path, claim: &str, size: u64) -> Error {
-    let message = format!(
-        "{} {claim} but the file has {size} bytes: it is damaged; copy it again",
-        path.display()
-    );
+fn bad_claim(log: &Location, claim: &str, size: u64) -> Error {
+    let message =
+        format!("{} {claim} but the file has {size} bytes: it is damaged; copy it again", log);
     Error::new("truncated", message)
 }
 
 /// Damaged files can make the decoder panic; that is an unreadable file, not our end.
-fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, String>) -> Result<T, Error> {
+fn guarded<T>(log: &Location, work: impl FnOnce() -> Result<T, String>) -> Result<T, Error> {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(done)) => Ok(done),
-        Ok(Err(message)) => {
-            Err(Error::new("unreadable", format!("{} is damaged: {message}", path.display())))
-        }
+        Ok(Err(message)) => Err(Error::new("unreadable", format!("{log} is damaged: {message}"))),
         Err(_) => {
-            let message = format!("{} is damaged: its pages make no sense", path.display());
+            let message = format!("{log} is damaged: its pages make no sense");
             Err(Error::new("unreadable", message))
         }
     }
@@ -300,15 +295,15 @@ fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, String>) -> Result<T
 
 /// The wanted top-level columns (ascending) as float64, NaN for null.
 fn decode(
-    path: &Path,
+    log: &Location,
     file: Source,
     metadata: ArrowReaderMetadata,
     wanted: &[usize],
 ) -> Result<Vec<Vec<f64>>, Error> {
     let rows = usize::try_from(metadata.metadata().file_metadata().num_rows()).unwrap_or(0);
-    check_kinds(path, metadata.schema(), wanted)?;
-    file.prepare(&chunks(metadata.metadata(), wanted)).map_err(|e| Error::unreadable(path, &e))?;
-    guarded(path, || {
+    check_kinds(log, metadata.schema(), wanted)?;
+    file.prepare(&chunks(metadata.metadata(), wanted)).map_err(|e| Error::unreadable(log, &e))?;
+    guarded(log, || {
         let mask = ProjectionMask::roots(metadata.parquet_schema(), wanted.iter().copied());
         let reader = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
             .with_projection(mask)
@@ -327,13 +322,12 @@ fn decode(
 }
 
 /// The wanted columns hold numbers.
-pub(super) fn check_kinds(path: &Path, schema: &Schema, wanted: &[usize]) -> Result<(), Error> {
+pub(super) fn check_kinds(log: &Location, schema: &Schema, wanted: &[usize]) -> Result<(), Error> {
     for &i in wanted {
         let field = schema.field(i);
         let kind = field.data_type();
         if !(kind.is_numeric() || matches!(kind, DataType::Boolean | DataType::Timestamp(..))) {
-            let message =
-                format!("{}: column `{}` holds {kind}, not numbers", path.display(), field.name());
+            let message = format!("{log}: column `{}` holds {kind}, not numbers", field.name());
             return Err(Error::new("wrong_type", message));
         }
     }
@@ -392,10 +386,10 @@ pub(super) fn append(column: &mut Vec<f64>, array: ArrayRef) -> Result<(), Strin
     Ok(())
 }
 
-fn meta_of(path: &Path, metadata: &ParquetMetaData) -> Meta {
+fn meta_of(log: &Location, metadata: &ParquetMetaData) -> Meta {
     let pairs = metadata.file_metadata().key_value_metadata();
     let own = meta_from(|key| pairs?.iter().find(|p| p.key == key)?.value.clone());
-    ident::or(own, ident::from_path(path))
+    ident::or(own, ident::from_path(log))
 }
 
 /// Who and when, from metadata by key.

@@ -3,7 +3,6 @@
 //! Every channel is decoded once and described; of the samples only so many are in memory at a
 //! time (32 million), however many channels the log has.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -12,6 +11,7 @@ use crate::ingest::foreign::{Aids, Decoded, Listing, Look, SourceChannel};
 use crate::ingest::map::Column;
 use crate::ingest::middle::extent;
 use crate::ingest::{Error, reader};
+use crate::objects::Location;
 use crate::statistics::order::upper_median_of;
 
 /// Samples that are decoded at a time, about.
@@ -62,15 +62,16 @@ pub struct Seen {
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn survey(path: &Path, aids: &Aids) -> Result<Option<Survey>, Error> {
-    let reader = reader(path)?;
+pub fn survey(log: impl Into<Location>, aids: &Aids) -> Result<Option<Survey>, Error> {
+    let log = &log.into();
+    let reader = reader(log)?;
     let Some(Look { list, decode }) = reader.look else { return Ok(None) };
-    let mut listing = list(path, aids)?;
+    let mut listing = list(log, aids)?;
     let mut seen = Vec::with_capacity(listing.channels.len());
     let mut warnings = Vec::new();
     for part in parts(&listing.channels) {
         let wanted: Vec<&SourceChannel> = part.iter().collect();
-        let Decoded { columns, warnings: more } = decode(path, aids, &wanted)?;
+        let Decoded { columns, warnings: more } = decode(log, aids, &wanted)?;
         seen.extend(look(&columns));
         for warning in more {
             if !warnings.contains(&warning) {

@@ -1,13 +1,12 @@
 //! A `session.v1` table that is in memory already, as Arrow batches.
 
-use std::path::Path;
-
 use arrow::array::RecordBatch;
 use arrow::datatypes::Schema;
 
 use crate::contract::session::Meta;
 use crate::ingest::parquet::{append, check_kinds, meta_from, read_contract};
 use crate::ingest::{Error, Raw, ident};
+use crate::objects::Location;
 
 /// Reads a table by the same rules as a `session.v1` Parquet file: units in the fields' metadata,
 /// who and when in the schema's. `known` fills what that does not say.
@@ -20,11 +19,11 @@ pub fn read_table(
     batches: &[RecordBatch],
     known: Meta,
 ) -> Result<Raw, Error> {
-    let path = Path::new(name);
+    let log = &Location::Local(name.into());
     let own = meta_from(|key| schema.metadata().get(key).cloned());
     let meta = ident::checked(ident::or(own, known))?;
-    read_contract(path, schema, meta, |wanted| {
-        check_kinds(path, schema, wanted)?;
+    read_contract(log, schema, meta, |wanted| {
+        check_kinds(log, schema, wanted)?;
         let mut columns = vec![Vec::new(); wanted.len()];
         for batch in batches {
             for (column, &i) in columns.iter_mut().zip(wanted) {

@@ -1,6 +1,5 @@
 //! A session as a `session.v1` Parquet file.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use ::parquet::arrow::ArrowWriter;
@@ -16,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::contract::session::{Meta, Session};
 use crate::ingest::session_table;
+use crate::objects::Location;
 use crate::tables::file;
 
 /// Writes a session as one Parquet file, whole or not at all: units and descriptions with
@@ -25,10 +25,15 @@ use crate::tables::file;
 ///
 /// # Errors
 /// The folder cannot be made or the file not be written.
-pub fn write_session(path: &Path, session: &Session, float32: bool) -> Result<(), file::Error> {
+pub fn write_session(
+    to: impl Into<Location>,
+    session: &Session,
+    float32: bool,
+) -> Result<(), file::Error> {
+    let to = to.into();
     let bytes = encode(session, float32)
-        .map_err(|message| file::Error::Encode { table: path.display().to_string(), message })?;
-    file::write_bytes(path, &bytes)
+        .map_err(|message| file::Error::Encode { table: to.to_string(), message })?;
+    file::write_bytes(to, &bytes)
 }
 
 /// A session as one Arrow batch of `session.v1`, as [`write_session`] writes it; who and when in

@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use bytes::Bytes;
 
+use super::stat::{Entry, Stat};
 use super::url::Url;
-use super::{Entry, Stat};
 
 fn absent<T>(url: &Url) -> Result<T> {
     let message = format!(

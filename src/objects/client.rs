@@ -26,9 +26,9 @@ use tokio::runtime::{Builder, Runtime};
 
 use super::connector::Counting;
 use super::counts::{Kind, add};
+use super::stat::{Entry, Stat};
 use super::url::{Scheme, Url};
 use super::words;
-use super::{Entry, Stat};
 
 /// How one request is repeated: up to ten times within three minutes, after 0.1 s, 0.2 s, ... at
 /// most 15 s, with some chance in it. An answer that takes longer than 30 s counts as failed (the

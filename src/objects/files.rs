@@ -1,48 +1,114 @@
-//! Files by their paths, local or in an object store: reading, listing, removing. Writing is
-//! [`crate::tables::file::write_bytes`].
+//! Files and folders, local or in an object store: reading, writing, listing, removing.
 
-use std::io::{ErrorKind, Result};
+use std::io::{ErrorKind, Result, Write as _};
 use std::path::Path;
 use std::time::SystemTime;
 
 use walkdir::WalkDir;
 
-use super::{Entry, Stat, client, url};
+use super::client;
+use super::location::Location;
+use super::stat::{Entry, Stat};
 
-/// The whole of a file.
-///
-/// # Errors
-/// It is not there (`NotFound`) or cannot be read.
-pub fn read(path: &Path) -> Result<Vec<u8>> {
-    match url::parse(path)? {
-        Some(url) => client::get(&url).map(Vec::from),
-        None => std::fs::read(path),
+/// How the name of a local file that is still being written starts and ends.
+pub const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
+
+impl Location {
+    /// The whole of a file.
+    ///
+    /// # Errors
+    /// It is not there (`NotFound`) or cannot be read.
+    pub fn read(&self) -> Result<Vec<u8>> {
+        match self {
+            Self::Remote(url) => client::get(url).map(Vec::from),
+            Self::Local(path) => std::fs::read(path),
+        }
+    }
+
+    /// Writes a file, whole or not at all, making its folder: a temporary beside it, then renamed;
+    /// in an object store one object.
+    ///
+    /// # Errors
+    /// The folder cannot be made or the file not be written.
+    pub fn write(&self, bytes: &[u8]) -> Result<()> {
+        match self {
+            Self::Remote(url) => client::put(url, bytes),
+            Self::Local(path) => write_local(path, bytes),
+        }
+    }
+
+    /// Removes a file; that it is not there is no error.
+    ///
+    /// # Errors
+    /// It is there and cannot be removed.
+    pub fn remove(&self) -> Result<()> {
+        match self {
+            Self::Remote(url) => client::delete(url),
+            Self::Local(path) => match std::fs::remove_file(path) {
+                Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
+                _ => Ok(()),
+            },
+        }
+    }
+
+    /// Size, version and age of a file, asked for anew ([`super::source::stat`] remembers those
+    /// of logs).
+    ///
+    /// # Errors
+    /// It is not there (`NotFound`), or the store does not answer.
+    pub fn stat(&self) -> Result<Stat> {
+        match self {
+            Self::Remote(url) => client::stat(url),
+            Self::Local(path) => stat_local(path),
+        }
+    }
+
+    /// Whether there is such a file, or such a local folder.
+    ///
+    /// # Errors
+    /// The store does not answer.
+    pub fn exists(&self) -> Result<bool> {
+        match self {
+            Self::Local(path) => Ok(path.exists()),
+            Self::Remote(url) => match client::stat(url) {
+                Ok(_) => Ok(true),
+                Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
+                Err(e) => Err(e),
+            },
+        }
+    }
+
+    /// Whether it is a folder, or a prefix with at least one object below it.
+    ///
+    /// # Errors
+    /// The store does not answer.
+    pub fn is_folder(&self) -> Result<bool> {
+        match self {
+            Self::Local(path) => Ok(path.is_dir()),
+            Self::Remote(url) => Ok(!client::list(url)?.is_empty()),
+        }
+    }
+
+    /// Every file below a folder or a prefix, at any depth, in order of key; none where there is no
+    /// such folder. Links are not followed, and what cannot be read is left out.
+    ///
+    /// # Errors
+    /// The store does not answer.
+    pub fn list(&self) -> Result<Vec<Entry>> {
+        match self {
+            Self::Remote(url) => client::list(url),
+            Self::Local(folder) => Ok(list_local(folder)),
+        }
     }
 }
 
-/// Removes a file; that it is not there is no error.
-///
-/// # Errors
-/// It is there and cannot be removed.
-pub fn remove(path: &Path) -> Result<()> {
-    match url::parse(path)? {
-        Some(url) => client::delete(&url),
-        None => match std::fs::remove_file(path) {
-            Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
-            _ => Ok(()),
-        },
-    }
+pub(super) fn stat_local(path: &Path) -> Result<Stat> {
+    let meta = std::fs::metadata(path)?;
+    let modified = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+    Ok(Stat { size: meta.len(), etag: None, modified })
 }
 
-/// Every file below a folder or a prefix, in order of name; none where there is no such thing.
-/// The keys are below it and have slashes on every system.
-///
-/// # Errors
-/// The store does not tell.
-pub fn list(folder: &Path) -> Result<Vec<Entry>> {
-    if let Some(url) = url::parse(folder)? {
-        return client::list(&url);
-    }
+fn list_local(folder: &Path) -> Vec<Entry> {
     let mut entries = Vec::new();
     for entry in WalkDir::new(folder).into_iter().filter_map(std::result::Result::ok) {
         let (Ok(below), Ok(meta)) = (entry.path().strip_prefix(folder), entry.metadata()) else {
@@ -55,26 +121,66 @@ pub fn list(folder: &Path) -> Result<Vec<Entry>> {
         }
     }
     entries.sort_by(|a, b| a.key.cmp(&b.key));
-    Ok(entries)
+    entries
+}
+
+fn write_local(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file =
+        tempfile::Builder::new().prefix(TEMPORARY.0).suffix(TEMPORARY.1).tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
+    }
+    file.persist(path).map_err(|e| e.error)?;
+    Ok(())
+}
+
+/// Only until batch has `Location`.
+///
+/// # Errors
+/// As [`Location::read`].
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    Location::parse(path)?.read()
+}
+
+/// Only until batch has `Location`.
+///
+/// # Errors
+/// As [`Location::remove`].
+pub fn remove(path: &Path) -> Result<()> {
+    Location::parse(path)?.remove()
+}
+
+/// Only until batch has `Location`.
+///
+/// # Errors
+/// As [`Location::list`].
+pub fn list(folder: &Path) -> Result<Vec<Entry>> {
+    Location::parse(folder)?.list()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tables::file::write_bytes;
 
     #[test]
     fn a_folder_gives_back_what_it_was_given() {
         let folder = tempfile::tempdir().expect("folder");
-        let place = folder.path().join("t");
-        assert!(list(&place).expect("list").is_empty());
-        write_bytes(&place.join("bike=b/x.parquet"), b"one").expect("put");
-        write_bytes(&place.join("a"), b"two").expect("put");
-        let keys: Vec<String> = list(&place).expect("list").into_iter().map(|e| e.key).collect();
+        let place = Location::from(folder.path().join("t"));
+        assert!(place.list().expect("list").is_empty());
+        place.join("bike=b/x.parquet").write(b"one").expect("put");
+        place.join("a").write(b"two").expect("put");
+        let keys: Vec<String> = place.list().expect("list").into_iter().map(|e| e.key).collect();
         assert_eq!(keys, ["a", "bike=b/x.parquet"]);
-        assert_eq!(read(&place.join("a")).expect("read"), b"two");
-        remove(&place.join("a")).expect("remove");
-        remove(&place.join("a")).expect("twice is once");
-        assert_eq!(read(&place.join("a")).expect_err("gone").kind(), ErrorKind::NotFound);
+        let a = place.join("a");
+        assert_eq!((a.read().expect("read"), a.stat().expect("there").size), (b"two".to_vec(), 3));
+        a.remove().expect("remove");
+        a.remove().expect("twice is once");
+        assert_eq!(a.read().expect_err("gone").kind(), ErrorKind::NotFound);
     }
 }

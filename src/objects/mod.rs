@@ -1,12 +1,14 @@
 //! Object stores: logs, bike files and tables behind `s3://`, `gs://` and `az://`.
 //!
 //! ```text
-//! url      what an address is, and how it travels through the program
-//! client   list, get, put, delete: a plain function each, one request after the other
-//! source   an open log, local or not: the readers need not know which
-//! files    reading, listing, removing by path, here or there
-//! lease    a run's lock on a prefix
-//! counts   how many requests that took
+//! location   a path on this machine or an address in a store: what the rest of the program has
+//! url        the address of an object or a prefix
+//! files      reading, writing, listing, removing, whichever of the two it is
+//! search     the files of a folder or prefix, or behind a glob pattern
+//! source     an open log: the readers need not know where it is
+//! client     list, get, put, delete in a store, one request after the other
+//! lease      a run's lock on a prefix
+//! counts     how many requests were made
 //! ```
 //!
 //! Credentials and endpoints are taken from the environment, as each store's own tools do
@@ -17,7 +19,10 @@
 pub mod counts;
 pub mod files;
 pub mod lease;
+pub mod location;
+pub mod search;
 pub mod source;
+pub mod stat;
 pub mod url;
 
 #[cfg_attr(not(feature = "cloud"), path = "absent.rs")]
@@ -27,24 +32,5 @@ mod connector;
 #[cfg(feature = "cloud")]
 mod words;
 
-use std::time::SystemTime;
-
-/// What a store tells of an object without giving it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stat {
-    /// Bytes.
-    pub size: u64,
-    /// The store's name for just these bytes, without quotes.
-    pub etag: Option<String>,
-    /// When it was written.
-    pub modified: SystemTime,
-}
-
-/// One object of a listing.
-#[derive(Debug, Clone)]
-pub struct Entry {
-    /// Its key below the prefix that was listed.
-    pub key: String,
-    /// What is known of it.
-    pub stat: Stat,
-}
+pub use location::Location;
+pub use stat::{Entry, Stat};

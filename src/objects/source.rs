@@ -10,7 +10,6 @@ use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
 use std::ops::Range;
-use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
 
@@ -18,8 +17,11 @@ use bytes::{Buf, Bytes};
 use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::file::reader::{ChunkReader, Length};
 
-use super::url::{self, Url};
-use super::{Stat, client};
+use super::client;
+use super::files::stat_local;
+use super::location::Location;
+use super::stat::Stat;
+use super::url::Url;
 
 /// What is fetched at a time where a log is read from its start to its end.
 const BLOCK: u64 = 8 << 20;
@@ -31,14 +33,10 @@ const AHEAD: u64 = 64 << 10;
 ///
 /// # Errors
 /// It is not there or cannot be asked for.
-pub fn stat(path: &Path) -> Result<Stat> {
-    match url::parse(path)? {
-        Some(url) => stat_of(&url),
-        None => {
-            let meta = std::fs::metadata(path)?;
-            let modified = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-            Ok(Stat { size: meta.len(), etag: None, modified })
-        }
+pub fn stat(log: impl Into<Location>) -> Result<Stat> {
+    match log.into() {
+        Location::Remote(url) => stat_of(&url),
+        Location::Local(path) => stat_local(&path),
     }
 }
 
@@ -101,17 +99,21 @@ pub struct Remote {
 ///
 /// # Errors
 /// It is not there or cannot be read.
-pub fn open(path: &Path) -> Result<Source> {
+pub fn open(log: &Location) -> Result<Source> {
     thread_local! {
         static LAST: RefCell<Option<Arc<Log>>> = const { RefCell::new(None) };
     }
-    let Some(url) = url::parse(path)? else {
-        return File::open(path).map(Source::Local);
+    let url = match log {
+        Location::Local(path) => return File::open(path).map(Source::Local),
+        Location::Remote(url) => url,
     };
-    let stat = stat_of(&url)?;
+    let stat = stat_of(url)?;
     let log = LAST.with_borrow_mut(|last| match last {
-        Some(log) if log.url == url && log.stat == stat => Arc::clone(log),
-        _ => Arc::clone(last.insert(Arc::new(Log { url, stat, parts: Mutex::default() }))),
+        Some(log) if log.url == *url && log.stat == stat => Arc::clone(log),
+        _ => {
+            let log = Log { url: url.clone(), stat, parts: Mutex::default() };
+            Arc::clone(last.insert(Arc::new(log)))
+        }
     });
     Ok(Source::Remote(Remote { log, at: 0 }))
 }
@@ -120,9 +122,9 @@ pub fn open(path: &Path) -> Result<Source> {
 ///
 /// # Errors
 /// As [`open()`].
-pub fn read(path: &Path) -> Result<Vec<u8>> {
+pub fn read(log: &Location) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    open(path)?.read_to_end(&mut bytes)?;
+    open(log)?.read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

@@ -1,8 +1,6 @@
 //! The address of an object, or of everything below a prefix: `s3://bucket/some/key`.
 //!
-//! Inside the program a URL travels as a [`Path`] like any other: what names files (messages, the
-//! column `path`, `bike=` parts) needs no second kind of name. Keys are taken as they are
-//! written: nothing in them is percent-decoded.
+//! Keys are taken as they are written: nothing in them is percent-decoded.
 
 use std::fmt;
 use std::io::{Error, ErrorKind, Result};
@@ -42,6 +40,36 @@ pub struct Url {
 }
 
 impl Url {
+    /// From `SCHEME://BUCKET/KEY`.
+    ///
+    /// # Errors
+    /// `InvalidInput`: no address in an object store; the message says why.
+    pub fn parse(text: &str) -> Result<Self> {
+        let text = text.replace('\\', "/");
+        let bad = |why: &str| Error::new(ErrorKind::InvalidInput, format!("{text}: {why}"));
+        let (scheme, rest) = text.split_once("://").ok_or_else(|| bad("not a URL"))?;
+        let scheme = match scheme.to_ascii_lowercase().as_str() {
+            "s3" | "s3a" => Scheme::S3,
+            "gs" => Scheme::Gs,
+            "az" => Scheme::Az,
+            "file" => return Err(bad("a file:// URL has three slashes and an absolute path")),
+            other => {
+                return Err(bad(&format!(
+                    "cannot read `{other}` URLs; s3://, gs://, az:// and file:// can be"
+                )));
+            }
+        };
+        let (bucket, key) = rest.split_once('/').unwrap_or((rest, ""));
+        if bucket.is_empty() {
+            return Err(bad("the bucket is missing; write BUCKET/KEY after the two slashes"));
+        }
+        let key = key.trim_matches('/');
+        if key.split('/').any(|part| part == "." || part == "..") || key.contains("//") {
+            return Err(bad("a key may have no empty, `.` or `..` parts"));
+        }
+        Ok(Url { scheme, bucket: bucket.to_owned(), key: key.to_owned() })
+    }
+
     /// The address one or more levels below.
     pub fn join(&self, below: &str) -> Url {
         let below = below.trim_matches('/');
@@ -53,7 +81,7 @@ impl Url {
         Url { key, ..self.clone() }
     }
 
-    /// As the program's paths are.
+    /// As a path: only until batch has `Location`.
     pub fn path(&self) -> PathBuf {
         PathBuf::from(self.to_string())
     }
@@ -70,79 +98,47 @@ impl fmt::Display for Url {
 }
 
 /// Whether it is written as a URL, of whatever kind.
-pub fn is_url(path: &Path) -> bool {
-    let text = path.to_string_lossy();
+pub(super) fn is_url(text: &str) -> bool {
     text.split_once("://").is_some_and(|(scheme, _)| {
         !scheme.is_empty() && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'+')
     })
 }
 
-/// The address, where it is one in an object store; `None` for a local path.
-///
-/// # Errors
-/// It is a URL, but none that can be used; the message says why.
-pub fn parse(path: &Path) -> Result<Option<Url>> {
-    if !is_url(path) {
-        return Ok(None);
-    }
-    let text = path.to_string_lossy().replace('\\', "/");
-    let bad = |why: &str| Error::new(ErrorKind::InvalidInput, format!("{text}: {why}"));
-    let (scheme, rest) = text.split_once("://").unwrap_or_default();
-    let scheme = match scheme.to_ascii_lowercase().as_str() {
-        "s3" | "s3a" => Scheme::S3,
-        "gs" => Scheme::Gs,
-        "az" => Scheme::Az,
-        "file" => return Err(bad("a file:// URL has three slashes and an absolute path")),
-        other => {
-            let why = format!("cannot read `{other}` URLs; s3://, gs://, az:// and file:// can be");
-            return Err(bad(&why));
-        }
-    };
-    let (bucket, key) = rest.split_once('/').unwrap_or((rest, ""));
-    if bucket.is_empty() {
-        return Err(bad("the bucket is missing; write BUCKET/KEY after the two slashes"));
-    }
-    let key = key.trim_matches('/');
-    if key.split('/').any(|part| part == "." || part == "..") || key.contains("//") {
-        return Err(bad("a key may have no empty, `.` or `..` parts"));
-    }
-    Ok(Some(Url { scheme, bucket: bucket.to_owned(), key: key.to_owned() }))
-}
-
-/// `file:///some/where` as the path that it is; anything else stays.
+/// Only until batch has `Location`.
 pub fn plain(path: &Path) -> PathBuf {
-    let text = path.to_string_lossy();
-    let local =
-        text.strip_prefix("file://").map(|rest| rest.strip_prefix("localhost").unwrap_or(rest));
-    match local {
-        Some(local) if local.starts_with('/') => PathBuf::from(local),
+    match super::location::Location::parse(path) {
+        Ok(super::location::Location::Local(local)) => local,
         _ => path.to_owned(),
     }
+}
+
+/// Only until batch has `Location`.
+pub fn is_url_path(path: &Path) -> bool {
+    is_url(&path.to_string_lossy())
+}
+
+/// Only until batch has `Location`.
+///
+/// # Errors
+/// As [`Url::parse`].
+pub fn parse(path: &Path) -> Result<Option<Url>> {
+    let text = path.to_string_lossy();
+    if is_url(&text) { Url::parse(&text).map(Some) } else { Ok(None) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn parsed(text: &str) -> Result<Option<Url>> {
-        parse(Path::new(text))
-    }
-
     #[test]
     fn addresses() {
-        let url = parsed("s3://b/a/bike=x/1 %20.csv/").expect("fine").expect("url");
+        let url = Url::parse("s3://b/a/bike=x/1 %20.csv/").expect("url");
         assert_eq!((url.scheme, &*url.bucket, &*url.key), (Scheme::S3, "b", "a/bike=x/1 %20.csv"));
         assert_eq!(url.to_string(), "s3://b/a/bike=x/1 %20.csv");
-        let root = parsed("gs://b").expect("fine").expect("url");
+        let root = Url::parse("gs://b").expect("url");
         assert_eq!(root.to_string(), "gs://b");
         assert_eq!(root.join("x/y").to_string(), "gs://b/x/y");
-        assert_eq!(root.join("x").join("").join("y").path(), Path::new("gs://b/x/y"));
-        // as a path it can be joined too
-        let joined = root.path().join("bikes").join("a.toml");
-        assert_eq!(parse(&joined).expect("fine").expect("url").key, "bikes/a.toml");
-        for local in ["a/b.csv", "/x", "C:\\x", "a:b", "://x"] {
-            assert!(parsed(local).expect("fine").is_none(), "{local}");
-        }
+        assert_eq!(root.join("x").join("").join("y").to_string(), "gs://b/x/y");
     }
 
     #[test]
@@ -155,16 +151,8 @@ mod tests {
             ("s3://b/a//k", "empty"),
             ("file://b/k", "three slashes"),
         ] {
-            let e = parsed(text).expect_err(text).to_string();
+            let e = Url::parse(text).expect_err(text).to_string();
             assert!(e.contains(word) && e.contains(text), "{e}");
         }
-    }
-
-    #[test]
-    fn file_urls_are_paths() {
-        assert_eq!(plain(Path::new("file:///a/b")), Path::new("/a/b"));
-        assert_eq!(plain(Path::new("file://localhost/a")), Path::new("/a"));
-        assert_eq!(plain(Path::new("s3://b/a")), Path::new("s3://b/a"));
-        assert_eq!(plain(Path::new("a/b")), Path::new("a/b"));
     }
 }

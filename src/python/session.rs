@@ -11,9 +11,10 @@ use pyo3_arrow::PyRecordBatchReader;
 
 use super::table::Table;
 use super::{pipeline, rejected};
-use crate::batch::alone::{self, Log, NO_PATH};
-use crate::batch::plan::{self, BikeFile};
-use crate::batch::{Maps, guarded};
+use crate::batch::Maps;
+use crate::batch::bikes::{BikeFile, hash_settings};
+use crate::batch::in_memory::{self, Log, NO_PATH};
+use crate::batch::work::guarded;
 use crate::contract::session::Meta;
 use crate::ingest;
 use crate::pipeline::Rejection;
@@ -32,7 +33,7 @@ pub fn run_session<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let pipeline = self::pipeline(&pipeline)?;
     let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
-    let bike = bike_file(bike, &plan::salt(&pipeline, &maps)?)?;
+    let bike = bike_file(bike, &hash_settings(&pipeline, &maps, "")?)?;
     let source = Source::of(path_or_table)?;
     let tables = py.detach(|| {
         let log = match &source {
@@ -50,7 +51,7 @@ pub fn run_session<'py>(
                 Log::Table(Box::new(guarded("ingest", read)?))
             }
         };
-        alone::run(log, &bike, &pipeline, &maps, signals)
+        in_memory::run(log, &bike, &pipeline, &maps, signals)
     });
     let out = PyDict::new(py);
     for (name, batch) in tables.map_err(|why| rejected(py, &why))? {
@@ -82,13 +83,13 @@ impl Source {
 }
 
 /// A path to a bike file, or its text: a text has an equals sign and a line's end, a path has not.
-fn bike_file(given: &Bound<'_, PyAny>, salt: &[u8]) -> PyResult<BikeFile> {
+fn bike_file(given: &Bound<'_, PyAny>, settings: &[u8]) -> PyResult<BikeFile> {
     let invalid = |e: crate::contract::bike::Error| PyValueError::new_err(e.to_string());
     if let Ok(text) = given.extract::<String>()
         && text.contains('=')
         && text.contains('\n')
     {
-        return BikeFile::parse(text, "bike", Path::new("(text)"), salt).map_err(invalid);
+        return BikeFile::parse(text, "bike", Path::new("(text)"), settings).map_err(invalid);
     }
     let path: PathBuf = given.extract().map_err(|_| {
         PyTypeError::new_err("the bike must be the path of a bike file, or what such a file says")
@@ -97,5 +98,5 @@ fn bike_file(given: &Bound<'_, PyAny>, salt: &[u8]) -> PyResult<BikeFile> {
         invalid(crate::contract::bike::Error::Read { path: path.clone(), source })
     })?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    BikeFile::parse(text, &stem, &path, salt).map_err(invalid)
+    BikeFile::parse(text, &stem, &path, settings).map_err(invalid)
 }

@@ -2,7 +2,7 @@
 
 use super::ride::{Ridden, Sample};
 use crate::motorcycle::joint;
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::tables::rows::PeakRow;
 
 /// Which extreme of a channel counts.

@@ -83,7 +83,7 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
     let mut unsteady = Unsteady::new(
         &model.motorcycle,
         tour.disturbance,
-        tour.departure,
+        tour.model_error,
         tour.wind,
         noise,
         period,
@@ -136,7 +136,7 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
     for &channel in &tour.drop {
         session.remove(channel);
     }
-    tour.departure.measure(&mut session);
+    tour.model_error.measure(&mut session);
     sensors::measure(&mut session, &tour.sensors, tour.seed);
     super::clamp_physical(&mut session);
     let labels = super::runs_of(&kinds, tour.rate);
@@ -154,7 +154,7 @@ fn sample(run: &Run<'_>, action: &Action, controls: Controls, centre: &Vector3<f
             spin_rate: run.rates.velocity.angular,
             velocity: frame.velocity_at(&at),
             acceleration: frame.acceleration_at(&at, &gravity),
-            gravity,
+            gravity: gravity - run.scratch.pull,
         },
         position: [run.state.position.x, run.state.position.y],
         joints: run.state.joints,
@@ -178,7 +178,9 @@ fn record(meta: Meta, tour: &Tour, samples: &[Sample]) -> Session {
     session.set(C::VelocityY, m.velocity_y);
     session.set(C::AccelerationX, m.acceleration_x);
     session.set(C::AccelerationY, m.acceleration_y);
-    session.set(C::Roll, m.roll);
+    // of the road's bank an inertial unit knows nothing
+    let bank = -tour.model_error.camber(0.0);
+    session.set(C::Roll, m.roll.into_iter().map(|roll| roll + bank).collect());
     session.set(C::Pitch, m.pitch);
     session.set(C::Yaw, m.yaw);
     session.set(C::RollRate, m.roll_rate);

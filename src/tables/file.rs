@@ -1,7 +1,5 @@
 //! Rows to Parquet: every table is written through its schema, whole or not at all.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use arrow::array::RecordBatch;
@@ -12,20 +10,18 @@ use parquet::file::properties::WriterProperties;
 use serde::Serialize;
 
 use crate::contract::schema::Table;
-use crate::objects::{client, url};
+use crate::objects::Location;
+pub use crate::objects::files::TEMPORARY;
 use crate::tables::registry::Row;
-
-/// How the name of a file that is still being written starts and ends.
-pub const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
 
 /// Why a table could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The file system said no.
-    #[error("cannot write {}: {source}", path.display())]
+    /// The file system or the object store refuses.
+    #[error("cannot write {path}: {source}")]
     Io {
         /// The file.
-        path: PathBuf,
+        path: Location,
         /// Why.
         source: std::io::Error,
     },
@@ -67,8 +63,10 @@ fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Erro
 ///
 /// # Errors
 /// The folder cannot be made or the file not be written.
-pub fn write_batch(path: &Path, batch: &RecordBatch) -> Result<(), Error> {
-    write_bytes(path, &batch_to_bytes(&path.display().to_string(), batch)?)
+pub fn write_batch(to: impl Into<Location>, batch: &RecordBatch) -> Result<(), Error> {
+    let to = to.into();
+    let bytes = batch_to_bytes(&to.to_string(), batch)?;
+    write_bytes(to, &bytes)
 }
 
 /// Rows as the bytes of one Parquet file of their table.
@@ -91,37 +89,17 @@ pub fn batch_to_bytes(table: &str, batch: &RecordBatch) -> Result<Vec<u8>, Error
 ///
 /// # Errors
 /// As [`batch`] and [`write_batch`].
-pub fn write<R: Row>(path: &Path, rows: &[R]) -> Result<(), Error> {
-    write_batch(path, &batch(rows)?)
+pub fn write<R: Row>(to: impl Into<Location>, rows: &[R]) -> Result<(), Error> {
+    write_batch(to, &batch(rows)?)
 }
 
-/// Writes bytes as a file, whole or not at all, making its folder; where the path is a URL, as one
-/// object.
+/// Writes bytes as a file, whole or not at all ([`Location::write`]).
 ///
 /// # Errors
 /// The folder cannot be made or the file not be written.
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let io = |source| Error::Io { path: path.to_owned(), source };
-    if let Some(url) = url::parse(path).map_err(io)? {
-        return client::put(&url, bytes).map_err(io);
-    }
-    let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(io)?;
-    let mut file = tempfile::Builder::new()
-        .prefix(TEMPORARY.0)
-        .suffix(TEMPORARY.1)
-        .tempfile_in(folder)
-        .map_err(io)?;
-    file.write_all(bytes).map_err(io)?;
-    file.as_file().sync_all().map_err(io)?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let mode = std::fs::Permissions::from_mode(0o644);
-        file.as_file().set_permissions(mode).map_err(io)?;
-    }
-    file.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
+pub fn write_bytes(to: impl Into<Location>, bytes: &[u8]) -> Result<(), Error> {
+    let to = to.into();
+    to.write(bytes).map_err(|source| Error::Io { path: to, source })
 }
 
 fn encode(batch: &RecordBatch) -> Result<Vec<u8>, String> {

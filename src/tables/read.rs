@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use arrow::array::{Array, ArrayRef, AsArray, RecordBatch};
 use arrow::compute::cast;
 use arrow::datatypes::{DataType, Float64Type, Int64Type};
+use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use serde::de::value::BorrowedStrDeserializer;
@@ -20,6 +21,7 @@ use serde::forward_to_deserialize_any;
 use walkdir::WalkDir;
 
 use super::registry::{Row, TableSpec};
+use crate::objects::Location;
 
 /// A table's file cannot be read, or has not the columns of its schema.
 #[derive(Debug, thiserror::Error)]
@@ -61,14 +63,42 @@ pub fn rows_where<R: Row + DeserializeOwned>(
 ) -> Result<Vec<R>, Error> {
     let mut rows = Vec::new();
     for batch in batches(path, None)? {
-        let columns = Columns::new(path, R::spec(), &batch, &[])?;
-        for i in (0..batch.num_rows()).filter(|i| wanted(&columns, *i)) {
-            let row = R::deserialize(RowReader { columns: &columns, row: i })
-                .map_err(|e| Error { path: path.to_owned(), message: e.to_string() })?;
-            rows.push(row);
-        }
+        take(path, &batch, &wanted, &mut rows)?;
     }
     Ok(rows)
+}
+
+/// The rows of a file that is in memory; `at` is for messages.
+///
+/// # Errors
+/// As [`file_rows`].
+pub fn rows_of<R: Row + DeserializeOwned>(at: &Location, file: Vec<u8>) -> Result<Vec<R>, Error> {
+    let path = PathBuf::from(at.to_string());
+    let fail = |message: String| Error { path: path.clone(), message };
+    let reader = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(file))
+        .and_then(ParquetRecordBatchReaderBuilder::build)
+        .map_err(|e| fail(e.to_string()))?;
+    let mut rows = Vec::new();
+    for batch in reader {
+        take(&path, &batch.map_err(|e| fail(e.to_string()))?, &|_, _| true, &mut rows)?;
+    }
+    Ok(rows)
+}
+
+/// Adds the wanted rows of a batch.
+fn take<R: Row + DeserializeOwned>(
+    path: &Path,
+    batch: &RecordBatch,
+    wanted: &impl Fn(&Columns, usize) -> bool,
+    rows: &mut Vec<R>,
+) -> Result<(), Error> {
+    let columns = Columns::new(path, R::spec(), batch, &[])?;
+    for i in (0..batch.num_rows()).filter(|i| wanted(&columns, *i)) {
+        let row = R::deserialize(RowReader { columns: &columns, row: i })
+            .map_err(|e| Error { path: path.to_owned(), message: e.to_string() })?;
+        rows.push(row);
+    }
+    Ok(())
 }
 
 /// The Parquet files of a table, sorted by path; temporaries (leading dot) are passed by.

@@ -21,6 +21,13 @@ pub struct Ident {
     pub start_time: Option<String>,
 }
 
+impl Ident {
+    /// Bike and session: what orders sessions in every table that is read back.
+    pub fn key(&self) -> (&str, &str) {
+        (&self.bike_id, &self.session_id)
+    }
+}
+
 impl From<&Meta> for Ident {
     fn from(meta: &Meta) -> Self {
         Ident {
@@ -52,8 +59,9 @@ pub enum Status {
     Assumed,
     /// Estimated, but the ride does not pin it down.
     PoorlyDetermined,
-    /// The ride cannot give it.
+    /// The ride cannot give it; read back, also a status that this version does not know.
     #[default]
+    #[serde(other)]
     NotAvailable,
 }
 
@@ -325,6 +333,23 @@ pub struct CauseRow {
     pub equivalent_to: Option<String>,
     pub separate_by: Option<String>,
     pub reason: String,
+}
+
+/// A row of `diagnoses`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct DiagnosisRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub path: String,
+    pub site: Option<String>,
+    pub n_named: i64,
+    pub unexplained: bool,
+    pub poolable: bool,
+    pub nulls: i64,
+    pub advise: bool,
+    #[serde(flatten)]
+    pub provenance: Provenance,
 }
 
 /// A row of `discrepancies`.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
 use roadbench::batch::store::Store;
-use roadbench::batch::{self, Error, State};
+use roadbench::batch::{self, Error, State, kind};
 
 use crate::script::{BIKE, Place, Script, Setup, adds_up, codes};
 
@@ -138,10 +138,7 @@ fn what_is_there_is_not_computed_again() {
     let run = place.run_with(&Script::default(), |s| s.maps = vec![map.clone()]).expect("run");
     assert_eq!(run.done, 3);
     let run = place
-        .run_with(&Script::default(), |s| {
-            s.maps = vec![map.clone()];
-            s.signals = true;
-        })
+        .run_with(&Script { signals: true, ..Script::default() }, |s| s.maps = vec![map.clone()])
         .expect("run");
     assert_eq!(run.done, 3, "signals were not there");
 
@@ -229,7 +226,7 @@ fn an_output_that_cannot_be_written_is_one_clear_error() {
 #[test]
 fn two_runs_do_not_share_an_output() {
     let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b1|ok")]);
-    let held = Store::open(&place.path("out")).expect("first");
+    let held = Store::open(&kind::RUN, &place.path("out").into()).expect("first");
     let result = place.run_with(&Script::default(), |_| {});
     assert!(matches!(&result, Err(Error::Usage(m)) if m.contains("another roadbench")));
     drop(held);
@@ -244,8 +241,8 @@ fn a_stopped_run_says_what_is_left_and_is_taken_up() {
     let place = Place::new(&logs);
 
     struct StopAfter<'a>(&'a AtomicBool, usize, AtomicUsize);
-    impl batch::Watch for StopAfter<'_> {
-        fn finished(&self, _: &batch::Finished<'_>) {
+    impl<R> batch::Watch<R> for StopAfter<'_> {
+        fn finished(&self, _: &batch::Finished<'_>, _: Option<R>) {
             if self.2.fetch_add(1, Ordering::Relaxed) + 1 == self.1 {
                 self.0.store(true, Ordering::Relaxed);
             }
@@ -399,11 +396,11 @@ fn since_leaves_older_logs_alone() {
 #[test]
 fn what_is_made_over_all_sessions_is_behind_after_a_change_only() {
     let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b1|reject")]);
-    let open = || Store::open(&place.path("out")).expect("opened");
+    let open = || Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
     let made = || {
         place.put("out/fleet/fleet.parquet", "");
         place.put("out/report/index.html", "");
-        open().caught_up().expect("written");
+        open().clear_behind().expect("written");
     };
     let fleet = place.path("out/.roadbench/behind");
     assert!(open().is_behind(), "nothing is made yet");

@@ -126,7 +126,7 @@ fn effects_are_those_that_are_looked_for() {
             cell(e.unit),
             e.typical,
             e.level.name(),
-            cell(&e.alike.join(", ")),
+            cell(&e.confusions().collect::<Vec<_>>().join(", ")),
             cell(e.separate_by)
         );
     }

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use roadbench::batch::bikes::{BikeFile, hash_settings};
 use roadbench::batch::distributed::{Answer, Driver, Task, Terms, Worker};
-use roadbench::batch::plan::{self, BikeFile};
-use roadbench::batch::{self, Error, Maps, Settings, Stages, State, alone};
+use roadbench::batch::run::RunWork;
+use roadbench::batch::{Error, Maps, Settings, State, engine, in_memory};
+use roadbench::objects::Location;
 use roadbench::pipeline::Pipeline;
 use roadbench::tables::file;
 
@@ -15,15 +17,15 @@ fn fixtures() -> PathBuf {
 }
 
 fn settings<'a>(
-    inputs: &'a [PathBuf],
-    bikes: &'a Path,
-    out: &'a Path,
+    inputs: &'a [Location],
+    bikes: &'a Location,
+    out: &'a Location,
     pipeline: &'a Pipeline,
     maps: &'a Maps,
 ) -> Settings<'a> {
     let bikes = Some(bikes);
-    let (jobs, force, since, signals) = (0, false, None, false);
-    Settings { inputs, bikes, out, pipeline, maps, jobs, force, since, signals }
+    let (jobs, force, since) = (0, false, None);
+    Settings { inputs, bikes, out, pipeline, maps, jobs, force, since }
 }
 
 /// The tables below a folder, but for those over the fleet.
@@ -41,7 +43,7 @@ fn send(terms: &Terms, task: &Task) -> Result<Answer, Error> {
     let terms = serde_json::to_string(terms).expect("json");
     let task = serde_json::to_string(task).expect("json");
     let worker = Worker::new(serde_json::from_str(&terms).expect("terms"))?;
-    let answer = worker.run(serde_json::from_str(&task).expect("task"), &Stages)?;
+    let answer = worker.run(serde_json::from_str(&task).expect("task"))?;
     let answer = serde_json::to_string(&answer).expect("json");
     Ok(serde_json::from_str(&answer).expect("answer"))
 }
@@ -66,18 +68,23 @@ fn workers_write_what_one_machine_writes() {
     damaged[4..20_000].fill(0xA5);
     std::fs::write(logs.join("damaged.parquet"), with_id(&damaged)).expect("written");
 
-    let (inputs, bikes) = ([logs.clone()], fixtures().join("bikes"));
+    let (inputs, bikes) = ([Location::from(&logs)], fixtures().join("bikes").into());
     let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
     let [one, many] = ["one", "many"].map(|name| folder.path().join(name));
     let stop = AtomicBool::new(false);
-    let (run, _) =
-        batch::run(&settings(&inputs, &bikes, &one, &pipeline, &maps), &Stages, &(), &stop)
-            .expect("run");
+    let (run, _) = engine::run(
+        &settings(&inputs, &bikes, &(&one).into(), &pipeline, &maps),
+        &RunWork::default(),
+        &(),
+        &stop,
+    )
+    .expect("run");
     assert_eq!((run.done, run.rejected.len()), (2, 2), "{:?}", run.rejected);
 
-    let at = settings(&inputs, &bikes, &many, &pipeline, &maps);
-    let driver = Driver::open(&at, Vec::new(), &Stages).expect("open");
-    let busy = Driver::open(&at, Vec::new(), &Stages).expect_err("one at a time");
+    let out = Location::from(&many);
+    let at = settings(&inputs, &bikes, &out, &pipeline, &maps);
+    let driver = Driver::open(&at, Vec::new(), &RunWork::default()).expect("open");
+    let busy = Driver::open(&at, Vec::new(), &RunWork::default()).expect_err("one at a time");
     assert!(matches!(busy, Error::Usage(_)), "{busy}");
     let tasks = driver.tasks();
     assert_eq!(tasks.len(), 3);
@@ -90,14 +97,14 @@ fn workers_write_what_one_machine_writes() {
     let answers = tasks.iter().map(|task| send(driver.terms(), task).expect("done")).collect();
     let mark = many.join(".roadbench/writing/archive_s0001");
     std::fs::write(&mark, "archive_01").expect("written"); // of a third that was killed over it
-    let (spread, store) = driver.close(answers).expect("closed");
+    let (accounts, store) = driver.close(answers).expect("closed");
     drop(store);
-    assert_eq!((spread.inputs, spread.done, spread.rejected.len()), (4, 2, 2));
+    assert_eq!((accounts.inputs, accounts.done, accounts.rejected.len()), (4, 2, 2));
     assert!(!torn.exists() && !mark.exists());
     assert_eq!(files(&one), files(&many));
 
     // nothing has changed
-    let driver = Driver::open(&at, Vec::new(), &Stages).expect("open");
+    let driver = Driver::open(&at, Vec::new(), &RunWork::default()).expect("open");
     let answers: Vec<Answer> =
         driver.tasks().iter().map(|task| send(driver.terms(), task).expect("done")).collect();
     assert_eq!(answers.iter().filter(|a| a.state == State::Unchanged).count(), 2);
@@ -119,11 +126,11 @@ fn with_id(bytes: &[u8]) -> Vec<u8> {
 #[test]
 fn an_answer_that_is_not_so_is_found_out() {
     let folder = tempfile::tempdir().expect("folder");
-    let inputs = [fixtures().join("sessions/bike=archive_01/date=2026-05-01")];
-    let (bikes, out) = (fixtures().join("bikes"), folder.path().join("out"));
+    let inputs = [fixtures().join("sessions/bike=archive_01/date=2026-05-01").into()];
+    let (bikes, out) = (fixtures().join("bikes").into(), folder.path().join("out").into());
     let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
     let at = settings(&inputs, &bikes, &out, &pipeline, &maps);
-    let open = || Driver::open(&at, Vec::new(), &Stages).expect("open");
+    let open = || Driver::open(&at, Vec::new(), &RunWork::default()).expect("open");
     let lie = |task: &Task| Answer {
         log: task.log.clone(),
         state: State::Done,
@@ -149,17 +156,19 @@ fn a_session_in_memory_is_what_is_written() {
     let folder = tempfile::tempdir().expect("folder");
     let log = fixtures().join("sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet");
     let (bikes, out) = (fixtures().join("bikes"), folder.path().join("out"));
+    let log = Location::from(log);
     let (inputs, pipeline, maps) = ([log.clone()], Pipeline::onroad(), Maps::default());
     let stop = AtomicBool::new(false);
-    let mut at = settings(&inputs, &bikes, &out, &pipeline, &maps);
-    at.signals = true;
-    batch::run(&at, &Stages, &(), &stop).expect("run");
+    let (folder_of_bikes, output) = (Location::from(&bikes), Location::from(&out));
+    let at = settings(&inputs, &folder_of_bikes, &output, &pipeline, &maps);
+    engine::run(&at, &RunWork { signals: true }, &(), &stop).expect("run");
 
-    let salt = plan::salt(&pipeline, &maps).expect("salt");
+    let hashes = hash_settings(&pipeline, &maps, "").expect("hashes");
     let path = bikes.join("archive_01.toml");
     let text = std::fs::read_to_string(&path).expect("read");
-    let bike = BikeFile::parse(text, "archive_01", &path, &salt).expect("bike");
-    let tables = alone::run(alone::Log::File(&log), &bike, &pipeline, &maps, true).expect("tables");
+    let bike = BikeFile::parse(text, "archive_01", &path, &hashes).expect("bike");
+    let tables =
+        in_memory::run(in_memory::Log::File(&log), &bike, &pipeline, &maps, true).expect("tables");
     let written = files(&out);
     assert_eq!(tables.len(), written.len());
     for (name, batch) in tables {

@@ -7,12 +7,14 @@ use std::time::Instant;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use roadbench::batch::{self, Finished, Maps, Settings, Stages, Watch};
+use roadbench::batch::run::RunWork;
+use roadbench::batch::{Finished, Maps, Settings, Watch, engine};
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
 use roadbench::ingest::foreign::Aids;
 use roadbench::ingest::survey::survey;
 use roadbench::ingest::{self, write_session};
+use roadbench::objects::Location;
 use roadbench::pipeline::Pipeline;
 
 use crate::racing_files;
@@ -164,8 +166,8 @@ fn flip(bytes: &mut [u8], times: usize, within: std::ops::Range<usize>, random: 
 #[derive(Default)]
 struct Slowest(Mutex<(f64, String)>);
 
-impl Watch for Slowest {
-    fn finished(&self, finished: &Finished<'_>) {
+impl<R> Watch<R> for Slowest {
+    fn finished(&self, finished: &Finished<'_>, _: Option<R>) {
         let mut slowest = self.0.lock().expect("no panic holds it");
         if finished.seconds > slowest.0 {
             *slowest = (finished.seconds, finished.log.to_owned());
@@ -221,20 +223,20 @@ fn damaged_logs_are_each_accounted_for() {
     std::fs::create_dir_all(&bikes).expect("folder");
     let bike = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive/bikes/archive_01.toml");
     std::fs::copy(bike, bikes.join("b1.toml")).expect("bike");
-    let inputs: [PathBuf; 1] = [root.join("logs")];
+    let inputs = [Location::from(root.join("logs"))];
     let settings = Settings {
         inputs: &inputs,
-        bikes: Some(&bikes),
-        out: &root.join("out"),
+        bikes: Some(&bikes.into()),
+        out: &root.join("out").into(),
         pipeline: &Pipeline::onroad(),
         maps: &maps(),
         jobs: 2,
         force: false,
         since: None,
-        signals: false,
     };
     let slowest = Slowest::default();
-    let (run, _) = batch::run(&settings, &Stages, &slowest, &AtomicBool::new(false)).expect("run");
+    let (run, _) = engine::run(&settings, &RunWork::default(), &slowest, &AtomicBool::new(false))
+        .expect("run");
     let foreign = FOREIGN.len() * EACH_FOREIGN;
     assert_eq!(run.inputs, 3 * EACH + RACING.len() * OF_RACING + foreign);
     assert_eq!(run.done + run.rejected.len(), run.inputs);

@@ -13,10 +13,12 @@ use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use roadbench::batch::{self, Maps, Settings, Stages};
+use roadbench::batch::run::RunWork;
+use roadbench::batch::{Maps, Settings, engine};
 use roadbench::contract::channel::Channel::{self, *};
 use roadbench::contract::session::Session;
 use roadbench::ingest::write_session;
+use roadbench::objects::Location;
 use roadbench::pipeline::Pipeline;
 use roadbench::report::tables;
 use roadbench::simulate::plan::{Plan, PlanKind};
@@ -140,22 +142,21 @@ impl Place {
     /// Runs the batch over everything and checks what holds for every log.
     fn run(&self) -> Tables {
         let out = self.path("out");
-        let inputs = [self.path("logs")];
-        let bikes = self.path("bikes");
+        let inputs = [self.path("logs").into()];
+        let bikes = self.path("bikes").into();
         let settings = Settings {
             inputs: &inputs,
             bikes: Some(&bikes),
-            out: &out,
+            out: &Location::from(&out),
             pipeline: &Pipeline::onroad(),
             maps: &Maps::default(),
             jobs: 2,
             force: false,
             since: None,
-            signals: false,
         };
         let before = self.names_outside();
         let stop = AtomicBool::new(false);
-        let (run, store) = batch::run(&settings, &Stages, &(), &stop).expect("run");
+        let (run, store) = engine::run(&settings, &RunWork::default(), &(), &stop).expect("run");
         drop(store);
         roadbench::report::write(&out).expect("report");
         assert_eq!(before, self.names_outside(), "something was written outside --out");

@@ -309,7 +309,7 @@ fn the_side_force_ratio_comes_out_of_riders_that_differ() {
             let path = folder.path().join(format!("{number}.parquet"));
             write_session(&path, &session(&scenario, &machine, number).session, true).expect("log");
             let input = Input {
-                path: &path,
+                log: (&path).into(),
                 maps: &[],
                 input_hash: String::new(),
                 pipeline_hash: String::new(),

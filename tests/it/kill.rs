@@ -22,7 +22,6 @@ fn victim() {
         jobs: 2,
         force: false,
         since: None,
-        signals: false,
     };
     let work = Script { pause: Duration::from_millis(2), ..Script::default() };
     let _ = setup.run(&work, &(), &AtomicBool::new(false));

@@ -608,7 +608,7 @@ fn run_pipeline(session: &Session, bike: &Bike) -> Outcome {
     let path = folder.path().join("ride.parquet");
     roadbench::ingest::write_session(&path, session, true).expect("written");
     let input = Input {
-        path: &path,
+        log: (&path).into(),
         maps: &[],
         input_hash: String::new(),
         pipeline_hash: String::new(),

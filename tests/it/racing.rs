@@ -325,9 +325,9 @@ fn motecs_sample_log_as_another_reads_it() {
     assert_eq!((raw.meta.bike_id.as_str(), raw.meta.site.as_deref()), ("11A", Some("Calder")));
     let look = ingest::reader(&sample).expect("known").look.expect("without a map");
     let aids = ingest::foreign::Aids::default();
-    let listing = (look.list)(&sample, &aids).expect("listed");
+    let listing = (look.list)(&(&sample).into(), &aids).expect("listed");
     let wanted: Vec<_> = listing.channels.iter().collect();
-    let ours = (look.decode)(&sample, &aids, &wanted).expect("decoded").columns;
+    let ours = (look.decode)(&(&sample).into(), &aids, &wanted).expect("decoded").columns;
     let mut file = std::fs::File::open(&sample).expect("there");
     let mut theirs = motec_i2::LDReader::new(&mut file);
     let channels = theirs.read_channels().expect("read");
@@ -397,10 +397,10 @@ fn damage_is_an_error_or_a_warning() {
                 }
             }
             if let Ok(Some(look)) = ingest::reader(&path).map(|r| r.look)
-                && let Ok(listing) = (look.list)(&path, &Default::default())
+                && let Ok(listing) = (look.list)(&(&path).into(), &Default::default())
             {
                 let wanted: Vec<_> = listing.channels.iter().collect();
-                let _ = (look.decode)(&path, &Default::default(), &wanted);
+                let _ = (look.decode)(&(&path).into(), &Default::default(), &wanted);
             }
         }
     }

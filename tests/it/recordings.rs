@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use assert_cmd::Command;
-use roadbench::batch::{self, Maps, Settings, Stages};
+use roadbench::batch::run::RunWork;
+use roadbench::batch::{Maps, Settings, engine};
+use roadbench::objects::Location;
 use roadbench::pipeline::Pipeline;
 use roadbench::report::tables;
 use roadbench::tables::rows::{Coefficient, Status};
@@ -40,20 +42,19 @@ fn bikes() -> PathBuf {
 
 /// Runs logs; session, tyre, coefficient to row.
 fn run(logs: &[PathBuf], out: &Path) -> BTreeMap<(String, String, String), Coefficient> {
-    let bikes = bikes();
+    let inputs: Vec<Location> = logs.iter().map(Location::from).collect();
     let settings = Settings {
-        inputs: logs,
-        bikes: Some(&bikes),
-        out,
+        inputs: &inputs,
+        bikes: Some(&bikes().into()),
+        out: &out.into(),
         pipeline: &Pipeline::onroad(),
         maps: &Maps::default(),
         jobs: 2,
         force: false,
         since: None,
-        signals: false,
     };
     let stop = AtomicBool::new(false);
-    let (run, store) = batch::run(&settings, &Stages, &(), &stop).expect("run");
+    let (run, store) = engine::run(&settings, &RunWork::default(), &(), &stop).expect("run");
     drop(store);
     assert!(run.rejected.is_empty(), "{:?}", run.rejected);
     assert_eq!(run.sessions.len(), logs.len());

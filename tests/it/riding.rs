@@ -36,7 +36,7 @@ fn run_pipeline(tour: &Tour, ridden: &Ridden, folder: &Path) -> Outcome {
     let path = folder.join("log.parquet");
     write_session(&path, &ridden.session, false).expect("log");
     let input = Input {
-        path: &path,
+        log: (&path).into(),
         maps: &[],
         input_hash: String::new(),
         pipeline_hash: String::new(),

@@ -395,3 +395,41 @@ fn the_page_of_the_house_is_drawn_from_the_arrows() {
         "book/src/house.md is stale: ROADBENCH_BLESS=1 cargo nextest run -E 'test(rooms::)'"
     );
 }
+
+/// Comments cite the method as `book/src/diagnosis.md, section 2.5`: the page has that section.
+#[test]
+fn cited_sections_of_the_book_are_there() {
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src");
+    let heading = |page: &str, number: &str| {
+        let text = std::fs::read_to_string(book.join(page)).unwrap_or_default();
+        text.lines().any(|l| {
+            let title = l.trim_start_matches('#').trim_start();
+            l.starts_with('#')
+                && title.strip_prefix(number).is_some_and(|r| r.starts_with([' ', '.']))
+        })
+    };
+    let mut cited = 0;
+    let mut wrong = Vec::new();
+    for (module, text) in modules() {
+        // a citation may run over a line of a comment
+        let text = text.replace("\n//!", "").replace("\n///", "").replace("\n//", "");
+        for (at, _) in text.match_indices(".md`, section") {
+            let before = &text[..at];
+            let start = before.rfind('`').map_or(0, |k| k + 1);
+            let page = format!("{}.md", &before[start..]);
+            let after = text[at..].trim_start_matches(".md`, section").trim_start_matches('s');
+            let number: String = after
+                .trim_start()
+                .chars()
+                .take_while(|c| c.is_ascii_digit() || *c == '.')
+                .collect();
+            let number = number.trim_end_matches('.');
+            cited += 1;
+            match page.strip_prefix("book/src/") {
+                Some(page) if heading(page, number) => {}
+                _ => wrong.push(format!("{}: {page}, section {number}", module.join("/"))),
+            }
+        }
+    }
+    assert!(wrong.is_empty() && cited > 15, "{cited} cited, not there:\n{}", wrong.join("\n"));
+}

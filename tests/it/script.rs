@@ -5,12 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
-use roadbench::batch::{self, Error, Maps, Run, Settings, State, Watch, Work};
+use roadbench::batch::kind::{self, Kind};
+use roadbench::batch::work::Output;
+use roadbench::batch::{Accounts, Error, Maps, Settings, State, Watch, Work, engine, run};
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Meta;
 use roadbench::ingest;
 use roadbench::ingest::map::ChannelMap;
+use roadbench::objects::Location;
 use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
+use roadbench::tables::registry::{self, TableSpec};
 use roadbench::tables::rows::{Coefficient, Ident, PlotPoint, Provenance, SessionRow, Status};
 
 pub const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_height = 0.62\n\
@@ -22,12 +26,23 @@ pub struct Script {
     pub runs: AtomicUsize,
     pub identified: AtomicUsize,
     pub pause: Duration,
+    pub signals: bool,
 }
 
 impl Work for Script {
-    fn identify(&self, path: &Path, _: &[ChannelMap]) -> Result<Meta, ingest::Error> {
+    type Result = Outcome;
+
+    fn kind(&self) -> &'static Kind {
+        &kind::RUN
+    }
+
+    fn is_requested(&self, table: &TableSpec) -> bool {
+        self.signals && table.is(&registry::SIGNALS)
+    }
+
+    fn identify(&self, log: &Location, _: &[ChannelMap]) -> Result<Meta, ingest::Error> {
         self.identified.fetch_add(1, Ordering::Relaxed);
-        let text = std::fs::read_to_string(path)
+        let text = std::fs::read_to_string(log.as_path().expect("a file"))
             .map_err(|e| ingest::Error { code: "unreadable", message: e.to_string() })?;
         let parts: Vec<&str> = text.trim_end().split('|').collect();
         let [session_id, bike_id, what] = parts[..] else {
@@ -41,16 +56,21 @@ impl Work for Script {
         })
     }
 
-    fn run(&self, input: &Input<'_>, bike: &Bike, _: &Pipeline) -> Result<Outcome, Rejection> {
+    fn run(
+        &self,
+        input: &Input<'_>,
+        bike: &Bike,
+        _: &Pipeline,
+    ) -> Result<Output<Outcome>, Rejection> {
         self.runs.fetch_add(1, Ordering::Relaxed);
         std::thread::sleep(self.pause);
-        let text = std::fs::read_to_string(input.path).expect("identified");
+        let text = String::from_utf8(input.log.read().expect("there")).expect("identified");
         let parts: Vec<&str> = text.trim_end().split('|').collect();
         match parts[2] {
             "panic" => panic!("as the script says"),
             "overflow" => {
                 let numbers = [1, 2, 3];
-                let at = input.path.as_os_str().len(); // always beyond
+                let at = input.log.to_string().len(); // always beyond
                 return Err(rejection(&format!("{}", numbers[at])));
             }
             "reject" => return Err(rejection("row 7 of velocity_x is odd")),
@@ -67,7 +87,7 @@ impl Work for Script {
                 row.status = Status::PoorlyDetermined;
             }
         }
-        Ok(outcome)
+        run::output(outcome)
     }
 }
 
@@ -90,7 +110,7 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
     Outcome {
         session: SessionRow {
             ident: ident.clone(),
-            path: input.path.to_string_lossy().into_owned(),
+            path: input.log.to_string(),
             duration: 60.0,
             rate: 100.0,
             n_samples: 6000,
@@ -160,32 +180,35 @@ pub struct Setup {
     pub jobs: usize,
     pub force: bool,
     pub since: Option<SystemTime>,
-    pub signals: bool,
 }
 
 impl Setup {
     /// Hands the settings on.
     pub fn with<T>(&self, then: impl FnOnce(&Settings<'_>) -> T) -> T {
         then(&Settings {
-            inputs: &self.inputs,
-            bikes: self.bikes.as_deref(),
-            out: &self.out,
+            inputs: &self.inputs.iter().map(Location::from).collect::<Vec<_>>(),
+            bikes: self.bikes.as_ref().map(Location::from).as_ref(),
+            out: &Location::from(&self.out),
             pipeline: &Pipeline::onroad(),
             maps: &Maps::read(&self.maps).expect("maps"),
             jobs: self.jobs,
             force: self.force,
             since: self.since,
-            signals: self.signals,
         })
     }
 
-    pub fn run(&self, work: &Script, watch: &impl Watch, stop: &AtomicBool) -> Result<Run, Error> {
-        self.with(|settings| batch::run(settings, work, watch, stop)).map(|(run, _)| run)
+    pub fn run(
+        &self,
+        work: &Script,
+        watch: &impl Watch<Outcome>,
+        stop: &AtomicBool,
+    ) -> Result<Accounts, Error> {
+        self.with(|settings| engine::run(settings, work, watch, stop)).map(|(accounts, _)| accounts)
     }
 
     /// What a run would do: log's name, what becomes of it, why.
     pub fn intend(&self) -> Vec<(String, State, String)> {
-        let all = self.with(|settings| batch::intend(settings, &Script::default()));
+        let all = self.with(|settings| engine::dry_run(settings, &Script::default()));
         let all = all.expect("intended");
         let name =
             |log: &str| Path::new(log).file_stem().expect("name").to_string_lossy().into_owned();
@@ -228,17 +251,20 @@ impl Place {
             jobs: 2,
             force: false,
             since: None,
-            signals: false,
         }
     }
 
-    pub fn run_with(&self, work: &Script, change: impl FnOnce(&mut Setup)) -> Result<Run, Error> {
+    pub fn run_with(
+        &self,
+        work: &Script,
+        change: impl FnOnce(&mut Setup),
+    ) -> Result<Accounts, Error> {
         let mut setup = self.setup();
         change(&mut setup);
         setup.run(work, &(), &AtomicBool::new(false))
     }
 
-    pub fn run(&self) -> Run {
+    pub fn run(&self) -> Accounts {
         self.run_with(&Script::default(), |_| {}).expect("run")
     }
 
@@ -263,10 +289,10 @@ impl Place {
     }
 }
 
-pub fn codes(run: &Run) -> Vec<&str> {
+pub fn codes(run: &Accounts) -> Vec<&str> {
     run.rejected.iter().map(|r| r.code.as_str()).collect()
 }
 
-pub fn adds_up(run: &Run) {
+pub fn adds_up(run: &Accounts) {
     assert_eq!(run.inputs, run.done + run.unchanged + run.rejected.len() + run.left);
 }

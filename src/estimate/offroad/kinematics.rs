@@ -27,7 +27,8 @@ use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::filter::{derivative, high_cut, integral, remove_slow, runs};
+use crate::filter::{derivative, high_cut, integral, remove_slow};
+use crate::statistics::runs::runs;
 
 use crate::model::offroad::machine::Machine;
 

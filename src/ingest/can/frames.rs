@@ -1,11 +1,10 @@
 //! Frames, whatever they were logged in.
 
 use std::io::{BufReader, Read};
-use std::path::Path;
 
 use super::{blf, text};
 use crate::ingest::Error;
-use crate::objects::source;
+use crate::objects::{Location, source};
 
 /// One frame with data.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,15 +77,14 @@ pub fn kind(head: &[u8]) -> Option<Kind> {
 }
 
 /// Every data frame in turn. Error frames, remote frames and other events are passed over.
-pub fn each(path: &Path, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan, Error> {
-    let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let mut log = BufReader::with_capacity(1 << 18, source::open(path).map_err(fail)?);
+pub fn each(log: &Location, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan, Error> {
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let mut reader = BufReader::with_capacity(1 << 18, source::open(log).map_err(fail)?);
     let mut head = Vec::new();
-    log.by_ref().take(4096).read_to_end(&mut head).map_err(fail)?;
-    let kind = kind(&head).ok_or_else(|| {
-        Error::new("unknown_format", format!("{} is no CAN log any more", path.display()))
-    })?;
-    let mut whole = head.chain(log);
+    reader.by_ref().take(4096).read_to_end(&mut head).map_err(fail)?;
+    let kind = kind(&head)
+        .ok_or_else(|| Error::new("unknown_format", format!("{log} is no CAN log any more")))?;
+    let mut whole = head.chain(reader);
     match kind {
         Kind::Blf => blf::each(&mut whole, take),
         Kind::Asc => text::each_asc(&mut whole, take),

@@ -1,13 +1,13 @@
 //! Cells of delimited text to columns of numbers.
 
 use std::io::Read;
-use std::path::Path;
 
 use ::csv::{ByteRecord, Reader};
 
 use super::text::decoded;
 use crate::contract::warning::Warning;
 use crate::ingest::{Error, warning};
+use crate::objects::Location;
 
 /// Share of a column's cells that may be unreadable before the log is refused.
 const BAD_CELLS: f64 = 0.01;
@@ -48,13 +48,13 @@ type Bad = Option<(usize, u64, String)>;
 /// The file cannot be read (`unreadable`), or too many cells of a column are no numbers
 /// (`bad_cell`).
 pub fn read(
-    path: &Path,
+    log: &Location,
     reader: &mut Reader<impl Read>,
     wanted: &[Wanted<'_>],
     writing: Writing<'_>,
     rows: usize,
 ) -> Result<Cells, Error> {
-    cells_of(path, reader, wanted, writing, rows, BAD_CELLS)
+    cells_of(log, reader, wanted, writing, rows, BAD_CELLS)
 }
 
 /// Reads columns of which nothing is known: what is no number is missing, however much it is.
@@ -62,16 +62,16 @@ pub fn read(
 /// # Errors
 /// The file cannot be read.
 pub fn read_all(
-    path: &Path,
+    log: &Location,
     reader: &mut Reader<impl Read>,
     wanted: &[Wanted<'_>],
     writing: Writing<'_>,
 ) -> Result<Cells, Error> {
-    cells_of(path, reader, wanted, writing, usize::MAX, f64::INFINITY)
+    cells_of(log, reader, wanted, writing, usize::MAX, f64::INFINITY)
 }
 
 fn cells_of(
-    path: &Path,
+    log: &Location,
     reader: &mut Reader<impl Read>,
     wanted: &[Wanted<'_>],
     writing: Writing<'_>,
@@ -88,7 +88,7 @@ fn cells_of(
             Ok(false) => break,
             Err(e) => {
                 let io = std::io::Error::other(e.to_string());
-                return Err(Error::unreadable(path, &io));
+                return Err(Error::unreadable(log, &io));
             }
         }
         count += 1;

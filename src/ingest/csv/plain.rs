@@ -1,19 +1,18 @@
 //! A look at delimited text that no map is known for: its layout is guessed.
 
-use std::path::Path;
-
 use super::table::{self, Table};
 use super::{cells, clocks};
 use crate::ingest::Error;
 use crate::ingest::foreign::{Aids, Decoded, Listing, Look, SourceChannel};
 use crate::ingest::propose::is_time;
 use crate::ingest::units;
+use crate::objects::Location;
 
 /// Any delimited text.
 pub const LOOK: Look = Look { list, decode };
 
-fn list(path: &Path, _: &Aids) -> Result<Listing, Error> {
-    let (table, guess) = open(path)?;
+fn list(log: &Location, _: &Aids) -> Result<Listing, Error> {
+    let (table, guess) = open(log)?;
     let mut layout = vec!["[csv]".to_owned()];
     if table.delimiter != b',' {
         layout.push(format!("delimiter = {:?}", char::from(table.delimiter)));
@@ -35,8 +34,8 @@ fn list(path: &Path, _: &Aids) -> Result<Listing, Error> {
     Ok(Listing { channels: guess.channels, layout, ..Listing::default() })
 }
 
-fn decode(path: &Path, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
-    let (mut table, guess) = open(path)?;
+fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+    let (mut table, guess) = open(log)?;
     let names: Vec<String> = wanted.iter().map(|c| c.full()).collect();
     let mut places: Vec<cells::Wanted<'_>> =
         names.iter().zip(wanted).map(|(name, c)| (name.as_str(), c.place[0])).collect();
@@ -50,7 +49,7 @@ fn decode(path: &Path, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, E
         width: table.names.len(),
     };
     // words among the numbers are no reason to show nothing
-    let mut read = cells::read_all(path, &mut table.rows, &places, writing)?;
+    let mut read = cells::read_all(log, &mut table.rows, &places, writing)?;
     let time = match guess.clock {
         Some(_) => {
             let mut time = read.columns.pop().unwrap_or_default();
@@ -74,8 +73,8 @@ struct Guess {
     factor: f64,
 }
 
-fn open(path: &Path) -> Result<(Table, Guess), Error> {
-    let mut table = table::open(path, &[], 0)?;
+fn open(log: &Location) -> Result<(Table, Guess), Error> {
+    let mut table = table::open(log, &[], 0)?;
     let known = |cells: &Vec<String>| {
         let filled: Vec<&String> = cells.iter().filter(|c| !c.is_empty()).collect();
         let units = filled.iter().filter(|c| units::dimension(c).is_some()).count();
@@ -84,7 +83,7 @@ fn open(path: &Path) -> Result<(Table, Guess), Error> {
     // the last row of words may be the units of the names above it
     let mut units = known(&table.names);
     if units {
-        let below = table::open(path, &[], 1)?;
+        let below = table::open(log, &[], 1)?;
         units = below.names.len() == table.names.len();
         if units {
             table = below;

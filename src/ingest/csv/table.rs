@@ -4,14 +4,13 @@
 //! text itself: loggers write it as the computer's country does.
 
 use std::io::{BufRead, BufReader, Cursor, Read};
-use std::path::Path;
 
 use ::csv::{Reader, ReaderBuilder};
 
 use super::cells::number;
 use super::text::{Text, decoded};
 use crate::ingest::{Error, HEAD_LEN};
-use crate::objects::source;
+use crate::objects::{Location, source};
 
 /// Lines in which the first row of numbers must come.
 const MOST_LINES: usize = 1000;
@@ -47,9 +46,9 @@ pub struct Table {
 ///
 /// # Errors
 /// The file cannot be read, or has no such row.
-pub fn open(path: &Path, begin: &[&str], notes: usize) -> Result<Table, Error> {
-    let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let file = source::open(path).map_err(fail)?;
+pub fn open(log: &Location, begin: &[&str], notes: usize) -> Result<Table, Error> {
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let file = source::open(log).map_err(fail)?;
     let mut text = BufReader::new(Text::new(file).map_err(fail)?);
     let mut lines: Vec<String> = Vec::new();
     let mut first = Vec::new();
@@ -65,17 +64,17 @@ pub fn open(path: &Path, begin: &[&str], notes: usize) -> Result<Table, Error> {
         }
         lines.push(line.to_owned());
         if lines.len() > MOST_LINES {
-            let message = format!("{}: no row of numbers in {MOST_LINES} lines", path.display());
+            let message = format!("{log}: no row of numbers in {MOST_LINES} lines");
             return Err(Error::new("no_table", message));
         }
     }
     if first.is_empty() && begin.is_empty() {
-        let message = format!("{} has no row of numbers", path.display());
+        let message = format!("{log} has no row of numbers");
         return Err(Error::new("no_table", message));
     }
     let first_line = lines.len() as u64 + 1;
     let Some(at) = names_row(&lines, begin, notes) else {
-        let message = format!("{}: no row of names above the numbers", path.display());
+        let message = format!("{log}: no row of names above the numbers");
         return Err(Error::new("no_table", message));
     };
     let delimiter = delimiter(&lines[at]);
@@ -183,7 +182,7 @@ mod tests {
     fn table(text: &[u8], begin: &[&str], notes: usize) -> Result<Table, Error> {
         let file = tempfile::NamedTempFile::new().expect("a file");
         std::fs::write(file.path(), text).expect("written");
-        open(file.path(), begin, notes)
+        open(&file.path().into(), begin, notes)
     }
 
     #[test]

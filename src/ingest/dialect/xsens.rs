@@ -18,8 +18,6 @@
 //! `Update Rate`. The channels of the group `level` are computed ([`super::level`]): what the unit
 //! measures in its own leaning frame and over the ground, in the frame that turns with the yaw.
 
-use std::path::Path;
-
 use super::facts::{Facts, Words};
 use super::level::{self, Derived};
 use super::{beginning, rate_told, rows};
@@ -28,6 +26,7 @@ use crate::ingest::csv::table::{self, Table};
 use crate::ingest::csv::{cells, clocks, start_time};
 use crate::ingest::foreign::{Aids, Decoded, Format, Listing, SourceChannel};
 use crate::ingest::{Error, Head};
+use crate::objects::Location;
 
 /// Exports of MT Manager.
 #[derive(Debug)]
@@ -59,17 +58,17 @@ impl Format for Xsens {
         })
     }
 
-    fn list(path: &Path, _: &Aids) -> Result<Listing, Error> {
-        let (mut table, facts) = open(path)?;
+    fn list(log: &Location, _: &Aids) -> Result<Listing, Error> {
+        let (mut table, facts) = open(log)?;
         let mut listing = Listing { channels: channels(&table), ..Listing::default() };
         listing.meta =
-            Meta { start_time: first_moment(path, &mut table, &facts)?, ..Meta::default() };
+            Meta { start_time: first_moment(log, &mut table, &facts)?, ..Meta::default() };
         listing.facts = facts.0;
         Ok(listing)
     }
 
-    fn decode(path: &Path, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
-        let (mut table, facts) = open(path)?;
+    fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
+        let (mut table, facts) = open(log)?;
         // what is asked for, what that is computed from, and the clock, each once
         let mut names: Vec<&str> = Vec::new();
         let inputs = wanted.iter().flat_map(|c| match derived(c) {
@@ -83,7 +82,7 @@ impl Format for Xsens {
         }
         let places: Vec<cells::Wanted<'_>> =
             names.iter().filter_map(|n| Some((*n, place(&table, n)?))).collect();
-        let read = rows(path, &mut table, &places, usize::MAX)?;
+        let read = rows(log, &mut table, &places, usize::MAX)?;
         let column = |name: &str| {
             names
                 .iter()
@@ -91,7 +90,7 @@ impl Format for Xsens {
                 .and_then(|i| read.columns.get(i))
                 .map(Vec::as_slice)
         };
-        let time = stamps(path, column(TICKS), column(COUNTER), &facts)?;
+        let time = stamps(log, column(TICKS), column(COUNTER), &facts)?;
         let mut warnings = read.warnings.clone();
         warnings.extend(rate_told(&time, facts.number(NO_WORDS.rate)));
         let values = |channel: &&SourceChannel| {
@@ -106,8 +105,8 @@ impl Format for Xsens {
     }
 }
 
-fn open(path: &Path) -> Result<(Table, Facts), Error> {
-    let mut table = table::open(path, &[COUNTER], 0)?;
+fn open(log: &Location) -> Result<(Table, Facts), Error> {
+    let mut table = table::open(log, &[COUNTER], 0)?;
     // older versions call them otherwise
     for name in &mut table.names {
         for (from, to) in
@@ -129,7 +128,7 @@ fn open(path: &Path) -> Result<(Table, Facts), Error> {
         Some(system) if system.to_uppercase().contains("NED") => {
             let message = format!(
                 "{} is in the coordinate system {system}, with z down; export it again in ENU",
-                path.display()
+                log
             );
             Err(Error::new("coordinate_system", message))
         }
@@ -203,7 +202,7 @@ fn computed<'a>(
 
 /// Stamps in seconds, from the ticks, or else from the packets.
 fn stamps(
-    path: &Path,
+    log: &Location,
     ticks: Option<&[f64]>,
     packets: Option<&[f64]>,
     facts: &Facts,
@@ -218,8 +217,7 @@ fn stamps(
     }
     let message = format!(
         "{}: `{TICKS}` is empty and no comment gives the `{}`; export it again with {TICKS}",
-        path.display(),
-        NO_WORDS.rate
+        log, NO_WORDS.rate
     );
     Err(Error::new("no_time", message))
 }
@@ -242,17 +240,17 @@ fn running_on(counts: &[f64], wrap: f64) -> Vec<f64> {
 }
 
 /// The moment of the first row, from the first row that tells one.
-fn first_moment(path: &Path, table: &mut Table, facts: &Facts) -> Result<Option<String>, Error> {
+fn first_moment(log: &Location, table: &mut Table, facts: &Facts) -> Result<Option<String>, Error> {
     let wanted: Option<Vec<usize>> = MOMENT[..6].iter().map(|n| place(table, n)).collect();
     let Some(mut places) = wanted else { return Ok(None) };
     let more = [MOMENT[6], "UTC_Valid", TICKS, COUNTER];
     places.extend(more.iter().filter_map(|n| place(table, n)));
     let named: Vec<(String, usize)> = places.iter().map(|&p| (table.names[p].clone(), p)).collect();
     let named: Vec<cells::Wanted<'_>> = named.iter().map(|(n, p)| (n.as_str(), *p)).collect();
-    let read = rows(path, table, &named, MOMENT_ROWS)?;
+    let read = rows(log, table, &named, MOMENT_ROWS)?;
     let column =
         |name: &str| named.iter().position(|(n, _)| *n == name).map(|i| read.columns[i].as_slice());
-    let Ok(time) = stamps(path, column(TICKS), column(COUNTER), facts) else { return Ok(None) };
+    let Ok(time) = stamps(log, column(TICKS), column(COUNTER), facts) else { return Ok(None) };
     let moment = |row: usize| -> Option<f64> {
         if column("UTC_Valid").is_some_and(|v| v[row] == 0.0) {
             return None;

@@ -4,12 +4,11 @@
 //! length is held against what is there. A chunk whose checksum is wrong is left out.
 
 use std::io::{BufReader, Read};
-use std::path::Path;
 
 use mcap::records::{Record, op};
 
 use crate::ingest::Error;
-use crate::objects::source;
+use crate::objects::{Location, source};
 
 /// What a file begins (and ends) with.
 pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -71,9 +70,9 @@ pub struct Scan {
 }
 
 /// Everything that is said before the summary, in turn.
-pub fn each(path: &Path, take: &mut dyn FnMut(Event<'_>)) -> Result<Scan, Error> {
-    let fail = |e: std::io::Error| Error::unreadable(path, &e);
-    let file = source::open(path).map_err(fail)?;
+pub fn each(log: &Location, take: &mut dyn FnMut(Event<'_>)) -> Result<Scan, Error> {
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let file = source::open(log).map_err(fail)?;
     let size = file.size().map_err(fail)?;
     let mut file = BufReader::with_capacity(1 << 18, file);
     let mut scan = Scan::default();

@@ -1,0 +1,155 @@
+//! The bike files of a batch, each read once, with the hash of all that goes into a bike's sessions
+//! besides the logs.
+
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::error::Error;
+use super::settings::Maps;
+use crate::contract::bike::{self, Bike};
+use crate::ingest::UNREACHABLE;
+use crate::objects::Location;
+use crate::pipeline::{Pipeline, Rejection};
+use crate::tables::names::is_plain;
+
+/// Longest bike id: it becomes a folder name.
+const LONGEST_BIKE_ID: usize = 100;
+
+/// A bike and the hash of all that goes into its sessions besides the logs.
+#[derive(Debug)]
+pub struct BikeFile {
+    /// The bike.
+    pub bike: Bike,
+    /// What its file says.
+    pub text: String,
+    /// BLAKE3 of the resolved pipeline, the channel maps, the command's own settings and the bike file.
+    pub pipeline_hash: String,
+}
+
+impl BikeFile {
+    /// From a bike file's text; `path` is for messages, `settings` are of [`hash_settings`].
+    ///
+    /// # Errors
+    /// As [`Bike::parse`].
+    pub fn parse(
+        text: String,
+        bike_id: &str,
+        path: &Path,
+        settings: &[u8],
+    ) -> Result<Self, bike::Error> {
+        let bike = Bike::parse(&text, bike_id, path)?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(settings);
+        hasher.update(text.as_bytes());
+        let pipeline_hash = hasher.finalize().to_hex().to_string();
+        Ok(BikeFile { bike, text, pipeline_hash })
+    }
+}
+
+/// What every session's pipeline hash starts from: the hashes of the pipeline, of the channel maps and,
+/// where there are any, of the command's own settings. Each part is hashed by itself so that none can
+/// run into the next.
+///
+/// # Errors
+/// The pipeline cannot be written as text: our own mistake.
+pub fn hash_settings(pipeline: &Pipeline, maps: &Maps, own: &str) -> Result<Vec<u8>, Error> {
+    let text = toml::to_string(pipeline)
+        .map_err(|e| Error::Usage(format!("pipeline {}: {e}", pipeline.name)))?;
+    let mut hashes = blake3::hash(text.as_bytes()).as_bytes().to_vec();
+    hashes.extend_from_slice(maps.hash().as_bytes());
+    if !own.is_empty() {
+        hashes.extend_from_slice(blake3::hash(own.as_bytes()).as_bytes());
+    }
+    Ok(hashes)
+}
+
+/// A folder of bike files.
+#[derive(Debug)]
+pub struct BikeFiles<'a> {
+    folder: &'a Location,
+    settings: Vec<u8>,
+    /// By bike id.
+    read: BTreeMap<String, Result<Arc<BikeFile>, Rejection>>,
+}
+
+impl<'a> BikeFiles<'a> {
+    /// Of a folder; `settings` are of [`hash_settings`].
+    ///
+    /// # Errors
+    /// The folder cannot be read or holds no bike file.
+    pub fn new(folder: &'a Location, settings: Vec<u8>) -> Result<Self, Error> {
+        let fail = |why: String| Error::Usage(format!("--bikes {folder}: {why}"));
+        let names: Vec<String> = match folder.as_path() {
+            None => {
+                let there = folder.list().map_err(|e| fail(e.to_string()))?;
+                there.into_iter().map(|e| e.key).collect()
+            }
+            Some(path) => {
+                let there = std::fs::read_dir(path).map_err(|e| fail(e.to_string()))?;
+                let name = |e: std::fs::DirEntry| e.file_name().to_string_lossy().into_owned();
+                there.filter_map(|e| e.ok().map(name)).collect()
+            }
+        };
+        let is_toml = |name: &String| Path::new(name).extension().is_some_and(|x| x == "toml");
+        if names.iter().any(is_toml) {
+            return Ok(BikeFiles { folder, settings, read: BTreeMap::new() });
+        }
+        Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()))
+    }
+
+    /// The bike of that id; its file is read once.
+    ///
+    /// # Errors
+    /// There is no such file, or it is not what it should be.
+    pub fn get(&mut self, bike_id: &str) -> Result<Arc<BikeFile>, Rejection> {
+        if let Some(known) = self.read.get(bike_id) {
+            return known.clone();
+        }
+        let read = self.read_bike(bike_id);
+        self.read.insert(bike_id.to_owned(), read.clone());
+        read
+    }
+
+    fn read_bike(&self, bike_id: &str) -> Result<Arc<BikeFile>, Rejection> {
+        let refuse = |code, message| Rejection { stage: "discover", code, message };
+        if bike_id.is_empty() {
+            return Err(refuse(
+                "no_bike_id",
+                "the log does not say which bike it was ridden on; put it in a folder bike=<id>/, \
+                 in the file's metadata (bike_id) or under [meta] in its channel map"
+                    .to_owned(),
+            ));
+        }
+        if !is_plain(bike_id) || bike_id.len() > LONGEST_BIKE_ID {
+            return Err(refuse(
+                "bad_bike_id",
+                format!(
+                    "bike id `{}` cannot be a file name: use letters, digits, `.`, `_` and `-`, at \
+                     most {LONGEST_BIKE_ID}",
+                    bike_id.escape_debug()
+                ),
+            ));
+        }
+        let at = self.folder.join(format!("{bike_id}.toml"));
+        let text = at.read().and_then(|bytes| {
+            String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8 text"))
+        });
+        let text = text.map_err(|e| match e.kind() {
+            ErrorKind::NotFound => refuse(
+                "no_bike_file",
+                format!(
+                    "there is no bike file {at}: write one (`roadbench schema bike` lists its \
+                     keys), or correct the log's bike_id"
+                ),
+            ),
+            _ if at.is_remote() => refuse(UNREACHABLE, format!("cannot read the bike file: {e}")),
+            _ => refuse("bad_bike_file", format!("cannot read {at}: {e}")),
+        })?;
+        let path = at.to_string(); // for messages
+        let bike = BikeFile::parse(text, bike_id, Path::new(&path), &self.settings)
+            .map_err(|e| refuse("bad_bike_file", e.to_string()))?;
+        Ok(Arc::new(bike))
+    }
+}

@@ -1,0 +1,162 @@
+//! The work of `roadbench diagnose`: each session's causes by [`diagnose::run`], then what several
+//! sessions share, and the report.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::error::Error;
+use super::kind::{self, Kind};
+use super::local_copy::LocalCopy;
+use super::store::Store;
+use super::work::{Output, SessionFile, Work, encoded, unwritable};
+use crate::contract::bike::Bike;
+use crate::diagnose::levels::{self, Evidence};
+use crate::diagnose::{self, Diagnosis, Settings};
+use crate::pipeline::{Input, Pipeline, Rejection};
+use crate::report::{self, Pages};
+use crate::tables::names::file_name;
+use crate::tables::rows::{CauseRow, DiagnosisRow, Provenance};
+use crate::tables::{file, read, registry};
+
+/// Folder of the rows of `causes` that several sessions share, below the output.
+const POOLED: &str = "causes/bike=_pooled";
+
+/// Diagnoses each session.
+#[derive(Debug, Default)]
+pub struct DiagnoseWork {
+    /// How.
+    pub settings: Settings,
+}
+
+/// What is shown of a session's diagnosis.
+#[derive(Debug)]
+pub struct Verdict {
+    /// Lines for a terminal, the last one not ended.
+    pub summary: String,
+    /// Its rows of `causes`.
+    pub causes: Vec<CauseRow>,
+}
+
+impl Work for DiagnoseWork {
+    type Result = Verdict;
+
+    fn kind(&self) -> &'static Kind {
+        &kind::DIAGNOSE
+    }
+
+    fn settings(&self) -> String {
+        let Settings { nulls, advise, effects } = &self.settings;
+        let effects: Vec<&str> = effects.iter().map(|e| e.name).collect();
+        format!("nulls = {nulls}\nadvise = {advise}\neffects = {}\n", effects.join(", "))
+    }
+
+    fn run(
+        &self,
+        input: &Input<'_>,
+        bike: &Bike,
+        pipeline: &Pipeline,
+    ) -> Result<Output<Verdict>, Rejection> {
+        let d = diagnose::run(input, bike, pipeline, &self.settings)?;
+        let mut files = encoded(&self.tables(&d, input).map_err(|e| unwritable(&e))?)
+            .map_err(|e| unwritable(&e))?;
+        if let Some(model) = &d.model {
+            let bytes = model.to_toml().into_bytes();
+            files.push(SessionFile { folder: "models", extension: "toml", bytes });
+        }
+        Ok(Output {
+            session_id: d.ident.session_id,
+            bike_id: d.ident.bike_id,
+            samples: 0,
+            files,
+            result: Verdict { summary: d.summary, causes: d.causes },
+        })
+    }
+}
+
+impl DiagnoseWork {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// A sentence that begins with the number of nulls.
+    pub fn new(settings: Settings) -> Result<Self, String> {
+        match settings.nulls {
+            8..=1000 => Ok(DiagnoseWork { settings }),
+            nulls => Err(format!("{nulls}: fewer than 8 say nothing, more than 1000 nothing new")),
+        }
+    }
+
+    /// The tables of a diagnosis, the commit marker last.
+    ///
+    /// # Errors
+    /// A row does not fit its schema: our own mistake.
+    pub fn tables(
+        &self,
+        d: &Diagnosis,
+        input: &Input<'_>,
+    ) -> Result<Vec<(&'static registry::TableSpec, arrow::array::RecordBatch)>, file::Error> {
+        let is_named = |row: &&CauseRow| matches!(row.verdict.as_str(), "named" | "ambiguous");
+        let row = DiagnosisRow {
+            ident: d.ident.clone(),
+            path: input.log.to_string(),
+            site: d.site.clone(),
+            n_named: d.causes.iter().filter(is_named).count() as i64,
+            unexplained: d.causes.iter().any(|row| row.verdict == "unexplained"),
+            poolable: d.poolable,
+            nulls: self.settings.nulls as i64,
+            advise: self.settings.advise,
+            provenance: Provenance {
+                input_hash: input.input_hash.clone(),
+                pipeline_hash: input.pipeline_hash.clone(),
+                version: crate::VERSION.to_owned(),
+            },
+        };
+        let mut tables = vec![
+            (&registry::CAUSES, file::batch(&d.causes)?),
+            (&registry::DISCREPANCIES, file::batch(&d.discrepancies)?),
+        ];
+        if d.model.is_some() {
+            tables.push((&registry::REPLAYS, file::batch(&d.replays)?));
+        }
+        tables.push((&registry::DIAGNOSES, file::batch(&[row])?));
+        Ok(tables)
+    }
+}
+
+/// Makes what is made over all diagnosed sessions of the output: the rows of `causes` that several
+/// share, which are given back, and the report.
+///
+/// # Errors
+/// A table cannot be read, or the output not be written.
+pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
+    let copy = LocalCopy::of(store.root())?;
+    let rows = pooled(copy.folder())?;
+    let path = copy.folder().join(POOLED).join("pooled.parquet");
+    match rows.is_empty() {
+        false => file::write(&path, &rows)?,
+        true if path.exists() => std::fs::remove_file(&path)
+            .map_err(|e| Error::Output(format!("cannot remove {}: {e}", path.display())))?,
+        true => {}
+    }
+    report::build(copy.folder(), Pages::Auto, false)?;
+    copy.publish([POOLED, "report"])?;
+    store.clear_behind()?;
+    Ok(rows)
+}
+
+/// What the sessions of an output share, from their own rows of `causes`.
+fn pooled(out: &Path) -> Result<Vec<CauseRow>, Error> {
+    let mut sessions: Vec<DiagnosisRow> = read::rows(out)?;
+    sessions.retain(|s| s.poolable);
+    // sums depend on the order, in the last digit
+    sessions.sort_by(|a, b| Path::new(&a.path).cmp(Path::new(&b.path)));
+    let mut all: BTreeMap<&'static str, Vec<Evidence>> = BTreeMap::new();
+    for session in &sessions {
+        let file = format!("{}.parquet", file_name(&session.ident.session_id));
+        let folder = out.join("causes").join(format!("bike={}", session.ident.bike_id));
+        let causes: Vec<CauseRow> = read::file_rows(&folder.join(file))?;
+        for (effect, evidence) in levels::evidence(&causes, session.site.as_deref()) {
+            all.entry(effect).or_default().push(evidence);
+        }
+    }
+    Ok(levels::pool(&all))
+}

@@ -1,0 +1,76 @@
+//! How an output keeps account of the sessions of a command. Two commands may share an output: each
+//! has its own tables, its own commit marker and its own marks.
+
+use crate::tables::registry::{self, Command, Presence, TableSpec};
+
+/// How an output keeps account of a command's sessions.
+#[derive(Debug)]
+pub struct Kind {
+    /// The command, which says what tables there are per session.
+    pub command: Command,
+    /// The table whose row says that a session is done; it is written last.
+    pub marker: &'static TableSpec,
+    /// Folders of other files per session, with their extension.
+    pub other_files: &'static [(&'static str, &'static str)],
+    /// Folder of the marks of sessions that are being written.
+    pub writing: &'static str,
+    /// There while what is made over all sessions is older than the sessions.
+    pub behind: &'static str,
+    /// Files that are made over all sessions at the end of every batch, below the output.
+    pub over_all: &'static [&'static str],
+    /// Stage of a rejection that comes from no stage of its own: a panic.
+    pub stage: &'static str,
+    /// Stages that reject for another command only: a success of this one does not remove their rows.
+    pub foreign_stages: &'static [&'static str],
+}
+
+impl Kind {
+    /// The tables of a session but for the commit marker.
+    pub fn tables(&self) -> impl Iterator<Item = &'static TableSpec> {
+        let marker = self.marker;
+        registry::of_session(self.command).filter(move |spec| !spec.is(marker))
+    }
+
+    /// Folder and extension of every file that a session may have, but for the commit marker.
+    pub fn files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let tables = self.tables().map(|spec| (spec.name, "parquet"));
+        tables.chain(self.other_files.iter().copied())
+    }
+
+    /// The tables that a session must have to be whole: those that are always there, and of those on
+    /// request the ones that are asked for.
+    pub fn required(
+        &self,
+        is_requested: impl Fn(&TableSpec) -> bool,
+    ) -> impl Iterator<Item = &'static TableSpec> {
+        self.tables().filter(move |spec| match spec.presence {
+            Presence::Always => true,
+            Presence::WhereItApplies => false,
+            Presence::OnRequest => is_requested(spec),
+        })
+    }
+}
+
+/// Of `roadbench run`.
+pub static RUN: Kind = Kind {
+    command: Command::Run,
+    marker: &registry::SESSIONS,
+    other_files: &[],
+    writing: ".roadbench/writing",
+    behind: ".roadbench/behind",
+    over_all: &["report/index.html", "fleet/fleet.parquet"],
+    stage: "pipeline",
+    foreign_stages: &["diagnose"],
+};
+
+/// Of `roadbench diagnose`.
+pub static DIAGNOSE: Kind = Kind {
+    command: Command::Diagnose,
+    marker: &registry::DIAGNOSES,
+    other_files: &[("models", "toml")],
+    writing: ".roadbench/diagnosing",
+    behind: ".roadbench/behind_diagnose",
+    over_all: &["report/index.html"],
+    stage: "diagnose",
+    foreign_stages: &["pipeline", "estimate"],
+};

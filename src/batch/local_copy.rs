@@ -1,0 +1,100 @@
+//! The output's tables where they can be worked on: in its folder, or, of an object store, in
+//! copies that are fetched for it and whose results are put back.
+//!
+//! What is made over all sessions (fleet, report) reads whole folders of tables. Of an object store
+//! they are fetched into a temporary folder (`TMPDIR` says where), which takes as much disk as the
+//! tables do, but no more memory than a few of them.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use super::error::Error;
+use crate::objects::url::Url;
+use crate::objects::{Location, client};
+use crate::report;
+use crate::tables::{file, registry};
+
+/// Objects fetched together; as many are in memory.
+const SOME: usize = 64;
+
+/// A folder with the output's tables.
+#[derive(Debug)]
+pub struct LocalCopy {
+    folder: PathBuf,
+    origin: Option<(Url, TempDir)>,
+}
+
+impl LocalCopy {
+    /// Of an output.
+    ///
+    /// # Errors
+    /// A table cannot be fetched, or the temporary folder not be written.
+    pub fn of(out: &Location) -> Result<LocalCopy, Error> {
+        let fail = |e: std::io::Error| Error::Output(e.to_string());
+        let url = match out {
+            Location::Local(path) => {
+                return Ok(LocalCopy { folder: path.clone(), origin: None });
+            }
+            Location::Remote(url) => url,
+        };
+        let copy = tempfile::tempdir()
+            .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;
+        let folder = copy.path().to_owned();
+        for spec in registry::read_by_reports() {
+            let prefix = url.join(spec.name);
+            let entries = client::list(&prefix).map_err(fail)?;
+            for some in entries.chunks(SOME) {
+                let urls: Vec<Url> = some.iter().map(|e| prefix.join(&e.key)).collect();
+                for (entry, bytes) in some.iter().zip(client::get_many(&urls)) {
+                    let path = folder.join(spec.name).join(&entry.key);
+                    let parent = path.parent().unwrap_or(&folder);
+                    std::fs::create_dir_all(parent)
+                        .and_then(|()| std::fs::write(&path, bytes?))
+                        .map_err(|e| Error::Output(format!("{}: {e}", prefix.join(&entry.key))))?;
+                }
+            }
+        }
+        Ok(LocalCopy { folder, origin: Some((url.clone(), copy)) })
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Puts back the folders of what was made from the tables; files of an earlier batch that were not
+    /// made again go, of the report only those that are its own.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn publish(&self, made: impl IntoIterator<Item = &'static str>) -> Result<(), Error> {
+        let Some((url, _)) = &self.origin else { return Ok(()) };
+        let fail = |e: std::io::Error| Error::Output(e.to_string());
+        for name in made {
+            let prefix = url.join(name);
+            let folder = Location::Local(self.folder.join(name));
+            let mut there = BTreeSet::new();
+            for entry in folder.list().map_err(fail)? {
+                let bytes = folder.join(&entry.key).read().map_err(fail)?;
+                file::write_bytes(Location::Remote(prefix.join(&entry.key)), &bytes)?;
+                there.insert(entry.key);
+            }
+            for entry in client::list(&prefix).map_err(fail)? {
+                let old = prefix.join(&entry.key);
+                if !there.contains(&entry.key)
+                    && (name != "report" || is_own_page(&old, &entry.key))
+                {
+                    client::delete(&old).map_err(fail)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn is_own_page(page: &Url, key: &str) -> bool {
+    (key.ends_with(".html") || key.starts_with("assets/"))
+        && client::get(page).is_ok_and(|bytes| report::is_own(&bytes))
+}

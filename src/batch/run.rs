@@ -1,0 +1,101 @@
+//! The work of `roadbench run`: each session's tables by [`pipeline::run`], then the fleet's tables and
+//! the report over all sessions of the output.
+
+use super::error::Error;
+use super::kind::{self, Kind};
+use super::local_copy::LocalCopy;
+use super::store::Store;
+use super::work::{Output, Work, encoded, unwritable};
+use crate::contract::bike::Bike;
+use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
+use crate::report::{self, Pages};
+use crate::tables::names::{file_name, is_plain};
+use crate::tables::registry::{self, TableSpec};
+use crate::tables::rows::WarningRow;
+
+/// Characterises each session's tyres.
+#[derive(Debug, Default)]
+pub struct RunWork {
+    /// Keep the estimated time series.
+    pub signals: bool,
+}
+
+impl Work for RunWork {
+    /// Everything that the session gave but its time series.
+    type Result = Outcome;
+
+    fn kind(&self) -> &'static Kind {
+        &kind::RUN
+    }
+
+    fn is_requested(&self, table: &TableSpec) -> bool {
+        self.signals && table.is(&registry::SIGNALS)
+    }
+
+    fn run(
+        &self,
+        input: &Input<'_>,
+        bike: &Bike,
+        pipeline: &Pipeline,
+    ) -> Result<Output<Outcome>, Rejection> {
+        output(pipeline::run(input, bike, pipeline)?)
+    }
+}
+
+/// An outcome with its tables as files.
+///
+/// # Errors
+/// A row does not fit its schema: our own mistake.
+pub fn output(mut outcome: Outcome) -> Result<Output<Outcome>, Rejection> {
+    note_unsafe_id(&mut outcome);
+    let tables = outcome.tables().map_err(|e| unwritable(&e))?;
+    let files = encoded(&tables).map_err(|e| unwritable(&e))?;
+    Ok(Output {
+        session_id: outcome.session.ident.session_id.clone(),
+        bike_id: outcome.session.ident.bike_id.clone(),
+        samples: outcome.session.n_samples,
+        files,
+        result: Outcome { signals: None, ..outcome },
+    })
+}
+
+/// The tables keep the id as it is; whoever looks for the file has to know it is named otherwise.
+pub fn note_unsafe_id(outcome: &mut Outcome) {
+    let id = &outcome.session.ident.session_id;
+    if is_plain(id) {
+        return;
+    }
+    outcome.warnings.push(WarningRow {
+        ident: outcome.session.ident.clone(),
+        stage: "ingest".to_owned(),
+        code: "unsafe_session_id".to_owned(),
+        channel: None,
+        count: 1,
+        time: None,
+        message: format!(
+            "the session id cannot be a file name as it is; its tables are stored as {}.parquet",
+            file_name(id)
+        ),
+    });
+    outcome.session.n_warnings += 1;
+}
+
+/// Makes what is made over all sessions of the output, of this batch and of earlier ones: the fleet's
+/// tables and the report. `also` may use the folder before it is published.
+///
+/// # Errors
+/// A table cannot be read, or the output not be written.
+pub fn finish(
+    store: &Store,
+    pages: Pages,
+    also: impl FnOnce(&LocalCopy) -> Result<(), report::Error>,
+) -> Result<LocalCopy, Error> {
+    let copy = LocalCopy::of(store.root())?;
+    #[cfg(feature = "fleet")]
+    super::fleet::write(copy.folder())?;
+    report::build(copy.folder(), pages, false)?;
+    also(&copy)?;
+    copy.publish(registry::of_fleet().map(|spec| spec.name).chain(["report"]))?;
+    store.clear_behind()?;
+    Ok(copy)
+}

@@ -1,0 +1,118 @@
+//! One log of a batch, from its bytes to its files or its row of `rejected`.
+
+use super::error::Error;
+use super::plan::{self, Job};
+use super::settings::Settings;
+use super::store::Store;
+use super::work::{Output, Work, guarded};
+use crate::ingest::UNREACHABLE;
+use crate::pipeline::{Input, Rejection};
+use crate::tables::registry;
+use crate::tables::rows::Rejected;
+
+/// What became of a log.
+#[derive(Debug)]
+pub enum Ended<R> {
+    /// Computed and written.
+    Done {
+        /// Hash of the log's bytes.
+        input_hash: String,
+        /// Samples on the common clock.
+        samples: i64,
+        /// What the work gave beside the files.
+        result: R,
+    },
+    /// Was there already, made from the same.
+    Unchanged,
+    /// Not usable.
+    Rejected(Rejected),
+}
+
+/// Computes and writes a session, if it is not there.
+///
+/// # Errors
+/// The output cannot be written; all else is in [`Ended`].
+pub fn run<W: Work>(
+    job: &Job,
+    settings: &Settings<'_>,
+    store: &Store,
+    work: &W,
+) -> Result<Ended<W::Result>, Error> {
+    let is_current = |hash: &str| {
+        let wanted = job.wanted(hash.to_owned());
+        !settings.force && store.stale(&wanted, |table| work.is_requested(table)).is_none()
+    };
+    if job.hash.as_deref().is_some_and(is_current) {
+        store.remove_rejection(&job.log)?;
+        return Ok(Ended::Unchanged);
+    }
+    // what is computed is hashed again: hours may lie between the plan and its turn
+    let input_hash = match plan::hash_file(&job.location) {
+        Ok(hash) => hash,
+        Err(e) => {
+            let message = format!("cannot read {}: {e}", job.log);
+            let why = Rejection { stage: "ingest", code: "unreadable", message };
+            return refuse(job, store, why, None);
+        }
+    };
+    if is_current(&input_hash) {
+        store.remove_rejection(&job.log)?;
+        return Ok(Ended::Unchanged);
+    }
+    let input = Input {
+        log: job.location.clone(),
+        maps: settings.maps.list(),
+        input_hash: input_hash.clone(),
+        pipeline_hash: job.bike.pipeline_hash.clone(),
+        signals: work.is_requested(&registry::SIGNALS),
+    };
+    let output = guarded(work.kind().stage, || {
+        work.run(&input, &job.bike.bike, settings.pipeline).and_then(|output| same(job, output))
+    });
+    match output {
+        Err(why) => refuse(job, store, why, Some(input_hash)),
+        Ok(Output { samples, files, result, .. }) => {
+            store.commit(&job.meta.session_id, &job.meta.bike_id, &job.log, &files)?;
+            Ok(Ended::Done { input_hash, samples, result })
+        }
+    }
+}
+
+/// The session that was read must be the one that was identified: its files go there.
+fn same<R>(job: &Job, output: Output<R>) -> Result<Output<R>, Rejection> {
+    if output.session_id == job.meta.session_id && output.bike_id == job.meta.bike_id {
+        return Ok(output);
+    }
+    let message = format!(
+        "the log was identified as session `{}` and read as `{}`; this is a mistake in \
+         roadbench, please report it",
+        job.meta.session_id, output.session_id
+    );
+    Err(Rejection { stage: "ingest", code: "internal_error", message })
+}
+
+fn refuse<R>(
+    job: &Job,
+    store: &Store,
+    why: Rejection,
+    input_hash: Option<String>,
+) -> Result<Ended<R>, Error> {
+    let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, input_hash);
+    reject(store, &row)?;
+    Ok(Ended::Rejected(row))
+}
+
+/// Writes a rejection; tables that the session had from an earlier batch go.
+///
+/// # Errors
+/// The output cannot be written.
+pub fn reject(store: &Store, row: &Rejected) -> Result<(), Error> {
+    // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
+    if !["duplicate_session_id", UNREACHABLE].contains(&row.code.as_str()) {
+        let session = row.session_id.as_deref().or_else(|| store.session_made_from(&row.path));
+        if let Some(session) = session {
+            store.remove(session)?;
+        }
+    }
+    Ok(store.reject(row)?)
+}

@@ -1,0 +1,272 @@
+//! What `run` and `diagnose` have in common on the command line.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::SystemTime;
+
+use jiff::Timestamp;
+use jiff::civil::Date;
+use jiff::tz::TimeZone;
+
+use crate::batch::engine::{self, Accounts, Intended};
+use crate::batch::{self, Maps, Settings, State, Work};
+use crate::cli::failure::Failure;
+use crate::objects::Location;
+use crate::objects::counts::{self, Counts};
+use crate::pipeline::Pipeline;
+use crate::report::{self, terminal};
+
+/// Rejections that are listed on stderr; the rest is in `rejected/`.
+const LISTED: usize = 20;
+
+/// Options of a batch.
+#[derive(Debug, clap::Args)]
+pub struct Options {
+    /// Logs, folders of logs or archives, glob patterns; here or in an object store (s3://, gs://, az://).
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// Folder of bike files, `<bike_id>.toml`; by default the `bikes` beside an archive's sessions.
+    #[arg(long, value_name = "DIR")]
+    bikes: Option<PathBuf>,
+    /// Folder or URL for the tables and the report; sessions that it holds already are kept.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Settings of the stages; a file, or a built-in one: onroad (the default), offroad, paper.
+    #[arg(long, value_name = "FILE")]
+    pipeline: Option<PathBuf>,
+    /// Channel map of logs that are not session.v1; may be repeated. Without it the shipped maps
+    /// are tried.
+    #[arg(long, value_name = "FILE")]
+    map: Vec<PathBuf>,
+    /// Sessions that are worked on at the same time; 0 takes one per core.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    jobs: usize,
+    /// Progress bar on stderr; only ever shown on a terminal.
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    progress: Show,
+    /// Compute sessions again that are there already.
+    #[arg(long)]
+    force: bool,
+    /// Only logs that were written since then, a date or a time: 2026-05-01, 2026-05-01T22:00:00Z.
+    #[arg(long, value_name = "WHEN", value_parser = moment)]
+    since: Option<SystemTime>,
+    /// Only tell what would be done with each log, and why; nothing is written.
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Whether results are not printed: the demo has its own words for them.
+    #[arg(skip)]
+    pub quiet: bool,
+}
+
+/// When the progress bar is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Show {
+    /// On a terminal.
+    Auto,
+    /// Not at all.
+    Never,
+}
+
+/// Options that were read: what [`Settings`] borrow from.
+#[derive(Debug)]
+pub struct Given {
+    inputs: Vec<Location>,
+    bikes: Option<Location>,
+    out: Location,
+    /// The stages' settings.
+    pub pipeline: Pipeline,
+    maps: Maps,
+    jobs: usize,
+    force: bool,
+    since: Option<SystemTime>,
+}
+
+impl Options {
+    /// An archive into an output folder, without a word on stdout.
+    pub fn quietly(archive: PathBuf, out: PathBuf) -> Self {
+        Options {
+            inputs: vec![archive],
+            bikes: None,
+            out,
+            pipeline: None,
+            map: Vec::new(),
+            jobs: 0,
+            progress: Show::Never,
+            force: false,
+            since: None,
+            dry_run: false,
+            quiet: true,
+        }
+    }
+
+    /// Whether the progress bar may be shown.
+    pub fn shows_progress(&self) -> bool {
+        self.progress == Show::Auto
+    }
+
+    /// Reads what the options name.
+    ///
+    /// # Errors
+    /// A file cannot be read, or an address not be used.
+    pub fn read(&self) -> Result<Given, Failure> {
+        let at = |path: &PathBuf| Location::parse(path).map_err(|e| Failure::Usage(e.to_string()));
+        let pipeline = match &self.pipeline {
+            Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
+            None => Pipeline::onroad(),
+        };
+        Ok(Given {
+            inputs: self.inputs.iter().map(at).collect::<Result<_, _>>()?,
+            bikes: self.bikes.as_ref().map(at).transpose()?,
+            out: at(&self.out)?,
+            pipeline,
+            maps: Maps::read(&self.map).map_err(Failure::Usage)?,
+            jobs: self.jobs,
+            force: self.force,
+            since: self.since,
+        })
+    }
+}
+
+impl Given {
+    /// As the batch takes them.
+    pub fn settings(&self) -> Settings<'_> {
+        Settings {
+            inputs: &self.inputs,
+            bikes: self.bikes.as_ref(),
+            out: &self.out,
+            pipeline: &self.pipeline,
+            maps: &self.maps,
+            jobs: self.jobs,
+            force: self.force,
+            since: self.since,
+        }
+    }
+}
+
+/// A date is its first moment, UTC.
+fn moment(text: &str) -> Result<SystemTime, String> {
+    let day = || text.parse::<Date>().ok()?.to_zoned(TimeZone::UTC).ok().map(|z| z.timestamp());
+    let at: Timestamp = match text.parse() {
+        Ok(at) => at,
+        Err(e) => day().ok_or_else(|| {
+            format!("neither a date (2026-05-01) nor a time (2026-05-01T22:00:00Z): {e}")
+        })?,
+    };
+    Ok(SystemTime::from(at))
+}
+
+/// Set by the first Ctrl-C (or SIGTERM), which lets the sessions under way finish; the second one ends
+/// the program at once.
+///
+/// # Errors
+/// Signals cannot be listened for.
+pub fn stop_on_signal() -> Result<&'static AtomicBool, Failure> {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    static LISTENING: OnceLock<Result<(), String>> = OnceLock::new();
+    let listen = || {
+        let stop = || {
+            if STOP.swap(true, Ordering::Relaxed) {
+                std::process::exit(1); // whole files only, even so
+            }
+            tracing::warn!("stopping after the sessions under way; once more to stop at once");
+        };
+        ctrlc::set_handler(stop).map_err(|e| format!("cannot listen for Ctrl-C: {e}"))
+    };
+    LISTENING.get_or_init(listen).clone().map_err(Failure::Usage)?;
+    Ok(&STOP)
+}
+
+/// Prints what would be done: a line per log that would be computed or refused, and the counts.
+///
+/// # Errors
+/// As of the batch, before it writes.
+pub fn dry_run(given: &Given, work: &impl Work) -> Result<(), Failure> {
+    let all: Vec<Intended> = engine::dry_run(&given.settings(), work)?;
+    let count = |state: State| all.iter().filter(|i| i.state == state).count();
+    let mut out = String::new();
+    for i in all.iter().filter(|i| i.state != State::Unchanged) {
+        let what = if i.state == State::Done { "compute" } else { "reject" };
+        out.push_str(&format!("{what:8} {}: {}\n", i.log, i.why));
+    }
+    out.push_str(&format!(
+        "{} logs: {} to compute, {} unchanged, {} to reject; nothing was written\n",
+        all.len(),
+        count(State::Done),
+        count(State::Unchanged),
+        count(State::Rejected)
+    ));
+    print(&out);
+    Ok(())
+}
+
+/// An error where inputs were left because the batch was stopped.
+///
+/// # Errors
+/// So it is.
+pub fn stopped(accounts: &Accounts) -> Result<(), Failure> {
+    if accounts.left == 0 {
+        return Ok(());
+    }
+    Err(Failure::Rejected(format!(
+        "stopped: {} of {} inputs are done, {} were not begun; the same command carries on",
+        accounts.inputs - accounts.left,
+        accounts.inputs,
+        accounts.left
+    )))
+}
+
+/// An error that lists what was rejected, if anything was.
+///
+/// # Errors
+/// So it was.
+pub fn rejected(accounts: &Accounts) -> Result<(), Failure> {
+    let rows = &accounts.rejected;
+    if rows.is_empty() {
+        return Ok(());
+    }
+    let list = terminal::rejections(rows, LISTED);
+    Err(Failure::Rejected(format!("{} rejected:\n{}", rows.len(), list.trim_end())))
+}
+
+/// Says that nothing had to be done.
+pub fn print_unchanged(accounts: &Accounts, out: &Location) {
+    print(&format!("{} sessions, nothing has changed in {out}\n", accounts.inputs));
+}
+
+/// Logs what the batch did, and the requests to object stores, where there were any.
+pub fn log_accounts(accounts: &Accounts, command: &str, seconds: f64) {
+    let Accounts { inputs, done: computed, unchanged, left, bytes, .. } = *accounts;
+    let rejected = accounts.rejected.len();
+    tracing::info!(inputs, computed, unchanged, rejected, left, bytes, seconds, "{command}");
+    let c = counts::so_far();
+    if c.requests() == 0 {
+        return;
+    }
+    let (requests, read, written) = (c.requests(), c.bytes_read, c.bytes_written);
+    let Counts { get, head, list, put, delete, failed, .. } = c;
+    tracing::info!(requests, get, head, list, put, delete, failed, read, written, "object stores");
+}
+
+/// Results go to stdout; a reader that has seen enough (`| head`) is no error.
+pub fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+impl From<batch::Error> for Failure {
+    fn from(e: batch::Error) -> Self {
+        match e {
+            batch::Error::Usage(message) => Failure::Usage(message),
+            batch::Error::Output(message) | batch::Error::Internal(message) => {
+                Failure::Output(message)
+            }
+        }
+    }
+}
+
+impl From<report::Error> for Failure {
+    fn from(e: report::Error) -> Self {
+        Failure::Output(e.to_string())
+    }
+}

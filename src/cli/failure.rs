@@ -1,0 +1,23 @@
+//! Why a command did not do what it was asked; each kind has its exit code.
+
+/// A message for stderr, by kind.
+#[derive(Debug)]
+pub enum Failure {
+    /// Bad usage or configuration, nothing written: 2.
+    Usage(String),
+    /// Some inputs were rejected, and are listed, or the run was stopped before its end: 1.
+    Rejected(String),
+    /// The output could not be written: 3.
+    Output(String),
+}
+
+impl Failure {
+    /// Exit code and message.
+    pub fn parts(self) -> (u8, String) {
+        match self {
+            Failure::Rejected(message) => (1, message),
+            Failure::Usage(message) => (2, message),
+            Failure::Output(message) => (3, message),
+        }
+    }
+}
