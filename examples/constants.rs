@@ -53,7 +53,8 @@ fn changes(seed: u64, number: usize, nulls: usize) -> Option<Vec<[usize; 2]>> {
     let count = |index: usize, share: f64| {
         let mut tuning = RoadTuning::default();
         let constant = ROAD[index];
-        (constant.set)(&mut tuning, share * (constant.get)(&tuning));
+        let value = share * (constant.get)(&tuning);
+        (constant.set)(&mut tuning, value);
         let now = verdicts(&prepared.naming(&tuning));
         now.iter().filter(|(name, verdict)| usual.get(*name) != Some(verdict)).count()
     };
@@ -64,9 +65,8 @@ fn main() {
     let Arguments { rides, seed, nulls } = Arguments::parse();
     let found: Vec<Vec<[usize; 2]>> =
         (0..rides).into_par_iter().filter_map(|number| changes(seed, number, nulls)).collect();
-    let sums = (0..ROAD.len()).map(|k| {
-        found.iter().fold([0, 0], |[a, b], ride| [a + ride[k][0], b + ride[k][1]])
-    });
+    let sums = (0..ROAD.len())
+        .map(|k| found.iter().fold([0, 0], |[a, b], ride| [a + ride[k][0], b + ride[k][1]]));
     let sums: Vec<[usize; 2]> = sums.collect();
     print!("{}", tuning::reference((!found.is_empty()).then_some((found.len(), &sums))));
 }

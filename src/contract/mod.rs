@@ -1,5 +1,5 @@
 //! What every stage relies on: the channels of a session, the session itself, the bike file, the
-//! coefficients, warnings, kinds of manoeuvre, verdicts, and the schemas of tables and files as
+//! coefficients, verdicts, warnings, kinds of manoeuvre, and the schemas of tables and files as
 //! declared in `schemas/`.
 
 pub mod bike;

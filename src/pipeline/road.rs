@@ -47,7 +47,7 @@ pub fn run(
         true => Some(signals(&ride, &data, &solution)?),
         false => None,
     };
-    let plots = plots::rows(&ride, &segments, &data, &solution);
+    let plots = plots::road::rows(&ride, &segments, &data, &solution);
     let warnings = warnings(&ident, noticed);
     let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
     let forces = Vec::new();

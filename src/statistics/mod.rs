@@ -1,6 +1,5 @@
 //! Robust statistics that know nothing of motorcycles: losses, linear and nonlinear fits, covariance of
-//! clustered samples, intervals, medians and quantiles,
-//! searches in one dimension, smoothing, random numbers.
+//! clustered samples, intervals, medians and quantiles, searches in one dimension, smoothing, random numbers.
 //!
 //! Ground floor: imports nothing of the other rooms.
 

@@ -75,7 +75,7 @@ fn riding_what_is_advised_tells_wind_from_slope() {
     let change = before
         .advice
         .as_ref()
-        .and_then(|a| a.apart(first.candidate.name, &first.equivalent))
+        .and_then(|a| a.best_separation(first.candidate.name, &first.equivalent))
         .expect("a set");
     assert!(change.set == COASTS && change.resolves(), "{change:?}");
     let row = &before.causes[0];
@@ -107,7 +107,7 @@ fn riding_what_is_advised_shows_what_could_not_be_seen() {
     let plain = ride(2, &hidden, None);
     let Fitted { session, samples, base, .. } = fitted(&plain);
     let advice = Advice::new(&session, &samples, &base, ALL, &plain.1.bike, &Pipeline::onroad());
-    let change = advice.shown("stiffness_load").expect("a set");
+    let change = advice.best_detection("stiffness_load").expect("a set");
     assert_eq!(change.set, THROTTLE);
     // in standard deviations: the hidden size is two and a half usual ones
     let [before, after] = change.separation.map(|s| 2.5 * s);
@@ -152,8 +152,8 @@ fn a_set_does_what_is_said_of_it() {
         }
     }
     // what is chosen among the sets
-    assert_eq!(advice.shown("road_bank").expect("a set").set, RIGHT);
-    let turned = advice.apart("roll_zero", &["rider_lean"]).expect("a set");
+    assert_eq!(advice.best_detection("road_bank").expect("a set").set, RIGHT);
+    let turned = advice.best_separation("roll_zero", &["rider_lean"]).expect("a set");
     assert!(turned.likeness[0] > 0.7 && turned.likeness[1] < 0.4, "{turned:?}");
 }
 
