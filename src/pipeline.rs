@@ -236,7 +236,7 @@ pub fn run_raw(
         true => Some(signals(&session, &data, &solution)?),
         false => None,
     };
-    let plots = plots::rows(&session, &segments, &data, &solution);
+    let plots = plots::road::rows(&session, &segments, &data, &solution);
     let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
     let session =
         session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);

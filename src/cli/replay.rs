@@ -14,7 +14,7 @@ use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::objects::Location;
 use crate::pipeline::{self, Pipeline};
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::replay::{self, Replay};
 use crate::tables::rows::BrakingReplay;
 use crate::{ingest, tables::file};

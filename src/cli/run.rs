@@ -115,7 +115,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         match watch.only() {
             Some(only) => {
                 print(&terminal::summary(&only.session, &only.coefficients));
-                print(&report::forces::terminal(&only.forces, &only.manoeuvres));
+                print(&report::session::forces::terminal(&only.forces, &only.manoeuvres));
             }
             None => {
                 print(&overview(&accounts, copy.folder(), start.elapsed().as_secs_f64())?);

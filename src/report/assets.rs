@@ -6,10 +6,23 @@
 
 use std::path::Path;
 
-use minijinja::{Value, context};
-
-use crate::report::{Error, MARK, SCRIPT, STYLE, UPLOT_SCRIPT, UPLOT_STYLE};
+use crate::report::error::Error;
 use crate::tables::file;
+
+pub(super) const STYLE: &str = include_str!("../../reports/style.css");
+pub(super) const SCRIPT: &str = concat!(
+    "(async () => {\n\"use strict\";\n",
+    include_str!("../../reports/charts/base.js"),
+    include_str!("../../reports/charts/cloud.js"),
+    include_str!("../../reports/charts/fit.js"),
+    include_str!("../../reports/charts/timeline.js"),
+    include_str!("../../reports/charts/main.js"),
+    "})();\n",
+);
+/// The script of long tables, on the page of the run alone.
+pub(super) const LONG_SCRIPT: &str = include_str!("../../reports/charts/long.js");
+pub(super) const UPLOT_SCRIPT: &str = include_str!("../../reports/vendor/uplot/uPlot.iife.min.js");
+pub(super) const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uPlot.min.css");
 
 /// The folder of the shared files, below that of the pages.
 pub const FOLDER: &str = "assets";
@@ -34,7 +47,7 @@ pub enum Pages {
 
 /// Where a page has its script and style from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Source {
+pub(crate) enum Source {
     Page,
     Folder,
 }
@@ -88,21 +101,9 @@ fn name() -> String {
     format!("report-{}", &hasher.finalize().to_hex()[..12])
 }
 
-/// What a page's template needs for them; all of it our own text.
-pub(super) fn context(source: Source) -> Value {
-    let own = |text: &str| Value::from_safe_string(text.to_owned());
-    let embedded = context! {
-        mark => own(MARK),
-        style => own(STYLE),
-        script => own(SCRIPT),
-        uplot_script => own(UPLOT_SCRIPT),
-        uplot_style => own(UPLOT_STYLE),
-        version => crate::VERSION,
-    };
-    match source {
-        Source::Page => embedded,
-        Source::Folder => context! { assets => own(&format!("{FOLDER}/{}", name())), ..embedded },
-    }
+/// Path of the shared files from a page, but for their endings.
+pub(super) fn stem() -> String {
+    format!("{FOLDER}/{}", name())
 }
 
 /// Writes the shared files into the report's folder, unless they are there.

@@ -12,6 +12,7 @@ mod diagnose_offroad;
 mod diagnose_report;
 mod dirt;
 mod disk;
+mod effects;
 mod export;
 mod fit;
 mod fleet;

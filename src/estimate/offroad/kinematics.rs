@@ -9,7 +9,7 @@
 //! | `wheel_speed_front`, `wheel_speed_rear` | the wheels' speeds |
 //!
 //! Derived: `x_s''`, `mu'`, `z_f'`, `alpha_r'` and the wheels' accelerations by FIR, `z_s'` by the
-//! mean-free trapezoid rule. The relations are those of `offroad.md`, section 8, with the
+//! mean-free trapezoid rule. The relations are those of the book, Off the road, section 8, with the
 //! centripetal terms and the lever arms of the sensors. ISO axes become the paper's here (z down,
 //! nose up) and nowhere else.
 //!
