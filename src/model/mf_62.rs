@@ -95,13 +95,72 @@ struct Scale {
     my: f64,
 }
 
+impl Scale {
+    fn from_keys(keys: &Keys) -> Self {
+        let l = |name: &str| keys.or(name, 1.0);
+        Scale {
+            cx: l("LCX"),
+            mux: l("LMUX"),
+            ex: l("LEX"),
+            kx: l("LKX"),
+            hx: l("LHX"),
+            vx: l("LVX"),
+            cy: l("LCY"),
+            muy: l("LMUY"),
+            ey: l("LEY"),
+            ky: l("LKY"),
+            hy: l("LHY"),
+            vy: l("LVY"),
+            kyc: l("LKYC"),
+            kzc: l("LKZC"),
+            tr: l("LTR"),
+            res: l("LRES"),
+            xal: l("LXAL"),
+            yka: l("LYKA"),
+            vyka: l("LVYKA"),
+            s: l("LS"),
+            mx: l("LMX"),
+            vmx: l("LVMX"),
+            my: l("LMY"),
+        }
+    }
+}
+
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+fn carcass(keys: &Keys) -> Result<Carcass, Missing> {
+    // a file that says so has one rolling radius at every load
+    let constant = ["DREFF", "FREFF"].iter().all(|k| keys.number(k) == Ok(0.0));
+    let share = if constant { 0.0 } else { 1.0 / 3.0 };
+    Ok(Carcass {
+        radius: keys.number("UNLOADED_RADIUS")?,
+        // how the contour keys are meant is not public: half the width is usual
+        crown: keys.or("CROWN_RADIUS", 0.5 * keys.or("WIDTH", 0.0)),
+        stiffness: keys.number("VERTICAL_STIFFNESS")?,
+        damping: keys.or("VERTICAL_DAMPING", 200.0),
+        deflection_share: keys.or("EFFECTIVE_RADIUS_SHARE", share),
+    })
 }
 
 /// `x - E (x - atan x)`, the bent argument.
 fn bent(E: f64, x: f64) -> f64 {
     x - E * (x - x.atan())
+}
+
+/// What a tyre acts on.
+struct Slip {
+    Fz: f64,
+    /// Load beyond the nominal one, over it.
+    dfz: f64,
+    /// Slip ratio.
+    k: f64,
+    /// Tangent of the slip angle.
+    a: f64,
+    /// Sine of the camber.
+    g: f64,
+    mu: f64,
 }
 
 /// What pure lateral slip gives at one camber.
@@ -126,10 +185,6 @@ impl Mf62 {
         for needed in ["PCX1", "PDX1", "PKX1", "PCY1", "PDY1", "PKY1", "PKY2", "PKY6"] {
             keys.number(needed)?;
         }
-        // a file that says so has one rolling radius at every load
-        let constant = ["DREFF", "FREFF"].iter().all(|k| keys.number(k) == Ok(0.0));
-        let share = if constant { 0.0 } else { 1.0 / 3.0 };
-        let l = |name: &str| keys.or(name, 1.0);
         let nominal = keys.or("NOMPRES", 0.0);
         let pressure = if nominal > 0.0 { keys.or("INFLPRES", nominal) / nominal } else { 1.0 };
         // files from before 6.1 have the load factor in place of the fixed 2
@@ -143,19 +198,12 @@ impl Mf62 {
             qsy[6] = 1.0;
         }
         Ok(Mf62 {
-            Fz0: keys.number("FNOMIN")? * l("LFZO"),
+            Fz0: keys.number("FNOMIN")? * keys.or("LFZO", 1.0),
             R0: keys.number("UNLOADED_RADIUS")?,
             V0: keys.or("LONGVL", 16.7),
             dpi: pressure - 1.0,
             pressure,
-            carcass: Carcass {
-                radius: keys.number("UNLOADED_RADIUS")?,
-                // how the contour keys are meant is not public: half the width is usual
-                crown: keys.or("CROWN_RADIUS", 0.5 * keys.or("WIDTH", 0.0)),
-                stiffness: keys.number("VERTICAL_STIFFNESS")?,
-                damping: keys.or("VERTICAL_DAMPING", 200.0),
-                deflection_share: keys.or("EFFECTIVE_RADIUS_SHARE", share),
-            },
+            carcass: carcass(keys)?,
             stiffness: [
                 keys.or("LONGITUDINAL_STIFFNESS", 3e5),
                 keys.or("LATERAL_STIFFNESS", 1.2e5),
@@ -195,31 +243,7 @@ impl Mf62 {
             qsx: list(keys, "QSX"),
             ppMx: list(keys, "PPMX"),
             qsy,
-            scale: Scale {
-                cx: l("LCX"),
-                mux: l("LMUX"),
-                ex: l("LEX"),
-                kx: l("LKX"),
-                hx: l("LHX"),
-                vx: l("LVX"),
-                cy: l("LCY"),
-                muy: l("LMUY"),
-                ey: l("LEY"),
-                ky: l("LKY"),
-                hy: l("LHY"),
-                vy: l("LVY"),
-                kyc: l("LKYC"),
-                kzc: l("LKZC"),
-                tr: l("LTR"),
-                res: l("LRES"),
-                xal: l("LXAL"),
-                yka: l("LYKA"),
-                vyka: l("LVYKA"),
-                s: l("LS"),
-                mx: l("LMX"),
-                vmx: l("LVMX"),
-                my: l("LMY"),
-            },
+            scale: Scale::from_keys(keys),
         })
     }
 
@@ -291,20 +315,11 @@ impl Mf62 {
         let G = |k: f64| (self.rCy[0] * bent(E, B * k).atan()).cos();
         G(k + SH) / G(SH)
     }
-}
 
-impl TyreModel for Mf62 {
-    fn forces(&self, input: &Input) -> Output {
-        let Input { slip_ratio, slip_angle, camber, load: Fz, friction: mu } = *input;
-        if Fz <= 0.0 {
-            return Output::default(); // off the ground
-        }
-        let (s, dfz, dpi) = (&self.scale, self.dfz(Fz), self.dpi);
-        let k = slip_ratio.clamp(-1.0, 1e3);
-        let mu = mu.max(1e-3); // ice has some
-        let a = slip_angle.clamp(-1.5, 1.5).tan();
-        let g = camber.sin();
-
+    /// Longitudinal force, N (4.E9-4.E18, 4.E50-4.E57).
+    fn longitudinal(&self, slip: &Slip) -> f64 {
+        let Slip { Fz, dfz, k, a, g, mu } = *slip;
+        let (s, dpi) = (&self.scale, self.dpi);
         let Cx = self.pCx[0] * s.cx;
         let mux = (self.pDx[0] + self.pDx[1] * dfz)
             * (1.0 + self.ppx[2] * dpi + self.ppx[3] * dpi * dpi)
@@ -324,16 +339,23 @@ impl TyreModel for Mf62 {
         let Bxa = (self.rBx[0] + self.rBx[2] * g * g) * (self.rBx[1] * k).atan().cos() * s.xal;
         let Exa = (self.rEx[0] + self.rEx[1] * dfz).min(1.0);
         let Gxa = |a: f64| (self.rCx[0] * bent(Exa, Bxa * a).atan()).cos();
-        let Fx = Fx0 * Gxa(a + self.rHx[0]) / Gxa(self.rHx[0]);
+        Fx0 * Gxa(a + self.rHx[0]) / Gxa(self.rHx[0])
+    }
 
-        let y = self.lateral(Fz, a, g, mu);
+    /// Lateral force that longitudinal slip gives, N (4.E65-4.E67).
+    fn pull(&self, slip: &Slip, y: &Lateral) -> f64 {
+        let Slip { Fz, dfz, k, a, g, .. } = *slip;
         let DVyk = y.mu
             * Fz
             * (self.rVy[0] + self.rVy[1] * dfz + self.rVy[2] * g)
             * (self.rVy[3] * a).atan().cos();
-        let SVyk = DVyk * (self.rVy[4] * (self.rVy[5] * k).atan()).sin() * s.vyka;
-        let Fy = self.weight_y(dfz, a, g, k) * y.Fy0 + SVyk;
+        DVyk * (self.rVy[4] * (self.rVy[5] * k).atan()).sin() * self.scale.vyka
+    }
 
+    /// Yaw moment, N m (4.E31-4.E49, 4.E71-4.E78).
+    fn aligning(&self, slip: &Slip, y: &Lateral, Fx: f64, Fy: f64) -> f64 {
+        let Slip { Fz, dfz, k, a, g, mu } = *slip;
+        let (s, dpi, Kxk) = (&self.scale, self.dpi, self.Kxk(Fz));
         // the trail works on the side force of the upright wheel (4.E71-4.E78)
         let upright = self.lateral(Fz, a, 0.0, mu);
         let Fy_upright = self.weight_y(dfz, a, 0.0, k) * upright.Fy0;
@@ -374,22 +396,52 @@ impl TyreModel for Mf62 {
         let arm = self.R0
             * (self.ssz[0] + self.ssz[1] * Fy / self.Fz0 + (self.ssz[2] + self.ssz[3] * dfz) * g)
             * s.s;
-        let Mz = -t * Fy_upright + Mzr + arm * Fx;
+        -t * Fy_upright + Mzr + arm * Fx
+    }
 
+    /// Overturning moment, N m.
+    fn overturning(&self, Fz: f64, camber: f64, Fy: f64) -> f64 {
+        let s = &self.scale;
         let q = &self.qsx;
         let (f, side) = (Fz / self.Fz0, Fy / self.Fz0);
-        let Mx = self.R0
+        self.R0
             * Fz
             * s.mx
-            * (q[0] * s.vmx - q[1] * camber * (1.0 + self.ppMx[0] * dpi)
+            * (q[0] * s.vmx - q[1] * camber * (1.0 + self.ppMx[0] * self.dpi)
                 + q[2] * side
                 + q[3]
                     * (q[4] * (q[5] * f).powi(2).atan()).cos()
                     * (q[6] * camber + q[7] * (q[8] * side).atan()).sin()
                 + q[9] * (q[10] * f).atan() * camber
                 - q[11] * camber * camber.abs())
-            + self.R0 * Fy * s.mx * (q[12] + q[13] * camber.abs()); // (4.E69)
-        Output { force_x: Fx, force_y: Fy, moment_x: Mx, moment_z: Mz }
+            + self.R0 * Fy * s.mx * (q[12] + q[13] * camber.abs()) // (4.E69)
+    }
+}
+
+impl TyreModel for Mf62 {
+    fn forces(&self, input: &Input) -> Output {
+        let Input { slip_ratio, slip_angle, camber, load: Fz, friction: mu } = *input;
+        if Fz <= 0.0 {
+            return Output::default(); // off the ground
+        }
+        let slip = Slip {
+            Fz,
+            dfz: self.dfz(Fz),
+            k: slip_ratio.clamp(-1.0, 1e3),
+            a: slip_angle.clamp(-1.5, 1.5).tan(),
+            g: camber.sin(),
+            mu: mu.max(1e-3), // ice has some
+        };
+        let Fx = self.longitudinal(&slip);
+        let y = self.lateral(Fz, slip.a, slip.g, slip.mu);
+        let Fy = self.weight_y(slip.dfz, slip.a, slip.g, slip.k) * y.Fy0 + self.pull(&slip, &y);
+        let Mz = self.aligning(&slip, &y, Fx, Fy);
+        Output {
+            force_x: Fx,
+            force_y: Fy,
+            moment_x: self.overturning(Fz, camber, Fy),
+            moment_z: Mz,
+        }
     }
 
     fn relaxation(&self, load: f64, _speed: f64) -> Relaxation {

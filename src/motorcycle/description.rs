@@ -246,6 +246,16 @@ impl Motorcycle {
         [front, weight - front]
     }
 
+    /// Preloads that carry the static loads at zero travel: of the fork, N, and of the swing arm, N m.
+    fn static_preloads(&self) -> [f64; 2] {
+        let g = self.gravity;
+        let [front, rear] = self.static_loads();
+        let swing = (rear - self.wheels[1].mass * g) * (self.pivot.x - self.centres[1].x)
+            - self.swing_arm.mass * g * (self.pivot.x - self.swing_arm.centre.x);
+        let fork = (front - (self.wheels[0].mass + self.fork.mass) * g) * self.caster_angle.cos();
+        [fork, swing]
+    }
+
     /// Inertia of everything about its mass centre, upright, kg m².
     pub fn inertia(&self) -> Matrix3<f64> {
         let centre = self.centre();
@@ -330,12 +340,29 @@ impl Motorcycle {
     }
 }
 
-fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String> {
-    let get = |key: &str| values.number.get(key).copied().unwrap_or(f64::NAN);
-    let opt = |key: &str| values.number.get(key).copied();
-    let point = |x: &str, z: &str| Vector3::new(get(x), 0.0, get(z));
-    let rigid = |name: &str| {
-        let key = |leaf: &str| get(&format!("{name}.{leaf}"));
+/// The checked keys of a motorcycle file.
+struct Keys<'a> {
+    values: &'a Values,
+    path: &'a Path,
+}
+
+impl Keys<'_> {
+    /// A number; not one where the key is not there.
+    fn get(&self, key: &str) -> f64 {
+        self.opt(key).unwrap_or(f64::NAN)
+    }
+
+    fn opt(&self, key: &str) -> Option<f64> {
+        self.values.number.get(key).copied()
+    }
+
+    fn point(&self, x: &str, z: &str) -> Vector3<f64> {
+        Vector3::new(self.get(x), 0.0, self.get(z))
+    }
+
+    /// A rigid body without its wheel.
+    fn rigid(&self, name: &str) -> Rigid {
+        let key = |leaf: &str| self.get(&format!("{name}.{leaf}"));
         let own = Matrix3::new(
             key("ixx"),
             0.0,
@@ -351,104 +378,113 @@ fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String
         let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -key("tilt")).into_inner();
         let about_centre = turn * own * turn.transpose();
         Rigid::new(key("mass"), Vector3::new(key("x"), 0.0, key("z")), about_centre)
-    };
-    let wheel = |end: &str| {
+    }
+
+    /// The wheel of an end, about its centre.
+    fn wheel(&self, end: &str) -> Rigid {
         let (spin, across) = (
-            get(&format!("{end}.wheel.spin_inertia")),
-            get(&format!("{end}.wheel.diametral_inertia")),
+            self.get(&format!("{end}.wheel.spin_inertia")),
+            self.get(&format!("{end}.wheel.diametral_inertia")),
         );
         let own = Matrix3::from_diagonal(&Vector3::new(across, spin, across));
-        Rigid::new(get(&format!("{end}.wheel.mass")), Vector3::zeros(), own)
-    };
-    let contact = match values.text.get("contact").map(String::as_str) {
-        None | Some("tyre") => Contact::Tyre,
-        Some("rolling") => Contact::Rolling,
-        Some(other) => return Err(format!("`contact` = \"{other}\" is neither tyre nor rolling")),
-    };
-    let tyre = |end: &str| -> Result<Option<Box<dyn TyreModel>>, String> {
-        let Some(name) = values.text.get(&format!("{end}.tyre")) else { return Ok(None) };
-        let beside = path.parent().unwrap_or(Path::new("")).join(name);
+        Rigid::new(self.get(&format!("{end}.wheel.mass")), Vector3::zeros(), own)
+    }
+
+    fn contact(&self) -> Result<Contact, String> {
+        match self.values.text.get("contact").map(String::as_str) {
+            None | Some("tyre") => Ok(Contact::Tyre),
+            Some("rolling") => Ok(Contact::Rolling),
+            Some(other) => Err(format!("`contact` = \"{other}\" is neither tyre nor rolling")),
+        }
+    }
+
+    /// The tyre of an end, looked for beside the file.
+    fn tyre(&self, end: &str) -> Result<Option<Box<dyn TyreModel>>, String> {
+        let Some(name) = self.values.text.get(&format!("{end}.tyre")) else { return Ok(None) };
+        let beside = self.path.parent().unwrap_or(Path::new("")).join(name);
         let tyre = if published::text(name).is_none() && beside.exists() {
             tir::load(&beside.to_string_lossy())
         } else {
             tir::load(name)
         };
         tyre.map(Some).map_err(|e| format!("`{end}.tyre`: {e}"))
-    };
-    let tyres = match (tyre("front")?, tyre("rear")?) {
+    }
+
+    fn chain(&self) -> Result<Option<Chain>, String> {
+        match (
+            self.opt("chain.engine_x"),
+            self.opt("chain.engine_z"),
+            self.opt("chain.engine_radius"),
+            self.opt("chain.wheel_radius"),
+        ) {
+            (None, None, None, None) => Ok(None),
+            (Some(x), Some(z), Some(engine_radius), Some(wheel_radius)) => {
+                Ok(Some(Chain { engine: Vector3::new(x, 0.0, z), engine_radius, wheel_radius }))
+            }
+            _ => Err("`chain` needs all of engine_x, engine_z, engine_radius, wheel_radius".into()),
+        }
+    }
+
+    /// A suspension whose preload is the static one where the file has none.
+    fn suspension(&self, name: &str, static_preload: f64) -> Option<Suspension> {
+        self.opt(&format!("{name}.stiffness")).map(|stiffness| Suspension {
+            stiffness,
+            preload: self.opt(&format!("{name}.preload")).unwrap_or(static_preload),
+            compression: self.get(&format!("{name}.compression")),
+            rebound: self.get(&format!("{name}.rebound")),
+        })
+    }
+}
+
+fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String> {
+    let keys = Keys { values, path };
+    let get = |key: &str| keys.get(key);
+    let contact = keys.contact()?;
+    let tyres = match (keys.tyre("front")?, keys.tyre("rear")?) {
         (Some(front), Some(rear)) => Some([front, rear]),
         _ => None,
     };
-    let centres = [point("front.wheel.x", "front.wheel.z"), point("rear.wheel.x", "rear.wheel.z")];
-    let chain = match (
-        opt("chain.engine_x"),
-        opt("chain.engine_z"),
-        opt("chain.engine_radius"),
-        opt("chain.wheel_radius"),
-    ) {
-        (None, None, None, None) => None,
-        (Some(x), Some(z), Some(engine_radius), Some(wheel_radius)) => {
-            Some(Chain { engine: Vector3::new(x, 0.0, z), engine_radius, wheel_radius })
-        }
-        _ => {
-            return Err(
-                "`chain` needs all of engine_x, engine_z, engine_radius, wheel_radius".into()
-            );
-        }
-    };
-    let frame = rigid("frame");
-    let rider = rigid("rider");
+    let centres =
+        [keys.point("front.wheel.x", "front.wheel.z"), keys.point("rear.wheel.x", "rear.wheel.z")];
+    let frame = keys.rigid("frame");
+    let rider = keys.rigid("rider");
     let mut motorcycle = Motorcycle {
         id: id.to_owned(),
         name: values.text.get("name").cloned().unwrap_or_else(|| id.to_owned()),
         contact,
         gravity: get("gravity"),
         caster_angle: get("caster_angle"),
-        aerodynamic_centre: match (opt("aerodynamics.x"), opt("aerodynamics.z")) {
+        aerodynamic_centre: match (keys.opt("aerodynamics.x"), keys.opt("aerodynamics.z")) {
             (Some(x), Some(z)) => Vector3::new(x, 0.0, z),
             _ => frame.centre,
         },
         frame,
-        swing_arm: rigid("swing_arm"),
-        pivot: point("swing_arm.pivot_x", "swing_arm.pivot_z"),
+        swing_arm: keys.rigid("swing_arm"),
+        pivot: keys.point("swing_arm.pivot_x", "swing_arm.pivot_z"),
         rear_suspension: None,
-        steering: rigid("steering"),
-        steering_axis: point("steering.axis_x", "steering.axis_z"),
+        steering: keys.rigid("steering"),
+        steering_axis: keys.point("steering.axis_x", "steering.axis_z"),
         steering_damping: get("steering.damping"),
-        fork: rigid("fork"),
+        fork: keys.rigid("fork"),
         front_suspension: None,
-        twist: opt("frame_twist.stiffness").map(|stiffness| {
-            (point("frame_twist.x", "frame_twist.z"), stiffness, get("frame_twist.damping"))
+        twist: keys.opt("frame_twist.stiffness").map(|stiffness| {
+            (keys.point("frame_twist.x", "frame_twist.z"), stiffness, get("frame_twist.damping"))
         }),
         rider: (rider.mass > 0.0).then_some((rider, get("rider.axis_z"))),
-        wheels: [wheel("front"), wheel("rear")],
+        wheels: [keys.wheel("front"), keys.wheel("rear")],
         centres,
         tyres,
         brake_gain: [get("brakes.gain_front"), get("brakes.gain_rear")],
         engine_torque: get("engine.torque"),
         engine_inertia: get("engine.inertia"),
         ratios: std::array::from_fn(|i| get(&format!("engine.ratio_{}", i + 1))),
-        chain,
+        chain: keys.chain()?,
         air_density: get("aerodynamics.air_density"),
         aerodynamics: ["drag_area", "lift_area", "pitch_volume"]
             .map(|k| get(&format!("aerodynamics.{k}"))),
     };
-    // the preloads that carry the static loads at zero travel
-    let g = motorcycle.gravity;
-    let [front, rear] = motorcycle.static_loads();
-    let m = &motorcycle;
-    let swing = (rear - m.wheels[1].mass * g) * (m.pivot.x - centres[1].x)
-        - m.swing_arm.mass * g * (m.pivot.x - m.swing_arm.centre.x);
-    let fork = (front - (m.wheels[0].mass + m.fork.mass) * g) * m.caster_angle.cos();
-    let suspension = |name: &str, static_preload: f64| {
-        opt(&format!("{name}.stiffness")).map(|stiffness| Suspension {
-            stiffness,
-            preload: opt(&format!("{name}.preload")).unwrap_or(static_preload),
-            compression: get(&format!("{name}.compression")),
-            rebound: get(&format!("{name}.rebound")),
-        })
-    };
-    motorcycle.rear_suspension = suspension("swing_arm", swing);
-    motorcycle.front_suspension = suspension("fork", fork);
+    let [fork, swing] = motorcycle.static_preloads();
+    motorcycle.rear_suspension = keys.suspension("swing_arm", swing);
+    motorcycle.front_suspension = keys.suspension("fork", fork);
     Ok(motorcycle)
 }
