@@ -386,7 +386,7 @@ fn diagnosis_report_demo() {
 
 #[test]
 fn a_ride_that_can_show_nothing_is_not_called_right() {
-    use roadbench::report::diagnosis::page::{Outcome, outcome};
+    use roadbench::report::diagnosis::outcome::{Outcome, outcome};
     assert_eq!(outcome(&rest()), Outcome::Null);
     assert_eq!(outcome(&rest()[9..]), Outcome::Blind);
     assert_eq!(outcome(&[]), Outcome::Unjudged);
