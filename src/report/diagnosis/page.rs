@@ -9,7 +9,7 @@ use crate::report::diagnosis::labels::{self, sentence};
 use crate::report::diagnosis::overlays::Reproduced;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::session::page::when;
-use crate::report::words;
+use crate::report::{kinds, words};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// Candidates that are shown before the reader asks for the rest.
@@ -387,7 +387,7 @@ fn misfit(row: &DiscrepancyRow, axis: Axis) -> Misfit {
     Misfit {
         channel: labels::channel(&row.channel, &row.unit),
         name: row.channel.clone(),
-        kind: words::spaced(&row.kind),
+        kind: kinds::label(&row.kind),
         unit,
         base: show(row.rmse_base),
         extended: row.rmse_extended.map(show).unwrap_or_default(),
