@@ -12,8 +12,9 @@ use crate::contract::coefficient::{Coefficient, Requirement, Source};
 use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
-use crate::ingest::foreign::Aids;
-use crate::ingest::map::{self, ChannelMap};
+use crate::ingest::aids::Aids;
+use crate::ingest::map::ChannelMap;
+use crate::ingest::map::file::with_aids;
 use crate::ingest::{self, Raw, Track};
 use crate::pipeline::Pipeline;
 use crate::statistics::order::upper_median_of;
@@ -128,7 +129,7 @@ struct Estimate {
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
-    let maps = map::with_aids(maps, &aids);
+    let maps = with_aids(maps, &aids);
     let pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),

@@ -12,7 +12,7 @@ use crate::contract::session::Session;
 use crate::effects::ModelError;
 use crate::effects::ride::{BrakeHistory, along_strip};
 use crate::ingest::gaps::bridge;
-use crate::ingest::resample;
+use crate::ingest::grid::Interpolation;
 use crate::model::{Stiffness, Tyre};
 use crate::simulate::motorcycle::{Action, Plant, State};
 use crate::simulate::programme::Lean;
@@ -244,7 +244,7 @@ fn bridged(mut x: Vec<f64>) -> Vec<f64> {
     let ends = [x[first], x[last]];
     x[..first].fill(ends[0]);
     x[last + 1..].fill(ends[1]);
-    bridge(&mut x, usize::MAX, resample::Kind::Linear);
+    bridge(&mut x, usize::MAX, Interpolation::Linear);
     x
 }
 

@@ -11,7 +11,7 @@ use roadbench::batch::run::RunWork;
 use roadbench::batch::{Finished, Maps, Settings, Watch, engine};
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest::foreign::Aids;
+use roadbench::ingest::aids::Aids;
 use roadbench::ingest::survey::survey;
 use roadbench::ingest::{self, write_session};
 use roadbench::objects::Location;

@@ -386,7 +386,7 @@ fn diagnosis_report_demo() {
 
 #[test]
 fn a_ride_that_can_show_nothing_is_not_called_right() {
-    use roadbench::report::diagnosis::page::{Outcome, outcome};
+    use roadbench::report::diagnosis::outcome::{Outcome, outcome};
     assert_eq!(outcome(&rest()), Outcome::Null);
     assert_eq!(outcome(&rest()[9..]), Outcome::Blind);
     assert_eq!(outcome(&[]), Outcome::Unjudged);
@@ -395,7 +395,7 @@ fn a_ride_that_can_show_nothing_is_not_called_right() {
 #[test]
 fn what_no_candidate_explains_is_not_listed_as_a_candidate() {
     let ride = unexplained();
-    let page = roadbench::report::diagnosis::build(&ride.ident, &ride.causes, &[], &[]);
+    let page = roadbench::report::diagnosis::page::build(&ride.ident, &ride.causes, &[], &[]);
     let listed: Vec<&str> =
         page.candidates.iter().chain(&page.more).map(|c| c.name.as_str()).collect();
     assert!(listed.len() > 5 && !listed.contains(&UNEXPLAINED), "{listed:?}");

@@ -3,6 +3,8 @@
 pub mod bars;
 pub mod extended_model;
 pub mod labels;
+pub mod misfits;
+pub mod outcome;
 pub mod overlays;
 pub mod page;
 pub mod sessions;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::report::assets::Source;
 use crate::report::charts::figures::Figures;
 use crate::report::charts::pack;
-use crate::report::diagnosis::{extended_model, overlays, page, tables};
+use crate::report::diagnosis::{extended_model, misfits, outcome, overlays, page, tables};
 use crate::report::error::Error;
 use crate::report::static_figures::chart;
 use crate::report::tables::rows_of;
@@ -80,12 +80,12 @@ impl Diagnosed {
     }
 
     /// Lines of the run's page.
-    pub fn entries(&self) -> Vec<page::Entry> {
+    pub fn entries(&self) -> Vec<outcome::Entry> {
         self.sessions
             .iter()
             .map(|s| {
                 let (causes, discrepancies) = self.rows(&s.ident);
-                page::entry(&s.ident, &s.page, causes, discrepancies)
+                outcome::entry(&s.ident, &s.page, causes, discrepancies)
             })
             .collect()
     }
@@ -119,7 +119,7 @@ impl Diagnosed {
         for session in self.sessions.iter().filter(|s| wanted(&s.ident.session_id)) {
             let (_, discrepancies) = self.rows(&session.ident);
             let samples = tables::replays(&self.replays, &session.ident)?;
-            let misfits = page::worst_first(discrepancies);
+            let misfits = misfits::worst_first(discrepancies);
             let (overlays, mut charts) = overlays::overlays(&samples, &misfits);
             let folder = session.page.trim_end_matches(".html");
             for (i, overlay) in overlays.iter().enumerate() {
@@ -147,7 +147,7 @@ impl Diagnosed {
         self.sessions.par_iter().try_for_each(|session| {
             let (causes, discrepancies) = self.rows(&session.ident);
             let samples = tables::replays(&self.replays, &session.ident)?;
-            let misfits = page::worst_first(discrepancies);
+            let misfits = misfits::worst_first(discrepancies);
             let (overlays, charts) = overlays::overlays(&samples, &misfits);
             // output of before there were replays has the residuals only
             let channels = match overlays::reproduced(&samples) {

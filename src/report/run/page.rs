@@ -28,7 +28,7 @@ pub struct Index {
     /// Whether there is a page of the fleet, and how many events it tells of.
     pub fleet: Option<usize>,
     /// Each diagnosed session.
-    pub diagnoses: Vec<diagnosis::page::Entry>,
+    pub diagnoses: Vec<diagnosis::outcome::Entry>,
     /// Each rejected input.
     pub rejected: Vec<Rejected>,
     /// Warnings by code: stage, code, sessions, occurrences, one message.

@@ -1,0 +1,45 @@
+//! A file that was repaired in memory.
+
+use std::sync::Arc;
+
+use falcon_mdf::Mf4Error;
+use falcon_mdf::io::{ByteSlice, ByteSource};
+
+use super::file::Bytes;
+
+/// Bytes of a file with some eight of them replaced.
+pub struct Patched {
+    /// As they are in the file.
+    pub bytes: Arc<dyn Bytes>,
+    /// Place and new value, ascending.
+    pub patches: Vec<(u64, u64)>,
+}
+
+impl Bytes for Patched {}
+
+impl ByteSource for Patched {
+    fn len(&self) -> u64 {
+        self.bytes.len()
+    }
+
+    fn read_bytes(&self, offset: u64, len: usize) -> Result<ByteSlice<'_>, Mf4Error> {
+        let read = self.bytes.read_bytes(offset, len)?;
+        let end = offset.saturating_add(len as u64);
+        let first = self.patches.partition_point(|(at, _)| at.saturating_add(8) <= offset);
+        let here = self.patches[first..].iter().take_while(|(at, _)| *at < end);
+        let mut here = here.peekable();
+        if here.peek().is_none() {
+            return Ok(read);
+        }
+        let mut own = read.into_owned();
+        for (at, value) in here {
+            for (place, byte) in (*at..).zip(value.to_le_bytes()) {
+                let index = place.checked_sub(offset).and_then(|i| usize::try_from(i).ok());
+                if let Some(slot) = index.and_then(|i| own.get_mut(i)) {
+                    *slot = byte;
+                }
+            }
+        }
+        Ok(ByteSlice::owned(own))
+    }
+}
