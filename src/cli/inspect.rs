@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
-use serde::Serialize;
 
 use crate::cli::failure::Failure;
 use crate::cli::inspect_source::{Form, print, show};
@@ -22,7 +21,10 @@ use crate::objects::Location;
 use crate::pipeline::Pipeline;
 use crate::statistics::order::upper_median_of;
 
+mod facts;
 pub(super) mod text;
+
+use facts::{ChannelFacts, Estimate, Facts, Inspection, Noticed, Reason};
 
 /// Show a log's channels, rates, gaps, and what can be estimated from it
 #[derive(Debug, clap::Args)]
@@ -51,79 +53,6 @@ pub struct Arguments {
     /// Print JSON instead of text.
     #[arg(long)]
     json: bool,
-}
-
-/// Everything there is to say of a log.
-#[derive(Debug, Serialize)]
-struct Inspection {
-    session: Facts,
-    channels: Vec<ChannelFacts>,
-    warnings: Vec<Noticed>,
-    rejected: Option<Reason>,
-    estimates: Vec<Estimate>,
-}
-
-#[derive(Debug, Serialize)]
-struct Facts {
-    session_id: String,
-    bike_id: String,
-    start_time: Option<String>,
-    tyre_front: Option<String>,
-    tyre_rear: Option<String>,
-    site: Option<String>,
-    rider_id: Option<String>,
-    /// s
-    duration: f64,
-    /// Of the common clock, Hz.
-    rate: f64,
-    samples: usize,
-    /// Over what is recorded of the velocity, m.
-    distance: Option<f64>,
-    bike_file: Option<PathBuf>,
-}
-
-#[derive(Debug, Serialize)]
-struct ChannelFacts {
-    channel: &'static str,
-    unit: String,
-    /// Of the source, Hz.
-    rate: Option<f64>,
-    /// Recorded by the source.
-    samples: usize,
-    /// On the common clock, per cent.
-    missing: f64,
-    gaps: usize,
-    /// s
-    longest_gap: f64,
-    min: Option<f64>,
-    median: Option<f64>,
-    max: Option<f64>,
-    verdict: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Noticed {
-    code: &'static str,
-    channel: Option<&'static str>,
-    count: usize,
-    time: Option<f64>,
-    message: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Reason {
-    code: &'static str,
-    message: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Estimate {
-    tyre: &'static str,
-    coefficients: Vec<&'static str>,
-    /// `possible`, `assumed` or `not_available`.
-    status: &'static str,
-    missing_channels: Vec<&'static str>,
-    riding: String,
 }
 
 /// Runs the command.

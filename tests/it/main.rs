@@ -5,6 +5,7 @@ mod batch;
 mod book;
 mod cli;
 mod cluster;
+mod coefficients;
 mod commands;
 mod damage;
 mod diagnose;
