@@ -77,18 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut session, _) = pipeline::prepare_raw(raw, &bike, &pipeline)
         .map_err(|e| Failure::Rejected(format!("{} ({})", e.message, e.code)))?;
     let (segments, _) = pipeline::segmented(&mut session, &bike, &pipeline);
-    let brakings: Vec<_> = segments
-        .iter()
-        .filter(|s| {
-            s.used
-                && matches!(
-                    s.kind,
-                    ManoeuvreKind::FrontBraking
-                        | ManoeuvreKind::RearBraking
-                        | ManoeuvreKind::CombinedBraking
-                )
-        })
-        .collect();
+    let brakings: Vec<_> = segments.iter().filter(|s| s.used && s.kind.is_braking()).collect();
     if brakings.is_empty() {
         return Err(Failure::Rejected(format!("{}: no usable braking in the log", arguments.log)));
     }

@@ -52,16 +52,6 @@ pub struct Samples {
     pub manoeuvres: Vec<(ManoeuvreKind, Range<usize>)>,
 }
 
-/// Kinds that the base model describes.
-const KINDS: [ManoeuvreKind; 6] = [
-    ManoeuvreKind::Coasting,
-    ManoeuvreKind::FrontBraking,
-    ManoeuvreKind::RearBraking,
-    ManoeuvreKind::CombinedBraking,
-    ManoeuvreKind::Driving,
-    ManoeuvreKind::Cornering,
-];
-
 impl Samples {
     /// Number of samples.
     pub fn len(&self) -> usize {
@@ -162,7 +152,7 @@ pub fn picks(session: &Session, segments: &[Segment]) -> Vec<(ManoeuvreKind, Vec
     let usable = |i: &usize| v[*i] > SLOWEST && (ax[*i] + vd[*i]).is_finite() && !deep[*i];
     segments
         .iter()
-        .filter(|s| s.used && KINDS.contains(&s.kind))
+        .filter(|s| s.used && s.kind.is_on_road())
         .map(|segment| {
             let from = segment.start + (TRIM * rate) as usize;
             let mut chosen: Vec<usize> =

@@ -25,6 +25,7 @@ pub mod diagnosis;
 pub mod error;
 pub mod fleet;
 pub mod inline_svg;
+pub mod kinds;
 pub mod markdown;
 pub mod number_format;
 pub mod page_names;

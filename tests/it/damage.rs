@@ -289,7 +289,7 @@ fn files_that_claim_without_bounds_end() {
         std::fs::write(&path, bytes).expect("log");
         let began = Instant::now();
         let read = ingest::read(&path, maps.list()).map(|raw| raw.tracks.len());
-        let seen = survey(&path, &Aids::default()).map(|s| s.map_or(0, |s| s.seen.len()));
+        let seen = survey(&path, &Aids::default()).map(|s| s.map_or(0, |s| s.contents.len()));
         let seconds = began.elapsed().as_secs_f64();
         println!("{name}: {read:?}, {seen:?} in {seconds:.2} s");
         assert!(seconds < LONGEST, "{name} took {seconds} s");

@@ -6,7 +6,7 @@ use crate::report::diagnosis::bars::{self, Axis, Levels};
 use crate::report::diagnosis::labels;
 use crate::report::diagnosis::overlays::Reproduced;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::words;
+use crate::report::{kinds, words};
 use crate::tables::rows::DiscrepancyRow;
 
 /// One channel while one kind of manoeuvre.
@@ -67,7 +67,7 @@ pub(super) fn misfit(row: &DiscrepancyRow, axis: Axis) -> Misfit {
     Misfit {
         channel: labels::channel(&row.channel, &row.unit),
         name: row.channel.clone(),
-        kind: words::spaced(&row.kind),
+        kind: kinds::label(&row.kind),
         unit,
         base: show(row.rmse_base),
         extended: row.rmse_extended.map(show).unwrap_or_default(),

@@ -9,7 +9,7 @@ use crate::report::charts::chart::{Chart, Label, Line};
 use crate::report::charts::resolution::digits;
 use crate::report::diagnosis::labels;
 use crate::report::number_format::{self, fixed, round, typeset};
-use crate::report::words;
+use crate::report::{kinds, words};
 use crate::tables::rows::{DiscrepancyRow, SimulatedSample};
 
 /// Most overlays on a page.
@@ -138,7 +138,7 @@ pub fn overlays(
         let Some((run, of)) = representative(&group.runs) else { continue };
         let first = charts.len();
         let pair = pair(run, &format!("overlay-{}", out.len()));
-        let kind = words::spaced(group.kind);
+        let kind = kinds::label(group.kind);
         let what = labels::channel(group.channel, &run[0].unit);
         out.push(Overlay {
             title: format!("{} · {kind}", labels::sentence(&what)),

@@ -2,12 +2,13 @@
 
 use serde::Serialize;
 
+use crate::contract::manoeuvre::Peak;
 use crate::plots::catalogue::{FITS, OFFROAD, RIDE};
 use crate::plots::plot::Plot;
 use crate::report::charts::figures::Figures;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::session::bench::Bench;
-use crate::report::{inline_svg, words};
+use crate::report::{inline_svg, kinds, words};
 use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
 
 /// One session's page, as its template reads it.
@@ -164,7 +165,7 @@ pub fn build(
             .filter(|c| c.status == Status::Assumed)
             .map(|c| format!("{} {}", c.tyre, words::coefficient(&c.coefficient)))
             .collect(),
-        kinds: kinds(manoeuvres),
+        kinds: kind_counts(manoeuvres),
         manoeuvres: manoeuvres.iter().map(ridden).collect(),
         warnings: warnings.iter().map(noticed).collect(),
         provenance: vec![
@@ -334,13 +335,13 @@ fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
     out
 }
 
-fn kinds(manoeuvres: &[Manoeuvre]) -> Vec<(String, String, usize, usize)> {
+fn kind_counts(manoeuvres: &[Manoeuvre]) -> Vec<(String, String, usize, usize)> {
     let mut out: Vec<(String, String, usize, usize)> = Vec::new();
     for m in manoeuvres {
         let place = match out.iter().position(|k| k.0 == m.kind) {
             Some(i) => i,
             None => {
-                out.push((m.kind.clone(), words::spaced(&m.kind), 0, 0));
+                out.push((m.kind.clone(), kinds::label(&m.kind), 0, 0));
                 out.len() - 1
             }
         };
@@ -357,11 +358,11 @@ fn ridden(m: &Manoeuvre) -> Ridden {
         (Some(a), Some(b)) => format!("{a} → {b}"),
         _ => number(m.speed_mean, 1).unwrap_or_default(),
     };
-    let peak = match m.kind.as_str() {
-        "cornering" if m.roll_peak.is_some() => {
+    let peak = match kinds::declaration(&m.kind).peak {
+        Peak::Roll if m.roll_peak.is_some() => {
             number(m.roll_peak.map(f64::to_degrees), 1).map(|r| format!("roll {r}°"))
         }
-        "airborne" => {
+        Peak::Flight => {
             let kilo = |v: Option<f64>| number(v.map(|v| v / 1000.0), 1).unwrap_or("–".into());
             let flight = number(m.flight_time, 2).unwrap_or_default();
             let (front, rear) = (kilo(m.landing_load_front), kilo(m.landing_load_rear));
@@ -372,7 +373,7 @@ fn ridden(m: &Manoeuvre) -> Ridden {
     Ridden {
         id: m.manoeuvre_id,
         kind: m.kind.clone(),
-        words: words::spaced(&m.kind),
+        words: kinds::label(&m.kind),
         direction: m.direction.clone().unwrap_or_default(),
         start: fixed(m.start, 1),
         length: fixed(m.end - m.start, 1),

@@ -244,6 +244,7 @@ fn builder(layout: &CsvLayout) -> ReaderBuilder {
 mod tests {
     use super::*;
     use crate::contract::channel::Channel;
+    use crate::ingest::map::file::or_shipped;
 
     const MAP: &str = "name = 'x'\nformat = 'csv'\n[csv]\ndelimiter = ';'\ndecimal = ','\n\
          skip_rows = 1\nrows_after_header = 1\nmissing = ['n/a']\n[detect]\ncolumns = ['v']\n\
@@ -264,7 +265,7 @@ mod tests {
     fn decimal_comma_units_row_prefix_and_missing_cells() {
         let (_folder, path) =
             log("logger 3\n# t;extra;v\nms;;km/h\n0;1;36,0\n10;;n/a\n20;2;\n30;2\n40;1;7,2e1\n");
-        let raw = read(&path, &maps()).expect("read");
+        let raw = read(&path, or_shipped(&maps())).expect("read");
         let track = &raw.tracks[0];
         assert_eq!(track.channel, Channel::VelocityX);
         assert_eq!(*track.time, [0.0, 0.01, 0.02, 0.03, 0.04]);
@@ -278,13 +279,13 @@ mod tests {
     #[test]
     fn unreadable_cells_name_column_and_line() {
         let (_folder, path) = log("l\nt;v\n;\n0;1\n10;oops\n20;3\n");
-        let error = read(&path, &maps()).expect_err("a third is bad");
+        let error = read(&path, or_shipped(&maps())).expect_err("a third is bad");
         assert_eq!(error.code, "bad_cell");
         assert!(error.message.contains("`v`") && error.message.contains("line 5"), "{error}");
         let mut text = "l\nt;v\n;\n".to_owned();
         (0..500).for_each(|i| text += &format!("{i};{}\n", if i == 7 { "oops" } else { "1" }));
         let (_folder, path) = log(&text);
-        let raw = read(&path, &maps()).expect("rare enough");
+        let raw = read(&path, or_shipped(&maps())).expect("rare enough");
         assert!(raw.tracks[0].values[7].is_nan());
         assert!(raw.warnings.iter().any(|w| w.code == "bad_cell" && w.message.contains("line 11")));
     }
@@ -292,10 +293,10 @@ mod tests {
     #[test]
     fn an_unknown_header_says_what_was_tried() {
         let (_folder, path) = log("a,b\n1,2\n");
-        let error = read(&path, &[]).expect_err("no map");
+        let error = read(&path, or_shipped(&[])).expect_err("no map");
         assert_eq!(error.code, "no_channel_map");
         assert!(error.message.contains("session_csv") && error.message.contains("a, b"), "{error}");
-        let error = read(&path, &maps()).expect_err("forced map");
+        let error = read(&path, or_shipped(&maps())).expect_err("forced map");
         assert_eq!(error.code, "missing_column");
     }
 

@@ -38,3 +38,15 @@ pub fn broken(group: &str, samples: usize, last: Option<f64>, error: &Mf4Error) 
         format!("{group}: only the first {samples} samples could be read{until}: {error}");
     warning("damaged", None, 1, None, message)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_get_names_of_their_own() {
+        let names = |n: &[&str]| group_names(n.iter().map(|n| (*n).to_owned()).collect());
+        assert_eq!(names(&[""]), [""]);
+        assert_eq!(names(&["", "IMU", "IMU"]), ["group 1", "IMU", "IMU #2"]);
+    }
+}

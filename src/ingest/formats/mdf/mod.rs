@@ -125,31 +125,3 @@ fn open(log: &Location) -> Result<(File, Vec<Warning>), Error> {
         Ok((File::Four(Box::new(file), patched), warnings))
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use falcon_mdf::io::memory::MemorySource;
-
-    #[test]
-    fn patches_show_wherever_they_are_read() {
-        let bytes: Arc<dyn Bytes> = Arc::new(MemorySource::new(vec![7; 40]));
-        let patches = vec![(4, u64::from_le_bytes([1; 8])), (20, u64::from_le_bytes([2; 8]))];
-        let patched = Patched { bytes, patches };
-        let whole = patched.read_bytes(0, 40).expect("there");
-        for at in 0..40 {
-            for len in 0..=(40 - at) {
-                let part = patched.read_bytes(at as u64, len).expect("there");
-                assert_eq!(part[..], whole[at..at + len], "{at} {len}");
-            }
-        }
-        assert_eq!(whole[3..13], [7, 1, 1, 1, 1, 1, 1, 1, 1, 7]);
-    }
-
-    #[test]
-    fn groups_get_names_of_their_own() {
-        let names = |n: &[&str]| group_names(n.iter().map(|n| (*n).to_owned()).collect());
-        assert_eq!(names(&[""]), [""]);
-        assert_eq!(names(&["", "IMU", "IMU"]), ["group 1", "IMU", "IMU #2"]);
-    }
-}
