@@ -20,8 +20,8 @@ use roadbench::batch::{Maps, Settings, engine};
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Session;
 use roadbench::estimate::zeros;
-use roadbench::objects::Location;
 use roadbench::fit::{Data, chain};
+use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::{

@@ -12,9 +12,9 @@ use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::effects::extended_model::Model;
 use crate::estimate::zeros::{self, Zeros};
-use crate::objects::Location;
 use crate::fit::{Data, Solution, chain, coefficients, cornering};
 use crate::model::formulation::Formulation;
+use crate::objects::Location;
 use crate::segment::Segment;
 use crate::tables::registry::{self, Row, TableSpec};
 use crate::tables::{file, rows};
@@ -112,7 +112,7 @@ impl Pipeline {
 }
 
 /// Everything one session gives to the tables.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Outcome {
     /// Its row in `sessions`.
     pub session: rows::SessionRow,
@@ -246,8 +246,15 @@ pub fn run_raw(
     let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
     let session =
         session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
-    let forces = Vec::new();
-    Ok(Outcome { session, manoeuvres, forces, coefficients, warnings, plots, signals })
+    Ok(Outcome {
+        session,
+        manoeuvres,
+        coefficients,
+        warnings,
+        plots,
+        signals,
+        ..Outcome::default()
+    })
 }
 
 fn refuse(e: ingest::Error) -> Rejection {
@@ -332,7 +339,7 @@ fn manoeuvres(
                 start: session.time(start),
                 end: session.time(end),
                 direction: s.direction.map(|d| d.name().to_owned()),
-                quality: finite(Some(s.quality)),
+                quality: s.quality,
                 used: s.used,
                 reason: s.reason.clone(),
                 speed_start: finite(cut(v, start, end).and_then(|v| v.first().copied())),

@@ -9,10 +9,10 @@ use crate::batch::diagnose::{DiagnoseWork, Verdict, finish};
 use crate::batch::in_order::InOrder;
 use crate::batch::progress::Progress;
 use crate::batch::{Finished, Watch, engine};
-use crate::cli::failure::Failure;
 use crate::cli::batch::{
     Options, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal, stopped,
 };
+use crate::cli::failure::Failure;
 use crate::diagnose::{Settings, summary};
 use crate::tables::rows::CauseRow;
 

@@ -13,11 +13,11 @@ use crate::batch::progress::Progress;
 use crate::batch::run::{RunWork, finish};
 use crate::batch::summary::Summary;
 use crate::batch::{Finished, Watch};
-use crate::cli::failure::Failure;
 use crate::cli::batch::{
     Given, Options, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal,
     stopped,
 };
+use crate::cli::failure::Failure;
 use crate::cli::report::{Copies, Pages};
 use crate::effects::extended_model::Model;
 use crate::objects::Location;

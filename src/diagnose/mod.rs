@@ -35,6 +35,7 @@ pub mod problem;
 pub mod replay;
 pub mod residuals;
 pub mod ride;
+pub mod ride_plan;
 pub mod samples;
 pub mod scan;
 pub mod scatter;

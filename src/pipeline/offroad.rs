@@ -72,5 +72,14 @@ pub fn run(
     let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
     let session =
         session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
-    Ok(Outcome { session, manoeuvres, forces, coefficients, warnings, plots, signals })
+    Ok(Outcome {
+        session,
+        manoeuvres,
+        forces,
+        coefficients,
+        warnings,
+        plots,
+        signals,
+        ..Outcome::default()
+    })
 }

@@ -92,7 +92,7 @@ pub fn manoeuvres(files: &[PathBuf], bike: &str, session: &str) -> Result<Vec<Ma
         start: c.number("start", i),
         end: c.number("end", i),
         direction: c.maybe_text("direction", i),
-        quality: c.maybe("quality", i),
+        quality: c.number("quality", i),
         used: c.flag("used", i),
         reason: c.maybe_text("reason", i),
         speed_start: c.maybe("speed_start", i),

@@ -8,6 +8,7 @@ mod cluster;
 mod commands;
 mod damage;
 mod diagnose;
+mod diagnose_batch;
 mod diagnose_offroad;
 mod diagnose_report;
 mod dirt;
