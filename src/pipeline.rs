@@ -10,10 +10,8 @@ use crate::contract::channel::Channel;
 use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::effects::extended_model::Model;
-use crate::estimate::zeros::{self, Zeros};
-use crate::fit::{Data, Solution, chain, coefficients, cornering};
-use crate::model::formulation::Formulation;
+use crate::effects::extended_model::ExtendedModel;
+use crate::fit::{Data, Solution, coefficients, cornering};
 use crate::objects::Location;
 use crate::segment::Segment;
 use crate::tables::registry::{self, Row, TableSpec};
@@ -21,6 +19,11 @@ use crate::tables::{file, rows};
 use crate::{estimate, filter, fit, ingest, plots, segment};
 
 mod offroad;
+mod stages;
+
+pub use stages::{
+    Characterised, OffroadForces, characterise, offroad_forces, prepare, prepare_raw, segmented,
+};
 
 /// The resolved settings of every stage: one file of `pipelines/`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -46,7 +49,7 @@ pub struct Pipeline {
     /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
     pub offroad: Option<estimate::offroad::Config>,
     /// What a diagnosis found, taken out of its motorcycle's sessions.
-    pub model: Option<Model>,
+    pub model: Option<ExtendedModel>,
 }
 
 /// Built-in pipelines by name.
@@ -189,7 +192,7 @@ pub struct Input<'a> {
 /// # Errors
 /// The first stage that cannot go on says why.
 pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Rejection> {
-    let raw = ingest::read(&input.log, input.maps).map_err(refuse)?;
+    let raw = ingest::read(&input.log, input.maps).map_err(stages::refuse)?;
     run_raw(raw, input, bike, pipeline)
 }
 
@@ -204,11 +207,10 @@ pub fn run_raw(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<Outcome, Rejection> {
-    let (mut session, mut warnings) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
+    let (mut session, mut warnings) = prepare_raw(raw, bike, pipeline)?;
     if let Some(offroad) = &pipeline.offroad {
         return offroad::run(input, session, warnings, bike, pipeline, offroad);
     }
-    warnings.extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?);
     let mut known = None;
     if let Some(model) = &pipeline.model {
         let mut extended = bike.clone();
@@ -216,17 +218,9 @@ pub fn run_raw(
         known = Some(extended);
     }
     let bike = known.as_ref().unwrap_or(bike);
-    warnings.extend(filter::run(&mut session, &pipeline.filter));
-    let segments = segment::run(&session, bike, &pipeline.segment);
-
-    let formulation = pipeline.estimate.formulation;
-    let (zeros, noticed) = match formulation {
-        Formulation::Corrected => zeros::run(&session, bike),
-        Formulation::Paper => (Zeros::default(), Vec::new()), // the paper takes sensors as they are
-    };
+    let ridden = characterise(session, bike, pipeline, pipeline.estimate.formulation);
+    let Characterised { session, segments, data, solution, warnings: noticed } = ridden;
     warnings.extend(noticed);
-    let data = Data::gather(&session, &segments, bike, zeros, &pipeline.estimate);
-    let solution = chain::solve(&data, bike, formulation, &pipeline.fit);
 
     let ident = rows::Ident::from(&session.meta);
     let provenance = rows::Provenance {
@@ -242,7 +236,7 @@ pub fn run_raw(
         true => Some(signals(&session, &data, &solution)?),
         false => None,
     };
-    let plots = plots::rows(&session, &segments, &data, &solution);
+    let plots = plots::road::rows(&session, &segments, &data, &solution);
     let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
     let session =
         session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
@@ -255,10 +249,6 @@ pub fn run_raw(
         signals,
         ..Outcome::default()
     })
-}
-
-fn refuse(e: ingest::Error) -> Rejection {
-    Rejection { stage: "ingest", code: e.code, message: e.message }
 }
 
 /// Why the channels do not allow a coefficient, if they do not.

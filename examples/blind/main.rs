@@ -15,11 +15,11 @@ use std::sync::Mutex;
 use clap::Parser;
 use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
-use roadbench::diagnose::name::Verdict;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::ride::{self, Settings};
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
-use roadbench::simulate::hidden::{Case, FAINT, Kind, PLANS};
+use roadbench::simulate::hidden::{Case, Kind, PLANS};
 use serde::{Deserialize, Serialize};
 
 mod multibody;
@@ -249,7 +249,7 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
     let begin = std::time::Instant::now();
     let removed = |e: &Effect| {
         case.kind == Kind::Removed
-            && case.hidden.iter().any(|(h, _)| h.name == e.name || e.looks_like(h.name))
+            && case.hidden.iter().any(|(h, _)| h.name == e.name || e.is_confounded_with(h.name))
     };
     let effects: Vec<Effect> = ALL.iter().filter(|e| !removed(e)).copied().collect();
     let settings = Settings { nulls: arguments.nulls, effects, advise: false };
@@ -363,7 +363,7 @@ fn summary(all: &[Outcome]) {
     );
     for (low, high) in BINS {
         let these: Vec<_> = of(Kind::Single)
-            .filter(|o| !FAINT.contains(&o.case.hidden[0].0.name))
+            .filter(|o| !o.case.hidden[0].0.faint)
             .filter(|o| (low..high).contains(&o.size(0)))
             .collect();
         let truth = |o: &&&Outcome| o.case.hidden[0].0.name;
@@ -381,8 +381,7 @@ fn summary(all: &[Outcome]) {
             share(lost, n)
         );
     }
-    let faint: Vec<_> =
-        of(Kind::Single).filter(|o| FAINT.contains(&o.case.hidden[0].0.name)).collect();
+    let faint: Vec<_> = of(Kind::Single).filter(|o| o.case.hidden[0].0.faint).collect();
     let right = faint.iter().filter(|o| o.in_class(o.case.hidden[0].0.name)).count();
     let wrong =
         faint.iter().filter(|o| !o.told.is_empty() && !o.in_class(o.case.hidden[0].0.name)).count();

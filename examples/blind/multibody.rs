@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use roadbench::simulate::hidden::{Case, FAINT, Kind};
-use roadbench::simulate::multibody::CARRIED;
+use roadbench::effects::physics::Multibody;
+use roadbench::simulate::hidden::{Case, Kind};
 
 use super::{Arguments, Outcome, ask, print_case};
 
@@ -19,9 +19,7 @@ const TRUE: [&str; 2] = ["radius_camber", "radius_load"];
 fn draw(seed: u64, number: usize) -> Case {
     let kind = if (number / 2).is_multiple_of(4) { Kind::Null } else { Kind::Single };
     let mut tries = (0..).map(|k| Case::draw(seed + 1000 * k, number, kind, [1.0, 3.0]));
-    let fits = |c: &Case| {
-        c.hidden.iter().all(|(e, _)| CARRIED.contains(&e.name) && !FAINT.contains(&e.name))
-    };
+    let fits = |c: &Case| c.hidden.iter().all(|(e, _)| e.multibody == Multibody::Hooks && !e.faint);
     tries.find(fits).unwrap_or_else(|| Case::draw(seed, number, Kind::Null, [1.0, 3.0]))
 }
 

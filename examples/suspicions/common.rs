@@ -5,7 +5,7 @@ use std::path::Path;
 use roadbench::GRAVITY;
 use roadbench::contract::bike::{Axle, Bike};
 use roadbench::contract::coefficient::Coefficient;
-use roadbench::diagnose::name::Verdict;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::ride::{Diagnosis, Settings, diagnose};
 use roadbench::effects::Effect;
 use roadbench::ingest::write_session;

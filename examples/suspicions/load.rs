@@ -1,8 +1,8 @@
 //! "The slip angle underestimation was likely caused by tyre load sensitivity" (Discussion).
 
 use roadbench::contract::bike::Axle;
+use roadbench::effects::ModelError;
 use roadbench::effects::extended_tyre::ExtendedTyre;
-use roadbench::effects::model_error::ModelError;
 use roadbench::model::tyre::Input;
 use roadbench::motorcycle::Motorcycle;
 use roadbench::pipeline::Outcome;
@@ -94,7 +94,7 @@ pub fn study(truth: f64, rides: usize, prepare: fn(&mut Scenario)) -> Found {
     let refitted = [0, 1].map(|k| ExtendedTyre {
         custom: given[k],
         load: load[k],
-        departure: ModelError { stiffness_per_load: sensitivity[k].0, ..ModelError::default() },
+        error: ModelError { stiffness_load: sensitivity[k].0, ..ModelError::default() },
     });
     let [front, rear] = boxed(refitted);
     let after = lane_change(own.with_tyres(front, rear), 1.0);

@@ -1,20 +1,17 @@
 //! "A standard GNSS, and about 30 km/h in the corners: both increase the relative error of the speed
 //! vector, which is used to compute the slip angles" (Discussion).
 
+use roadbench::contract::bike::Bike;
 use roadbench::contract::manoeuvre::ManoeuvreKind;
-use roadbench::diagnose::attitude::Attitude;
+use roadbench::contract::session::Session;
+use roadbench::diagnose::attitude::{Attitude, Posture};
 use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::samples::Samples;
 use roadbench::effects::Effect;
-use roadbench::fit::{Data, chain};
-use roadbench::pipeline::Pipeline;
+use roadbench::model::formulation::Formulation;
+use roadbench::pipeline::{self, Characterised, Pipeline};
 use roadbench::simulate::multibody;
 use roadbench::simulate::ride::Ridden;
-use roadbench::{
-    contract::{bike::Bike, session::Session},
-    filter, segment,
-};
-use roadbench::{estimate::zeros, model::formulation::Formulation};
 
 use super::common::*;
 
@@ -24,20 +21,16 @@ const SPEEDS: [f64; 4] = [5.0, 9.0, 14.0, 30.0];
 /// Rms errors of the rear slip angle in corners, by speed, rad.
 pub fn errors(session: &Session, truth: &Ridden, bike: &Bike) -> [f64; 3] {
     let pipeline = Pipeline::onroad();
-    let mut filtered = session.clone();
-    filter::run(&mut filtered, &pipeline.filter);
-    let segments = segment::run(&filtered, bike, &pipeline.segment);
-    let (zeros, _) = zeros::run(&filtered, bike);
-    let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
-    let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
+    let Characterised { segments, solution, .. } =
+        pipeline::characterise(session.clone(), bike, &pipeline, Formulation::Corrected);
     let world = Parameters::new(bike, &solution);
+    let posture = Posture::of(&world);
     let samples = Samples::gather(session, &segments);
     let mut sums = [(0.0, 0.0); 3];
     for (kind, range) in &samples.manoeuvres {
         for i in range.clone().filter(|_| *kind == ManoeuvreKind::Cornering) {
             let k = SPEEDS.windows(2).position(|w| (w[0]..w[1]).contains(&samples.v[i]));
-            let estimated =
-                Attitude::of(&samples, &world, world.caster_angle.sin_cos(), i, true).alpha[1];
+            let estimated = Attitude::of(&samples, &posture, i, true).alpha[1];
             let at = (samples.time[i] * session.rate).round() as usize;
             if let Some(k) = k
                 && estimated.is_finite()
@@ -85,8 +78,8 @@ pub fn study(plan: &'static str, number: usize, hidden: &[(&str, f64)], noise: f
         println!("    {}", about(&d, name));
         let cause = d.naming.causes.iter().find(|c| c.effect.name == *name);
         let effect = Effect::named(name).expect("known");
-        if let (Some(undo), Some(cause)) = (effect.undo, cause) {
-            undo(&mut session, &mut bike, cause.value);
+        if let (Some(remove), Some(cause)) = (effect.remove, cause) {
+            remove(&mut session, &mut bike, cause.value);
         }
     }
     if !hidden.is_empty() {

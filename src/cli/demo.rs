@@ -12,7 +12,8 @@ use crate::cli::{colour, diagnose, run, simulate};
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::effects::Effect;
 use crate::estimate;
-use crate::report::{tables, tables_diagnosis};
+use crate::report::diagnosis::tables as diagnosis;
+use crate::report::tables;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::{session, truth};
 use crate::tables::file;
@@ -131,7 +132,7 @@ fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> 
 /// What was hidden, and what `diagnose` says.
 fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
     let hidden = hidden(scenario);
-    let rows = tables_diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
+    let rows = diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
     let named: Vec<&CauseRow> =
         rows.iter().filter(|r| matches!(r.verdict.as_str(), "named" | "ambiguous")).collect();
     say!("\n{}", colour::bold("Hidden in these rides, and not told to `diagnose`", colours));

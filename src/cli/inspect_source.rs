@@ -7,8 +7,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
-use crate::ingest::foreign::{Aids, SourceChannel};
-use crate::ingest::survey::{Seen, Survey, survey};
+use crate::ingest::aids::Aids;
+use crate::ingest::listing::SourceChannel;
+use crate::ingest::survey::{ChannelContents, Survey, survey};
 use crate::ingest::{self, propose::propose};
 
 /// A log's own channels and the map that is proposed for them.
@@ -102,7 +103,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
 impl SourceInspection {
     /// Of a log that was looked at.
     pub fn new(path: &Path, survey: &Survey) -> Self {
-        let Survey { format, own_clock, listing, seen } = survey;
+        let Survey { format, own_clock, listing, contents } = survey;
         let meta = &listing.meta;
         let known = [
             ("session", Some(&meta.session_id).filter(|t| !t.is_empty())),
@@ -116,7 +117,7 @@ impl SourceInspection {
         SourceInspection {
             format,
             facts: known.chain(listing.facts.iter().cloned()).collect(),
-            channels: listing.channels.iter().zip(seen).map(|(c, s)| facts(c, s)).collect(),
+            channels: listing.channels.iter().zip(contents).map(|(c, s)| facts(c, s)).collect(),
             warnings: listing.warnings.iter().map(|w| (w.code, w.message.clone())).collect(),
             proposed_map: propose(&name, format, *own_clock, listing),
         }
@@ -193,17 +194,17 @@ impl SourceFacts {
     }
 }
 
-fn facts(channel: &SourceChannel, seen: &Seen) -> SourceFacts {
-    let at = |i: usize| seen.extent.map(|e| e[i]);
+fn facts(channel: &SourceChannel, contents: &ChannelContents) -> SourceFacts {
+    let at = |i: usize| contents.extent.map(|e| e[i]);
     SourceFacts {
         group: channel.group.clone(),
         name: channel.name.clone(),
         unit: channel.unit.clone(),
-        rate: seen.rate.or(channel.rate),
-        samples: seen.samples,
-        missing: seen.missing,
-        gaps: seen.gaps,
-        longest_gap: seen.longest_gap,
+        rate: contents.rate.or(channel.rate),
+        samples: contents.samples,
+        missing: contents.missing,
+        gaps: contents.gaps,
+        longest_gap: contents.longest_gap,
         min: at(0),
         median: at(1),
         max: at(2),

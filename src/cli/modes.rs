@@ -8,7 +8,7 @@ use crate::cli::say::say;
 use crate::motorcycle::modes::{Mode, Name, over_speed};
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::objects::Location;
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::tables::file;
 use crate::tables::rows::ModeRow;
 

@@ -8,16 +8,16 @@ use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::contract::bike::Bike;
+use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::ingest::map::ChannelMap;
 use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::objects::Location;
-use crate::pipeline::Pipeline;
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::pipeline::{self, Pipeline};
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::replay::{self, Replay};
 use crate::tables::rows::BrakingReplay;
-use crate::{contract::manoeuvre::ManoeuvreKind, segment};
-use crate::{filter, ingest, tables::file};
+use crate::{ingest, tables::file};
 
 /// Ride the brakings of a log again: measured pressures in, deceleration and slip out
 #[derive(Debug, clap::Args)]
@@ -74,22 +74,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
     let file = arguments.bikes.join(format!("{}.toml", raw.meta.bike_id));
     let bike = Bike::read(&file).map_err(|e| usage(e.to_string()))?;
-    let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(rejected)?;
-    ingest::check(&mut session, &bike, &pipeline.ingest).map_err(rejected)?;
-    filter::run(&mut session, &pipeline.filter);
-    let segments = segment::run(&session, &bike, &pipeline.segment);
-    let brakings: Vec<_> = segments
-        .iter()
-        .filter(|s| {
-            s.used
-                && matches!(
-                    s.kind,
-                    ManoeuvreKind::FrontBraking
-                        | ManoeuvreKind::RearBraking
-                        | ManoeuvreKind::CombinedBraking
-                )
-        })
-        .collect();
+    let (mut session, _) = pipeline::prepare_raw(raw, &bike, &pipeline)
+        .map_err(|e| Failure::Rejected(format!("{} ({})", e.message, e.code)))?;
+    let (segments, _) = pipeline::segmented(&mut session, &bike, &pipeline);
+    let brakings: Vec<_> = segments.iter().filter(|s| s.used && s.kind.is_braking()).collect();
     if brakings.is_empty() {
         return Err(Failure::Rejected(format!("{}: no usable braking in the log", arguments.log)));
     }

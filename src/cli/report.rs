@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::report::{self, Error, publish};
+use crate::report::session::bench;
+use crate::report::static_figures::write::{self, Format};
+use crate::report::{self, Error, summary};
 use crate::tables::file;
 
 /// Rebuild the HTML report from the tables
@@ -43,7 +45,7 @@ pub struct Copies {
     /// What files the figures become. PNG has three pixels to the SVG's one (1860 x 1260 for
     /// most) and its text in DejaVu Sans, whatever fonts the machine has.
     #[arg(long, value_name = "FORMAT", default_value = "svg", requires = "figures")]
-    figure_format: publish::Format,
+    figure_format: Format,
     /// File for the summary in Markdown, for pull requests and chat.
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
@@ -61,11 +63,11 @@ impl Copies {
     /// A table cannot be read, or a file cannot be written.
     pub fn write(&self, out: &Path, only: Option<&str>) -> Result<(), Error> {
         if let Some(to) = &self.figures {
-            let count = publish::figures(out, to, self.figure_format, only)?;
+            let count = write::figures(out, to, self.figure_format, only)?;
             tracing::info!("{count} figures: {}", to.display());
         }
         if let Some(file) = &self.markdown {
-            let summary = publish::summary(out)?;
+            let summary = summary::markdown(out)?;
             file::write_bytes(file, summary.as_bytes())?;
             tracing::info!("summary: {}", file.display());
         }
@@ -85,15 +87,15 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if let Some(file) = &arguments.bench {
         let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
         let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
-        report::bench::parse(&text).map_err(fail)?;
-        file::write_bytes(&out.join(report::bench::FILE), text.as_bytes())
+        bench::parse(&text).map_err(fail)?;
+        file::write_bytes(&out.join(bench::FILE), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
     let only = arguments.session.as_deref();
     let made = report::build(&out, arguments.pages.kind, true)
         .and_then(|()| arguments.copies.write(&out, only));
     made.map_err(|e| match e {
-        Error::NotAnOutput { .. } | Error::Read { .. } => Failure::Usage(e.to_string()),
+        Error::NotAnOutput { .. } | Error::Read(_) => Failure::Usage(e.to_string()),
         Error::Write(_) | Error::Figure { .. } | Error::Template(_) | Error::Data(_) => {
             Failure::Output(e.to_string())
         }

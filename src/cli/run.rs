@@ -19,7 +19,7 @@ use crate::cli::batch::{
 };
 use crate::cli::failure::Failure;
 use crate::cli::report::{Copies, Pages};
-use crate::effects::extended_model::Model;
+use crate::effects::extended_model::ExtendedModel;
 use crate::objects::Location;
 use crate::pipeline::{Outcome, Pipeline};
 use crate::report::{self, terminal};
@@ -65,7 +65,7 @@ impl Arguments {
                 let message = "--model is for road sessions; take a pipeline without [offroad]";
                 return Err(Failure::Usage(message.to_owned()));
             }
-            given.pipeline.model = Some(Model::read(path).map_err(Failure::Usage)?);
+            given.pipeline.model = Some(ExtendedModel::read(path).map_err(Failure::Usage)?);
         }
         Ok(given)
     }
@@ -115,7 +115,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         match watch.only() {
             Some(only) => {
                 print(&terminal::summary(&only.session, &only.coefficients));
-                print(&report::forces::terminal(&only.forces, &only.manoeuvres));
+                print(&report::session::forces::terminal(&only.forces, &only.manoeuvres));
             }
             None => {
                 print(&overview(&accounts, copy.folder(), start.elapsed().as_secs_f64())?);

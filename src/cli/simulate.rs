@@ -10,8 +10,11 @@ use crate::contract::session::Meta;
 use crate::ingest::write_session;
 use crate::model::tir;
 use crate::objects::Location;
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
+use crate::simulate::compare::Quantity;
 use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
+use crate::simulate::ride::{Ridden, Sample};
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tables::{self, Known, folder_of};
 use crate::simulate::tour::Tour;
@@ -235,11 +238,45 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Location) -> Result<(),
         );
     }
     file::write(&out.join("compare/peaks.parquet"), &rows).map_err(fail)?;
-    let figure = compare::figure(&reference, &other);
+    let figure = figure(&reference, &other);
     let path = out.join("compare/compare.svg");
     file::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
     say!("figure: {}", path);
     Ok(())
+}
+
+/// Both rides over time.
+fn figure(reference: &Ridden, other: &Ridden) -> String {
+    let rate = reference.session.rate;
+    let line = |ridden: &Ridden, of: fn(&Sample) -> f64, label: &str, colour, style| Series {
+        label: label.to_owned(),
+        points: ridden.samples.iter().enumerate().map(|(i, s)| (i as f64 / rate, of(s))).collect(),
+        colour,
+        style,
+    };
+    let both = |of, labels: [&str; 2], colours: [usize; 2]| {
+        [
+            line(reference, of, labels[0], colours[0], Style::Line),
+            line(other, of, labels[1], colours[1], Style::Dashed),
+        ]
+    };
+    let drawn: Vec<Panel> = compare::TRACES
+        .iter()
+        .map(|(title, unit, quantity)| Panel {
+            title: (*title).to_owned(),
+            x: "time, s".into(),
+            y: (*unit).to_owned(),
+            series: match *quantity {
+                Quantity::Motorcycle(of) => both(of, ["own", "given"], [0, 1]).into(),
+                Quantity::Wheels([front, rear]) => [
+                    both(front, ["front, own", "front, given"], [0, 0]),
+                    both(rear, ["rear, own", "rear, given"], [1, 1]),
+                ]
+                .concat(),
+            },
+        })
+        .collect();
+    panels(&drawn, 2)
 }
 
 /// A session and its truth.

@@ -9,7 +9,7 @@ use crate::model::tir;
 use crate::model::tyre::Input;
 use crate::model::tyre_model::TyreModel;
 use crate::objects::Location;
-use crate::report::svg::{Panel, Series, Style, panels};
+use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::tyre_truth::{Bench, bench};
 use crate::tables::file;
 use crate::tables::rows::BenchRow;

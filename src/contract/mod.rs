@@ -1,6 +1,6 @@
 //! What every stage relies on: the channels of a session, the session itself, the bike file, the
-//! coefficients, warnings, kinds of manoeuvre, and the schemas of tables and files as declared in
-//! `schemas/`.
+//! coefficients, verdicts, warnings, kinds of manoeuvre, and the schemas of tables and files as
+//! declared in `schemas/`.
 
 pub mod bike;
 pub mod channel;
@@ -8,4 +8,5 @@ pub mod coefficient;
 pub mod manoeuvre;
 pub mod schema;
 pub mod session;
+pub mod verdict;
 pub mod warning;

@@ -1,15 +1,22 @@
 //! The part of the residuals that is trigonometry: how the bike lies and where its tyres point.
 //!
-//! It hangs on few numbers of a world; a linearisation in fifty makes it once and shares it among the
-//! others.
+//! It depends on few of the parameters: a linearisation in fifty makes it once and shares it among the
+//! others. What it depends on is a [`Posture`]; attitudes see nothing else, so that parameters of equal
+//! posture have equal attitudes.
 
 use super::parameters::Parameters;
 use super::samples::{RATE, Samples};
+use crate::effects::ModelError;
 use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::front_wheel;
 
+/// Below this camber its tangent is itself, rad.
+const SMALL: f64 = 1e-6;
+/// Distance in relaxation lengths below which a lag forgets in proportion to it.
+const SHORT: f64 = 1e-9;
+
 /// How the bike lies at one sample. Pairs are front and rear.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs)] // symbols of the residuals
 pub struct Attitude {
     pub phi: f64,
@@ -36,57 +43,87 @@ pub struct Attitude {
     pub lag: [[f64; 2]; 2],
 }
 
-/// What attitudes hang on.
-pub fn key(w: &Parameters) -> [f64; 11] {
-    let d = &w.departure;
-    [
-        d.roll_zero,
-        d.steer_zero,
-        d.bank,
-        d.compliance,
-        d.latency,
-        d.lever_arm,
-        d.relaxation,
-        w.yaw_rate_zero,
-        w.vy_zero,
-        w.relaxation_length[0],
-        w.relaxation_length[1],
-    ]
+/// The numbers that attitudes depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Posture {
+    mass: f64,
+    cg_to_front: f64,
+    wheelbase: f64,
+    cg_height: f64,
+    /// Sine and cosine of the caster angle.
+    caster: (f64, f64),
+    yaw_rate_zero: f64,
+    vy_zero: f64,
+    relaxation_length: [f64; 2],
+    /// Nil for the effects that do not declare themselves here.
+    error: ModelError,
+}
+
+impl Posture {
+    /// That of some parameters.
+    pub fn of(p: &Parameters) -> Self {
+        Posture {
+            mass: p.mass,
+            cg_to_front: p.cg_to_front,
+            wheelbase: p.wheelbase,
+            cg_height: p.cg_height,
+            caster: p.caster_angle.sin_cos(),
+            yaw_rate_zero: p.yaw_rate_zero,
+            vy_zero: p.vy_zero,
+            relaxation_length: p.relaxation_length,
+            error: p.model_error.of_attitude(),
+        }
+    }
+}
+
+/// Sine and cosine of the front wheel's steering angle on the road, cambers, and their tangents and cosines.
+struct Wheels {
+    steer: (f64, f64),
+    camber: [f64; 2],
+    tan_camber: [f64; 2],
+    cos_camber: [f64; 2],
+}
+
+impl Wheels {
+    #[inline]
+    fn of(s: &Samples, p: &Posture, i: usize, phi: f64, (sin_phi, cos_phi): (f64, f64)) -> Self {
+        let wheel = front_wheel(p.error.steer(s.steer[i]), (sin_phi, cos_phi), p.caster, Corrected);
+        let compliance = p.error.compliance(0.0);
+        let to_rear = p.wheelbase - p.cg_to_front;
+        let steer = match compliance == 0.0 {
+            true => wheel.steer_sin_cos,
+            false => {
+                (wheel.steer - compliance * p.mass * s.ay[i] * to_rear / p.wheelbase).sin_cos()
+            }
+        };
+        let level = [wheel.camber, phi];
+        let known = [(wheel.camber_tan, wheel.camber_cos), (sin_phi / cos_phi, cos_phi)];
+        let camber = level.map(|g| p.error.camber(g));
+        let tan_cos = [0, 1].map(|k| match camber[k] == level[k] {
+            true => known[k],
+            false => (camber[k].tan(), camber[k].cos()),
+        });
+        let [tan_camber, cos_camber] = [tan_cos.map(|t| t.0), tan_cos.map(|t| t.1)];
+        Wheels { steer, camber, tan_camber, cos_camber }
+    }
 }
 
 impl Attitude {
-    /// At sample `i`, of the caster angle its sine and cosine; straight runs need neither roll nor
-    /// steering for their wheels' speeds.
-    pub fn of(s: &Samples, w: &Parameters, caster: (f64, f64), i: usize, cornering: bool) -> Self {
-        let d = &w.departure;
-        let (h, l) = (w.cg_height, w.wheelbase);
-        let (lf, lr) = (w.cg_to_front, l - w.cg_to_front);
-        let v = s.v[i] + d.latency * s.vd[i];
-        let r = s.yaw_rate[i] - w.yaw_rate_zero;
-        let vy = s.vy[i] + d.latency * s.vyd[i] - w.vy_zero - d.lever_arm * r;
-        let phi = s.roll[i] + d.roll_zero;
+    /// At sample `i`; straight runs need neither roll nor steering for their wheels' speeds.
+    pub fn of(s: &Samples, p: &Posture, i: usize, cornering: bool) -> Self {
+        let error = &p.error;
+        let (h, lf, lr) = (p.cg_height, p.cg_to_front, p.wheelbase - p.cg_to_front);
+        let v = error.velocity(s.v[i], s.vd[i]);
+        let r = s.yaw_rate[i] - p.yaw_rate_zero;
+        let vy = error.velocity_y(error.velocity(s.vy[i], s.vyd[i]) - p.vy_zero, r);
+        let phi = error.roll(s.roll[i]);
         let (sin_phi, cos_phi) = phi.sin_cos();
-        let steer = s.steer[i] + d.steer_zero;
-        let wheel = front_wheel(steer, (sin_phi, cos_phi), caster, Corrected);
-        let (sin_d, cos_d) = match d.compliance == 0.0 {
-            true => wheel.steer_sin_cos,
-            false => (wheel.steer - d.compliance * w.mass * s.ay[i] * lr / l).sin_cos(),
-        };
-        let camber = [wheel.camber, phi].map(|g| g - d.bank);
-        let (tan_camber, cos_camber) = match d.bank == 0.0 {
-            true => ([wheel.camber_tan, sin_phi / cos_phi], [wheel.camber_cos, cos_phi]),
-            false => (camber.map(f64::tan), camber.map(f64::cos)),
-        };
+        let Wheels { steer: (sin_d, cos_d), camber, tan_camber, cos_camber } =
+            Wheels::of(s, p, i, phi, (sin_phi, cos_phi));
         let along = v - r * h * sin_phi;
         let across = vy + h * cos_phi * s.rolld[i];
         let (across_f, across_r) = (across + lf * r, across - lr * r);
         let (ahead, aside) = (along * cos_d + across_f * sin_d, across_f * cos_d - along * sin_d);
-        let lag = [0, 1].map(|k| {
-            let length = (w.relaxation_length[k] + d.relaxation).max(0.02);
-            let x = s.v[i] / RATE / length;
-            let decay = (-x).exp();
-            [decay, if x > 1e-9 { (1.0 - decay) / x } else { 1.0 }]
-        });
         Attitude {
             phi,
             sin_phi,
@@ -97,7 +134,7 @@ impl Attitude {
             camber,
             versine: cos_camber.map(|c| 1.0 - c),
             tangent: [0, 1].map(|k| {
-                let small = camber[k].abs() < 1e-6;
+                let small = camber[k].abs() < SMALL;
                 if small { 1.0 } else { tan_camber[k] / camber[k] }
             }),
             r,
@@ -106,7 +143,11 @@ impl Attitude {
             rolling: if cornering { [ahead, along] } else { [v, v] },
             alpha: [aside.atan2(ahead), across_r.atan2(along)],
             drift: [(aside / ahead).abs(), (across_r / along).abs()],
-            lag,
+            lag: p.relaxation_length.map(|length| {
+                let x = s.v[i] / RATE / error.relaxation_length(length);
+                let decay = (-x).exp();
+                [decay, if x > SHORT { (1.0 - decay) / x } else { 1.0 }]
+            }),
         }
     }
 }

@@ -199,7 +199,7 @@ impl Base {
         let gains: Vec<f64> = refits.iter().map(|(_, gain, _)| *gain).collect();
         let best = refits
             .into_iter()
-            .filter(|(effect, _, refit)| effect.possible(effect.parameter().get(&refit.world)))
+            .filter(|(effect, _, refit)| effect.in_bounds(effect.parameter().get(&refit.world)))
             .max_by(|a, b| a.1.total_cmp(&b.1));
         let Some((effect, _, refit)) = best.filter(|(_, gain, _)| *gain > LARGE) else {
             return as_it_is(self);

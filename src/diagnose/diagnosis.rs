@@ -2,7 +2,7 @@
 
 use super::levels::{self, Evidence};
 use super::{offroad, ride, summary};
-use crate::effects::extended_model::Model;
+use crate::effects::extended_model::ExtendedModel;
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
 
 pub use super::ride::Settings;
@@ -21,7 +21,7 @@ pub struct Diagnosis {
     /// Rows of `replays`; off-road, where nothing is simulated again, there are none.
     pub replays: Vec<SimulatedSample>,
     /// The extended model; off-road there is no file of it.
-    pub model: Option<Model>,
+    pub model: Option<ExtendedModel>,
     /// Whether the sizes in `causes` may be pooled over sessions: sizes under a model that is known to
     /// be wrong are no sizes.
     pub poolable: bool,

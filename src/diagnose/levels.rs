@@ -145,7 +145,7 @@ fn pool_one(effect: &Effect, says: &[Evidence]) -> Vec<CauseRow> {
             let (value, std_error, _) = mean(&group);
             let gain = left_out(&group);
             let score = (value / std_error).abs() / BEYOND;
-            let sound = score >= 1.0 && gain >= GAIN && effect.possible(value);
+            let sound = score >= 1.0 && gain >= GAIN && effect.in_bounds(value);
             let half_width = 1.96 * std_error.hypot(TOGETHER * value);
             if group.len() < 2 || !sound {
                 return None;

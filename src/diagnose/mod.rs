@@ -24,6 +24,7 @@ pub mod attitude;
 pub mod base;
 pub mod diagnosis;
 pub mod dive;
+pub mod extended_model;
 pub mod generic;
 pub mod levels;
 pub mod name;
@@ -41,7 +42,6 @@ pub mod scan;
 pub mod scatter;
 pub mod sensor_drift;
 pub mod show;
-pub mod smooth;
 pub mod summary;
 
 pub use diagnosis::{Diagnosis, Settings};

@@ -15,6 +15,7 @@ use super::parameters::{BASE, Parameters};
 use super::problem::Linear;
 use super::samples::Samples;
 use super::scan::{Score, scan};
+use crate::contract::verdict::Verdict;
 use crate::effects::Effect;
 use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
@@ -64,34 +65,13 @@ const AWAY: f64 = 0.1;
 /// How far from one the share of a size that a fit shows is believed to be.
 const SHOWN: f64 = 0.3;
 
-/// What is said of a candidate.
+/// Why a candidate that would have been named is not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// It is the cause.
-    Named,
-    /// It is one of a class that the ride cannot tell apart.
-    Ambiguous,
-    /// It would have been named, but leaves more structure than a cause may.
+pub enum Objection {
+    /// It leaves more structure in the channels where it shows itself than a cause may.
     Contradicted,
-    /// It would have been named, but rides on the model with it do not give it back, or no size that
-    /// can be.
-    Lost,
-    /// Nothing speaks for it.
-    NotNeeded,
-    /// The ride says nothing about it.
-    NotIdentifiable,
-}
-
-impl Verdict {
-    /// As in the tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Named => "named",
-            Verdict::Ambiguous => "ambiguous",
-            Verdict::Contradicted | Verdict::Lost | Verdict::NotNeeded => "not_needed",
-            Verdict::NotIdentifiable => "not_identifiable",
-        }
-    }
+    /// Null simulations on the model with it do not give its size back, or only one out of bounds.
+    NotReproduced,
 }
 
 /// One candidate, judged.
@@ -101,6 +81,8 @@ pub struct Cause {
     pub effect: Effect,
     /// What is said of it.
     pub verdict: Verdict,
+    /// Why it is not needed though it alarmed and gained enough.
+    pub objection: Option<Objection>,
     /// Its size, in the effect's unit.
     pub value: f64,
     /// Standard deviation of it.
@@ -111,6 +93,12 @@ pub struct Cause {
     pub gain: f64,
     /// Others that the ride cannot tell from it.
     pub equivalent: Vec<&'static str>,
+}
+
+impl Cause {
+    fn rejected(self, objection: Objection) -> Self {
+        Cause { verdict: Verdict::NotNeeded, objection: Some(objection), ..self }
+    }
 }
 
 /// What a ride says of its causes.
@@ -234,7 +222,7 @@ impl<'a> Stage<'a> {
         sees: &dyn Fn(&Effect) -> bool,
     ) -> Option<(Cause, f64, Base)> {
         // what could not be that large says nothing of how much the others share in
-        let possible = |c: &&Candidate| c.effect.possible(c.seen.delta * c.effect.typical.abs());
+        let possible = |c: &&Candidate| c.effect.in_bounds(c.seen.delta * c.effect.typical.abs());
         let believed = largest(candidates.iter().filter(possible));
         let scored = |c: &Candidate, least: f64| c.seen.score > least.max(SHARE * believed);
         let mut gated: Vec<&Candidate> = candidates
@@ -253,7 +241,7 @@ impl<'a> Stage<'a> {
                 let refit = self.model.extended(samples, &[c.effect.parameter()], 8);
                 (c, 2.0 * (self.model.loss - refit.loss), refit)
             })
-            .filter(|(c, _, refit)| c.effect.possible(size(&c.effect, refit)))
+            .filter(|(c, _, refit)| c.effect.in_bounds(size(&c.effect, refit)))
             .collect();
         refits.sort_by(|a, b| b.1.total_cmp(&a.1));
         let further = self.model.parameters.len() > BASE.len();
@@ -302,6 +290,7 @@ impl Candidate {
         Cause {
             effect: self.effect,
             verdict,
+            objection: None,
             value: self.seen.delta * unit,
             std_error: self.seen.std_error * unit,
             score: self.seen.score,
@@ -423,7 +412,7 @@ pub fn name<'a>(
             let touches = |k: usize| problem.share(&linear.columns[k], term.channel) > TOUCHES;
             cause.score < STRONG || times > OVERRULES && place.is_some_and(touches)
         };
-        let contradicted = |(c, _)| Cause { verdict: Verdict::Contradicted, ..c };
+        let contradicted = |(c, _): (Cause, f64)| c.rejected(Objection::Contradicted);
         out.extend(named.extract_if(.., shows).map(contradicted));
     }
     // who is left stays without the others, at the sizes that rides on the model itself give back
@@ -436,7 +425,8 @@ pub fn name<'a>(
             stage = Stage::new(samples, &kept, Vec::new(), &first(), &named);
         }
         let settled = settled(&stage.model, &stage.ridden, &stage.nulls.fits, &named);
-        let is = |c: &Cause, (value, sd): (f64, f64)| value.abs() >= sd && c.effect.possible(value);
+        let is =
+            |c: &Cause, (value, sd): (f64, f64)| value.abs() >= sd && c.effect.in_bounds(value);
         whole = named.iter().zip(&settled).all(|((c, _), found)| is(c, *found));
         let mut found = settled.into_iter();
         let mut kept = Vec::new();
@@ -445,7 +435,7 @@ pub fn name<'a>(
             match (whole, is(&cause, (value, std_error))) {
                 (true, _) => kept.push((Cause { value, std_error, ..cause }, bias)),
                 (false, true) => kept.push((cause, bias)),
-                (false, false) => lost.push(Cause { verdict: Verdict::Lost, ..cause }),
+                (false, false) => lost.push(cause.rejected(Objection::NotReproduced)),
             }
         }
         named = kept;

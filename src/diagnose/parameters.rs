@@ -2,7 +2,7 @@
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
-use crate::effects::model_error::ModelError;
+use crate::effects::{Effect, ModelError, PRIOR};
 use crate::fit::Solution;
 use crate::fit::cornering::{T1, T2};
 use crate::model::MagicFormula;
@@ -47,7 +47,7 @@ pub struct Parameters {
     /// As above.
     pub vy_zero: f64,
     /// What the base leaves out, zero in it.
-    pub departure: ModelError,
+    pub model_error: ModelError,
 }
 
 /// One number of a world that can be fitted.
@@ -77,7 +77,7 @@ impl Parameter {
     pub fn get(&self, world: &Parameters) -> f64 {
         match self.place {
             Place::Base(get, _) => get(world),
-            Place::ModelError(get, _) => get(&world.departure),
+            Place::ModelError(get, _) => get(&world.model_error),
         }
     }
 
@@ -85,7 +85,19 @@ impl Parameter {
     pub fn set(&self, world: &mut Parameters, value: f64) {
         match self.place {
             Place::Base(_, set) => set(world, value),
-            Place::ModelError(_, set) => set(&mut world.departure, value),
+            Place::ModelError(_, set) => set(&mut world.model_error, value),
+        }
+    }
+}
+
+impl Effect {
+    /// As something that can be fitted.
+    pub fn parameter(&self) -> Parameter {
+        Parameter {
+            name: self.name,
+            scale: self.typical.abs(),
+            prior: PRIOR,
+            place: Place::ModelError(self.get, self.set),
         }
     }
 }
@@ -226,7 +238,7 @@ impl Parameters {
             ay_zero: 0.0,
             ax_zero: 0.0,
             vy_zero: 0.0,
-            departure: ModelError::default(),
+            model_error: ModelError::default(),
         }
     }
 }

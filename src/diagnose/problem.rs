@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::attitude;
+use super::attitude::Posture;
 use super::parameters::{Parameter, Parameters};
 use super::residuals::{Blocks, CHANNELS, Curves, attitudes, blocks, blocks_at};
 use super::samples::{BLOCK, Samples};
@@ -203,14 +203,14 @@ impl Problem<'_> {
             Curves::Keep(points) => points,
             _ => Vec::new(),
         };
-        let lies = attitude::key(world);
+        let posture = Posture::of(world);
         let columns = self
             .parameters
             .par_iter()
             .map(|parameter| {
                 let mut near = world.clone();
                 parameter.set(&mut near, parameter.get(world) + STEP * parameter.scale);
-                let same = attitude::key(&near) == lies;
+                let same = Posture::of(&near) == posture;
                 let attitudes = same.then_some(known.as_slice());
                 let mut curves = match near.friction == world.friction {
                     true => Curves::Known(&points),

@@ -7,17 +7,17 @@
 //! the throttle brings it back to the measured one, so that the ride stays the same ride.
 
 use super::parameters::Parameters;
-use super::samples::along_strip;
-use super::smooth::{gradient, smooth};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::model_error::{BrakeHistory, ModelError};
+use crate::effects::ModelError;
+use crate::effects::ride::{BrakeHistory, along_strip};
 use crate::ingest::gaps::bridge;
-use crate::ingest::resample;
+use crate::ingest::grid::Interpolation;
 use crate::model::{Stiffness, Tyre};
 use crate::simulate::motorcycle::{Action, Plant, State};
 use crate::simulate::programme::Lean;
 use crate::simulate::rider::steer;
+use crate::statistics::smooth::{gradient, smooth};
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// How fast the throttle brings the speed back, 1/s.
@@ -67,9 +67,9 @@ pub fn plant(world: &Parameters, widths: [f64; 2], vertical_stiffness: [f64; 2])
         drag: world.drag,
         friction: 1.0,
         brake_gain: world.brake_gain,
-        departure: ModelError::default(),
+        model_error: ModelError::default(),
     }
-    .with(&world.departure)
+    .with(&world.model_error)
 }
 
 /// Where a replay takes up the measured motion again.
@@ -129,16 +129,16 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
             (state, action) = (State::default(), Action::default());
         }
         if !ridden[i] || down.contains(&i) {
-            brakes.see(known(&v, i), pressures.iter().any(|p| p[i] > BrakeHistory::PRESSED), dt);
+            brakes.update(known(&v, i), pressures.iter().any(|p| p[i] > BrakeHistory::PRESSED), dt);
             out.iter_mut().for_each(|column| column.push(f64::NAN));
             continue;
         }
         if starts[i] || i > 0 && i == down.end {
-            let beyond = &plant.departure;
+            let error = &plant.model_error;
             state.yaw_rate = known(&yaw_rate, i);
-            state.vx = (known(&v, i) + beyond.latency * known(&ax, i)).max(0.0);
-            state.vy = known(&vy, i) - beyond.lever_arm * state.yaw_rate;
-            state.roll = known(&roll, i) + plant.departure.roll_zero;
+            state.vx = error.velocity(known(&v, i), known(&ax, i)).max(0.0);
+            state.vy = error.velocity_y(known(&vy, i), state.yaw_rate);
+            state.roll = error.roll(known(&roll, i));
             state.roll_rate = known(&rolld, i);
             state.omega = [0, 1].map(|k| match omega[k][i] > 0.0 {
                 true => omega[k][i],
@@ -148,13 +148,12 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
         let response = plant.response(&state, &action);
         let pressure = [0, 1].map(|k| known(&pressures[k], i).max(0.0));
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
-        brakes.see(state.vx, braking, dt);
-        let beyond = &plant.departure;
-        let fading = beyond.fading(plant.mass, &brakes);
-        let drag = beyond.brake_drag(plant.mass, &brakes);
+        brakes.update(state.vx, braking, dt);
+        let gain = plant.model_error.brake_gain(1.0, plant.mass, brakes);
+        let drag = plant.model_error.brake_drag(0.0, plant.mass, brakes);
         action.brake = [0, 1].map(|k| {
             let on = pressure[k] > BrakeHistory::PRESSED;
-            drag + if on { plant.brake_gain[k] * fading * pressure[k] } else { 0.0 }
+            drag + if on { plant.brake_gain[k] * gain * pressure[k] } else { 0.0 }
         });
         action.time = i as f64 * dt;
         // where the road climbs and the wind blows is where it was
@@ -218,7 +217,7 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
             shown.set(channel, column);
         }
     }
-    plant.departure.measure(&mut shown);
+    plant.model_error.measure(&mut shown);
     // what the brakes were really given, without the noise of a lever at rest
     for (channel, pressure) in
         [Channel::BrakePressureFront, Channel::BrakePressureRear].into_iter().zip(pressures)
@@ -245,7 +244,7 @@ fn bridged(mut x: Vec<f64>) -> Vec<f64> {
     let ends = [x[first], x[last]];
     x[..first].fill(ends[0]);
     x[last + 1..].fill(ends[1]);
-    bridge(&mut x, usize::MAX, resample::Kind::Linear);
+    bridge(&mut x, usize::MAX, Interpolation::Linear);
     x
 }
 

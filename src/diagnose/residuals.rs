@@ -12,11 +12,13 @@
 //! [`estimate`](crate::estimate). Where a channel says nothing its residual is NaN, whatever the
 //! world, so that two worlds are compared on the same blocks.
 
-use super::attitude::Attitude;
+use super::attitude::{Attitude, Posture};
 use super::parameters::Parameters;
 use super::samples::{BLOCK, Samples};
 use crate::GRAVITY;
+use crate::contract::bike::Axle;
 use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::effects::physics::Rolling;
 use crate::model::magic_formula::MagicFormula;
 
 /// The channels, in their order.
@@ -49,13 +51,13 @@ pub fn blocks(samples: &Samples, world: &Parameters) -> Blocks {
 
 /// How the bike lies throughout, in a world.
 pub fn attitudes(samples: &Samples, world: &Parameters) -> Vec<Attitude> {
-    let caster = world.caster_angle.sin_cos();
+    let posture = Posture::of(world);
     samples
         .manoeuvres
         .iter()
         .flat_map(|(kind, range)| {
             let cornering = *kind == ManoeuvreKind::Cornering;
-            range.clone().map(move |i| Attitude::of(samples, world, caster, i, cornering))
+            range.clone().map(move |i| Attitude::of(samples, &posture, i, cornering))
         })
         .collect()
 }
@@ -99,6 +101,7 @@ pub fn blocks_at(
     curves: &mut Curves<'_>,
 ) -> Blocks {
     let fixed = Fixed::of(world);
+    let posture = Posture::of(world);
     let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
     for (kind, range) in &samples.manoeuvres {
         let mut lagged = [Lag::default(), Lag::default()];
@@ -107,9 +110,21 @@ pub fn blocks_at(
         for (k, i) in range.clone().enumerate() {
             let attitude = match known {
                 Some(known) => known[i],
-                None => Attitude::of(samples, world, fixed.caster, i, cornering),
+                None => Attitude::of(samples, &posture, i, cornering),
             };
-            let mut residual = instant(samples, world, &fixed, i, *kind, &attitude, curves);
+            let instant = Instant {
+                s: samples,
+                p: world,
+                fixed: &fixed,
+                a: &attitude,
+                i,
+                kind: *kind,
+                ax: samples.ax[i] - world.ax_zero,
+                ay: samples.ay[i] - world.ay_zero,
+                // without a heading nothing is known of what depends on it
+                along: if samples.along[i].is_nan() { 0.0 } else { samples.along[i] },
+            };
+            let mut residual = instant.residuals(curves);
             for wheel in 0..2 {
                 // the residual holds everything but the lagged slip angle
                 let [decay, share] = attitude.lag[wheel];
@@ -147,8 +162,6 @@ impl Lag {
 
 /// What a world has that no sample changes.
 struct Fixed {
-    /// Sine and cosine of the caster angle.
-    caster: (f64, f64),
     inertia: [f64; 2],
     ratio: [f64; 2],
     per_mass: f64,
@@ -163,10 +176,10 @@ impl Fixed {
     fn of(w: &Parameters) -> Self {
         let (l, lf) = (w.wheelbase, w.cg_to_front);
         let still = [w.mass * GRAVITY * (l - lf) / l, w.mass * GRAVITY * lf / l];
+        let error = &w.model_error;
         Fixed {
-            caster: w.caster_angle.sin_cos(),
-            inertia: w.wheel_inertia.map(|inertia| inertia * (1.0 + w.departure.inertia)),
-            ratio: [0, 1].map(|k| w.side_force_ratio[k] + w.departure.side_force_ratio[k]),
+            inertia: w.wheel_inertia.map(|inertia| error.wheel_inertia(inertia)),
+            ratio: [0, 1].map(|k| error.side_force_ratio(w.side_force_ratio[k], Axle::BOTH[k])),
             per_mass: 1.0 / w.mass,
             per_length: 1.0 / l,
             per_radius: w.radius.map(|r| 1.0 / r),
@@ -176,127 +189,198 @@ impl Fixed {
     }
 }
 
-fn instant(
-    s: &Samples,
-    w: &Parameters,
-    fixed: &Fixed,
+/// One sample of a manoeuvre.
+struct Instant<'a> {
+    s: &'a Samples,
+    p: &'a Parameters,
+    fixed: &'a Fixed,
+    a: &'a Attitude,
     i: usize,
     kind: ManoeuvreKind,
-    a: &Attitude,
-    curves: &mut Curves<'_>,
-) -> [f64; 8] {
-    let d = &w.departure;
-    let cornering = kind == ManoeuvreKind::Cornering;
-    let (m, h) = (w.mass, w.cg_height);
-    let (lf, lr) = (w.cg_to_front, w.wheelbase - w.cg_to_front);
-    let &Attitude { v, r, vy, phi, sin_phi, cos_phi, sin_d, cos_d, camber, .. } = a;
-    let ax = s.ax[i] - w.ax_zero;
-    let ay = s.ay[i] - w.ay_zero;
-    let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
-    // the mass centre goes down while leaning in
-    let sinking = if cornering { h * (cos_phi * rolld * rolld + sin_phi * rolldd) } else { 0.0 };
-    let weight = m * (GRAVITY - sinking);
-    // without a heading nothing is known of what depends on it
-    let along_strip = if s.along[i].is_nan() { 0.0 } else { s.along[i] };
-    let &Fixed { inertia, ratio, per_mass, per_length, per_radius, still, per_still, .. } = fixed;
-    let free = kind == ManoeuvreKind::Coasting;
-    let braking = matches!(
-        kind,
-        ManoeuvreKind::FrontBraking | ManoeuvreKind::RearBraking | ManoeuvreKind::CombinedBraking
-    );
+    ax: f64,
+    ay: f64,
+    /// Cosine of the heading against the strip.
+    along: f64,
+}
 
-    // forces along the bike
-    let drag = d.drag(w.drag, v, along_strip);
-    let uphill = m * GRAVITY * d.grade * along_strip;
-    let rolling = w.rolling_resistance + d.rolling_per_speed * v;
-    let resistance = drag + rolling * weight + uphill;
-    let fading = d.fading(m, &s.brakes[i]);
-    let dragging = d.brake_drag(m, &s.brakes[i]);
-    let wheel_force = |k: usize| {
-        let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
-        -(w.brake_gain[k] * fading * pressure + dragging + inertia[k] * s.omegad[k][i])
-            * per_radius[k]
-    };
-    let front = wheel_force(0);
-    let whole = m * ax + drag + uphill; // tyre forces, rolling resistance included
-    let slip_forces = m * ax + resistance;
-    let rear = if free || braking { wheel_force(1) } else { slip_forces - front };
-    let spin_rate: f64 = (0..2).map(|k| inertia[k] * s.omegad[k][i]).sum();
-    let transferred = h * cos_phi * whole + cos_phi * spin_rate + d.drag_height * drag;
-    let load_rear = (weight * lf + transferred) * per_length;
-    let lifted = 0.5 * d.lift * v * v;
-    let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
-    let more = [0, 1].map(|k| load[k] * per_still[k] - 1.0);
+/// Forces along the bike and the loads that they leave. Pairs are front and rear.
+struct Longitudinal {
+    weight: f64,
+    /// Tyre forces, rolling resistance included.
+    whole: f64,
+    /// Rate of the wheels' angular momentum.
+    spin_rate: f64,
+    force: [f64; 2],
+    load: [f64; 2],
+    /// Load beyond the static one, over it.
+    extra_load: [f64; 2],
+    residual: f64,
+}
 
-    let force_x =
-        if free || braking { ax - (front + rear - resistance) * per_mass } else { f64::NAN };
-
-    let mut slip = [f64::NAN; 2];
-    let grip = d.grip(s.time[i], along_strip);
-    for (k, force) in [front, rear].into_iter().enumerate() {
-        if cornering && k == 1 {
-            continue; // the driven wheel slips both ways at once: not on this curve
-        }
-        let radius = d.radius(w.radius[k], v, load[k] - still[k], a.versine[k]);
-        let ratio = radius * s.omega[k][i] / a.rolling[k] - 1.0;
-        if ratio < DEEPEST {
-            // a constant mask would need the true slip: what is deep in one world is not in another
-            // by a thousandth, and weighs nothing in either
-            slip[k] = 0.0;
-            continue;
-        }
-        let (value, slope) = curves.at(&w.friction[k], k, i, ratio / grip);
-        let value = grip * value * (1.0 - d.friction_per_load * more[k]);
-        let sigma_s = 0.02 / v + 0.001;
-        slip[k] =
-            (force / load[k] - value) / (SIGMA_MU * SIGMA_MU + (slope * sigma_s).powi(2)).sqrt();
+impl Instant<'_> {
+    #[inline(always)]
+    fn cornering(&self) -> bool {
+        self.kind == ManoeuvreKind::Cornering
     }
 
-    // sideways
-    let stiffness = [0, 1].map(|k| {
-        let [k0, decay] = w.stiffness[k];
-        let g: f64 = camber[k];
-        k0 * a.tangent[k] / (1.0 + decay * g * g) * (1.0 + d.stiffness_per_load * more[k])
-    });
-    let lateral = m * (ay + GRAVITY * d.bank);
-    let first = [lateral * lr * per_length, lateral * lf * per_length];
-    let mut moment = 0.0;
-    for k in 0..2 {
-        let by_slip = first[k] + ratio[k] * stiffness[k] * load[k] * camber[k];
-        let relative = 1.0 - w.stiffness[k][0] / 3.0 * a.drift[k];
-        moment += -(w.twisting_stiffness[k] + d.twisting) * load[k] * camber[k]
-            - w.trail[k] * (1.0 + d.trail) * relative.max(0.0) * by_slip;
+    #[inline(always)]
+    fn longitudinal(&self) -> Longitudinal {
+        let &Instant { s, p, fixed, a, i, along, .. } = self;
+        let error = &p.model_error;
+        let (m, h, lf) = (p.mass, p.cg_height, p.cg_to_front);
+        let &Attitude { v, sin_phi, cos_phi, .. } = a;
+        let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
+        // the mass centre goes down while leaning in
+        let sinking =
+            if self.cornering() { h * (cos_phi * rolld * rolld + sin_phi * rolldd) } else { 0.0 };
+        let weight = m * (GRAVITY - sinking);
+        let free = self.kind == ManoeuvreKind::Coasting;
+        let braking = matches!(
+            self.kind,
+            ManoeuvreKind::FrontBraking
+                | ManoeuvreKind::RearBraking
+                | ManoeuvreKind::CombinedBraking
+        );
+        let drag = error.drag(p.drag, v, along);
+        let uphill = error.uphill(0.0, m * GRAVITY, along);
+        let rolling = error.rolling_resistance(p.rolling_resistance, v);
+        let resistance = drag + rolling * weight + uphill;
+        let gain = error.brake_gain(1.0, m, s.brakes[i]);
+        let dragging = error.brake_drag(0.0, m, s.brakes[i]);
+        let wheel_force = |k: usize| {
+            let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
+            -(p.brake_gain[k] * gain * pressure + dragging + fixed.inertia[k] * s.omegad[k][i])
+                * fixed.per_radius[k]
+        };
+        let front = wheel_force(0);
+        let whole = m * self.ax + drag + uphill;
+        let slip_forces = m * self.ax + resistance;
+        let rear = if free || braking { wheel_force(1) } else { slip_forces - front };
+        let spin_rate: f64 = (0..2).map(|k| fixed.inertia[k] * s.omegad[k][i]).sum();
+        let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * spin_rate, drag);
+        let load_rear = (weight * lf + transferred) * fixed.per_length;
+        let lifted = error.lift(0.0, v);
+        let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
+        let residual = if free || braking {
+            self.ax - (front + rear - resistance) * fixed.per_mass
+        } else {
+            f64::NAN
+        };
+        Longitudinal {
+            weight,
+            whole,
+            spin_rate,
+            force: [front, rear],
+            load,
+            extra_load: [0, 1].map(|k| load[k] * fixed.per_still[k] - 1.0),
+            residual,
+        }
     }
-    let spins = 1.0 + d.gyroscopic;
-    let spin = spins * (0..2).map(|k| inertia[k] * s.omega[k][i]).sum::<f64>();
-    let turning = w.yaw_inertia * s.yaw_rated[i] - moment
-        + h * sin_phi * whole
-        + spins * spin_rate * sin_phi
-        + spin * cos_phi * rolld;
-    let side_front = (lr * lateral + turning) * per_length;
-    let side_rear = lateral - side_front;
-    let side = [(side_front - front * sin_d) / cos_d, side_rear];
-    let balance = [0, 1].map(|k| ratio[k] * camber[k] + side[k] / (stiffness[k] * load[k]));
 
-    let roll = if cornering {
-        let aside = h * sin_phi + d.rider_lean * phi;
-        let balanced = (weight * (-aside + w.crown * a.tan_road) + w.roll_inertia * rolldd
-            - spin * r * cos_phi)
-            * per_mass;
-        ay - balanced / (h * cos_phi) - w.roll_rate_term * rolld
-    } else {
-        f64::NAN
-    };
-    [
-        force_x,
-        slip[0],
-        slip[1],
-        balance[0],
-        balance[1],
-        roll,
-        s.vd[i] + d.latency * s.vdd[i] - ax - r * vy,
-        ay - (s.vyd[i] + d.latency * s.vydd[i] - d.lever_arm * s.yaw_rated[i]) - v * r,
-    ]
+    #[inline(always)]
+    fn slips(&self, x: &Longitudinal, curves: &mut Curves<'_>) -> [f64; 2] {
+        let &Instant { s, p, fixed, a, i, along, .. } = self;
+        let error = &p.model_error;
+        let v = a.v;
+        let mut slip = [f64::NAN; 2];
+        let grip = error.grip(1.0, s.time[i], along);
+        for (k, force) in x.force.into_iter().enumerate() {
+            if self.cornering() && k == 1 {
+                continue; // the driven wheel slips both ways at once: not on this curve
+            }
+            let extra_load = x.load[k] - fixed.still[k];
+            let rolling = Rolling { speed: v, extra_load, versine: a.versine[k] };
+            let ratio = error.radius(p.radius[k], rolling) * s.omega[k][i] / a.rolling[k] - 1.0;
+            if ratio < DEEPEST {
+                // a constant mask would need the true slip: what is deep with some parameters is not
+                // with others by a thousandth, and weighs nothing with either
+                slip[k] = 0.0;
+                continue;
+            }
+            let (value, slope) = curves.at(&p.friction[k], k, i, ratio / grip);
+            let value = grip * value * error.relative_friction(1.0, x.extra_load[k]);
+            let sigma_s = 0.02 / v + 0.001;
+            slip[k] = (force / x.load[k] - value)
+                / (SIGMA_MU * SIGMA_MU + (slope * sigma_s).powi(2)).sqrt();
+        }
+        slip
+    }
+
+    /// Slip angles that the side forces ask for, with camber's share, less the lagged ones.
+    #[inline(always)]
+    fn lateral(&self, x: &Longitudinal) -> [f64; 2] {
+        let &Instant { s, p, fixed, a, i, ay, .. } = self;
+        let error = &p.model_error;
+        let &Attitude { sin_phi, cos_phi, sin_d, cos_d, camber, .. } = a;
+        let (lf, lr) = (p.cg_to_front, p.wheelbase - p.cg_to_front);
+        let &Fixed { ratio, per_length, .. } = fixed;
+        let stiffness = [0, 1].map(|k| {
+            let [k0, decay] = p.stiffness[k];
+            let g: f64 = camber[k];
+            k0 * a.tangent[k] / (1.0 + decay * g * g)
+                * error.relative_stiffness(1.0, x.extra_load[k])
+        });
+        let lateral = p.mass * (ay - GRAVITY * error.weight_across(0.0));
+        let first = [lateral * lr * per_length, lateral * lf * per_length];
+        let mut moment = 0.0;
+        for k in 0..2 {
+            let by_slip = first[k] + ratio[k] * stiffness[k] * x.load[k] * camber[k];
+            let relative = 1.0 - p.stiffness[k][0] / 3.0 * a.drift[k];
+            moment += -error.twisting_stiffness(p.twisting_stiffness[k]) * x.load[k] * camber[k]
+                - p.trail[k] * error.relative_trail(1.0) * relative.max(0.0) * by_slip;
+        }
+        let turning = p.yaw_inertia * s.yaw_rated[i] - moment
+            + p.cg_height * sin_phi * x.whole
+            + error.spin(1.0) * x.spin_rate * sin_phi
+            + self.spin() * cos_phi * s.rolld[i];
+        let side_front = (lr * lateral + turning) * per_length;
+        let side_rear = lateral - side_front;
+        let side = [(side_front - x.force[0] * sin_d) / cos_d, side_rear];
+        [0, 1].map(|k| ratio[k] * camber[k] + side[k] / (stiffness[k] * x.load[k]))
+    }
+
+    /// Angular momentum of all that spins, kg m²/s.
+    #[inline(always)]
+    fn spin(&self) -> f64 {
+        let wheels = (0..2).map(|k| self.fixed.inertia[k] * self.s.omega[k][self.i]).sum::<f64>();
+        self.p.model_error.spin(1.0) * wheels
+    }
+
+    #[inline(always)]
+    fn roll(&self, x: &Longitudinal) -> f64 {
+        let &Instant { s, p, fixed, a, i, .. } = self;
+        if !self.cornering() {
+            return f64::NAN;
+        }
+        let (h, rolld, rolldd) = (p.cg_height, s.rolld[i], s.rolldd[i]);
+        let aside = p.model_error.mass_centre_aside(h * a.sin_phi, a.phi);
+        let balanced = (x.weight * (-aside + p.crown * a.tan_road) + p.roll_inertia * rolldd
+            - self.spin() * a.r * a.cos_phi)
+            * fixed.per_mass;
+        self.ay - balanced / (h * a.cos_phi) - p.roll_rate_term * rolld
+    }
+
+    /// Every channel's residual, without the lagged slip angles.
+    #[inline(always)]
+    fn residuals(&self, curves: &mut Curves<'_>) -> [f64; 8] {
+        let &Instant { s, p, a, i, ax, ay, .. } = self;
+        let error = &p.model_error;
+        let x = self.longitudinal();
+        let slip = self.slips(&x, curves);
+        let lateral = self.lateral(&x);
+        let vd = error.velocity(s.vd[i], s.vdd[i]);
+        let vyd = error.velocity_y(error.velocity(s.vyd[i], s.vydd[i]), s.yaw_rated[i]);
+        [
+            x.residual,
+            slip[0],
+            slip[1],
+            lateral[0],
+            lateral[1],
+            self.roll(&x),
+            vd - ax - a.r * a.vy,
+            ay - vyd - a.v * a.r,
+        ]
+    }
 }
 
 #[cfg(test)]

@@ -6,27 +6,27 @@ use std::path::Path;
 use super::advice::Advice;
 use super::base::{self, Base};
 use super::dive;
-use super::name::{self, Naming, Verdict};
+use super::extended_model::extended_model;
+use super::name::{self, Naming, Objection};
 use super::null_calibration::{Calibration, SEEN, correlation, rms};
 use super::null_simulation::Rides;
 use super::parameters::Parameters;
 use super::residuals::{CHANNELS, UNITS, blocks};
 use super::samples::{BLOCK, Samples};
 use super::show;
-use super::smooth::{gradient, smooth};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::extended_model::Model;
+use crate::contract::verdict::{UNEXPLAINED, Verdict};
+use crate::effects::extended_model::ExtendedModel;
 use crate::effects::{self, Effect};
-use crate::estimate::zeros;
-use crate::fit::{Data, chain};
+use crate::ingest;
 use crate::ingest::map::ChannelMap;
 use crate::model::formulation::Formulation;
-use crate::pipeline::{Pipeline, Rejection};
+use crate::pipeline::{self, Characterised, Pipeline, Rejection};
 use crate::segment::Segment;
+use crate::statistics::smooth::{gradient, smooth};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
-use crate::{filter, ingest, segment};
 
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
 const FEWEST: usize = 100;
@@ -73,7 +73,7 @@ pub struct Diagnosis {
     /// Rows of `replays`.
     pub replays: Vec<SimulatedSample>,
     /// The extended model.
-    pub model: Model,
+    pub model: ExtendedModel,
     /// Where it was ridden.
     pub site: Option<String>,
     /// What was looked at.
@@ -116,8 +116,8 @@ pub fn log(
     pipeline: &Pipeline,
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
-    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    raw(ingest::read(path, maps).map_err(refuse)?, bike, pipeline, settings)
+    let (session, _) = pipeline::prepare(path, maps, bike, pipeline)?;
+    diagnose(&session, bike, pipeline, settings)
 }
 
 /// Diagnoses a log that is in memory already.
@@ -130,9 +130,7 @@ pub fn raw(
     pipeline: &Pipeline,
     settings: &Settings,
 ) -> Result<Diagnosis, Rejection> {
-    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
-    ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?;
+    let (session, _) = pipeline::prepare_raw(raw, bike, pipeline)?;
     diagnose(&session, bike, pipeline, settings)
 }
 
@@ -168,12 +166,9 @@ pub fn fitted<'a>(
         true => Cow::Borrowed(session),
         false => Cow::Owned(accelerated(session)),
     };
-    let mut filtered = session.as_ref().clone();
-    filter::run(&mut filtered, &pipeline.filter);
-    let segments = segment::run(&filtered, bike, &pipeline.segment);
-    let (zeros, _) = zeros::run(&filtered, bike);
-    let data = Data::gather(&filtered, &segments, bike, zeros, &pipeline.estimate);
-    let solution = chain::solve(&data, bike, Formulation::Corrected, &pipeline.fit);
+    let unfiltered = session.as_ref().clone();
+    let Characterised { segments, solution, .. } =
+        pipeline::characterise(unfiltered, bike, pipeline, Formulation::Corrected);
     // the estimate above knows of dive, the base model does not
     let session = dive::level(&session, bike).map_or(session, Cow::Owned);
     let samples = Samples::gather(&session, &segments);
@@ -224,7 +219,7 @@ pub fn diagnose(
     }
     let discrepancies = discrepancy_rows(&samples, &base, &naming, &calibration, &ident);
     let replays = show::replays(session, &rides, &base.world, &naming, &ident);
-    let model = Model::of(&naming, &ident);
+    let model = extended_model(&naming, &ident);
     let site = session.meta.site.clone();
     Ok(Diagnosis {
         ident,
@@ -368,8 +363,8 @@ fn unexplained(naming: &Naming, ident: &Ident) -> Option<CauseRow> {
     Some(CauseRow {
         ident: ident.clone(),
         rank: 1,
-        effect: "unexplained".to_owned(),
-        verdict: "unexplained".to_owned(),
+        effect: UNEXPLAINED.to_owned(),
+        verdict: Verdict::Unexplained.name().to_owned(),
         level: "session".to_owned(),
         parameter: "structure".to_owned(),
         unit: "1".to_owned(),
@@ -383,6 +378,21 @@ fn unexplained(naming: &Naming, ident: &Ident) -> Option<CauseRow> {
 }
 
 fn reason(c: &name::Cause) -> String {
+    match c.objection {
+        Some(Objection::Contradicted) => {
+            return format!(
+                "takes up part of the misfit (gains {:.0}) but leaves more structure where it shows than a cause may",
+                c.gain
+            );
+        }
+        Some(Objection::NotReproduced) => {
+            return format!(
+                "takes up part of the misfit (gains {:.0}), but rides on the model with it do not give its size back",
+                c.gain
+            );
+        }
+        None => {}
+    }
     match c.verdict {
         Verdict::Named => format!("{}: gains {:.0}", c.effect.sentence, c.gain),
         Verdict::Ambiguous => format!(
@@ -391,19 +401,13 @@ fn reason(c: &name::Cause) -> String {
             c.equivalent.join(", "),
             c.effect.separate_by
         ),
-        Verdict::Contradicted => format!(
-            "takes up part of the misfit (gains {:.0}) but leaves more structure where it shows than a cause may",
-            c.gain
-        ),
-        Verdict::Lost => format!(
-            "takes up part of the misfit (gains {:.0}), but rides on the model with it do not give its size back",
-            c.gain
-        ),
         Verdict::NotNeeded if c.score > 1.0 => {
             "beyond the nulls, but explained by what is named, too large to be, or gains too little"
                 .to_owned()
         }
-        Verdict::NotNeeded => "within what nulls of this ride show".to_owned(),
+        Verdict::NotNeeded | Verdict::Unexplained => {
+            "within what nulls of this ride show".to_owned()
+        }
         Verdict::NotIdentifiable => {
             format!("the ride says nothing of it; what would: {}", c.effect.separate_by)
         }

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::smooth::{gradient, smooth};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::model_error::BrakeHistory;
+use crate::effects::ride::{BrakeHistory, along_strip, brake_history};
+use crate::statistics::smooth::{gradient, smooth};
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Samples per second.
@@ -46,21 +46,11 @@ pub struct Samples {
     /// Where along the strip, for what depends on heading: cosine of the heading against the
     /// session's first straight, NaN without heading.
     pub along: Vec<f64>,
-    /// What the brakes have been through.
+    /// Heat in the brakes.
     pub brakes: Vec<BrakeHistory>,
     /// One per manoeuvre: its kind and its samples, whole blocks.
     pub manoeuvres: Vec<(ManoeuvreKind, Range<usize>)>,
 }
-
-/// Kinds that the base model describes.
-const KINDS: [ManoeuvreKind; 6] = [
-    ManoeuvreKind::Coasting,
-    ManoeuvreKind::FrontBraking,
-    ManoeuvreKind::RearBraking,
-    ManoeuvreKind::CombinedBraking,
-    ManoeuvreKind::Driving,
-    ManoeuvreKind::Cornering,
-];
 
 impl Samples {
     /// Number of samples.
@@ -162,7 +152,7 @@ pub fn picks(session: &Session, segments: &[Segment]) -> Vec<(ManoeuvreKind, Vec
     let usable = |i: &usize| v[*i] > SLOWEST && (ax[*i] + vd[*i]).is_finite() && !deep[*i];
     segments
         .iter()
-        .filter(|s| s.used && KINDS.contains(&s.kind))
+        .filter(|s| s.used && s.kind.is_on_road())
         .map(|segment| {
             let from = segment.start + (TRIM * rate) as usize;
             let mut chosen: Vec<usize> =
@@ -199,49 +189,4 @@ fn deep(session: &Session, v: &[f64]) -> Vec<bool> {
         }
     }
     deep
-}
-
-/// Cosine of the heading against that of the first straight, sample by sample; NaN without heading.
-///
-/// The strip is where most distance is ridden: the first heading held for two seconds above the
-/// slowest speed.
-pub fn along_strip(session: &Session) -> Vec<f64> {
-    let (Some(yaw), Some(v)) = (session.get(Channel::Yaw), session.get(Channel::VelocityX)) else {
-        return vec![f64::NAN; session.len];
-    };
-    let held = (2.0 * session.rate) as usize;
-    let mut since = 0;
-    let mut axis = None;
-    for i in 0..session.len {
-        // NaN is not straight either
-        let straight = v[i] > SLOWEST && (yaw[i] - yaw[since]).abs() < 0.05;
-        if !straight {
-            since = i;
-        } else if i - since >= held {
-            axis = Some(yaw[since]);
-            break;
-        }
-    }
-    let axis = axis.unwrap_or(0.0);
-    yaw.iter().map(|yaw| (yaw - axis).cos()).collect()
-}
-
-/// What the brakes have been through, sample by sample.
-pub fn brake_history(session: &Session) -> Vec<BrakeHistory> {
-    let Some(v) = session.get(Channel::VelocityX) else {
-        return vec![BrakeHistory::default(); session.len];
-    };
-    let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
-        .map(|c| session.get(c).map(|x| smooth(x, session.rate)));
-    let dt = 1.0 / session.rate;
-    let mut brakes = BrakeHistory::default();
-    (0..session.len)
-        .map(|i| {
-            let on = pressure.iter().flatten().any(|x| x[i] > BrakeHistory::PRESSED);
-            if v[i].is_finite() {
-                brakes.see(v[i], on, dt);
-            }
-            brakes
-        })
-        .collect()
 }

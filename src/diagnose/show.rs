@@ -4,10 +4,10 @@ use super::name::Naming;
 use super::null_simulation::Rides;
 use super::parameters::Parameters;
 use super::replay::From;
-use super::smooth::smooth;
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
 use crate::contract::session::Session;
+use crate::statistics::smooth::smooth;
 use crate::tables::rows::{Ident, SimulatedSample};
 
 /// What is shown.

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::name::{ALARM, Cause, Verdict};
+use super::name::{ALARM, Cause};
 use super::ride::Diagnosis;
+use crate::contract::verdict::Verdict;
 use crate::tables::rows::CauseRow;
 
 /// Most parts of the misfit that are listed.

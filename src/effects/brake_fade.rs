@@ -1,36 +1,42 @@
 //! Brakes that lose gain within a stop.
 
-use super::Effect;
-use super::Level;
-use super::model_error::HEAT;
-use super::remove::scale;
+use super::physics::{Physics, Remove};
+use super::ride::{BrakeHistory, HEAT, scale_with};
+use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
-/// See the sentence.
-pub const EFFECT: Effect = Effect {
-    name: "brake_fade",
-    sentence: "the brakes fade as they warm up within a stop",
-    unit: "1",
-    typical: 0.06,
-    bounds: [-0.3, 0.5],
-    source: "organic pads lose 5 to 20 % in one hard stop",
-    enters: "brake gain over the heat of the stop",
-    channels: &[Channel::BrakePressureFront, Channel::BrakePressureRear],
-    kinds: &[
-        ManoeuvreKind::FrontBraking,
-        ManoeuvreKind::RearBraking,
-        ManoeuvreKind::CombinedBraking,
-    ],
-    alike: &[],
-    separate_by: "hard stops from different speeds",
-    level: Level::Bike,
-    get: |d| d.fade,
-    set: |d, value| d.fade = value,
-    undo: Some(|session, bike, value| {
+pub struct BrakeFade;
+
+impl Physics for BrakeFade {
+    const SPEC: EffectSpec = EffectSpec {
+        sentence: "the brakes fade as they warm up within a stop",
+        unit: "1",
+        typical: 0.06,
+        bounds: [-0.3, 0.5],
+        source: "organic pads lose 5 to 20 % in one hard stop",
+        enters: "brake gain over the heat of the stop",
+        channels: &[Channel::BrakePressureFront, Channel::BrakePressureRear],
+        kinds: &[
+            ManoeuvreKind::FrontBraking,
+            ManoeuvreKind::RearBraking,
+            ManoeuvreKind::CombinedBraking,
+        ],
+        confounded_with: &[],
+        separate_by: "hard stops from different speeds",
+        level: Level::Bike,
+        faint: false,
+    };
+    const REMOVE: Option<Remove> = Some(|session, bike, size| {
         let mass = bike.mass;
         for channel in [Channel::BrakePressureFront, Channel::BrakePressureRear] {
-            scale(session, channel, |ride, i| 1.0 - value * mass * ride.brakes[i].stop / HEAT);
+            scale_with(session, channel, |ride, i| {
+                Self::brake_gain(size, 1.0, mass, ride.brakes[i])
+            });
         }
-    }),
-};
+    });
+
+    fn brake_gain(size: f64, ratio: f64, mass: f64, brakes: BrakeHistory) -> f64 {
+        ratio - size * mass * brakes.stop / HEAT
+    }
+}

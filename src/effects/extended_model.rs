@@ -5,63 +5,41 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::model_error::ModelError;
-use super::remove;
-use super::{Effect, Level};
+use super::remove::remove;
+use super::{Effect, Level, ModelError};
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::diagnose::name::{Cause, Naming, Verdict};
-use crate::tables::rows::Ident;
 
-/// A number and how well it is known.
+/// The size of an effect and its standard error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Found {
-    /// Its value, in `unit`.
+pub struct Estimate {
+    /// In `unit`.
     pub value: f64,
-    /// Standard error.
+    /// Standard error, in `unit`.
     pub std_error: f64,
-    /// Unit.
+    /// That of the effect.
     pub unit: String,
 }
 
 /// The extended model of a ride.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Model {
+pub struct ExtendedModel {
     /// The ride it was found on.
     pub session_id: String,
     /// Its motorcycle.
     pub bike_id: String,
     /// What the base model leaves out, by effect.
     #[serde(default)]
-    pub effects: BTreeMap<String, Found>,
+    pub effects: BTreeMap<String, Estimate>,
     /// The base's own parameters, fitted along with it.
     #[serde(default)]
     pub base: BTreeMap<String, f64>,
 }
 
-impl Model {
-    /// That of a diagnosis.
-    pub fn of(naming: &Naming, ident: &Ident) -> Self {
-        let named = |c: &&Cause| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous);
-        let effects = naming.causes.iter().filter(named).map(|c| {
-            let found =
-                Found { value: c.value, std_error: c.std_error, unit: c.effect.unit.to_owned() };
-            (c.effect.name.to_owned(), found)
-        });
-        let world = &naming.extended.world;
-        let base =
-            crate::diagnose::parameters::BASE.iter().map(|p| (p.name.to_owned(), p.get(world)));
-        Model {
-            session_id: ident.session_id.clone(),
-            bike_id: ident.bike_id.clone(),
-            effects: effects.collect(),
-            base: base.collect(),
-        }
-    }
-
+impl ExtendedModel {
     /// As a file.
     pub fn to_toml(&self) -> String {
         let text = toml::to_string(self).unwrap_or_default();
@@ -78,13 +56,13 @@ impl Model {
         let text = std::fs::read_to_string(path)
             .map_err(|e| format!("cannot read model {}: {e}", path.display()))?;
         let fail = |e: String| format!("model {}: {e}", path.display());
-        let model: Model = toml::from_str(&text).map_err(|e| fail(e.to_string()))?;
+        let model: ExtendedModel = toml::from_str(&text).map_err(|e| fail(e.to_string()))?;
         for (name, found) in &model.effects {
             let effect = Effect::named(name).map_err(|e| fail(format!("[effects]: {e}")))?;
-            if !effect.possible(found.value) {
+            if !effect.in_bounds(found.value) {
                 let [low, high] = effect.bounds;
                 return Err(fail(format!(
-                    "effects.{name}: {} {} cannot be: {low} to {high} can",
+                    "effects.{name}: {} {} is not between {low} and {high}",
                     found.value, effect.unit
                 )));
             }
@@ -100,17 +78,17 @@ impl Model {
             return Vec::new();
         }
         let own = meta.session_id == self.session_id;
-        let mut departure = ModelError::default();
+        let mut error = ModelError::default();
         let mut taken = Vec::new();
         for (name, found) in &self.effects {
             // `read` has looked the names up
             let Ok(effect) = Effect::named(name) else { continue };
             if own || effect.level == Level::Bike {
-                (effect.set)(&mut departure, found.value);
+                (effect.set)(&mut error, found.value);
                 taken.push(name.as_str());
             }
         }
-        let left = remove::undo(&departure, session, bike);
+        let left = remove(&error, session, bike);
         taken.retain(|name| !left.contains(name));
         let warning = |code, message| Warning {
             stage: "ingest",

@@ -1,25 +1,29 @@
 //! Spin that is not the wheels'.
 
-use super::Effect;
-use super::Level;
+use super::physics::Physics;
+use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
-/// See the sentence.
-pub const EFFECT: Effect = Effect {
-    name: "gyroscopic",
-    sentence: "more spins than the wheels: the engine, or less",
-    unit: "1",
-    typical: 0.25,
-    bounds: [-1.0, 1.5],
-    source: "a crankshaft adds 10 to 40 % of the wheels' gyroscopic moment",
-    enters: "gyroscopic moments in roll and yaw",
-    channels: &[Channel::Roll, Channel::AccelerationY, Channel::YawRate],
-    kinds: &[ManoeuvreKind::Cornering],
-    alike: &["overturning_stiffness", "rider_lean"],
-    separate_by: "bends of the same lean at different speeds",
-    level: Level::Bike,
-    get: |d| d.gyroscopic,
-    set: |d, value| d.gyroscopic = value,
-    undo: None,
-};
+pub struct Gyroscopic;
+
+impl Physics for Gyroscopic {
+    const SPEC: EffectSpec = EffectSpec {
+        sentence: "more spins than the wheels: the engine, or less",
+        unit: "1",
+        typical: 0.25,
+        bounds: [-1.0, 1.5],
+        source: "a crankshaft adds 10 to 40 % of the wheels' gyroscopic moment",
+        enters: "gyroscopic moments in roll and yaw",
+        channels: &[Channel::Roll, Channel::AccelerationY, Channel::YawRate],
+        kinds: &[ManoeuvreKind::Cornering],
+        confounded_with: &["overturning_stiffness"],
+        separate_by: "bends of the same lean at different speeds",
+        level: Level::Bike,
+        faint: true,
+    };
+
+    fn spin(size: f64, ratio: f64) -> f64 {
+        ratio + size
+    }
+}

@@ -1,18 +1,24 @@
-//! Physical effects that the base model leaves out: what each is, where it enters, what it takes to
-//! see it and what it looks like.
+//! Physical effects that the base model leaves out: what each is, its formula, what it takes to identify
+//! it and what it is confounded with.
 //!
-//! Adding one is adding a file and its line in [`ALL`]; a new way to enter the motion is a field of
-//! [`ModelError`] with its formula, which the simulators and the residuals share.
+//! An effect is a file and its line in the list below. The file implements [`Physics`]: words, unit,
+//! prior and bounds, and a function at each place where the effect acts. Residuals and both simulators
+//! call the functions of the same names of [`ModelError`], which go over all effects; none of them knows
+//! one by name.
 
-use crate::contract::bike::Bike;
-use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use std::ops::Deref;
+
+use crate::contract::bike::Axle;
+use crate::contract::schema::closest;
 use crate::contract::session::Session;
-use crate::diagnose::parameters::{Parameter, Place};
-use model_error::ModelError;
+use model_error::{Step, compose, effects};
+use physics::{Multibody, Physics, Remove, Rolling, hooks};
+use ride::BrakeHistory;
+pub use spec::{EffectSpec, Level};
 
 mod brake_drag;
 mod brake_fade;
+pub mod composed;
 mod drag_height;
 pub mod extended_model;
 pub mod extended_tyre;
@@ -22,13 +28,15 @@ mod gyroscopic;
 mod latency;
 mod lift;
 mod low_friction_patch;
-pub mod model_error;
+mod model_error;
+pub mod physics;
 mod pneumatic_trail;
 mod radius_camber;
 mod radius_load;
 mod radius_speed;
 mod relaxation_length;
 pub mod remove;
+pub mod ride;
 mod rider_lean;
 mod road_bank;
 mod road_grade;
@@ -36,6 +44,7 @@ mod roll_zero;
 mod rolling_speed;
 mod side_force_ratio_front;
 mod side_force_ratio_rear;
+pub mod spec;
 mod steer_zero;
 mod stiffness_load;
 mod twisting_stiffness;
@@ -44,159 +53,133 @@ mod velocity_lever_arm;
 mod wheel_inertia;
 mod wind;
 
-/// What an effect belongs to, and so what it should be the same for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// One ride.
-    Session,
-    /// A motorcycle: a part of it, or a sensor on it.
-    Bike,
-    /// A road.
-    Site,
-    /// A night of the fleet: the weather, a rider's day.
-    Night,
-    /// Everything.
-    Fleet,
+effects! {
+    road_grade::RoadGrade,
+    wind::Wind,
+    road_bank::RoadBank,
+    low_friction_patch::LowFrictionPatch,
+    wheel_inertia::WheelInertia,
+    rolling_speed::RollingSpeed,
+    radius_speed::RadiusSpeed,
+    radius_camber::RadiusCamber,
+    radius_load::RadiusLoad,
+    brake_fade::BrakeFade,
+    brake_drag::BrakeDrag,
+    steer_zero::SteerZero,
+    roll_zero::RollZero,
+    velocity_lever_arm::VelocityLeverArm,
+    latency::Latency,
+    side_force_ratio_front::SideForceRatioFront,
+    side_force_ratio_rear::SideForceRatioRear,
+    stiffness_load::StiffnessLoad,
+    twisting_stiffness::TwistingStiffness,
+    pneumatic_trail::PneumaticTrail,
+    relaxation_length::RelaxationLength,
+    front_compliance::FrontCompliance,
+    rider_lean::RiderLean,
+    friction_load::FrictionLoad,
+    tyre_warm_up::TyreWarmUp,
+    lift::Lift,
+    drag_height::DragHeight,
+    gyroscopic::Gyroscopic,
 }
 
-impl Level {
-    /// As in the tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Level::Session => "session",
-            Level::Bike => "bike",
-            Level::Site => "site",
-            Level::Night => "night",
-            Level::Fleet => "fleet",
-        }
-    }
-}
+hooks!(compose);
 
-/// A candidate cause.
+/// A candidate cause: an effect as data. Its formula is in its [`Physics`].
 #[derive(Debug, Clone, Copy)]
 pub struct Effect {
-    /// Name in the tables, and of its one number.
+    /// Name in the tables, of its one number too: the name of its file.
     pub name: &'static str,
-    /// What it says happens.
-    pub sentence: &'static str,
-    /// Unit of its number.
-    pub unit: &'static str,
-    /// Its usual size: steps and priors are in it.
-    pub typical: f64,
-    /// What is physically believed.
-    pub bounds: [f64; 2],
-    /// Where that comes from.
-    pub source: &'static str,
-    /// Where it enters the model.
-    pub enters: &'static str,
-    /// Channels without which it cannot be seen.
-    pub channels: &'static [Channel],
-    /// Manoeuvres of which at least one kind must be there.
-    pub kinds: &'static [ManoeuvreKind],
-    /// What it is hard to tell from, by the names of effects or base parameters.
-    pub alike: &'static [&'static str],
-    /// The riding or channel that tells them apart.
-    pub separate_by: &'static str,
-    /// What it is usually the same for.
-    pub level: Level,
-    /// Reads its number.
+    /// What its file declares.
+    pub spec: EffectSpec,
+    /// Where the multibody motorcycle has it from.
+    pub multibody: Multibody,
+    /// Reads its size.
     pub get: fn(&ModelError) -> f64,
-    /// Puts it.
+    /// Puts its size.
     pub set: fn(&mut ModelError, f64),
     /// Takes an effect of a size out of what was measured and assumed, so that the base model holds.
     /// `None` where that cannot be done without the tyre.
-    pub undo: Option<fn(&mut Session, &mut Bike, f64)>,
+    pub remove: Option<Remove>,
+}
+
+/// The fields of the declaration are read as the effect's own.
+impl Deref for Effect {
+    type Target = EffectSpec;
+
+    fn deref(&self) -> &EffectSpec {
+        &self.spec
+    }
 }
 
 /// Prior standard deviation of every effect, in usual sizes.
 pub const PRIOR: f64 = 3.0;
 
 impl Effect {
-    /// As something that can be fitted.
-    pub fn parameter(&self) -> Parameter {
-        Parameter {
-            name: self.name,
-            scale: self.typical.abs(),
-            prior: PRIOR,
-            place: Place::ModelError(self.get, self.set),
-        }
-    }
-
     /// The effect of a name.
     ///
     /// # Errors
     /// A sentence with the nearest name.
     pub fn named(name: &str) -> Result<&'static Effect, String> {
         ALL.iter().find(|e| e.name == name).ok_or_else(|| {
-            let near = crate::contract::schema::closest(name, ALL.iter().map(|e| e.name));
+            let near = closest(name, ALL.iter().map(|e| e.name));
             let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
             format!("no effect is called `{name}`{hint}")
         })
     }
 
-    /// Whether a size can be.
-    pub fn possible(&self, value: f64) -> bool {
-        (self.bounds[0]..=self.bounds[1]).contains(&value)
+    /// Whether a size is physically plausible.
+    pub fn in_bounds(&self, size: f64) -> bool {
+        (self.bounds[0]..=self.bounds[1]).contains(&size)
     }
 
-    /// Whether the rides of a name or base parameter look like it.
-    pub fn looks_like(&self, other: &str) -> bool {
-        self.alike.contains(&other)
+    /// Effects and base parameters that change a ride alike: those that this effect declares, then
+    /// the effects that declare this one.
+    pub fn confusions(&self) -> impl Iterator<Item = &'static str> {
+        let own = self.spec.confounded_with;
+        let name = self.name;
+        let others = ALL
+            .iter()
+            .filter(move |e| e.spec.confounded_with.contains(&name) && !own.contains(&e.name));
+        own.iter().copied().chain(others.map(|e| e.name))
+    }
+
+    /// Whether an effect or base parameter of a name changes a ride alike.
+    pub fn is_confounded_with(&self, other: &str) -> bool {
+        self.confusions().any(|name| name == other)
     }
 }
-
-/// Every candidate.
-pub const ALL: &[Effect] = &[
-    road_grade::EFFECT,
-    wind::EFFECT,
-    road_bank::EFFECT,
-    low_friction_patch::EFFECT,
-    wheel_inertia::EFFECT,
-    rolling_speed::EFFECT,
-    radius_speed::EFFECT,
-    radius_camber::EFFECT,
-    radius_load::EFFECT,
-    brake_fade::EFFECT,
-    brake_drag::EFFECT,
-    steer_zero::EFFECT,
-    roll_zero::EFFECT,
-    velocity_lever_arm::EFFECT,
-    latency::EFFECT,
-    side_force_ratio_front::EFFECT,
-    side_force_ratio_rear::EFFECT,
-    stiffness_load::EFFECT,
-    twisting_stiffness::EFFECT,
-    pneumatic_trail::EFFECT,
-    relaxation_length::EFFECT,
-    front_compliance::EFFECT,
-    rider_lean::EFFECT,
-    friction_load::EFFECT,
-    tyre_warm_up::EFFECT,
-    lift::EFFECT,
-    drag_height::EFFECT,
-    gyroscopic::EFFECT,
-];
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::parameters::BASE;
 
     #[test]
-    fn rivals_are_known_and_named_by_both() {
+    fn one_of_two_effects_declares_that_they_are_confounded_and_both_know_it() {
         for effect in ALL {
-            for rival in effect.alike {
-                let other = ALL.iter().find(|e| e.name == *rival);
-                let base = BASE.iter().any(|p| p.name == *rival);
-                assert!(base || other.is_some(), "{} names {rival}", effect.name);
-                if let Some(other) = other {
+            for rival in effect.confounded_with {
+                assert!(effect.is_confounded_with(rival));
+                if let Some(other) = ALL.iter().find(|e| e.name == *rival) {
                     assert!(
-                        other.alike.contains(&effect.name),
-                        "{rival} knows not {}",
-                        effect.name
+                        !other.confounded_with.contains(&effect.name),
+                        "{rival} declares it too"
                     );
+                    assert!(other.is_confounded_with(effect.name));
                 }
             }
+        }
+    }
+
+    /// Planted omission: an effect without a hook would be a name without physics.
+    #[test]
+    fn sizes_are_read_and_put_by_name() {
+        for effect in ALL {
+            let mut error = ModelError::default();
+            (effect.set)(&mut error, effect.typical);
+            assert_eq!((effect.get)(&error), effect.typical);
+            assert!(ALL.iter().filter(|e| (e.get)(&error) != 0.0).count() == 1);
+            assert!(effect.in_bounds(effect.typical), "{}", effect.name);
         }
     }
 }

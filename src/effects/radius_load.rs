@@ -1,29 +1,37 @@
 //! Flattening of the tyres.
 
-use super::Effect;
-use super::Level;
+use super::physics::{Multibody, Physics, Rolling};
+use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
-/// See the sentence.
-pub const EFFECT: Effect = Effect {
-    name: "radius_load",
-    sentence: "the rolling radius falls under load",
-    unit: "1/kN",
-    typical: 0.005,
-    bounds: [-0.004, 0.04],
-    source: "a third of a deflection of 6 mm per kN on 300 mm",
-    enters: "rolling radius of both wheels",
-    channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::BrakePressureFront],
-    kinds: &[
-        ManoeuvreKind::FrontBraking,
-        ManoeuvreKind::RearBraking,
-        ManoeuvreKind::CombinedBraking,
-    ],
-    alike: &[],
-    separate_by: "braking of the other wheel",
-    level: Level::Bike,
-    get: |d| d.radius_per_load,
-    set: |d, value| d.radius_per_load = value,
-    undo: None,
-};
+pub struct RadiusLoad;
+
+impl Physics for RadiusLoad {
+    const SPEC: EffectSpec = EffectSpec {
+        sentence: "the rolling radius falls under load",
+        unit: "1/kN",
+        typical: 0.005,
+        bounds: [-0.004, 0.04],
+        source: "a third of a deflection of 6 mm per kN on 300 mm",
+        enters: "rolling radius of both wheels",
+        channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::BrakePressureFront],
+        kinds: &[
+            ManoeuvreKind::FrontBraking,
+            ManoeuvreKind::RearBraking,
+            ManoeuvreKind::CombinedBraking,
+        ],
+        confounded_with: &[],
+        separate_by: "braking of the other wheel",
+        level: Level::Bike,
+        faint: false,
+    };
+    const MULTIBODY: Multibody = Multibody::Inherent(
+        "its tyres are springs, by a share of whose deflection they roll shorter",
+    );
+    const NEEDS_LOAD: bool = true;
+
+    fn relative_radius(size: f64, ratio: f64, rolling: Rolling) -> f64 {
+        ratio - size * rolling.extra_load / 1000.0
+    }
+}

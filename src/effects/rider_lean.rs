@@ -1,25 +1,29 @@
 //! Lean of the rider's body.
 
-use super::Effect;
-use super::Level;
+use super::physics::Physics;
+use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
-/// See the sentence.
-pub const EFFECT: Effect = Effect {
-    name: "rider_lean",
-    sentence: "the rider leans his body with the bike",
-    unit: "m/rad",
-    typical: 0.06,
-    bounds: [-0.3, 0.3],
-    source: "a hanging rider moves the mass centre by 3 to 8 cm",
-    enters: "mass centre across the bike over roll",
-    channels: &[Channel::Roll, Channel::AccelerationY],
-    kinds: &[ManoeuvreKind::Cornering],
-    alike: &["overturning_stiffness", "roll_zero", "gyroscopic"],
-    separate_by: "no ride; a camera",
-    level: Level::Night,
-    get: |d| d.rider_lean,
-    set: |d, value| d.rider_lean = value,
-    undo: None,
-};
+pub struct RiderLean;
+
+impl Physics for RiderLean {
+    const SPEC: EffectSpec = EffectSpec {
+        sentence: "the rider leans his body with the bike",
+        unit: "m/rad",
+        typical: 0.06,
+        bounds: [-0.3, 0.3],
+        source: "a hanging rider moves the mass centre by 3 to 8 cm",
+        enters: "mass centre across the bike over roll",
+        channels: &[Channel::Roll, Channel::AccelerationY],
+        kinds: &[ManoeuvreKind::Cornering],
+        confounded_with: &["overturning_stiffness", "gyroscopic"],
+        separate_by: "no ride; a camera",
+        level: Level::Night,
+        faint: false,
+    };
+
+    fn mass_centre_aside(size: f64, offset: f64, roll: f64) -> f64 {
+        offset + size * roll
+    }
+}

@@ -1,26 +1,37 @@
 //! Zero of the roll reading.
 
-use super::Effect;
-use super::Level;
-use super::remove::add;
+use super::physics::{Physics, Remove};
+use super::ride::add;
+use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::contract::session::Session;
 
-/// See the sentence.
-pub const EFFECT: Effect = Effect {
-    name: "roll_zero",
-    sentence: "the roll sensor does not read zero upright",
-    unit: "rad",
-    typical: 0.006,
-    bounds: [-0.06, 0.06],
-    source: "mounting angles and attitude filters are off by half a degree",
-    enters: "roll",
-    channels: &[Channel::Roll, Channel::AccelerationY],
-    kinds: &[ManoeuvreKind::Cornering],
-    alike: &["road_bank", "rider_lean"],
-    separate_by: "bends to both sides",
-    level: Level::Bike,
-    get: |d| d.roll_zero,
-    set: |d, value| d.roll_zero = value,
-    undo: Some(|session, _, value| add(session, Channel::Roll, |_, _| value)),
-};
+pub struct RollZero;
+
+impl Physics for RollZero {
+    const SPEC: EffectSpec = EffectSpec {
+        sentence: "the roll sensor does not read zero upright",
+        unit: "rad",
+        typical: 0.006,
+        bounds: [-0.06, 0.06],
+        source: "mounting angles and attitude filters are off by half a degree",
+        enters: "roll",
+        channels: &[Channel::Roll, Channel::AccelerationY],
+        kinds: &[ManoeuvreKind::Cornering],
+        confounded_with: &["rider_lean"],
+        separate_by: "bends to both sides",
+        level: Level::Bike,
+        faint: false,
+    };
+    const IN_ATTITUDE: bool = true;
+    const REMOVE: Option<Remove> = Some(|session, _, size| add(session, Channel::Roll, size));
+
+    fn roll(size: f64, reading: f64) -> f64 {
+        reading + size
+    }
+
+    fn measure(size: f64, session: &mut Session) {
+        add(session, Channel::Roll, -size);
+    }
+}

@@ -1,25 +1,31 @@
 //! Side-force ratio of the rear tyre.
 
-use super::Effect;
-use super::Level;
+use super::physics::{Physics, Remove};
+use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
-/// See the sentence.
-pub const EFFECT: Effect = Effect {
-    name: "side_force_ratio_rear",
-    sentence: "the rear side-force ratio is not the assumed one",
-    unit: "1",
-    typical: 0.03,
-    bounds: [-0.15, 0.15],
-    source: "0.05 to 0.12 in published motorcycle tyres",
-    enters: "camber's share of the rear side force",
-    channels: &[Channel::VelocityY, Channel::YawRate, Channel::Roll, Channel::AccelerationY],
-    kinds: &[ManoeuvreKind::Cornering],
-    alike: &["cornering_stiffness_rear", "twisting_stiffness", "pneumatic_trail"],
-    separate_by: "bends with the brake or the throttle on",
-    level: Level::Bike,
-    get: |d| d.side_force_ratio[1],
-    set: |d, value| d.side_force_ratio[1] = value,
-    undo: Some(|_, bike, value| bike.rear.side_force_ratio += value),
-};
+pub struct SideForceRatioRear;
+
+impl Physics for SideForceRatioRear {
+    const SPEC: EffectSpec = EffectSpec {
+        sentence: "the rear side-force ratio is not the assumed one",
+        unit: "1",
+        typical: 0.03,
+        bounds: [-0.15, 0.15],
+        source: "0.05 to 0.12 in published motorcycle tyres",
+        enters: "camber's share of the rear side force",
+        channels: &[Channel::VelocityY, Channel::YawRate, Channel::Roll, Channel::AccelerationY],
+        kinds: &[ManoeuvreKind::Cornering],
+        confounded_with: &["cornering_stiffness_rear", "twisting_stiffness", "pneumatic_trail"],
+        separate_by: "bends with the brake or the throttle on",
+        level: Level::Bike,
+        faint: false,
+    };
+    const REMOVE: Option<Remove> = Some(|_, bike, size| bike.rear.side_force_ratio += size);
+
+    fn side_force_ratio(size: f64, ratio: f64, axle: Axle) -> f64 {
+        if axle == Axle::Rear { ratio + size } else { ratio }
+    }
+}

@@ -1,26 +1,37 @@
 //! Zero of the steering sensor.
 
-use super::Effect;
-use super::Level;
-use super::remove::add;
+use super::physics::{Physics, Remove};
+use super::ride::add;
+use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::contract::session::Session;
 
-/// See the sentence.
-pub const EFFECT: Effect = Effect {
-    name: "steer_zero",
-    sentence: "the steering sensor does not read zero straight on",
-    unit: "rad",
-    typical: 0.005,
-    bounds: [-0.05, 0.05],
-    source: "potentiometers are set to a degree",
-    enters: "handlebar angle",
-    channels: &[Channel::SteerAngle, Channel::VelocityY, Channel::YawRate],
-    kinds: &[ManoeuvreKind::Cornering, ManoeuvreKind::Coasting],
-    alike: &[],
-    separate_by: "straight running",
-    level: Level::Bike,
-    get: |d| d.steer_zero,
-    set: |d, value| d.steer_zero = value,
-    undo: Some(|session, _, value| add(session, Channel::SteerAngle, |_, _| value)),
-};
+pub struct SteerZero;
+
+impl Physics for SteerZero {
+    const SPEC: EffectSpec = EffectSpec {
+        sentence: "the steering sensor does not read zero straight on",
+        unit: "rad",
+        typical: 0.005,
+        bounds: [-0.05, 0.05],
+        source: "potentiometers are set to a degree",
+        enters: "handlebar angle",
+        channels: &[Channel::SteerAngle, Channel::VelocityY, Channel::YawRate],
+        kinds: &[ManoeuvreKind::Cornering, ManoeuvreKind::Coasting],
+        confounded_with: &[],
+        separate_by: "straight running",
+        level: Level::Bike,
+        faint: false,
+    };
+    const IN_ATTITUDE: bool = true;
+    const REMOVE: Option<Remove> = Some(|session, _, size| add(session, Channel::SteerAngle, size));
+
+    fn steer(size: f64, reading: f64) -> f64 {
+        reading + size
+    }
+
+    fn measure(size: f64, session: &mut Session) {
+        add(session, Channel::SteerAngle, -size);
+    }
+}

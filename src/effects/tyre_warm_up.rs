@@ -1,25 +1,33 @@
 //! Cold tyres.
 
-use super::Effect;
-use super::Level;
+use super::physics::Physics;
+use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
-/// See the sentence.
-pub const EFFECT: Effect = Effect {
-    name: "tyre_warm_up",
-    sentence: "the tyres grip less while they are cold",
-    unit: "1",
-    typical: 0.06,
-    bounds: [-0.3, 0.5],
-    source: "5 to 20 % less for the first minutes",
-    enters: "friction over the time of the ride",
-    channels: &[Channel::BrakePressureFront, Channel::WheelSpeedFront],
-    kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking],
-    alike: &[],
-    separate_by: "braking to the limit early and late",
-    level: Level::Night,
-    get: |d| d.cold,
-    set: |d, value| d.cold = value,
-    undo: None,
-};
+/// Time over which tyres warm up, s.
+const WARMING: f64 = 150.0;
+
+pub struct TyreWarmUp;
+
+impl Physics for TyreWarmUp {
+    const SPEC: EffectSpec = EffectSpec {
+        sentence: "the tyres grip less while they are cold",
+        unit: "1",
+        typical: 0.06,
+        bounds: [-0.3, 0.5],
+        source: "5 to 20 % less for the first minutes",
+        enters: "friction over the time of the ride",
+        channels: &[Channel::BrakePressureFront, Channel::WheelSpeedFront],
+        kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking],
+        confounded_with: &[],
+        separate_by: "braking to the limit early and late",
+        level: Level::Night,
+        faint: true,
+    };
+
+    fn grip(size: f64, grip: f64, time: f64, _along: f64) -> f64 {
+        // the exponential is for rides that have it only
+        if size == 0.0 { grip } else { grip * (1.0 - size * (-time / WARMING).exp()) }
+    }
+}

@@ -6,6 +6,7 @@
 
 pub mod offroad;
 pub mod quasi_static;
+pub mod relaxation;
 pub mod samples;
 pub mod signals;
 pub mod table;

@@ -11,7 +11,7 @@ use super::fitted::Fitted;
 use super::grid::Ends;
 use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::Coefficient as C;
-use crate::report::number;
+use crate::report::number_format;
 use crate::tables::rows::{Coefficient, Status};
 
 /// A property file as it grows.
@@ -207,12 +207,12 @@ pub fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
 
 /// A value for a comment.
 pub fn short(value: f64) -> String {
-    number::fixed(value, number::decimals_of(value, None))
+    number_format::fixed(value, number_format::decimals_of(value, None))
 }
 
 /// Where a coefficient comes from, for its comment.
 pub fn said(row: &Coefficient) -> String {
-    let shown = crate::report::page::Shown::of(row).interval(" to ");
+    let shown = crate::report::session::page::Shown::of(row).interval(" to ");
     let interval = if shown.is_empty() { String::new() } else { format!(", 95 % {shown}") };
     match row.status {
         Status::Ok => format!("fitted{interval}"),
@@ -229,7 +229,7 @@ fn rounded(value: f64) -> f64 {
         return 0.0;
     }
     let decimals = (7.0 - value.abs().log10().floor()).clamp(0.0, 15.0);
-    number::round(value, decimals as usize)
+    number_format::round(value, decimals as usize)
 }
 
 /// A log's text cannot start a line of its own.

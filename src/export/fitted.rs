@@ -56,7 +56,7 @@ impl Fitted {
         let coefficients = tables::coefficients(out)
             .map_err(|e| e.to_string())?
             .into_iter()
-            .filter(|c| tables::key(&c.ident) == tables::key(&session.ident))
+            .filter(|c| c.ident.key() == session.ident.key())
             .collect();
         let ranges = Ranges::read(out, &session.ident).map_err(|e| e.to_string())?;
         Ok(Fitted { session, coefficients, ranges })

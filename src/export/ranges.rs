@@ -4,13 +4,16 @@
 //! least half of the full weight), accelerations from the manoeuvres. Loads follow from the
 //! accelerations and the bike file.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
-use crate::report::{Error, tables};
+use crate::plots::fits::{FRICTION_X, FRICTION_Y, K_ALPHA, SLIP_ANGLE, STIFFNESS};
+use crate::plots::plot::{DATA, Plot};
+use crate::report::error::Error;
+use crate::report::tables::SessionTables;
 use crate::tables::rows::{Ident, PlotPoint};
 
 /// Least robust weight of a sample that counts as ridden.
@@ -52,38 +55,31 @@ impl Ranges {
     /// A table cannot be read.
     pub fn read(out: &Path, ident: &Ident) -> Result<[Self; 2], Error> {
         let (mut acceleration, mut speed) = (None, None);
-        let (bike, session) = tables::key(ident);
-        let key = (bike.to_owned(), session.to_owned());
-        let files = |table: &str| -> Result<Vec<PathBuf>, Error> {
-            Ok(tables::session_files(out, table)?.remove(&key).unwrap_or_default())
-        };
-        for m in tables::manoeuvres(&files("manoeuvres")?, bike, session)?.iter().filter(|m| m.used)
-        {
+        let tables = SessionTables::read(out)?;
+        for m in tables.manoeuvres(ident)?.iter().filter(|m| m.used) {
             acceleration = widened(acceleration, m.acceleration_x_peak);
             speed = widened(widened(speed, m.speed_start), m.speed_end);
         }
-        let points = tables::plots(&files("plots")?, bike, session)?;
-        Ok(["front", "rear"].map(|end| {
-            let over = |plot: &str, pick: fn(&PlotPoint) -> Option<f64>| {
-                let name = format!("{plot}_{end}");
+        let points = tables.plots(ident)?;
+        Ok([0, 1].map(|k| {
+            let over = |plots: &[Plot; 2], pick: fn(&PlotPoint) -> Option<f64>| {
                 points
                     .iter()
-                    .filter(|p| p.plot == name && p.series == "data")
+                    .filter(|p| p.plot == plots[k].name && p.series == DATA)
                     .filter(|p| p.weight.is_none_or(|w| w >= COUNTS))
                     .fold(None, |range, p| widened(range, pick(p)))
             };
-            let curve = format!("stiffness_{end}");
             let stiffness: Vec<[f64; 2]> = points
                 .iter()
-                .filter(|p| p.plot == curve && p.series == "k_alpha")
+                .filter(|p| p.plot == STIFFNESS[k].name && p.series == K_ALPHA.name)
                 .filter_map(|p| Some([p.x, p.y?]))
                 .collect();
             let stiffness_over_camber = stiffness.into_iter().step_by(STEP).collect();
             Ranges {
-                slip_ratio: over("friction_x", |p| Some(p.x)),
-                slip_angle: over("slip_angle", |p| p.y),
-                camber: over("slip_angle", |p| Some(p.x)),
-                lateral_friction: over("friction_y", |p| p.y),
+                slip_ratio: over(&FRICTION_X, |p| Some(p.x)),
+                slip_angle: over(&SLIP_ANGLE, |p| p.y),
+                camber: over(&SLIP_ANGLE, |p| Some(p.x)),
+                lateral_friction: over(&FRICTION_Y, |p| p.y),
                 acceleration_x: acceleration,
                 speed,
                 stiffness_over_camber,

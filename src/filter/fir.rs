@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use super::next_run;
+use crate::statistics::runs::next_run;
 
 /// Fewest samples either side of the centre that leave a cubic something to average.
 const SMALLEST_HALF: usize = 2;

@@ -24,6 +24,7 @@ use crate::contract::channel::Channel;
 use crate::contract::schema::closest;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
+use crate::statistics::runs::next_run;
 
 mod band;
 mod fir;
@@ -134,18 +135,6 @@ fn filter(x: &mut [f64], rate: f64, low: f64, high: f64) -> Vec<Range<usize>> {
         }
     }
     short
-}
-
-/// The first contiguous run of finite samples at or after `from`.
-fn next_run(x: &[f64], from: usize) -> Option<Range<usize>> {
-    let start = from + x.get(from..)?.iter().position(|v| v.is_finite())?;
-    let len = x[start..].iter().position(|v| !v.is_finite()).unwrap_or(x.len() - start);
-    Some(start..start + len)
-}
-
-/// The contiguous runs of finite samples.
-pub fn runs(x: &[f64]) -> Vec<Range<usize>> {
-    std::iter::successors(next_run(x, 0), |last| next_run(x, last.end)).collect()
 }
 
 /// Takes out the jumps of a whole turn in an angle, rad; missing samples stay.

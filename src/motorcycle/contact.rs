@@ -12,11 +12,13 @@
 
 use nalgebra::Vector3;
 
-use super::model::link;
+use super::link;
 use super::road::Road;
 use super::state::Wheel;
+use crate::effects::ModelError;
+use crate::effects::physics::Rolling;
 use crate::model::tyre::Input;
-use crate::model::tyre_model::{Reference, TyreModel};
+use crate::model::tyre_model::{Carcass, Reference, TyreModel};
 use crate::multibody::tree::Link;
 
 /// Slips are formed with at least this speed, m/s: no division by a standstill.
@@ -38,6 +40,19 @@ pub struct Geometry {
     pub camber: (f64, f64),
 }
 
+/// What a wheel rolls on, and when and which way.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// The road.
+    pub road: &'a Road,
+    /// What the motorcycle has beyond its description.
+    pub error: &'a ModelError,
+    /// Since the ride began, s.
+    pub time: f64,
+    /// Cosine of the heading; zero where no effect depends on it.
+    pub along: f64,
+}
+
 impl Geometry {
     /// From the wheel's axle direction (to the left).
     pub fn new(axle: &Vector3<f64>) -> Self {
@@ -48,6 +63,48 @@ impl Geometry {
         let down = Vector3::new(axle.z * axle.x, axle.z * axle.y, axle.z * axle.z - 1.0) / cos;
         Geometry { along, across, down, camber: (cos, axle.z) }
     }
+
+    /// With the trace turned by an angle, rad, positive to the left.
+    fn turned(&self, angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        let along = self.along * cos + self.across * sin;
+        Geometry { along, across: Vector3::new(-along.y, along.x, 0.0), ..*self }
+    }
+}
+
+/// How a carcass stands on the road.
+struct Pressed {
+    contact: Vector3<f64>,
+    /// Negative in the air.
+    deflection: f64,
+    load: f64,
+    rolling_radius: f64,
+    /// From the wheel plane to the carcass's lowest point, to the left.
+    offset: f64,
+}
+
+impl Pressed {
+    fn new(carcass: &Carcass, carrier: &Link, centre: &Vector3<f64>, geometry: &Geometry) -> Self {
+        let (cos, sin) = geometry.camber;
+        let crown = centre + geometry.down * (carcass.radius - carcass.crown);
+        let deflection = carcass.crown - crown.z;
+        let sinking = -carrier.velocity_at(&crown).z;
+        let load = if deflection > 0.0 {
+            (carcass.stiffness * deflection + carcass.damping * sinking).max(0.0)
+        } else {
+            0.0
+        };
+        let pressed = deflection.max(0.0);
+        Pressed {
+            contact: Vector3::new(crown.x, crown.y, 0.0),
+            deflection,
+            load,
+            rolling_radius: carcass.radius
+                - carcass.crown * (1.0 - cos)
+                - carcass.deflection_share * pressed,
+            offset: (pressed - carcass.crown) * sin / cos,
+        }
+    }
 }
 
 /// Forces of the road on wheel `i` (0 front), put onto the links, and the rates of its lags.
@@ -57,51 +114,44 @@ pub fn roll(
     i: usize,
     spin: f64,
     lag: &[f64; 3],
-    road: &Road,
+    around: &Surroundings<'_>,
 ) -> (Wheel, [f64; 3]) {
+    let Surroundings { road, error, time, along } = *around;
     let carrier = links[link::CARRIERS[i]];
     let centre = links[link::WHEELS[i]].position;
-    let carcass = tyre.carcass();
-    let axle = carrier.rotation.column(1).into_owned();
-    let geometry = Geometry::new(&axle);
-    let (cos, sin) = geometry.camber;
-    let camber = sin.atan2(cos);
-    let crown = centre + geometry.down * (carcass.radius - carcass.crown);
-    let deflection = carcass.crown - crown.z;
-    let contact = Vector3::new(crown.x, crown.y, 0.0);
-    let sinking = -carrier.velocity_at(&crown).z;
-    let load = if deflection > 0.0 {
-        (carcass.stiffness * deflection + carcass.damping * sinking).max(0.0)
-    } else {
-        0.0
-    };
-    let pressed = deflection.max(0.0);
-    let rolling_radius =
-        carcass.radius - carcass.crown * (1.0 - cos) - carcass.deflection_share * pressed;
+    let mut geometry = Geometry::new(&carrier.rotation.column(1).into_owned());
+    let camber = geometry.camber.1.atan2(geometry.camber.0);
+    let Pressed { contact, deflection, load, rolling_radius, offset } =
+        Pressed::new(&tyre.carcass(), &carrier, &centre, &geometry);
 
     let v = carrier.velocity_at(&contact);
+    let least = |vx: f64| vx.abs().max(SLIP_SPEED);
+    let relaxation = tyre.relaxation(load, least(v.dot(&geometry.along)));
+    let input = Input {
+        slip_ratio: lag[0],
+        slip_angle: lag[1],
+        camber: if relaxation.camber.is_some() { lag[2] } else { camber },
+        load,
+        friction: road.friction_at(contact.x) * error.grip(1.0, time, along),
+    };
+    let out = tyre.forces(&input);
+    let compliance = error.compliance(0.0);
+    if i == 0 && compliance != 0.0 {
+        geometry = geometry.turned(-compliance * out.force_y);
+    }
     let (vx, vy) = (v.dot(&geometry.along), v.dot(&geometry.across));
-    let speed = vx.abs().max(SLIP_SPEED);
+    let speed = least(vx);
+    // the carcass shows camber and load by itself
+    let rolling = Rolling { speed: vx, extra_load: 0.0, versine: 0.0 };
+    let rolling_radius = error.radius(rolling_radius, rolling);
     let kinematic = [(rolling_radius * spin - vx) / speed, vy.atan2(speed)];
-    let relaxation = tyre.relaxation(load, speed);
     let rate = |length: f64| (speed / length.max(1e-6)).min(1.0 / SHORTEST_LAG);
-    let camber_felt = if relaxation.camber.is_some() { lag[2] } else { camber };
     let rates = [
         rate(relaxation.longitudinal) * (kinematic[0] - lag[0]),
         rate(relaxation.lateral) * (kinematic[1] - lag[1]),
         relaxation.camber.map_or(0.0, |length| rate(length) * (camber - lag[2])),
     ];
 
-    let input = Input {
-        slip_ratio: lag[0],
-        slip_angle: lag[1],
-        camber: camber_felt,
-        load,
-        friction: road.friction_at(contact.x),
-    };
-    let out = tyre.forces(&input);
-    // from the wheel plane to the carcass's lowest point, to the left
-    let offset = (pressed - carcass.crown) * sin / cos;
     let (at, moment_x, moment_z) = match tyre.reference() {
         Reference::Carcass => {
             let (mx, mz) = (out.moment_x + offset * load, out.moment_z - offset * out.force_x);

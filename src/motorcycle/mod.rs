@@ -7,6 +7,7 @@
 
 pub mod contact;
 pub mod description;
+pub mod link;
 pub mod model;
 pub mod modes;
 pub mod road;

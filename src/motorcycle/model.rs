@@ -11,35 +11,13 @@
 
 use nalgebra::{Unit, Vector3};
 
-use super::contact;
+use super::contact::{self, Surroundings};
 use super::description::{Contact, Motorcycle};
+use super::link;
 use super::road::Road;
 use super::state::{Action, State, Wheel, angle_rates, joint};
+use crate::effects::ModelError;
 use crate::multibody::{Body, Joint, Motion, Rigid, Tree, Work};
-
-/// Links of the tree, in its order.
-pub mod link {
-    /// Main frame.
-    pub const FRAME: usize = 0;
-    /// Swing arm.
-    pub const SWING: usize = 1;
-    /// Rear wheel.
-    pub const REAR: usize = 2;
-    /// Handlebar and upper fork.
-    pub const STEER: usize = 4;
-    /// Lower fork.
-    pub const FORK: usize = 5;
-    /// Front wheel.
-    pub const FRONT: usize = 6;
-    /// Rider's upper body.
-    pub const RIDER: usize = 7;
-    /// Wheels, front and rear.
-    pub const WHEELS: [usize; 2] = [FRONT, REAR];
-    /// What carries them.
-    pub const CARRIERS: [usize; 2] = [FORK, SWING];
-    /// Their joints.
-    pub const WHEEL_JOINTS: [usize; 2] = [super::joint::FRONT, super::joint::REAR];
-}
 
 /// Natural frequency and damping ratio with which the rider's body follows its command.
 const LEAN: (f64, f64) = (10.0, 1.0);
@@ -55,6 +33,8 @@ pub struct Model {
     pub road: Road,
     /// The bodies.
     pub tree: Tree,
+    /// What it has beyond all that and is not in its description or its tyres.
+    pub model_error: ModelError,
     locked: [bool; joint::COUNT],
 }
 
@@ -69,8 +49,11 @@ pub struct Scratch {
     pub held: [bool; 2],
     /// Drag, lift and pitch moment.
     pub air: [f64; 3],
-    /// Gravity where the motorcycle is, world axes.
+    /// Gravity where the motorcycle is, world axes, with [`pull`](Scratch::pull).
     pub gravity: Vector3<f64>,
+    /// The part of it that an inertial unit knows of: slope and bank of a
+    /// [`ModelError`], world axes, m/s².
+    pub pull: Vector3<f64>,
 }
 
 impl Model {
@@ -126,7 +109,14 @@ impl Model {
         locked[joint::FORK] = m.front_suspension.is_none();
         locked[joint::TWIST] = m.twist.is_none();
         let tree = Tree { base: m.frame, bodies };
-        Model { motorcycle, road, tree, locked }
+        Model { motorcycle, road, tree, model_error: ModelError::default(), locked }
+    }
+
+    /// The same with a model error beyond what its description and its tyres have of it.
+    #[must_use]
+    pub fn with(mut self, error: &ModelError) -> Self {
+        self.model_error = *error;
+        self
     }
 
     /// Scratch memory for it.
@@ -137,6 +127,7 @@ impl Model {
             held: [false; 2],
             air: [0.0; 3],
             gravity: Vector3::new(0.0, 0.0, -self.motorcycle.gravity),
+            pull: Vector3::zeros(),
         }
     }
 
@@ -191,6 +182,12 @@ impl Model {
         self.kinematics(state, scratch);
         self.prepare(state, action, scratch);
         let mut lag = [[0.0; 3]; 2];
+        let around = Surroundings {
+            road: &self.road,
+            error: &self.model_error,
+            time: action.time,
+            along: self.along(state),
+        };
         if let (Some(tyres), Contact::Tyre) = (&self.motorcycle.tyres, self.motorcycle.contact) {
             for i in 0..2 {
                 let (wheel, rates) = contact::roll(
@@ -199,7 +196,7 @@ impl Model {
                     i,
                     state.rates[link::WHEEL_JOINTS[i]],
                     &state.lag[i],
-                    &self.road,
+                    &around,
                 );
                 scratch.wheels[i] = wheel;
                 lag[i] = rates;
@@ -208,11 +205,45 @@ impl Model {
         self.solve(state, lag, scratch)
     }
 
+    /// Cosine of the heading; zero where no effect depends on it.
+    fn along(&self, state: &State) -> f64 {
+        if self.model_error.needs_heading() { state.angles[0].cos() } else { 0.0 }
+    }
+
+    /// What the effects pull at the motorcycle: slope and bank, world axes, m/s².
+    fn pull(&self, state: &State) -> Vector3<f64> {
+        let g = self.motorcycle.gravity;
+        let ahead = -self.model_error.uphill(0.0, g, self.along(state));
+        let left = g * self.model_error.weight_across(0.0);
+        let (sin, cos) = state.angles[0].sin_cos();
+        Vector3::new(ahead * cos - left * sin, ahead * sin + left * cos, 0.0)
+    }
+
+    /// Moments of the effects on the frame: of a mass centre beside the plane of symmetry, and of more
+    /// spin than the wheels'. The spin's own rate is left out.
+    fn twist(&self, state: &State, work: &mut Work) {
+        let m = &self.motorcycle;
+        let aside = self.model_error.mass_centre_aside(0.0, state.angles[1]);
+        let spin = self.model_error.spin(0.0);
+        if aside == 0.0 && spin == 0.0 {
+            return;
+        }
+        let wheels: f64 = (0..2)
+            .map(|i| m.wheels[i].about_origin[(1, 1)] * state.rates[link::WHEEL_JOINTS[i]])
+            .sum();
+        let (sin, cos) = state.angles[0].sin_cos();
+        let frame = &mut work.links[link::FRAME];
+        let momentum = frame.rotation.column(1) * (spin * wheels);
+        let gravity = Vector3::new(cos, sin, 0.0) * (m.mass() * m.gravity * aside);
+        frame.twist(&(gravity - frame.spin().cross(&momentum)));
+    }
+
     /// Everything that acts but the road: suspension, brakes, drive, air, rider.
     pub(super) fn prepare(&self, state: &State, action: &Action, scratch: &mut Scratch) {
         let m = &self.motorcycle;
-        let Scratch { work, held, air, gravity, .. } = scratch;
-        *gravity = self.road.gravity_at(state.position.x, m.gravity);
+        let Scratch { work, held, air, gravity, pull, .. } = scratch;
+        *pull = self.pull(state);
+        *gravity = self.road.gravity_at(state.position.x, m.gravity) + *pull;
         let (q, qd) = (&state.joints, &state.rates);
         for j in 0..joint::COUNT {
             work.driven[j] = self.locked[j];
@@ -246,6 +277,7 @@ impl Model {
         work.armature[joint::REAR] = action.engine_inertia;
         self.drive(action.drive, work);
         *air = self.air(action, work);
+        self.twist(state, work);
         if action.support != 0.0 {
             let frame = &mut work.links[link::FRAME];
             let x = frame.rotation.column(0) * action.support;

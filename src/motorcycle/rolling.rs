@@ -7,7 +7,8 @@
 use nalgebra::{DMatrix, DVector, Matrix4, SMatrix, SVector, Vector3};
 
 use super::contact::Geometry;
-use super::model::{Model, Scratch, link};
+use super::link;
+use super::model::{Model, Scratch};
 use super::state::{Action, State, joint, spin};
 use crate::multibody::Motion;
 

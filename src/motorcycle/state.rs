@@ -159,6 +159,8 @@ pub struct Action {
     pub support: f64,
     /// Wind, world axes, m/s.
     pub wind: [f64; 2],
+    /// Since the ride began, s.
+    pub time: f64,
 }
 
 /// What one wheel does at an instant. Contact axes: x along the wheel plane's trace, y to the

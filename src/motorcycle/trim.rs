@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::model::{Model, Scratch, link};
+use super::link;
+use super::model::{Model, Scratch};
 use super::state::{Action, State, Wheel, joint, spin};
 
 /// A steady turn.

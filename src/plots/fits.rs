@@ -1,6 +1,7 @@
 //! The fits over their data.
 
-use super::sheet::{Cloud, LINE, POINTS, Sheet};
+use super::plot::{Axis, FIT, Plot, Series, front_and_rear};
+use super::sheet::{CLOUD_POINTS, Cloud, Sheet, abscissae};
 use crate::GRAVITY;
 use crate::fit::coasting::{DRAG, GRADE, ROLLING};
 use crate::fit::cornering::{C1, C3, CT, K_X};
@@ -8,7 +9,88 @@ use crate::fit::{Data, Solution, cornering, friction};
 use crate::model::formulation::Formulation;
 use crate::statistics::interval::t95;
 
-/// The signals of the samples that the fits used, front and rear: what the clouds do not hold.
+pub(super) const CAMBER: Axis = Axis::degrees("camber");
+pub(super) const ROLL: Axis = Axis::degrees("roll");
+const SLIP: Axis = Axis::new("slip ratio", "", 1.0);
+const MU_X: Axis = Axis::new("longitudinal friction Fx/Fz", "", 1.0);
+const MU_Y: Axis = Axis::new("lateral friction Fy/Fz", "", 1.0);
+const ALPHA: Axis = Axis::degrees("slip angle");
+const PER_LOAD: Axis = Axis::new("stiffness per load", "1/rad", 1.0);
+const V_SQUARED: Axis = Axis::new("speed squared", "m²/s²", 1.0);
+const FORCE: Axis = Axis::new("resisting force", "N", 1.0);
+const ARM: Axis = Axis::new("overturning arm Mx/(m g)", "mm", 1000.0);
+
+/// Longitudinal friction over slip ratio, front and rear.
+pub const FRICTION_X: [Plot; 2] = front_and_rear!(
+    "friction_x",
+    "longitudinal friction",
+    [SLIP, MU_X],
+    "Magic Formula (eq. 28) through the straight-line runs."
+);
+
+/// Slip angle over camber in steady corners, front and rear.
+pub const SLIP_ANGLE: [Plot; 2] = front_and_rear!(
+    "slip_angle",
+    "slip angle",
+    [CAMBER, ALPHA],
+    "Slip angle c1 γ + c3 γ³ (eq. 37) in steady corners."
+);
+
+/// Lateral friction over camber in steady corners, front and rear.
+pub const FRICTION_Y: [Plot; 2] = front_and_rear!(
+    "friction_y",
+    "lateral friction over camber",
+    [CAMBER, MU_Y],
+    "Lateral friction ct tan γ (eq. 38) in steady corners."
+);
+
+/// Lateral friction over slip angle in steady corners, front and rear.
+pub const FRICTION_Y_SLIP: [Plot; 2] = {
+    let [front, rear] = front_and_rear!(
+        "friction_y_slip",
+        "lateral friction over slip angle",
+        [ALPHA, MU_Y],
+        "Steady corners: to each slip angle its camber, so the curve runs through both fits \
+         (eqs. 37, 38); it is no sweep at a fixed camber."
+    );
+    [Plot { turns_back: true, ..front }, Plot { turns_back: true, ..rear }]
+};
+
+/// Cornering stiffness per load, a line of [`STIFFNESS`].
+pub const K_ALPHA: Series = Series::new("k_alpha", "cornering kα");
+/// Camber stiffness per load, the other line.
+pub const K_GAMMA: Series = Series::new("k_gamma", "camber kγ");
+
+/// Cornering and camber stiffness per load over camber, front and rear.
+pub const STIFFNESS: [Plot; 2] = {
+    let [front, rear] = front_and_rear!(
+        "stiffness",
+        "stiffness",
+        [CAMBER, PER_LOAD],
+        "Cornering and camber stiffness (eq. 39, multiplied through); the band is the scatter \
+         between manoeuvres."
+    );
+    const LINES: &[Series] = &[K_ALPHA, K_GAMMA];
+    [Plot { series: LINES, ..front }, Plot { series: LINES, ..rear }]
+};
+
+/// Force that slows the coasting bike over the speed squared.
+pub const COAST_DOWN: Plot = Plot::new(
+    "coast_down",
+    "Coast-down",
+    [V_SQUARED, FORCE],
+    "Drag is the slope, rolling resistance the height at standstill (eq. 23).",
+);
+
+/// Lever arm of the overturning moment over roll.
+pub const OVERTURNING: Plot = Plot::new(
+    "overturning",
+    "Overturning",
+    [ROLL, ARM],
+    "Overturning moment over weight, by roll (eqs. 34–36).",
+);
+
+/// Signals of the samples that the fits used, front and rear, beside those in the fits' own clouds.
 pub(super) struct Used {
     /// Wheel load of the friction samples, N.
     pub straight_load: [Vec<f64>; 2],
@@ -48,16 +130,16 @@ impl Used {
 }
 
 pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used: &Used) {
-    for (k, end) in ["front", "rear"].into_iter().enumerate() {
-        friction(sheet, solution, used, k, &format!("friction_x_{end}"));
-        lateral(sheet, solution, used, k, end);
-        stiffness(sheet, solution, k, end);
+    for k in 0..2 {
+        friction(sheet, solution, used, k);
+        lateral(sheet, solution, used, k);
+        stiffness(sheet, solution, k);
     }
     coast_down(sheet, data, solution);
     overturning(sheet, data, solution);
 }
 
-fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, plot: &str) {
+fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     let Some(fit) = &solution.fits.friction[k] else { return };
     let rows = &solution.samples.friction[k];
     let cloud = Cloud {
@@ -65,9 +147,10 @@ fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, p
         y: &rows.friction,
         weights: &fit.weights,
         clusters: &rows.clusters,
-        shade: &used.straight_load[k],
+        colour: &used.straight_load[k],
     };
-    sheet.cloud(plot, &cloud, POINTS);
+    let plot = &FRICTION_X[k];
+    sheet.cloud(plot, &cloud, CLOUD_POINTS);
     let band = |s: f64| {
         let covariance = fit.covariance.as_ref()?;
         let at = |theta: &[f64]| friction::curve(theta).value(s);
@@ -83,20 +166,20 @@ fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, p
         Some(t95(dof.max(1.0)) * se)
     };
     let [from, to] = fit.slip_range;
-    sheet.line(plot, "fit", from, to.max(0.0), &|s| (fit.formula.value(s), band(s)));
+    sheet.line(plot, &FIT, [from, to.max(0.0)], &|s| (fit.formula.value(s), band(s)));
 }
 
-fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, end: &str) {
+fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     let lateral = &solution.fits.lateral[k];
     let rows = &solution.samples.lateral[k];
     let low = rows.camber.iter().copied().fold(0.0, f64::min);
     let high = rows.camber.iter().copied().fold(0.0, f64::max);
-    let cloud = Cloud { clusters: &rows.clusters, shade: &used.corner_load[k], ..Cloud::default() };
+    let cloud =
+        Cloud { clusters: &rows.clusters, colour: &used.corner_load[k], ..Cloud::default() };
     if let Some(fit) = &lateral.slip {
-        let plot = format!("slip_angle_{end}");
         let own = Cloud { x: &rows.camber, y: &rows.slip_angle, weights: &fit.weights, ..cloud };
-        sheet.cloud(&plot, &own, POINTS);
-        sheet.line(&plot, "fit", low, high, &|g| {
+        sheet.cloud(&SLIP_ANGLE[k], &own, CLOUD_POINTS);
+        sheet.line(&SLIP_ANGLE[k], &FIT, [low, high], &|g| {
             let contrast = [g, g.powi(3)];
             let half = fit.covariance.as_ref().map(|c| {
                 let (se, dof) = c.contrast(&contrast);
@@ -112,25 +195,23 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize, en
         });
         (fit.theta[CT] * g.tan(), half)
     };
-    let plot = format!("friction_y_{end}");
     let own = Cloud { x: &rows.camber, y: &rows.friction, weights: &fit.weights, ..cloud };
-    sheet.cloud(&plot, &own, POINTS);
-    sheet.line(&plot, "fit", low, high, &at);
+    sheet.cloud(&FRICTION_Y[k], &own, CLOUD_POINTS);
+    sheet.line(&FRICTION_Y[k], &FIT, [low, high], &at);
     // a steady corner has one slip angle to its camber: the curve runs through both fits
     let Some(slip) = &lateral.slip else { return };
-    let plot = format!("friction_y_slip_{end}");
+    let plot = &FRICTION_Y_SLIP[k];
     let own = Cloud { x: &rows.slip_angle, y: &rows.friction, weights: &fit.weights, ..cloud };
-    sheet.cloud(&plot, &own, POINTS);
-    for i in 0..LINE {
-        let g = low + (high - low) * i as f64 / (LINE - 1) as f64;
+    sheet.cloud(plot, &own, CLOUD_POINTS);
+    for g in abscissae([low, high]) {
         let (y, half) = at(g);
         let x = slip.theta[C1] * g + slip.theta[C3] * g.powi(3);
         let y = [Some(y), half.map(|h| y - h), half.map(|h| y + h)];
-        sheet.push(&plot, "fit", x, y, None, None);
+        sheet.point(plot, &FIT, x, y);
     }
 }
 
-fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize, end: &str) {
+fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize) {
     let lateral = &solution.fits.lateral[k];
     let formulation = solution.inputs.formulation;
     let wheel = if k == 0 { &solution.inputs.bike.front } else { &solution.inputs.bike.rear };
@@ -146,8 +227,8 @@ fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize, end: &str) {
         let tangent = if g.abs() < 1e-6 { 1.0 } else { g.tan() / g };
         (formulation == Formulation::Corrected).then(|| t95(dof.max(1.0)) * se * k * k / tangent)
     };
-    for (series, scale) in [("k_alpha", 1.0), ("k_gamma", ratio)] {
-        sheet.line(&format!("stiffness_{end}"), series, 0.0, lateral.max_camber, &|g| {
+    for (series, scale) in [(K_ALPHA, 1.0), (K_GAMMA, ratio)] {
+        sheet.line(&STIFFNESS[k], &series, [0.0, lateral.max_camber], &|g| {
             let k = lateral.k_alpha(g, ratio, formulation).unwrap_or(f64::NAN);
             (scale * k, half(g, k).map(|h| scale * h))
         });
@@ -163,10 +244,10 @@ fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let square: Vec<f64> = x.velocity_x.iter().map(|v| v * v).collect();
     let force = coasting_force(data, solution, &fit.theta);
     let own =
-        Cloud { x: &square, y: &force, weights: &fit.weights, clusters: &x.segment, shade: &[] };
-    sheet.cloud("coast_down", &own, POINTS);
+        Cloud { x: &square, y: &force, weights: &fit.weights, clusters: &x.segment, colour: &[] };
+    sheet.cloud(&COAST_DOWN, &own, CLOUD_POINTS);
     let top = square.iter().copied().fold(0.0, f64::max);
-    sheet.line("coast_down", "fit", 0.0, top, &|v2| {
+    sheet.line(&COAST_DOWN, &FIT, [0.0, top], &|v2| {
         let half = fit.covariance.as_ref().map(|c| {
             let mut contrast = vec![0.0; fit.theta.len()];
             contrast[DRAG] = v2;
@@ -204,15 +285,15 @@ fn overturning(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
         .map(|&i| data.corner.roll[i] - inputs.zeros.roll)
         .collect();
     let arm: Vec<f64> = moment.iter().map(|m| m / weight).collect();
-    let own = Cloud { x: &roll, y: &arm, weights: &fit.weights, clusters, shade: &[] };
-    sheet.cloud("overturning", &own, POINTS);
+    let own = Cloud { x: &roll, y: &arm, weights: &fit.weights, clusters, colour: &[] };
+    sheet.cloud(&OVERTURNING, &own, CLOUD_POINTS);
     // the lever per tangent of roll is all but constant: its mean draws the line
     let tangent: f64 = roll.iter().map(|r| r.tan().powi(2)).sum();
     let per_tangent: f64 = lever.iter().zip(&roll).map(|(l, r)| l * r.tan()).sum::<f64>() / tangent;
     let low = roll.iter().copied().fold(0.0, f64::min);
     let high = roll.iter().copied().fold(0.0, f64::max);
     let scale = per_tangent / weight;
-    sheet.line("overturning", "fit", low, high, &|r| {
+    sheet.line(&OVERTURNING, &FIT, [low, high], &|r| {
         let half = fit.covariance.as_ref().map(|c| {
             t95(c.dof[K_X].max(1.0))
                 * c.covariance[(K_X, K_X)].max(0.0).sqrt()

@@ -1,25 +1,132 @@
-//! What the report draws of an off-road session: the riders side by side.
+//! The plots of an off-road session: the rider models side by side.
 //!
 //! The time line has a panel per force with a line per rider. Three situations are drawn in full,
 //! as the paper does: the longest flight (with the next one, if it follows at once), the longest
 //! whoops, the longest corner.
 
-use super::ride::bins;
-use super::sheet::{BINS, Sheet};
+use super::plot::{Axis, Panel, Plot, Section, Series};
+use super::sheet::{Sheet, TIMELINE_BINS};
 use crate::contract::session::Session;
-use crate::estimate::offroad::{Estimate, Ridden};
+use crate::estimate::offroad::{Estimate, RiderEstimate};
 use crate::tables::rows::PlotPoint;
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
+
+const TIME: Axis = Axis::new("time", "s", 1.0);
+const RIDER_FORCE: Axis = Axis::new("force on the bike", "N", 1.0);
+const TYRE_FORCE: Axis = Axis::new("force on the tyre", "N", 1.0);
+const RIDER_CAPTION: &str = "Rider models side by side; A integrated springs, B algebraic, C with \
+                             the slow vertical motion.";
+const TYRE_CAPTION: &str = "The same samples solved with each rider model, and with none.";
+
+/// A line per rider model.
+macro_rules! riders {
+    ($prefix:literal) => {
+        &[
+            Series::new(concat!($prefix, "_none"), "no rider"),
+            Series::new(concat!($prefix, "_a"), "rider A"),
+            Series::new(concat!($prefix, "_b"), "rider B"),
+            Series::new(concat!($prefix, "_c"), "rider C"),
+        ]
+    };
+}
+
+/// The rider models in a plot of a situation.
+const RIDERS: &[Series] = riders!("rider");
+
+/// A rider model in words, by its name in the tables.
+pub fn rider_label(name: &str) -> String {
+    let known = RIDERS.iter().find(|s| s.name.strip_prefix("rider_") == Some(name));
+    known.map_or_else(|| format!("rider {}", name.to_uppercase()), |s| s.label.to_owned())
+}
+
+/// The forces in one situation, in the order of [`FORCES`].
+macro_rules! situation {
+    ($name:literal, $title:literal) => {
+        situation! { $name, $title:
+            "legs", "rider on the pegs (L_z, down)", RIDER_FORCE, RIDER_CAPTION;
+            "arms", "rider on the bar (A_x, forward)", RIDER_FORCE, RIDER_CAPTION;
+            "load_front", "front load (N_f)", TYRE_FORCE, TYRE_CAPTION;
+            "load_rear", "rear load (N_r)", TYRE_FORCE, TYRE_CAPTION;
+            "along_front", "front along the chassis (−B_f)", TYRE_FORCE, TYRE_CAPTION;
+            "along_rear", "rear along the chassis (D_r − B_r)", TYRE_FORCE, TYRE_CAPTION;
+        }
+    };
+    ($name:literal, $title:literal: $($force:literal, $words:literal, $y:expr, $caption:expr;)*) => {
+        [$(Plot {
+            section: Section::OffRoad,
+            series: RIDERS,
+            ..Plot::new(
+                concat!($name, "_", $force),
+                concat!($title, " · ", $words),
+                [TIME, $y],
+                $caption,
+            )
+        }),*]
+    };
+}
+
+const JUMPS: [Plot; 6] = situation!("jumps", "Jumps");
+const WHOOPS: [Plot; 6] = situation!("whoops", "Whoops");
+const CORNER: [Plot; 6] = situation!("corner", "Corner");
+
+/// Every plot of a situation, in the order of the page.
+pub const SITUATIONS: [[Plot; 6]; 3] = [JUMPS, WHOOPS, CORNER];
+
+/// One force on the time line: a line per rider model.
+macro_rules! panel {
+    ($label:literal, $force:literal) => {
+        Panel { axis: Axis::new($label, "N", 1.0), series: riders!($force) }
+    };
+}
+
+/// Panels of the time line that only an off-road session has.
+pub const PANELS: &[Panel] = &[
+    Panel { axis: Axis::degrees("pitch, nose up"), series: &[Series::new("pitch_up", "pitch up")] },
+    Panel {
+        axis: Axis::new("travel", "mm", 1000.0),
+        series: &[
+            Series::new("fork_travel", "fork travel"),
+            Series::new("shock_travel", "shock travel"),
+        ],
+    },
+    panel!("front load", "load_front"),
+    panel!("rear load", "load_rear"),
+    panel!("front along the chassis", "along_front"),
+    panel!("rear along the chassis", "along_rear"),
+    panel!("rider on the pegs, down", "legs"),
+    panel!("rider on the bar, forward", "arms"),
+];
 
 /// Points of a line in a situation.
 const POINTS: usize = 500;
 /// Longest situation, s.
 const LONGEST: f64 = 9.0;
 
-/// Everything the report draws of an off-road session.
+/// The rows of the table `plots` of an off-road session.
 pub fn rows(session: &Session, estimate: &Estimate, segments: &[Segment]) -> Vec<PlotPoint> {
-    let mut sheet = Sheet { session, rows: Vec::new() };
-    let step = session.len.div_ceil(BINS).max(1);
+    let mut sheet = Sheet::new(session);
+    timeline(&mut sheet, estimate);
+    for (plots, window) in situations(segments, session.rate, session.len) {
+        let every = window.len().div_ceil(POINTS / 2).max(1);
+        for ridden in &estimate.riders {
+            let name = format!("rider_{}", ridden.rider.name());
+            let Some(series) = RIDERS.iter().find(|s| s.name == name) else { continue };
+            for (plot, (_, force)) in plots.iter().zip(FORCES) {
+                for start in window.clone().step_by(every) {
+                    let places = start..(start + every).min(window.end);
+                    for i in extremes(places, &|i| force(ridden, i)) {
+                        let value = [Some(force(ridden, i)), None, None];
+                        sheet.point(plot, series, session.time(i), value);
+                    }
+                }
+            }
+        }
+    }
+    sheet.rows
+}
+
+fn timeline(sheet: &mut Sheet<'_>, estimate: &Estimate) {
+    let step = sheet.session.len.div_ceil(TIMELINE_BINS).max(1);
     let k = &estimate.kinematics;
     for (series, x) in [
         ("velocity_x", &k.xd),
@@ -28,32 +135,15 @@ pub fn rows(session: &Session, estimate: &Estimate, segments: &[Segment]) -> Vec
         ("shock_travel", &k.shock),
     ] {
         if x.iter().any(|v| v.is_finite()) {
-            bins(&mut sheet, series, step, &|i| x[i]);
+            sheet.timeline(series, step, &|i| x[i]);
         }
     }
     for ridden in &estimate.riders {
         let rider = ridden.rider.name();
         for (name, force) in FORCES {
-            bins(&mut sheet, &format!("{name}_{rider}"), step, &|i| force(ridden, i));
+            sheet.timeline(&format!("{name}_{rider}"), step, &|i| force(ridden, i));
         }
     }
-    for (name, window) in situations(segments, session.rate, session.len) {
-        let every = window.len().div_ceil(POINTS / 2).max(1);
-        for ridden in &estimate.riders {
-            let series = format!("rider_{}", ridden.rider.name());
-            for (force_name, force) in FORCES {
-                let plot = format!("{name}_{force_name}");
-                for start in window.clone().step_by(every) {
-                    let places = start..(start + every).min(window.end);
-                    for i in extremes(places, &|i| force(ridden, i)) {
-                        let value = [Some(force(ridden, i)), None, None];
-                        sheet.push(&plot, &series, session.time(i), value, None, None);
-                    }
-                }
-            }
-        }
-    }
-    sheet.rows
 }
 
 /// Where the least and the largest of some values are, in their order: a landing is over within a
@@ -71,9 +161,9 @@ fn extremes(places: std::ops::Range<usize>, f: &dyn Fn(usize) -> f64) -> Vec<usi
     found
 }
 
-type Force = fn(&Ridden, usize) -> f64;
+type Force = fn(&RiderEstimate, usize) -> f64;
 
-/// Forces that are drawn, by the first part of the series' name.
+/// Forces that are drawn, N, by the first part of the series' name on the time line.
 const FORCES: [(&str, Force); 6] = [
     ("legs", |r, i| r.forces.lz[i]),
     ("arms", |r, i| r.forces.ax[i]),
@@ -83,18 +173,19 @@ const FORCES: [(&str, Force); 6] = [
     ("along_rear", |r, i| r.tyres.d_r[i] - r.tyres.b_r[i]),
 ];
 
-/// The three situations of the paper, as far as the session has them.
+/// The plots of the three situations of the paper with the samples that they show, as far as the
+/// session has them.
 fn situations(
     segments: &[Segment],
     rate: f64,
     len: usize,
-) -> Vec<(&'static str, std::ops::Range<usize>)> {
+) -> Vec<([Plot; 6], std::ops::Range<usize>)> {
     // whole in the log before cut by its end
     let margin = rate as usize;
     let longest = |kind: ManoeuvreKind| {
         let whole = |s: &Segment| s.start >= margin && s.end + margin <= len;
-        let kin = segments.iter().filter(|s| s.kind == kind && s.used);
-        kin.max_by_key(|s| (whole(s), s.end - s.start))
+        let of_kind = segments.iter().filter(|s| s.kind == kind && s.used);
+        of_kind.max_by_key(|s| (whole(s), s.end - s.start))
     };
     let window = |start: usize, end: usize, before: f64, after: f64| {
         let start = start.saturating_sub((before * rate) as usize);
@@ -112,13 +203,13 @@ fn situations(
         if let Some(other) = segments.iter().filter(neighbour).max_by_key(|s| s.end - s.start) {
             (start, end) = (start.min(other.start), end.max(other.end));
         }
-        out.push(("jumps", window(start, end, 0.8, 1.2)));
+        out.push((JUMPS, window(start, end, 0.8, 1.2)));
     }
     if let Some(s) = longest(ManoeuvreKind::Whoops) {
-        out.push(("whoops", window(s.start, s.end, 0.5, 0.5)));
+        out.push((WHOOPS, window(s.start, s.end, 0.5, 0.5)));
     }
     if let Some(s) = longest(ManoeuvreKind::Cornering) {
-        out.push(("corner", window(s.start, s.end, 0.3, 0.3)));
+        out.push((CORNER, window(s.start, s.end, 0.3, 0.3)));
     }
     out
 }

@@ -1,159 +1,212 @@
-//! What the fits leave, over everything that could be behind it.
+//! Residuals of the fits over what could explain them.
 //!
-//! A plot per fit and covariate: `residual_<fit>_over_<covariate>`. The trend is the mean of what
-//! the fit did not call an outlier, in bins of equally many samples; its band is the 95 %
-//! interval of the mean of the bin's manoeuvres, so that one odd manoeuvre is not taken for a
-//! dependence.
+//! A plot per fit and covariate. The trend is the mean of what the fit did not call an outlier, in
+//! bins of equally many samples; its band is the 95 % interval of the mean of the bin's manoeuvres,
+//! so that one odd manoeuvre is not taken for a dependence.
 
 use std::collections::BTreeMap;
 
-use super::fits::{Used, coasting_force};
+use super::fits::{CAMBER, Used, coasting_force};
+use super::plot::{Axis, Plot, Section, Series};
+use super::ride::SPEED;
 use super::sheet::{Cloud, Sheet};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::session::Session;
 use crate::fit::coasting::{DRAG, ROLLING};
 use crate::fit::cornering::{C1, C3, CT};
 use crate::fit::{Data, Solution};
 use crate::statistics::interval::t95;
 
+const SLIP_ANGLE: Axis = Axis::degrees("slip angle residual");
+const FRICTION: Axis = Axis::new("friction residual", "", 1.0);
+const FORCE: Axis = Axis::new("force residual", "N", 1.0);
+
+/// The mean of the samples that the fit did not reject, in bins.
+const TREND: Series = Series::new("trend", "mean");
+
+/// Covariates, in the order of a fit's plots: speed, load, camber, temperature, time.
+const COVARIATES: usize = 5;
+
+/// The residuals of one fit over every covariate, under the fit's heading.
+macro_rules! over_covariates {
+    ($fit:literal, $title:literal, $y:expr) => {
+        over_covariates! { $fit, $title, $y;
+            "speed", SPEED;
+            "load", Axis::new("wheel load", "N", 1.0);
+            "camber", CAMBER;
+            "temperature", Axis::new("temperature", "°C", 1.0);
+            "time", Axis::new("time", "s", 1.0);
+        }
+    };
+    ($fit:literal, $title:literal, $y:expr; $($covariate:literal, $x:expr;)*) => {
+        [$(Plot {
+            section: Section::Residual,
+            series: &[TREND],
+            ..Plot::new(concat!("residual_", $fit, "_over_", $covariate), $title, [$x, $y], "")
+        }),*]
+    };
+}
+
+const FRICTION_X: [[Plot; COVARIATES]; 2] = [
+    over_covariates!("friction_x_front", "Front · longitudinal friction", FRICTION),
+    over_covariates!("friction_x_rear", "Rear · longitudinal friction", FRICTION),
+];
+const SLIP: [[Plot; COVARIATES]; 2] = [
+    over_covariates!("slip_angle_front", "Front · slip angle", SLIP_ANGLE),
+    over_covariates!("slip_angle_rear", "Rear · slip angle", SLIP_ANGLE),
+];
+const FRICTION_Y: [[Plot; COVARIATES]; 2] = [
+    over_covariates!("friction_y_front", "Front · lateral friction", FRICTION),
+    over_covariates!("friction_y_rear", "Rear · lateral friction", FRICTION),
+];
+const COAST_DOWN: [Plot; COVARIATES] = over_covariates!("coast_down", "Coast-down", FORCE);
+
+/// Every plot of residuals, by fit in the order of the page.
+pub const PLOTS: [[Plot; COVARIATES]; 7] =
+    [FRICTION_X[0], FRICTION_X[1], SLIP[0], SLIP[1], FRICTION_Y[0], FRICTION_Y[1], COAST_DOWN];
+
 /// Largest number of points of a residual cloud.
 const POINTS: usize = 240;
-/// Bins of the trend, and samples that one needs.
+/// Bins of the trend.
 const BINS: usize = 10;
-const PER_BIN: usize = 8;
+/// Samples that a bin needs.
+const SAMPLES_PER_BIN: usize = 8;
 /// Manoeuvres that a bin needs for a band.
-const MIN_MANOEUVRES: usize = 3;
+const MANOEUVRES_PER_BAND: usize = 3;
 
-/// Residuals of one fit.
+/// The residuals of one fit, sample by sample.
 struct Residuals<'a> {
-    residuals: Vec<f64>,
+    /// Data less fit.
+    values: Vec<f64>,
+    /// Robust weights; 0 is an outlier.
     weights: &'a [f64],
+    /// Index of each sample's manoeuvre.
     clusters: &'a [usize],
+    /// s.
     time: &'a [f64],
 }
 
 pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used: &Used) {
-    let temperature = |sheet: &Sheet<'_>, k: Option<usize>, time: &[f64]| {
-        let session = sheet.session;
-        let own = k.map(|k| [Channel::TyreTemperatureFront, Channel::TyreTemperatureRear][k]);
-        let x =
-            own.and_then(|c| session.get(c)).or_else(|| session.get(Channel::AirTemperature))?;
-        let at = |t: &f64| x.get((t * session.rate).round() as usize).copied().unwrap_or(f64::NAN);
-        Some(time.iter().map(at).collect::<Vec<f64>>())
-    };
-    for (k, end) in ["front", "rear"].into_iter().enumerate() {
-        if let Some(fit) = &solution.fits.friction[k] {
-            let rows = &solution.samples.friction[k];
-            let curve = |i: usize| rows.friction[i] - fit.formula.value(rows.slip[i]);
-            let left = Residuals {
-                residuals: (0..rows.samples()).map(curve).collect(),
-                weights: &fit.weights,
-                clusters: &rows.clusters,
-                time: &used.straight_time[k],
-            };
-            let hot = temperature(sheet, Some(k), left.time);
-            let name = format!("friction_x_{end}");
-            covariates(
-                sheet,
-                &name,
-                &left,
-                [
-                    ("speed", Some(&rows.speed)),
-                    ("load", Some(&used.straight_load[k])),
-                    ("camber", Some(&used.straight_roll[k])),
-                    ("temperature", hot.as_ref()),
-                ],
-            );
-        }
-        let lateral = &solution.fits.lateral[k];
-        let rows = &solution.samples.lateral[k];
-        let hot = temperature(sheet, Some(k), &used.corner_time);
-        let camber = |i: usize| rows.camber[i];
-        let slip = lateral.slip.as_ref().map(|fit| {
-            let [c1, c3] = [fit.theta[C1], fit.theta[C3]];
-            let curve = |i: usize| c1 * camber(i) + c3 * camber(i).powi(3);
-            let residual = |i: usize| rows.slip_angle[i] - curve(i);
-            ((0..rows.camber.len()).map(residual).collect::<Vec<f64>>(), fit)
-        });
-        let friction = lateral.friction.as_ref().map(|fit| {
-            let residual = |i: usize| rows.friction[i] - fit.theta[CT] * camber(i).tan();
-            ((0..rows.camber.len()).map(residual).collect::<Vec<f64>>(), fit)
-        });
-        for (name, found) in [("slip_angle", slip), ("friction_y", friction)] {
-            let Some((residuals, fit)) = found else { continue };
-            let left = Residuals {
-                residuals,
-                weights: &fit.weights,
-                clusters: &rows.clusters,
-                time: &used.corner_time,
-            };
-            covariates(
-                sheet,
-                &format!("{name}_{end}"),
-                &left,
-                [
-                    ("speed", Some(&used.corner_speed)),
-                    ("load", Some(&used.corner_load[k])),
-                    ("camber", Some(&rows.camber)),
-                    ("temperature", hot.as_ref()),
-                ],
-            );
-        }
+    for k in 0..2 {
+        longitudinal(sheet, solution, used, k);
+        lateral(sheet, solution, used, k);
     }
+    coast_down(sheet, data, solution);
+}
+
+fn longitudinal(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
+    let Some(fit) = &solution.fits.friction[k] else { return };
+    let rows = &solution.samples.friction[k];
+    let residual = |i: usize| rows.friction[i] - fit.formula.value(rows.slip[i]);
+    let residuals = Residuals {
+        values: (0..rows.samples()).map(residual).collect(),
+        weights: &fit.weights,
+        clusters: &rows.clusters,
+        time: &used.straight_time[k],
+    };
+    let temperature = temperature(sheet.session, Some(k), residuals.time);
+    let over: [Option<&[f64]>; 4] = [
+        Some(&rows.speed),
+        Some(&used.straight_load[k]),
+        Some(&used.straight_roll[k]),
+        temperature.as_deref(),
+    ];
+    covariates(sheet, &FRICTION_X[k], &residuals, over);
+}
+
+fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
+    let lateral = &solution.fits.lateral[k];
+    let rows = &solution.samples.lateral[k];
+    let temperature = temperature(sheet.session, Some(k), &used.corner_time);
+    let over: [Option<&[f64]>; 4] = [
+        Some(&used.corner_speed),
+        Some(&used.corner_load[k]),
+        Some(&rows.camber),
+        temperature.as_deref(),
+    ];
+    let residuals = |values: Vec<f64>, weights| Residuals {
+        values,
+        weights,
+        clusters: &rows.clusters,
+        time: &used.corner_time,
+    };
+    if let Some(fit) = &lateral.slip {
+        let [c1, c3] = [fit.theta[C1], fit.theta[C3]];
+        let curve = |camber: f64| c1 * camber + c3 * camber.powi(3);
+        let pairs = rows.slip_angle.iter().zip(&rows.camber);
+        let values = pairs.map(|(angle, camber)| angle - curve(*camber)).collect();
+        covariates(sheet, &SLIP[k], &residuals(values, &fit.weights), over);
+    }
+    if let Some(fit) = &lateral.friction {
+        let pairs = rows.friction.iter().zip(&rows.camber);
+        let values = pairs.map(|(mu, camber)| mu - fit.theta[CT] * camber.tan()).collect();
+        covariates(sheet, &FRICTION_Y[k], &residuals(values, &fit.weights), over);
+    }
+}
+
+fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let Some(fit) = &solution.fits.coasting.resistance else { return };
     let x = &data.coast;
     let weight = solution.inputs.bike.mass * GRAVITY;
     let force = coasting_force(data, solution, &fit.theta);
     let curve = |i: usize| fit.theta[DRAG] * x.velocity_x[i].powi(2) + fit.theta[ROLLING] * weight;
-    let left = Residuals {
-        residuals: (0..x.len()).map(|i| force[i] - curve(i)).collect(),
+    let residuals = Residuals {
+        values: (0..x.len()).map(|i| force[i] - curve(i)).collect(),
         weights: &fit.weights,
         clusters: &x.segment,
         time: &x.time,
     };
-    let hot = temperature(sheet, None, left.time);
-    let over = [
-        ("speed", Some(&x.velocity_x)),
-        ("load", None),
-        ("camber", Some(&x.roll)),
-        ("temperature", hot.as_ref()),
-    ];
-    covariates(sheet, "coast_down", &left, over);
+    let temperature = temperature(sheet.session, None, residuals.time);
+    let over: [Option<&[f64]>; 4] =
+        [Some(&x.velocity_x), None, Some(&x.roll), temperature.as_deref()];
+    covariates(sheet, &COAST_DOWN, &residuals, over);
 }
 
+/// Temperature at some times, °C: of a tyre where it was measured, else of the air.
+fn temperature(session: &Session, tyre: Option<usize>, time: &[f64]) -> Option<Vec<f64>> {
+    let own = tyre.map(|k| [Channel::TyreTemperatureFront, Channel::TyreTemperatureRear][k]);
+    let x = own.and_then(|c| session.get(c)).or_else(|| session.get(Channel::AirTemperature))?;
+    let at = |t: &f64| x.get((t * session.rate).round() as usize).copied().unwrap_or(f64::NAN);
+    Some(time.iter().map(at).collect())
+}
+
+/// The plots of one fit: over speed, load, camber and temperature as far as they are known, and time.
 fn covariates(
     sheet: &mut Sheet<'_>,
-    fit: &str,
-    left: &Residuals<'_>,
-    over: [(&str, Option<&Vec<f64>>); 4],
+    plots: &[Plot; COVARIATES],
+    residuals: &Residuals<'_>,
+    over: [Option<&[f64]>; 4],
 ) {
-    let time = left.time.to_vec();
-    for (name, x) in over.into_iter().chain([("time", Some(&time))]) {
+    for (plot, x) in plots.iter().zip(over.into_iter().chain([Some(residuals.time)])) {
         let Some(x) = x.filter(|x| x.iter().any(|v| v.is_finite())) else { continue };
-        let plot = format!("residual_{fit}_over_{name}");
         let cloud = Cloud {
             x,
-            y: &left.residuals,
-            weights: left.weights,
-            clusters: left.clusters,
-            shade: &[],
+            y: &residuals.values,
+            weights: residuals.weights,
+            clusters: residuals.clusters,
+            colour: &[],
         };
-        sheet.cloud(&plot, &cloud, POINTS);
-        for (x, mean, half) in trend(x, left) {
-            let y = [Some(mean), half.map(|h| mean - h), half.map(|h| mean + h)];
-            sheet.push(&plot, "trend", x, y, None, None);
+        sheet.cloud(plot, &cloud, POINTS);
+        for (x, mean, half) in trend(x, residuals) {
+            sheet.point(
+                plot,
+                &TREND,
+                x,
+                [Some(mean), half.map(|h| mean - h), half.map(|h| mean + h)],
+            );
         }
     }
 }
 
-/// Middle, mean and half width of the interval of each bin.
-fn trend(x: &[f64], left: &Residuals<'_>) -> Vec<(f64, f64, Option<f64>)> {
-    let mut order: Vec<usize> = (0..x.len().min(left.residuals.len()))
-        .filter(|&i| x[i].is_finite() && left.residuals[i].is_finite())
-        .filter(|&i| left.weights.get(i).is_none_or(|w| *w > 0.0))
+/// Mean abscissa, mean residual and half the width of its 95 % interval in each bin.
+fn trend(x: &[f64], residuals: &Residuals<'_>) -> Vec<(f64, f64, Option<f64>)> {
+    let mut order: Vec<usize> = (0..x.len().min(residuals.values.len()))
+        .filter(|&i| x[i].is_finite() && residuals.values[i].is_finite())
+        .filter(|&i| residuals.weights.get(i).is_none_or(|w| *w > 0.0))
         .collect();
     order.sort_by(|&a, &b| x[a].total_cmp(&x[b]));
-    let count = (order.len() / PER_BIN).min(BINS);
+    let count = (order.len() / SAMPLES_PER_BIN).min(BINS);
     if count < 2 {
         return Vec::new();
     }
@@ -166,18 +219,19 @@ fn trend(x: &[f64], left: &Residuals<'_>) -> Vec<(f64, f64, Option<f64>)> {
         .map(|b| {
             let places = bin(b);
             let middle = mean(&mut places.iter().map(|&i| x[i]));
-            let residual = mean(&mut places.iter().map(|&i| left.residuals[i]));
-            let mut runs: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+            let level = mean(&mut places.iter().map(|&i| residuals.values[i]));
+            let mut by_manoeuvre: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
             for &i in places {
-                runs.entry(left.clusters[i]).or_default().push(left.residuals[i]);
+                by_manoeuvre.entry(residuals.clusters[i]).or_default().push(residuals.values[i]);
             }
-            let means: Vec<f64> = runs.values().map(|r| mean(&mut r.iter().copied())).collect();
+            let means: Vec<f64> =
+                by_manoeuvre.values().map(|r| mean(&mut r.iter().copied())).collect();
             let n = means.len() as f64;
             let centre = mean(&mut means.iter().copied());
             let variance = means.iter().map(|m| (m - centre).powi(2)).sum::<f64>() / (n - 1.0);
             let half =
-                (means.len() >= MIN_MANOEUVRES).then(|| t95(n - 1.0) * (variance / n).sqrt());
-            (middle, residual, half)
+                (means.len() >= MANOEUVRES_PER_BAND).then(|| t95(n - 1.0) * (variance / n).sqrt());
+            (middle, level, half)
         })
         .collect()
 }
@@ -190,13 +244,13 @@ mod tests {
     fn a_trend_shows_a_dependence_and_ignores_outliers() {
         let x: Vec<f64> = (0..400).map(|i| f64::from(i % 100)).collect();
         let noise = |i: usize| [0.3, -0.2, 0.1, -0.2][(i / 100) % 4];
-        let mut residuals: Vec<f64> = (0..400).map(|i| 0.01 * x[i] - 0.5 + noise(i)).collect();
+        let mut values: Vec<f64> = (0..400).map(|i| 0.01 * x[i] - 0.5 + noise(i)).collect();
         let mut weights = vec![1.0; 400];
-        residuals[37] = 1e6;
+        values[37] = 1e6;
         weights[37] = 0.0;
         let clusters: Vec<usize> = (0..400).map(|i| i / 100).collect();
-        let left = Residuals { residuals, weights: &weights, clusters: &clusters, time: &x };
-        let bins = trend(&x, &left);
+        let residuals = Residuals { values, weights: &weights, clusters: &clusters, time: &x };
+        let bins = trend(&x, &residuals);
         assert_eq!(bins.len(), BINS);
         for (x, mean, half) in bins {
             let half = half.expect("four manoeuvres in each bin");

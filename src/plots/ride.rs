@@ -1,11 +1,53 @@
 //! The ride itself: the time line, the g-g diagram, roll over lateral acceleration.
 
-use super::sheet::{BINS, Cloud, LINE, POINTS, Sheet};
+use super::fits::ROLL;
+use super::plot::{Axis, DEGREE, Panel, Plot, Section, Series};
+use super::sheet::{CLOUD_POINTS, Cloud, Sheet, TIMELINE_BINS, abscissae};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::estimate::signals::Inputs;
 use crate::segment::Segment;
+
+const G: f64 = 1.0 / GRAVITY;
+const LATERAL_G: Axis = Axis::new("lateral acceleration", "g", G);
+pub(super) const SPEED: Axis = Axis::new("speed", "m/s", 1.0);
+
+const fn over_lateral(
+    name: &'static str,
+    title: &'static str,
+    y: Axis,
+    caption: &'static str,
+) -> Plot {
+    let section = Section::Ride;
+    Plot { section, series: &[], colour: SPEED, ..Plot::new(name, title, [LATERAL_G, y], caption) }
+}
+
+/// Forward over lateral acceleration.
+pub const G_G: Plot = Plot {
+    equal_scales: true,
+    ..over_lateral(
+        "g_g",
+        "g-g diagram",
+        Axis::new("forward acceleration", "g", G),
+        "Every moving sample of the ride; left-hand corners to the right, braking below.",
+    )
+};
+
+/// The steady turn of a bike on tyres without width.
+const BALANCE: Series = Series::new("balance", "thin tyres, steady");
+
+/// Roll over lateral acceleration.
+pub const ROLL_OVER_LATERAL: Plot = Plot {
+    series: &[BALANCE],
+    ..over_lateral(
+        "roll_over_lateral",
+        "Roll over lateral acceleration",
+        ROLL,
+        "The line is a bike on thin tyres in a steady corner; wide tyres need more roll, quick ones \
+         are beside it.",
+    )
+};
 
 /// Channels of the time line, as they were measured and filtered.
 const CHANNELS: [Channel; 11] = [
@@ -21,17 +63,52 @@ const CHANNELS: [Channel; 11] = [
     Channel::TyreTemperatureFront,
     Channel::TyreTemperatureRear,
 ];
+macro_rules! series {
+    ($($name:literal $label:literal),*) => { &[$(Series::new($name, $label)),*] };
+}
+
+/// Panels of the time line.
+pub const PANELS: &[Panel] = &[
+    Panel { axis: SPEED, series: series!("velocity_x" "speed") },
+    Panel {
+        axis: Axis::new("acceleration", "m/s²", 1.0),
+        series: series!(
+            "acceleration_x" "forward acceleration",
+            "acceleration_y" "lateral acceleration"
+        ),
+    },
+    Panel { axis: ROLL, series: series!("roll" "roll") },
+    Panel { axis: Axis::new("yaw rate", "°/s", DEGREE), series: series!("yaw_rate" "yaw rate") },
+    Panel { axis: Axis::degrees("steering angle"), series: series!("steer_angle" "steer angle") },
+    Panel {
+        axis: Axis::new("brake pressure", "bar", 1e-5),
+        series: series!("brake_pressure_front" "front", "brake_pressure_rear" "rear"),
+    },
+    Panel { axis: Axis::new("throttle", "%", 100.0), series: series!("throttle" "throttle") },
+    Panel {
+        axis: Axis::new("slip ratio", "", 1.0),
+        series: series!(
+            "slip_ratio_front" "front slip ratio",
+            "slip_ratio_rear" "rear slip ratio"
+        ),
+    },
+    Panel {
+        axis: Axis::new("tyre temperature", "°C", 1.0),
+        series: series!("tyre_temperature_front" "front", "tyre_temperature_rear" "rear"),
+    },
+];
+
 /// Below this speed accelerations and slips are those of parking, m/s.
 const MOVING: f64 = 3.0;
 /// Largest number of points of the clouds over the whole ride.
-const RIDE_POINTS: usize = 2 * POINTS;
+const RIDE_POINTS: usize = 2 * CLOUD_POINTS;
 
 pub(super) fn timeline(sheet: &mut Sheet<'_>, inputs: &Inputs) {
     let session = sheet.session;
-    let step = session.len.div_ceil(BINS).max(1);
+    let step = session.len.div_ceil(TIMELINE_BINS).max(1);
     for channel in CHANNELS {
         if let Some(x) = session.get(channel) {
-            bins(sheet, channel.name(), step, &|i| x[i]);
+            sheet.timeline(channel.name(), step, &|i| x[i]);
         }
     }
     let Some(v) = session.get(Channel::VelocityX) else { return };
@@ -44,32 +121,10 @@ pub(super) fn timeline(sheet: &mut Sheet<'_>, inputs: &Inputs) {
     {
         if let Some(omega) = session.get(channel) {
             let radius = inputs.radius[k];
-            bins(sheet, series, step, &|i| {
+            sheet.timeline(series, step, &|i| {
                 if v[i] > MOVING { radius * omega[i] / v[i] - 1.0 } else { f64::NAN }
             });
         }
-    }
-}
-
-/// Mean, least and largest value of every `step` samples.
-pub(super) fn bins(sheet: &mut Sheet<'_>, series: &str, step: usize, f: &dyn Fn(usize) -> f64) {
-    let session = sheet.session;
-    for start in (0..session.len).step_by(step) {
-        let end = (start + step).min(session.len);
-        let (mut sum, mut count) = (0.0, 0.0);
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for i in start..end {
-            let y = f(i);
-            if y.is_finite() {
-                sum += y;
-                count += 1.0;
-                low = low.min(y);
-                high = high.max(y);
-            }
-        }
-        let time = session.time(start) + 0.5 * (end - start) as f64 / session.rate;
-        let y = if count > 0.0 { [Some(sum / count), Some(low), Some(high)] } else { [None; 3] };
-        sheet.push("timeline", series, time, y, None, None);
     }
 }
 
@@ -86,20 +141,19 @@ pub(super) fn draw(sheet: &mut Sheet<'_>, segments: &[Segment], inputs: &Inputs)
         numbers[s.start.min(session.len)..s.end.min(session.len)].fill(number);
     }
     let clusters: Vec<usize> = moving.iter().map(|&i| numbers[i]).collect();
-    let cloud = Cloud { x: &across, clusters: &clusters, shade: &speed, ..Cloud::default() };
+    let cloud = Cloud { x: &across, clusters: &clusters, colour: &speed, ..Cloud::default() };
     if let Some(a) = session.get(Channel::AccelerationX) {
         let along = of(a, inputs.zeros.acceleration_x);
-        sheet.cloud("g_g", &Cloud { y: &along, ..cloud }, RIDE_POINTS);
+        sheet.cloud(&G_G, &Cloud { y: &along, ..cloud }, RIDE_POINTS);
     }
     if let Some(roll) = session.get(Channel::Roll) {
         let roll = of(roll, inputs.zeros.roll);
-        sheet.cloud("roll_over_lateral", &Cloud { y: &roll, ..cloud }, RIDE_POINTS);
+        sheet.cloud(&ROLL_OVER_LATERAL, &Cloud { y: &roll, ..cloud }, RIDE_POINTS);
         let finite = || across.iter().copied().filter(|a| a.is_finite());
         let (low, high) = (finite().fold(0.0, f64::min), finite().fold(0.0, f64::max));
-        for i in 0..LINE {
-            let a = low + (high - low) * i as f64 / (LINE - 1) as f64;
+        for a in abscissae([low, high]) {
             let y = [Some(-(a / GRAVITY).atan()), None, None];
-            sheet.push("roll_over_lateral", "balance", a, y, None, None);
+            sheet.point(&ROLL_OVER_LATERAL, &BALANCE, a, y);
         }
     }
 }

@@ -1,103 +1,129 @@
-//! Where the rows of the `plots` table are collected.
+//! Collecting the rows of one session's plots.
 
-use super::thin::thin;
+use super::downsample::downsample;
+use super::plot::{DATA, Plot, Series, TIMELINE};
 use crate::contract::session::Session;
 use crate::tables::rows::PlotPoint;
 
-/// Largest number of points of a cloud.
-pub const POINTS: usize = 700;
+/// Largest number of points of a cloud over part of the ride.
+pub const CLOUD_POINTS: usize = 700;
 /// Points of a fitted line.
-pub const LINE: usize = 81;
+pub(super) const LINE_POINTS: usize = 81;
 /// Spans of the time line: finer than a page is wide, so that a zoom shows more.
-pub const BINS: usize = 1600;
+pub const TIMELINE_BINS: usize = 1600;
 
-/// Collects the rows of one session.
-pub struct Sheet<'a> {
-    pub session: &'a Session,
-    pub rows: Vec<PlotPoint>,
+/// The rows so far.
+pub(super) struct Sheet<'a> {
+    pub(super) session: &'a Session,
+    pub(super) rows: Vec<PlotPoint>,
 }
 
 /// Samples of a cloud, side by side; what is shorter than `x` is not known.
 #[derive(Default)]
-pub struct Cloud<'a> {
-    pub x: &'a [f64],
-    pub y: &'a [f64],
+pub(super) struct Cloud<'a> {
+    pub(super) x: &'a [f64],
+    pub(super) y: &'a [f64],
     /// Robust weights of the fit; none where nothing was fitted.
-    pub weights: &'a [f64],
-    /// Manoeuvre.
-    pub clusters: &'a [usize],
-    /// What colours the points.
-    pub shade: &'a [f64],
+    pub(super) weights: &'a [f64],
+    /// Index of each sample's manoeuvre; `usize::MAX` for none.
+    pub(super) clusters: &'a [usize],
+    /// Quantity that colours the points.
+    pub(super) colour: &'a [f64],
 }
 
-impl Sheet<'_> {
-    /// Adds a point: `y` with the ends of its interval or range.
-    pub fn push(
-        &mut self,
-        plot: &str,
-        series: &str,
-        x: f64,
-        y: [Option<f64>; 3],
-        weight: Option<f64>,
-        manoeuvre: Option<usize>,
-    ) {
-        let single = |v: f64| f64::from(v as f32);
-        let keep = |v: Option<f64>| v.filter(|v| v.is_finite()).map(single);
+/// Value, lower and upper edge of the band; `None` where there is none.
+pub(super) type Ordinate = [Option<f64>; 3];
+
+impl<'a> Sheet<'a> {
+    pub(super) fn new(session: &'a Session) -> Self {
+        Sheet { session, rows: Vec::new() }
+    }
+
+    /// One row, without a weight; not finite abscissae are left out. Numbers are kept in single
+    /// precision: a thousandth of a pixel.
+    pub(super) fn point(&mut self, plot: &Plot, series: &Series, x: f64, y: Ordinate) {
+        self.push(plot.name, series.name, x, y);
+    }
+
+    fn push(&mut self, plot: &str, series: &str, x: f64, y: Ordinate) {
         if !x.is_finite() {
             return;
         }
+        let [y, y_low, y_high] = y.map(|v| v.filter(|v| v.is_finite()).map(single));
         self.rows.push(PlotPoint {
             session_id: self.session.meta.session_id.clone(),
             bike_id: self.session.meta.bike_id.clone(),
             plot: plot.to_owned(),
             series: series.to_owned(),
             x: single(x),
-            y: keep(y[0]),
-            y_low: keep(y[1]),
-            y_high: keep(y[2]),
-            weight: keep(weight),
-            manoeuvre_id: manoeuvre.map(|m| m as i64),
-            shade: None,
-            n: None,
+            y,
+            y_low,
+            y_high,
+            ..PlotPoint::default()
         });
     }
 
-    /// Adds a cloud, thinned to `most` points.
-    pub fn cloud(&mut self, plot: &str, cloud: &Cloud<'_>, most: usize) {
+    /// Samples, at most about `most` points of them.
+    pub(super) fn cloud(&mut self, plot: &Plot, cloud: &Cloud<'_>, most: usize) {
         let outlier = |i: usize| cloud.weights.get(i).is_some_and(|w| *w == 0.0);
-        for kept in thin(cloud.x, cloud.y, &outlier, most) {
+        for kept in downsample(cloud.x, cloud.y, &outlier, most) {
             let i = kept.place;
-            let weight = cloud.weights.get(i).copied().unwrap_or(1.0);
-            let manoeuvre = cloud.clusters.get(i).copied().filter(|m| *m != usize::MAX);
-            self.push(
-                plot,
-                "data",
-                cloud.x[i],
-                [Some(cloud.y[i]), None, None],
-                Some(weight),
-                manoeuvre,
-            );
+            self.push(plot.name, DATA, cloud.x[i], [Some(cloud.y[i]), None, None]);
             if let Some(row) = self.rows.last_mut() {
-                row.shade = cloud.shade.get(i).filter(|s| s.is_finite()).map(|s| s.round());
+                let weight = cloud.weights.get(i).copied().unwrap_or(1.0);
+                row.weight = Some(weight).filter(|w| w.is_finite()).map(single);
+                let cluster = cloud.clusters.get(i).copied().filter(|m| *m != usize::MAX);
+                row.manoeuvre_id = cluster.map(|m| m as i64);
+                row.shade = cloud.colour.get(i).filter(|s| s.is_finite()).map(|s| s.round());
                 row.n = Some(kept.n as i64);
             }
         }
     }
 
-    /// Adds a line of a function that gives a value and the half width of its interval.
-    pub fn line(
+    /// A line from one abscissa to another; `f` gives its ordinate and half the width of its band.
+    pub(super) fn line(
         &mut self,
-        plot: &str,
-        series: &str,
-        from: f64,
-        to: f64,
+        plot: &Plot,
+        series: &Series,
+        ends: [f64; 2],
         f: &dyn Fn(f64) -> (f64, Option<f64>),
     ) {
-        for i in 0..LINE {
-            let x = from + (to - from) * i as f64 / (LINE - 1) as f64;
+        for x in abscissae(ends) {
             let (y, half) = f(x);
             let edge = |sign: f64| half.map(|h| y + sign * h);
-            self.push(plot, series, x, [Some(y), edge(-1.0), edge(1.0)], None, None);
+            self.point(plot, series, x, [Some(y), edge(-1.0), edge(1.0)]);
         }
     }
+
+    /// A line of the time line: mean, least and largest value of every `step` samples of `f`.
+    pub(super) fn timeline(&mut self, series: &str, step: usize, f: &dyn Fn(usize) -> f64) {
+        let session = self.session;
+        for start in (0..session.len).step_by(step) {
+            let end = (start + step).min(session.len);
+            let (mut sum, mut count) = (0.0, 0.0);
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for i in start..end {
+                let y = f(i);
+                if y.is_finite() {
+                    sum += y;
+                    count += 1.0;
+                    low = low.min(y);
+                    high = high.max(y);
+                }
+            }
+            let time = session.time(start) + 0.5 * (end - start) as f64 / session.rate;
+            let y =
+                if count > 0.0 { [Some(sum / count), Some(low), Some(high)] } else { [None; 3] };
+            self.push(TIMELINE, series, time, y);
+        }
+    }
+}
+
+/// The abscissae of a line between its ends, [`LINE_POINTS`] of them.
+pub(super) fn abscissae([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
+    (0..LINE_POINTS).map(move |i| from + (to - from) * i as f64 / (LINE_POINTS - 1) as f64)
+}
+
+fn single(value: f64) -> f64 {
+    f64::from(value as f32)
 }

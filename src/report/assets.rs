@@ -5,11 +5,30 @@
 //! yet made anew never get those of another version.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
-use minijinja::{Value, context};
-
-use crate::report::{Error, MARK, SCRIPT, STYLE, UPLOT_SCRIPT, UPLOT_STYLE};
+use crate::report::error::Error;
+use crate::report::kinds;
 use crate::tables::file;
+
+/// The style of all pages.
+pub(super) static STYLE: LazyLock<String> =
+    LazyLock::new(|| format!("{}{}", kinds::style(), include_str!("../../reports/style.css")));
+/// The script of all pages with charts.
+pub(super) static SCRIPT: LazyLock<String> = LazyLock::new(|| {
+    format!("(async () => {{\n\"use strict\";\n{}{CHARTS}}})();\n", kinds::script())
+});
+const CHARTS: &str = concat!(
+    include_str!("../../reports/charts/base.js"),
+    include_str!("../../reports/charts/cloud.js"),
+    include_str!("../../reports/charts/fit.js"),
+    include_str!("../../reports/charts/timeline.js"),
+    include_str!("../../reports/charts/main.js"),
+);
+/// The script of long tables, on the page of the run alone.
+pub(super) const LONG_SCRIPT: &str = include_str!("../../reports/charts/long.js");
+pub(super) const UPLOT_SCRIPT: &str = include_str!("../../reports/vendor/uplot/uPlot.iife.min.js");
+pub(super) const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uPlot.min.css");
 
 /// The folder of the shared files, below that of the pages.
 pub const FOLDER: &str = "assets";
@@ -34,7 +53,7 @@ pub enum Pages {
 
 /// Where a page has its script and style from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Source {
+pub(crate) enum Source {
     Page,
     Folder,
 }
@@ -74,8 +93,8 @@ impl Pages {
 /// The files' contents, script first, with their endings.
 fn contents() -> [(&'static str, String); 2] {
     [
-        ("js", format!("{ASSET_MARK}{UPLOT_SCRIPT}\n{SCRIPT}")),
-        ("css", format!("{ASSET_MARK}{UPLOT_STYLE}\n{STYLE}")),
+        ("js", format!("{ASSET_MARK}{UPLOT_SCRIPT}\n{}", *SCRIPT)),
+        ("css", format!("{ASSET_MARK}{UPLOT_STYLE}\n{}", *STYLE)),
     ]
 }
 
@@ -88,21 +107,9 @@ fn name() -> String {
     format!("report-{}", &hasher.finalize().to_hex()[..12])
 }
 
-/// What a page's template needs for them; all of it our own text.
-pub(super) fn context(source: Source) -> Value {
-    let own = |text: &str| Value::from_safe_string(text.to_owned());
-    let embedded = context! {
-        mark => own(MARK),
-        style => own(STYLE),
-        script => own(SCRIPT),
-        uplot_script => own(UPLOT_SCRIPT),
-        uplot_style => own(UPLOT_STYLE),
-        version => crate::VERSION,
-    };
-    match source {
-        Source::Page => embedded,
-        Source::Folder => context! { assets => own(&format!("{FOLDER}/{}", name())), ..embedded },
-    }
+/// Path of the shared files from a page, but for their endings.
+pub(super) fn stem() -> String {
+    format!("{FOLDER}/{}", name())
 }
 
 /// Writes the shared files into the report's folder, unless they are there.

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use crate::report::fleet::Page as Fleet;
-use crate::report::index::Index;
-use crate::report::page::Page;
+use crate::report::fleet::page::Page as Fleet;
+use crate::report::run::page::Index;
+use crate::report::session::page::Page;
 
 /// Rows of a list; what is left out is counted.
 const LISTED: usize = 30;

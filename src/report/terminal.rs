@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use crate::contract::coefficient::Coefficient as C;
-use crate::report::index::count;
-use crate::report::number::{self, fixed};
-use crate::report::page::{Shown, when};
+use crate::report::number_format::{self, fixed};
+use crate::report::run::page::count;
+use crate::report::session::page::{Shown, when};
 use crate::report::words;
 use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, Rejected, SessionRow, Status};
@@ -105,7 +105,7 @@ pub fn batch_summary(
             count(inputs, "session"),
             sessions.len(),
             rejected.len(),
-            number::duration(seconds)
+            number_format::duration(seconds)
         ),
     );
     medians(&mut out, sessions, coefficients);
@@ -160,7 +160,8 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
                 let cell = match median_of_finite(values) {
                     None => "-".to_owned(),
                     Some(m) => {
-                        let digits = number::decimals_of(m, number::robust_sd(values)).min(4);
+                        let digits =
+                            number_format::decimals_of(m, number_format::robust_sd(values)).min(4);
                         format!("{} ({})", fixed(m, digits), values.len())
                     }
                 };
@@ -174,7 +175,7 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
 fn heading(session: &SessionRow) -> String {
     let mut parts = vec![clean(&session.ident.session_id), clean(&session.ident.bike_id)];
     parts.extend(session.ident.start_time.as_deref().map(|t| clean(&when(t))));
-    parts.push(number::duration(session.duration));
+    parts.push(number_format::duration(session.duration));
     parts.extend(session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
     parts.join("  ")
 }

@@ -66,32 +66,6 @@ pub fn spaced(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// A plotted series in words.
-pub fn series(name: &str) -> String {
-    const BY_RIDER: [&str; 7] =
-        ["rider", "legs", "arms", "load_front", "load_rear", "along_front", "along_rear"];
-    if let Some((what, rider)) = name.rsplit_once('_')
-        && BY_RIDER.contains(&what)
-        && matches!(rider, "none" | "a" | "b" | "c")
-    {
-        return super::forces::rider(rider);
-    }
-    match name {
-        "k_alpha" => "cornering kα".to_owned(),
-        "k_gamma" => "camber kγ".to_owned(),
-        "slip_ratio_front" => "front slip ratio".to_owned(),
-        "slip_ratio_rear" => "rear slip ratio".to_owned(),
-        "velocity_x" => "speed".to_owned(),
-        "acceleration_x" => "forward acceleration".to_owned(),
-        "acceleration_y" => "lateral acceleration".to_owned(),
-        "brake_pressure_front" | "tyre_temperature_front" => "front".to_owned(),
-        "brake_pressure_rear" | "tyre_temperature_rear" => "rear".to_owned(),
-        "balance" => "thin tyres, steady".to_owned(),
-        "trend" => "mean".to_owned(),
-        other => spaced(other),
-    }
-}
-
 /// A unit as people write it; a pure number has none.
 pub fn unit(unit: &str) -> String {
     match unit {

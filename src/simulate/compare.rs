@@ -1,8 +1,7 @@
-//! Two rides of the same manoeuvre on different tyres: peaks side by side.
+//! Two rides of the same manoeuvre on different tyres: their peaks, and what is drawn of them.
 
 use super::ride::{Ridden, Sample};
 use crate::motorcycle::joint;
-use crate::report::svg::{Panel, Series, Style, panels};
 use crate::tables::rows::PeakRow;
 
 /// Which extreme of a channel counts.
@@ -95,52 +94,26 @@ pub fn peaks(reference: &Ridden, other: &Ridden) -> Vec<PeakRow> {
         .collect()
 }
 
-/// The channels of both rides over time, as the paper's figure 4 has them.
-pub fn figure(reference: &Ridden, other: &Ridden) -> String {
-    let rate = reference.session.rate;
-    let line = |ridden: &Ridden, f: fn(&Sample) -> f64, label: &str, colour, style| Series {
-        label: label.to_owned(),
-        points: ridden.samples.iter().enumerate().map(|(i, s)| (i as f64 / rate, f(s))).collect(),
-        colour,
-        style,
-    };
-    let one = |title: &str, y: &str, f: fn(&Sample) -> f64| Panel {
-        title: title.to_owned(),
-        x: "time, s".into(),
-        y: y.to_owned(),
-        series: vec![
-            line(reference, f, "own", 0, Style::Line),
-            line(other, f, "given", 1, Style::Dashed),
-        ],
-    };
-    let both = |title: &str, y: &str, front: fn(&Sample) -> f64, rear: fn(&Sample) -> f64| Panel {
-        title: title.to_owned(),
-        x: "time, s".into(),
-        y: y.to_owned(),
-        series: vec![
-            line(reference, front, "front, own", 0, Style::Line),
-            line(other, front, "front, given", 0, Style::Dashed),
-            line(reference, rear, "rear, own", 1, Style::Line),
-            line(other, rear, "rear, given", 1, Style::Dashed),
-        ],
-    };
-    const DEGREE: f64 = 180.0 / std::f64::consts::PI;
-    panels(
-        &[
-            one("Steering torque", "N m", |s| s.action.steer_torque),
-            one("Steering angle", "deg", |s| s.joints[joint::STEER] * DEGREE),
-            both("Slip ratio", "1", |s| s.wheels[0].slip[0], |s| s.wheels[1].slip[0]),
-            both(
-                "Slip angle",
-                "deg",
-                |s| s.wheels[0].slip[1] * DEGREE,
-                |s| s.wheels[1].slip[1] * DEGREE,
-            ),
-            both("Lateral force", "N", |s| s.wheels[0].force[1], |s| s.wheels[1].force[1]),
-            both("Load", "N", |s| s.wheels[0].load, |s| s.wheels[1].load),
-            both("Overturning moment", "N m", |s| s.wheels[0].moment_x, |s| s.wheels[1].moment_x),
-            both("Yaw moment", "N m", |s| s.wheels[0].moment_z, |s| s.wheels[1].moment_z),
-        ],
-        2,
-    )
+/// One quantity over time.
+#[derive(Debug, Clone, Copy)]
+pub enum Quantity {
+    /// Of the motorcycle.
+    Motorcycle(fn(&Sample) -> f64),
+    /// Of the front and of the rear wheel.
+    Wheels([fn(&Sample) -> f64; 2]),
 }
+
+/// What is drawn of two rides: heading, unit, quantity. As in figure 4 of the paper.
+#[rustfmt::skip]
+pub const TRACES: &[(&str, &str, Quantity)] = &[
+    ("Steering torque", "N m", Quantity::Motorcycle(|s| s.action.steer_torque)),
+    ("Steering angle", "deg", Quantity::Motorcycle(|s| s.joints[joint::STEER] * DEGREE)),
+    ("Slip ratio", "1", Quantity::Wheels([|s| s.wheels[0].slip[0], |s| s.wheels[1].slip[0]])),
+    ("Slip angle", "deg", Quantity::Wheels([|s| s.wheels[0].slip[1] * DEGREE, |s| s.wheels[1].slip[1] * DEGREE])),
+    ("Lateral force", "N", Quantity::Wheels([|s| s.wheels[0].force[1], |s| s.wheels[1].force[1]])),
+    ("Load", "N", Quantity::Wheels([|s| s.wheels[0].load, |s| s.wheels[1].load])),
+    ("Overturning moment", "N m", Quantity::Wheels([|s| s.wheels[0].moment_x, |s| s.wheels[1].moment_x])),
+    ("Yaw moment", "N m", Quantity::Wheels([|s| s.wheels[0].moment_z, |s| s.wheels[1].moment_z])),
+];
+
+const DEGREE: f64 = 180.0 / std::f64::consts::PI;

@@ -10,8 +10,7 @@ use super::scenario::{Machine, Scenario};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::model_error::ModelError;
-use crate::effects::{ALL, Effect};
+use crate::effects::{ALL, Effect, ModelError};
 use crate::ingest::write_session;
 use crate::statistics::random::Random;
 use crate::tables::file;
@@ -61,20 +60,6 @@ const FOREIGN: [(&str, f64); 4] = [
     ("deflating_front", 0.012),
 ];
 
-/// Effects that these rides have no way to show: they are hidden less often.
-pub const FAINT: [&str; 10] = [
-    "drag_height",
-    "lift",
-    "tyre_warm_up",
-    "friction_load",
-    "relaxation_length",
-    "pneumatic_trail",
-    "twisting_stiffness",
-    "gyroscopic",
-    "rolling_speed",
-    "brake_drag",
-];
-
 impl Case {
     /// Draws a case; `sizes` is the range of sizes in usual ones.
     pub fn draw(seed: u64, number: usize, kind: Kind, sizes: [f64; 2]) -> Self {
@@ -86,18 +71,17 @@ impl Case {
             Kind::Single | Kind::Removed => 1,
             Kind::Double => 2,
         };
-        let faint = |e: &Effect| FAINT.contains(&e.name);
         while hidden.len() < wanted {
             let effect = &ALL[(random.between(0.0, ALL.len() as f64) as usize).min(ALL.len() - 1)];
             // one in three of what can hardly be seen, and none where it matters what was named
             let keep = if kind == Kind::Single { random.between(0.0, 1.0) < 0.33 } else { false };
-            if faint(effect) && !keep {
+            if effect.faint && !keep {
                 continue;
             }
             let familiar = |e: &Effect| {
                 e.name == effect.name
-                    || e.looks_like(effect.name)
-                    || effect.alike.iter().any(|a| e.looks_like(a))
+                    || e.is_confounded_with(effect.name)
+                    || effect.confusions().any(|rival| e.is_confounded_with(rival))
             };
             if hidden.iter().any(|(e, _)| familiar(e)) {
                 continue;
@@ -105,11 +89,11 @@ impl Case {
             let size = random.between(sizes[0].ln(), sizes[1].ln()).exp();
             let sign = if random.between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
             let mut value = sign * size * effect.typical;
-            if !effect.possible(1.25 * value) {
+            if !effect.in_bounds(1.25 * value) {
                 value = -value;
             }
             // what cannot be is not hidden
-            if effect.possible(1.25 * value) {
+            if effect.in_bounds(1.25 * value) {
                 hidden.push((effect, value));
             }
         }
@@ -136,11 +120,11 @@ impl Case {
             sensor.slow *= more;
         }
         let mut machine = scenario.machine(self.number);
-        let mut departure = ModelError::default();
+        let mut error = ModelError::default();
         for (effect, value) in &self.hidden {
-            (effect.set)(&mut departure, *value);
+            (effect.set)(&mut error, *value);
         }
-        machine.plant = machine.plant.with(&departure);
+        machine.plant = machine.plant.with(&error);
         Ok((scenario, machine))
     }
 
@@ -222,7 +206,7 @@ mod tests {
             let (a, b) = (draw(), draw());
             assert_eq!(a.hidden.len(), 2);
             for ((e, x), (f, y)) in a.hidden.iter().zip(&b.hidden) {
-                assert!(e.name == f.name && x == y && e.possible(*x));
+                assert!(e.name == f.name && x == y && e.in_bounds(*x));
             }
             let null = Case { kind: Kind::Null, hidden: Vec::new(), ..a.clone() };
             let bikes = [a, null].map(|c| c.machine().expect("scenario").1.bike.to_toml());

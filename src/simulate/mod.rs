@@ -106,7 +106,7 @@ pub fn session_with(
     for &channel in &scenario.drop {
         session.remove(channel);
     }
-    plant.departure.measure(session);
+    plant.model_error.measure(session);
     sensors::measure(session, &scenario.sensors, scenario.seed);
     clamp_physical(session);
     simulated

@@ -19,7 +19,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::GRAVITY;
-use crate::effects::model_error::ModelError;
+use crate::contract::bike::Axle;
+use crate::effects::ModelError;
+use crate::effects::composed::Acting;
+use crate::effects::physics::Rolling;
 use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::front_wheel;
 use crate::model::tyre::{Input, Output, Tyre};
@@ -52,7 +55,7 @@ pub struct Plant {
     /// Brake torque per pressure, front and rear.
     pub brake_gain: [f64; 2],
     /// What it has beyond all that; put in by [`Plant::with`].
-    pub departure: ModelError,
+    pub model_error: ModelError,
 }
 
 /// The integrated state.
@@ -151,6 +154,43 @@ pub struct Response {
     pub kinematic_steer: f64,
 }
 
+/// How the motorcycle lies at an instant. Pairs are front and rear.
+struct Pose {
+    /// Sine and cosine of the roll.
+    roll: (f64, f64),
+    /// Cosine of the heading; zero where no effect depends on it.
+    along: f64,
+    camber: [f64; 2],
+    tan_camber: [f64; 2],
+    /// Steering angle on the road, and its sine and cosine.
+    steer: f64,
+    steer_sin_cos: (f64, f64),
+    /// Of the contacts, along and across their wheels.
+    velocity: [(f64, f64); 2],
+}
+
+/// What tyres do per unit of load: all but the trail are proportional to it.
+struct PerLoad {
+    slip_ratio: [f64; 2],
+    alpha_rate: [f64; 2],
+    /// Wheel frame.
+    unit: [Output; 2],
+    /// Level frame, rolling resistance included.
+    x: [f64; 2],
+    y: [f64; 2],
+}
+
+/// Forces and loads that balance.
+struct Forces {
+    per_load: PerLoad,
+    /// Of drive and brakes on the wheels.
+    torque: [f64; 2],
+    drag: f64,
+    load: [f64; 2],
+    roll_acceleration: f64,
+    tyre: [Output; 2],
+}
+
 /// Below this speed slips are formed with this speed: no division by a standstill.
 const SLIP_SPEED: f64 = 1.0;
 /// Below this speed the rider's feet hold the bike up.
@@ -159,17 +199,18 @@ const FEET_DOWN: f64 = 2.5;
 const STEER_LAG: f64 = 0.01;
 
 impl Plant {
-    /// The plant with a departure in it.
+    /// The plant with a model error in it.
     #[must_use]
-    pub fn with(mut self, departure: &ModelError) -> Self {
-        for (i, tyre) in self.tyres.iter_mut().enumerate() {
-            tyre.side_force_ratio += departure.side_force_ratio[i];
-            tyre.stiffness.c1 -= departure.side_force_ratio[i]; // k_alpha stays what it is
-            tyre.twisting_stiffness += departure.twisting;
-            tyre.relaxation_length = (tyre.relaxation_length + departure.relaxation).max(0.02);
+    pub fn with(mut self, error: &ModelError) -> Self {
+        for (tyre, axle) in self.tyres.iter_mut().zip(Axle::BOTH) {
+            let change = error.side_force_ratio(0.0, axle);
+            tyre.side_force_ratio += change;
+            tyre.stiffness.c1 -= change; // k_alpha stays what it is
+            tyre.twisting_stiffness = error.twisting_stiffness(tyre.twisting_stiffness);
+            tyre.relaxation_length = error.relaxation_length(tyre.relaxation_length);
         }
-        self.wheel_inertia = self.wheel_inertia.map(|i| i * (1.0 + departure.inertia));
-        self.departure = *departure;
+        self.wheel_inertia = self.wheel_inertia.map(|i| error.wheel_inertia(i));
+        self.model_error = *error;
         self
     }
 
@@ -194,14 +235,25 @@ impl Plant {
     ///
     /// `caster` is the sine and cosine of the caster angle.
     fn derivative(&self, caster: (f64, f64), s: &State, action: &Action) -> ([f64; N], Response) {
-        let still = self.static_load();
-        let (mut rates, mut response) = self.with_load(caster, s, action, still);
-        if self.departure.by_load() {
-            // loads hang on the forces and the forces on the loads: weakly, so twice is enough
+        let pose = self.pose(caster, s);
+        let mut forces = self.with_load(&pose, s, action, self.static_load());
+        if self.model_error.needs_load() {
+            // loads depend on the forces and the forces on the loads: weakly, so twice is enough
             for _ in 0..2 {
-                (rates, response) = self.with_load(caster, s, action, response.load);
+                forces = self.with_load(&pose, s, action, forces.load);
             }
         }
+        let acceleration = self.acceleration(&pose, &forces, action);
+        let rates = self.rates_of(&pose, &forces, s, action, acceleration);
+        let response = Response {
+            acceleration,
+            roll_acceleration: forces.roll_acceleration,
+            load: forces.load,
+            slip_ratio: forces.per_load.slip_ratio,
+            camber: pose.camber,
+            tyre: forces.tyre,
+            kinematic_steer: pose.steer,
+        };
         (rates, response)
     }
 
@@ -211,88 +263,109 @@ impl Plant {
         [weight * (self.wheelbase - self.cg_to_front), weight * self.cg_to_front]
     }
 
-    /// The same, tyres as they are under an assumed load.
-    fn with_load(
-        &self,
-        caster: (f64, f64),
-        s: &State,
-        action: &Action,
-        assumed: [f64; 2],
-    ) -> ([f64; N], Response) {
-        let (m, h) = (self.mass, self.cg_height);
-        let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
+    /// How the motorcycle lies and where its wheels point and go.
+    #[inline]
+    fn pose(&self, caster: (f64, f64), s: &State) -> Pose {
+        let error = &self.model_error;
         let (sin_phi, cos_phi) = s.roll.sin_cos();
-        let beyond = &self.departure;
-        let along = if beyond.by_heading() { s.yaw.cos() } else { 0.0 };
         let wheel = front_wheel(s.steer, (sin_phi, cos_phi), caster, Corrected);
-        let camber = [wheel.camber, s.roll].map(|g| g - beyond.bank);
-        let tan_camber = match beyond.bank == 0.0 {
-            true => [wheel.camber_tan, sin_phi / cos_phi],
-            false => camber.map(f64::tan),
-        };
-        let static_load = self.static_load();
-        let (mut delta, (mut sin_d, mut cos_d)) = (wheel.steer, wheel.steer_sin_cos);
-        if beyond.compliance != 0.0 {
+        let level = [wheel.camber, s.roll];
+        let known = [wheel.camber_tan, sin_phi / cos_phi];
+        let camber = level.map(|g| error.camber(g));
+        let tan_camber = [0, 1].map(|k| match camber[k] == level[k] {
+            true => known[k],
+            false => camber[k].tan(),
+        });
+        let (mut steer, mut steer_sin_cos) = (wheel.steer, wheel.steer_sin_cos);
+        let compliance = error.compliance(0.0);
+        if compliance != 0.0 {
             let tyre = &self.tyres[0];
             let ratio = tyre.side_force_ratio;
             let k_alpha = tyre.stiffness.k_alpha(camber[0], ratio);
-            let side = -k_alpha * static_load[0] * (s.alpha[0] + ratio * camber[0]);
-            delta -= beyond.compliance * side;
-            (sin_d, cos_d) = delta.sin_cos();
+            let side = -k_alpha * self.static_load()[0] * (s.alpha[0] + ratio * camber[0]);
+            steer -= compliance * side;
+            steer_sin_cos = steer.sin_cos();
         }
-        let velocity = self.contact_velocity(s, (sin_phi, cos_phi), (sin_d, cos_d));
-        let grip = beyond.grip(action.time, along);
+        Pose {
+            roll: (sin_phi, cos_phi),
+            along: if error.needs_heading() { s.yaw.cos() } else { 0.0 },
+            camber,
+            tan_camber,
+            steer,
+            steer_sin_cos,
+            velocity: self.contact_velocity(s, (sin_phi, cos_phi), steer_sin_cos),
+        }
+    }
 
-        // tyre outputs per unit of load: all but the trail are proportional to it
+    /// Tyre outputs per load, tyres as they are under an assumed load.
+    #[inline]
+    fn tyres_under(&self, pose: &Pose, s: &State, time: f64, assumed: [f64; 2]) -> PerLoad {
+        let error = &self.model_error;
+        let static_load = self.static_load();
+        let friction = self.friction * error.grip(1.0, time, pose.along);
         let mut slip_ratio = [0.0; 2];
         let mut alpha_rate = [0.0; 2];
         let mut unit = [Output::default(); 2];
         for i in 0..2 {
             let tyre = &self.tyres[i];
-            let (vx, vy) = velocity[i];
+            let (vx, vy) = pose.velocity[i];
+            let camber = pose.camber[i];
             let reference = vx.abs().max(SLIP_SPEED);
-            let extra = assumed[i] - static_load[i];
-            let more = extra / static_load[i];
-            let versine = if beyond.radius_crown == 0.0 { 0.0 } else { 1.0 - camber[i].cos() };
-            let radius = beyond.radius(tyre.rolling_radius, s.vx, extra, versine);
+            let extra_load = assumed[i] - static_load[i];
+            let versine = if error.needs_versine() { 1.0 - camber.cos() } else { 0.0 };
+            let rolling = Rolling { speed: s.vx, extra_load, versine };
+            let radius = error.radius(tyre.rolling_radius, rolling);
             slip_ratio[i] = (radius * s.omega[i] - vx) / reference;
             let alpha_kin = vy.atan2(reference);
             alpha_rate[i] = tyre.slip_angle_rate(s.omega[i], alpha_kin, s.alpha[i]);
             let input = Input {
                 slip_ratio: slip_ratio[i],
                 slip_angle: s.alpha[i],
-                camber: camber[i],
+                camber,
                 load: static_load[i],
-                friction: self.friction * grip,
+                friction,
             };
-            let out = tyre.forces_at(&input, tan_camber[i]);
+            let out = tyre.forces_at(&input, pose.tan_camber[i]);
             let per = 1.0 / static_load[i];
-            let sideways = 1.0 + beyond.stiffness_per_load * more;
-            unit[i] = Output {
-                force_x: out.force_x * per * (1.0 - beyond.friction_per_load * more),
-                force_y: out.force_y * per * sideways,
+            let per_load = Output {
+                force_x: out.force_x * per,
+                force_y: out.force_y * per,
                 moment_x: out.moment_x * per,
                 moment_z: out.moment_z * per,
             };
-            if beyond.trail != 0.0 {
-                let k_alpha = tyre.stiffness.k_alpha(camber[i], tyre.side_force_ratio);
-                let by_slip = -k_alpha * s.alpha[i];
-                let shrinks = 1.0 - k_alpha / 3.0 * s.alpha[i].tan().abs();
-                unit[i].moment_z -=
-                    beyond.trail * tyre.trail_0(static_load[i]) * shrinks.max(0.0) * by_slip;
-            }
+            let acting = Acting {
+                tyre,
+                slip_angle: s.alpha[i],
+                camber,
+                load: 1.0,
+                reference_load: static_load[i],
+                extra_load: extra_load / static_load[i],
+            };
+            unit[i] = error.tyre_output(per_load, &acting);
         }
 
         // forces per load in the level frame
         let rolling = |i: usize| {
-            let fade = (velocity[i].0 / 0.3).tanh(); // nothing resists a standing wheel
-            -(self.tyres[i].rolling_resistance + beyond.rolling_per_speed * s.vx) * fade
+            let fade = (pose.velocity[i].0 / 0.3).tanh(); // nothing resists a standing wheel
+            -error.rolling_resistance(self.tyres[i].rolling_resistance, s.vx) * fade
         };
+        let (sin_d, cos_d) = pose.steer_sin_cos;
         let ax = [unit[0].force_x + rolling(0), unit[1].force_x + rolling(1)];
         let x = [ax[0] * cos_d - unit[0].force_y * sin_d, ax[1]];
-        // a banked road's loads push sideways
-        let y = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y].map(|y| y - beyond.bank);
+        let y = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y]
+            .map(|y| error.weight_across(y));
+        PerLoad { slip_ratio, alpha_rate, unit, x, y }
+    }
 
+    /// Loads and roll acceleration that balance the tyres' forces under an assumed load.
+    #[inline]
+    fn with_load(&self, pose: &Pose, s: &State, action: &Action, assumed: [f64; 2]) -> Forces {
+        let error = &self.model_error;
+        let (m, h) = (self.mass, self.cg_height);
+        let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
+        let (sin_phi, cos_phi) = pose.roll;
+        let per_load = self.tyres_under(pose, s, action.time, assumed);
+        let PerLoad { unit, x, y, .. } = &per_load;
         let torque: [f64; 2] = std::array::from_fn(|i| {
             let drive = if i == 1 { action.drive } else { 0.0 };
             match action.brake[i] == 0.0 {
@@ -300,14 +373,14 @@ impl Plant {
                 false => drive - action.brake[i] * (s.omega[i] / 0.5).tanh(),
             }
         });
-        let spin = (1.0 + beyond.gyroscopic)
-            * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
+        let spin =
+            error.spin(1.0) * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
         let drive_per_load: [f64; 2] =
             std::array::from_fn(|i| self.tyres[i].rolling_radius * unit[i].force_x);
 
-        let drag = beyond.drag(self.drag, s.vx, along);
-        let lift = 0.5 * beyond.lift * s.vx * s.vx;
-        let aside = h * sin_phi + beyond.rider_lean * s.roll;
+        let drag = error.drag(self.drag, s.vx, pose.along);
+        let lift = error.lift(0.0, s.vx);
+        let aside = error.mass_centre_aside(h * sin_phi, s.roll);
         let arm = |i: usize| aside + h * cos_phi * y[i] + unit[i].moment_x;
         let a = Matrix3::new(
             1.0,
@@ -322,55 +395,75 @@ impl Plant {
         );
         let b = Vector3::new(
             m * (GRAVITY - h * cos_phi * s.roll_rate * s.roll_rate) - 2.0 * lift,
-            cos_phi * (torque[0] + torque[1]) + beyond.drag_height * drag + (lf - lr) * lift,
+            error.pitch_moment(cos_phi * (torque[0] + torque[1]), drag) + (lf - lr) * lift,
             // the extra lateral force acts at the mass centre: no moment
             spin * s.yaw_rate * cos_phi,
         );
         let solution = match a.try_inverse() {
             Some(inverse) => inverse * b,
-            None => Vector3::new(static_load[0], static_load[1], 0.0), // hold the static loads
+            None => {
+                let [front, rear] = self.static_load(); // held
+                Vector3::new(front, rear, 0.0)
+            }
         };
         let load = [solution[0].max(0.0), solution[1].max(0.0)];
-        let roll_acceleration = solution[2];
+        let tyre = [0, 1].map(|i| Output {
+            force_x: unit[i].force_x * load[i],
+            force_y: unit[i].force_y * load[i],
+            moment_x: unit[i].moment_x * load[i],
+            moment_z: unit[i].moment_z * load[i],
+        });
+        Forces { per_load, torque, drag, load, roll_acceleration: solution[2], tyre }
+    }
 
-        let mut tyre = [Output::default(); 2];
-        for i in 0..2 {
-            tyre[i] = Output {
-                force_x: unit[i].force_x * load[i],
-                force_y: unit[i].force_y * load[i],
-                moment_x: unit[i].moment_x * load[i],
-                moment_z: unit[i].moment_z * load[i],
-            };
-        }
+    /// Acceleration of the mass centre, level frame.
+    fn acceleration(&self, pose: &Pose, forces: &Forces, action: &Action) -> [f64; 2] {
+        let m = self.mass;
+        let Forces { per_load: PerLoad { x, y, .. }, drag, load, .. } = forces;
+        let total_x: f64 = x[0] * load[0] + x[1] * load[1];
+        let total_y: f64 = y[0] * load[0] + y[1] * load[1];
+        let uphill = self.model_error.uphill(0.0, m * GRAVITY, pose.along);
+        [(total_x - drag - uphill + action.force_x) / m, (total_y + action.force_y) / m]
+    }
+
+    /// Rates of the state.
+    #[inline]
+    fn rates_of(
+        &self,
+        pose: &Pose,
+        forces: &Forces,
+        s: &State,
+        action: &Action,
+        acceleration: [f64; 2],
+    ) -> [f64; N] {
+        let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
+        let (sin_phi, cos_phi) = pose.roll;
+        let Forces { per_load, torque, load, tyre, .. } = forces;
+        let PerLoad { x, y, alpha_rate, .. } = per_load;
         let omega_rate: [f64; 2] = std::array::from_fn(|i| {
             (torque[i] - self.tyres[i].rolling_radius * tyre[i].force_x) / self.wheel_inertia[i]
         });
-        let total_x: f64 = x[0] * load[0] + x[1] * load[1];
-        let total_y: f64 = y[0] * load[0] + y[1] * load[1];
-        let uphill = m * GRAVITY * beyond.grade * along;
-        let acceleration =
-            [(total_x - drag - uphill + action.force_x) / m, (total_y + action.force_y) / m];
         let spin_moment: f64 = (0..2)
             .map(|i| {
                 self.wheel_inertia[i]
                     * (omega_rate[i] * sin_phi + s.omega[i] * cos_phi * s.roll_rate)
             })
             .sum::<f64>()
-            * (1.0 + beyond.gyroscopic);
+            * self.model_error.spin(1.0);
+        let total_x: f64 = x[0] * load[0] + x[1] * load[1];
         let yaw_acceleration =
             (lf * y[0] * load[0] - lr * y[1] * load[1] + tyre[0].moment_z + tyre[1].moment_z
-                - h * sin_phi * total_x
+                - self.cg_height * sin_phi * total_x
                 - spin_moment
                 + action.moment_z)
                 / self.yaw_inertia;
-
         let mut d = [
             acceleration[0] + s.yaw_rate * s.vy,
             acceleration[1] - s.yaw_rate * s.vx,
             yaw_acceleration,
             s.yaw_rate,
             s.roll_rate,
-            roll_acceleration,
+            forces.roll_acceleration,
             omega_rate[0],
             omega_rate[1],
             alpha_rate[0],
@@ -386,16 +479,7 @@ impl Plant {
             d[9] = settle(s.alpha[1]);
             d[10] = settle(s.steer);
         }
-        let response = Response {
-            acceleration,
-            roll_acceleration,
-            load,
-            slip_ratio,
-            camber,
-            tyre,
-            kinematic_steer: delta,
-        };
-        (d, response)
+        d
     }
 
     /// Everything that follows from a state and an action at this instant.

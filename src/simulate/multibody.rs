@@ -7,8 +7,8 @@
 //!
 //! The bodies are those of `sports_small`, moved and weighted so that mass, wheelbase, mass centre
 //! and caster are the machine's; the tyres are the machine's own (the paper's) on a toroidal, springy
-//! carcass. What is hidden in the machine comes along where the multibody motorcycle can have it:
-//! [`CARRIED`].
+//! carcass. What is hidden in the machine comes along by the same formulas, but for what arises from
+//! the construction ([`Multibody`](crate::effects::physics::Multibody)).
 
 use std::path::Path;
 
@@ -20,6 +20,7 @@ use super::scenario::{Machine, Scenario};
 use super::tour::Tour;
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
+use crate::effects::ModelError;
 use crate::effects::extended_tyre::ExtendedTyre;
 use crate::model::custom::Custom;
 use crate::motorcycle::{Model, Motorcycle, Road, description};
@@ -30,34 +31,6 @@ const BODIES: &str = "sports_small";
 const AIR: f64 = 1.225;
 /// Longest integration step, s.
 const STEP: f64 = 0.002;
-
-/// Effects that a multibody ride can hide, by name: environment, sensors, brakes, tyres.
-///
-/// Left out is what the multibody motorcycle has anyway (`radius_camber`, `radius_load`: its tyres are
-/// toroids on springs), what would need another road or another body (`road_bank`,
-/// `low_friction_patch`, `tyre_warm_up`, `rider_lean`, `front_compliance`, `gyroscopic`), `radius_speed`,
-/// whose carcass would have to grow, and `road_grade`: the road tilts gravity, and a perfect inertial
-/// unit that takes the road for level feels it.
-pub const CARRIED: &[&str] = &[
-    "wind",
-    "wheel_inertia",
-    "rolling_speed",
-    "brake_fade",
-    "brake_drag",
-    "steer_zero",
-    "roll_zero",
-    "velocity_lever_arm",
-    "latency",
-    "side_force_ratio_front",
-    "side_force_ratio_rear",
-    "stiffness_load",
-    "twisting_stiffness",
-    "pneumatic_trail",
-    "relaxation_length",
-    "friction_load",
-    "lift",
-    "drag_height",
-];
 
 /// The `number`-th session of the fleet on the multibody motorcycle, and the motorcycle's bike file.
 ///
@@ -72,7 +45,9 @@ pub fn session(
     number: usize,
 ) -> Result<(Ridden, Bike), String> {
     let tour = tour(scenario, machine, number)?;
-    let skill = Skill::learn(&tour.model, ride::period(tour.rate))
+    // riders learn on a motorcycle as it should be, on a level road
+    let usual = tour.model.clone().with(&ModelError::default());
+    let skill = Skill::learn(&usual, ride::period(tour.rate))
         .map_err(|e| format!("{}: {e}", tour.bike.bike_id))?;
     let ridden = ride::ride(&tour, &skill, number);
     Ok((ridden, tour.bike))
@@ -88,7 +63,7 @@ pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tou
     let mut bike = machine.bike.clone();
     bike = bike.with("trail", motorcycle.trail());
     bike = bike.with("yaw_inertia", motorcycle.inertia()[(2, 2)]);
-    let beyond = plant.departure;
+    let error = plant.model_error;
     let road = Road { friction: plant.friction, ..Road::default() };
     Ok(Tour {
         name: scenario.name.clone(),
@@ -102,13 +77,13 @@ pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tou
         start_speed: 0.0,
         manoeuvres: vec![Manoeuvre::Plan { plan: scenario.plans[number % scenario.plans.len()] }],
         // a head wind blows against the first straight's heading
-        wind: [-beyond.wind, 0.0],
+        wind: [-error.air_speed(0.0, 1.0), 0.0],
         sensors: scenario.sensors.clone(),
         imu: None,
-        departure: beyond,
+        model_error: error,
         disturbance: scenario.disturbance,
         bike,
-        model: Model::new(motorcycle, road),
+        model: Model::new(motorcycle, road).with(&error),
     })
 }
 
@@ -178,22 +153,21 @@ pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, String> {
     put("frame.mass", frame);
     put("frame.x", centre_x);
     put("frame.z", centre_z);
-    let beyond = &plant.departure;
+    let error = &plant.model_error;
     put("aerodynamics.air_density", AIR);
     put("aerodynamics.drag_area", 2.0 * plant.drag / AIR);
-    put("aerodynamics.lift_area", 2.0 * beyond.lift / AIR);
+    put("aerodynamics.lift_area", 2.0 * (2.0 * error.lift(0.0, 1.0)) / AIR);
     put("aerodynamics.x", centre);
-    put("aerodynamics.z", plant.cg_height + beyond.drag_height);
+    put("aerodynamics.z", plant.cg_height + error.pitch_moment(0.0, 1.0));
     let motorcycle = Motorcycle::parse(&table.to_string(), BODIES, Path::new(BODIES))
         .map_err(|e| e.to_string())?;
-    let [front, rear] = [0, 1].map(|k| ExtendedTyre::boxed(tyres[k], load[k], beyond));
+    let [front, rear] = [0, 1].map(|k| ExtendedTyre::boxed(tyres[k], load[k], error));
     Ok(motorcycle.with_tyres(front, rear))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::Effect;
 
     #[test]
     fn the_motorcycle_has_the_machines_mass_geometry_and_tyres() {
@@ -217,13 +191,6 @@ mod tests {
             assert!(at_rest.position.z.abs() < 1e-9 && at_rest.angles[2].abs() < 1e-9);
             let tour = tour(&scenario, &machine, 0).expect("stands");
             assert_eq!(tour.bike.value("trail"), Some(tour.model.motorcycle.trail()));
-        }
-    }
-
-    #[test]
-    fn what_it_can_hide_is_in_the_library() {
-        for name in CARRIED {
-            assert!(Effect::named(name).is_ok(), "{name}");
         }
     }
 }

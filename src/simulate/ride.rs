@@ -83,7 +83,7 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
     let mut unsteady = Unsteady::new(
         &model.motorcycle,
         tour.disturbance,
-        tour.departure,
+        tour.model_error,
         tour.wind,
         noise,
         period,
@@ -118,7 +118,20 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
             run.observe(&action);
         }
     }
-    let meta = Meta {
+    let mut session = record(meta(tour, id, number, fall.is_some()), tour, &samples);
+    for &channel in &tour.drop {
+        session.remove(channel);
+    }
+    tour.model_error.measure(&mut session);
+    sensors::measure(&mut session, &tour.sensors, tour.seed);
+    super::clamp_physical(&mut session);
+    let labels = super::runs_of(&kinds, tour.rate);
+    Ridden { session, labels, samples, fall, steps }
+}
+
+/// What a logger knows of the session; a log that ends in a fall says so.
+fn meta(tour: &Tour, id: String, number: usize, fell: bool) -> Meta {
+    Meta {
         session_id: id,
         bike_id: tour.bike.bike_id.clone(),
         start_time: Some(format!(
@@ -128,19 +141,9 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
         )),
         tyre_front: tour.bike.front.model.clone(),
         tyre_rear: tour.bike.rear.model.clone(),
-        // a log that ends in a fall says so
-        site: Some(if fall.is_some() { "simulated, partial: fell" } else { "simulated" }.into()),
+        site: Some(if fell { "simulated, partial: fell" } else { "simulated" }.into()),
         rider_id: None,
-    };
-    let mut session = record(meta, tour, &samples);
-    for &channel in &tour.drop {
-        session.remove(channel);
     }
-    tour.departure.measure(&mut session);
-    sensors::measure(&mut session, &tour.sensors, tour.seed);
-    super::clamp_physical(&mut session);
-    let labels = super::runs_of(&kinds, tour.rate);
-    Ridden { session, labels, samples, fall, steps }
 }
 
 fn sample(run: &Run<'_>, action: &Action, controls: Controls, centre: &Vector3<f64>) -> Sample {
@@ -154,7 +157,7 @@ fn sample(run: &Run<'_>, action: &Action, controls: Controls, centre: &Vector3<f
             spin_rate: run.rates.velocity.angular,
             velocity: frame.velocity_at(&at),
             acceleration: frame.acceleration_at(&at, &gravity),
-            gravity,
+            gravity: gravity - run.scratch.pull,
         },
         position: [run.state.position.x, run.state.position.y],
         joints: run.state.joints,
@@ -178,7 +181,9 @@ fn record(meta: Meta, tour: &Tour, samples: &[Sample]) -> Session {
     session.set(C::VelocityY, m.velocity_y);
     session.set(C::AccelerationX, m.acceleration_x);
     session.set(C::AccelerationY, m.acceleration_y);
-    session.set(C::Roll, m.roll);
+    // of the road's bank an inertial unit knows nothing
+    let bank = -tour.model_error.camber(0.0);
+    session.set(C::Roll, m.roll.into_iter().map(|roll| roll + bank).collect());
     session.set(C::Pitch, m.pitch);
     session.set(C::Yaw, m.yaw);
     session.set(C::RollRate, m.roll_rate);

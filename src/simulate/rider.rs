@@ -9,7 +9,7 @@ use super::plan::Phase;
 use super::programme::{Controls, Lean, Programme, Seen};
 use crate::GRAVITY;
 use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
-use crate::effects::model_error::BrakeHistory;
+use crate::effects::ride::BrakeHistory;
 use crate::statistics::random::{Coloured, Random};
 
 /// How unsteady rider, road and air are.
@@ -138,12 +138,12 @@ impl<'a> Rider<'a> {
             }
         }
         let braking = self.pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
-        self.brakes.see(state.vx, braking, self.dt);
-        let (mass, beyond) = (self.plant.mass, &self.plant.departure);
-        let (fading, drag) =
-            (beyond.fading(mass, &self.brakes), beyond.brake_drag(mass, &self.brakes));
+        self.brakes.update(state.vx, braking, self.dt);
+        let (mass, error) = (self.plant.mass, &self.plant.model_error);
+        let gain = error.brake_gain(1.0, mass, self.brakes);
+        let drag = error.brake_drag(0.0, mass, self.brakes);
         for i in 0..2 {
-            action.brake[i] = self.gain[i] * fading * self.pressure[i] + drag;
+            action.brake[i] = self.gain[i] * gain * self.pressure[i] + drag;
         }
         self.time += self.dt;
         action.time = self.time;

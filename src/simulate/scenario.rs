@@ -16,8 +16,7 @@ use super::sensors::Sensors;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::schema::{closest, meant};
-use crate::effects::Effect;
-use crate::effects::model_error::ModelError;
+use crate::effects::{Effect, ModelError};
 use crate::model::{MagicFormula, Stiffness, Tyre};
 use crate::statistics::random::Random;
 
@@ -121,7 +120,7 @@ pub struct Scenario {
     bike: Bike,
     truth: BTreeMap<String, f64>,
     spread: BTreeMap<String, f64>,
-    departure: ModelError,
+    model_error: ModelError,
 }
 
 /// One bike of the fleet: what its file says and what is true.
@@ -193,13 +192,13 @@ impl Scenario {
                 return Err(fail(format!("[spread]: `{key}` is neither a bike key nor `truth.*`")));
             }
         }
-        let mut departure = ModelError::default();
+        let mut model_error = ModelError::default();
         for (name, value) in &file.effects {
             let effect = Effect::named(name).map_err(|e| fail(format!("[effects]: {e}")))?;
-            (effect.set)(&mut departure, *value);
+            (effect.set)(&mut model_error, *value);
         }
         Ok(Scenario {
-            departure,
+            model_error,
             name: file.name,
             description: file.description,
             seed: file.seed,
@@ -225,7 +224,7 @@ impl Scenario {
 
     /// The plant without any draw: bike file and truth as they stand.
     pub fn nominal_plant(&self) -> Plant {
-        plant(&self.bike, &self.truth).with(&self.departure)
+        plant(&self.bike, &self.truth).with(&self.model_error)
     }
 
     /// The `index`-th bike of the fleet: its file and its truth.
@@ -250,7 +249,7 @@ impl Scenario {
                 real = real.with(key, value + sd * random.normal());
             }
         }
-        Machine { plant: plant(&real, &truth).with(&self.departure), bike }
+        Machine { plant: plant(&real, &truth).with(&self.model_error), bike }
     }
 }
 
@@ -356,7 +355,7 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
         drag: get("drag"),
         friction: get("friction"),
         brake_gain: [get("brake_gain_front"), get("brake_gain_rear")],
-        departure: ModelError::default(),
+        model_error: ModelError::default(),
     }
 }
 

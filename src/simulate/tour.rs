@@ -22,7 +22,7 @@ use super::text_with_key;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::schema::KeyTable;
-use crate::effects::model_error::ModelError;
+use crate::effects::ModelError;
 use crate::model::tir;
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road};
@@ -89,7 +89,7 @@ pub struct Tour {
     /// The inertial unit; `None` is a perfect one.
     pub imu: Option<Imu>,
     /// What brakes and sensors have beyond that; tyres, road and air have theirs in them.
-    pub departure: ModelError,
+    pub model_error: ModelError,
     /// Unsteadiness of rider, pads and air.
     pub disturbance: Disturbance,
     /// The motorcycle on its road.
@@ -162,7 +162,7 @@ impl Tour {
             wind: file.wind,
             sensors: file.sensors,
             imu: file.imu,
-            departure: ModelError::default(),
+            model_error: ModelError::default(),
             disturbance: Disturbance::default(),
             bike,
             model: Model::new(motorcycle, file.road),

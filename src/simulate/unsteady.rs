@@ -4,7 +4,8 @@
 use super::programme::Controls;
 use super::rider::Disturbance;
 use crate::GRAVITY;
-use crate::effects::model_error::{BrakeHistory, ModelError};
+use crate::effects::ModelError;
+use crate::effects::ride::BrakeHistory;
 use crate::motorcycle::{Action, Motorcycle};
 use crate::statistics::random::{Coloured, Random};
 
@@ -15,7 +16,7 @@ const BREEZE: f64 = 5.0;
 #[derive(Debug)]
 pub struct Unsteady {
     disturbance: Disturbance,
-    departure: ModelError,
+    model_error: ModelError,
     wind: [f64; 2],
     mass: f64,
     drag: f64,
@@ -24,6 +25,7 @@ pub struct Unsteady {
     pads: [f64; 2],
     slope: f64,
     brakes: BrakeHistory,
+    time: f64,
     period: f64,
 }
 
@@ -33,7 +35,7 @@ impl Unsteady {
     pub fn new(
         motorcycle: &Motorcycle,
         disturbance: Disturbance,
-        departure: ModelError,
+        model_error: ModelError,
         wind: [f64; 2],
         mut random: Random,
         period: f64,
@@ -46,7 +48,7 @@ impl Unsteady {
         ];
         let mut unsteady = Unsteady {
             disturbance,
-            departure,
+            model_error,
             wind,
             mass: motorcycle.mass(),
             drag: 0.5 * motorcycle.air_density * motorcycle.aerodynamics[0],
@@ -55,6 +57,7 @@ impl Unsteady {
             pads: [1.0; 2],
             slope: 0.0,
             brakes: BrakeHistory::default(),
+            time: 0.0,
             period,
         };
         unsteady.next_phase();
@@ -75,13 +78,15 @@ impl Unsteady {
     /// What becomes of the rider's action at a speed (m/s) and heading (rad).
     pub fn act(&mut self, action: &mut Action, controls: &Controls, speed: f64, yaw: f64) {
         let pressed = controls.pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
-        self.brakes.see(speed, pressed, self.period);
-        let fading = self.departure.fading(self.mass, &self.brakes);
-        let dragging = self.departure.brake_drag(self.mass, &self.brakes);
+        self.brakes.update(speed, pressed, self.period);
+        let gain = self.model_error.brake_gain(1.0, self.mass, self.brakes);
+        let dragging = self.model_error.brake_drag(0.0, self.mass, self.brakes);
         for (torque, pad) in action.brake.iter_mut().zip(self.pads) {
-            *torque = *torque * pad * fading + dragging;
+            *torque = *torque * pad * gain + dragging;
         }
         action.wind = self.wind;
+        self.time += self.period;
+        action.time = self.time;
         let gusts = [0, 1].map(|k| self.noise[k].next(&mut self.random));
         if self.drag > 0.0 {
             // the wind whose drag is the force

@@ -21,6 +21,13 @@ pub struct Ident {
     pub start_time: Option<String>,
 }
 
+impl Ident {
+    /// Bike and session: what orders sessions in every table that is read back.
+    pub fn key(&self) -> (&str, &str) {
+        (&self.bike_id, &self.session_id)
+    }
+}
+
 impl From<&Meta> for Ident {
     fn from(meta: &Meta) -> Self {
         Ident {
@@ -52,8 +59,9 @@ pub enum Status {
     Assumed,
     /// Estimated, but the ride does not pin it down.
     PoorlyDetermined,
-    /// The ride cannot give it.
+    /// The ride cannot give it; read back, also a status that this version does not know.
     #[default]
+    #[serde(other)]
     NotAvailable,
 }
 

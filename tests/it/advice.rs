@@ -3,8 +3,8 @@
 
 use assert_cmd::Command;
 use roadbench::contract::session::Session;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::advice::{ALIKE, Advice, known, sets};
-use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::ride::{self, Diagnosis, Fitted, Settings};
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
@@ -171,7 +171,7 @@ fn declared_likeness_is_the_computed_one() {
             let cosines: Vec<f64> = known.iter().map(|k| k.cosine(i, j)).collect();
             let most = cosines.iter().fold(0.0_f64, |a, c| a.max(c.abs()));
             let names = (effect.name, other.name);
-            if effect.looks_like(other.name) {
+            if effect.is_confounded_with(other.name) {
                 assert!(most > 0.3, "{names:?} are declared alike: {cosines:.2?}");
             } else {
                 assert!(most < ALIKE, "{names:?} are not declared alike: {cosines:.2?}");

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use roadbench::contract::bike::Bike;
 use roadbench::contract::channel::Channel;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::base;
-use roadbench::diagnose::name::Verdict;
 use roadbench::diagnose::parameters::Parameters;
 use roadbench::diagnose::ride::{self, Diagnosis, Settings, diagnose};
 use roadbench::diagnose::samples::Samples;
-use roadbench::effects::extended_model::Model;
+use roadbench::effects::extended_model::ExtendedModel;
 use roadbench::effects::{ALL, Effect};
 use roadbench::fit::{Data, chain};
 use roadbench::pipeline::{self, Pipeline};
@@ -186,12 +186,12 @@ fn the_extended_model_serves_the_next_run() {
     let d = ride::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed");
     let path = folder.path().join("model.toml");
     std::fs::write(&path, d.model.to_toml()).expect("written");
-    let model = Model::read(&path).expect("read");
+    let model = ExtendedModel::read(&path).expect("read");
     assert_eq!(model, d.model);
     let found = model.effects["velocity_lever_arm"].value;
     assert!((found / arm - 1.0).abs() < 0.15, "{found}");
 
-    let stiffness = |model: Option<Model>| {
+    let stiffness = |model: Option<ExtendedModel>| {
         let pipeline = Pipeline { model, ..Pipeline::onroad() };
         let input = pipeline::Input {
             log: Path::new(&log).into(),
@@ -225,7 +225,7 @@ fn the_extended_model_serves_the_next_run() {
 
     let wrong = "session_id = \"s\"\nbike_id = \"b\"\n[effects.latancy]\nvalue = 0.1\nstd_error = 0.01\nunit = \"s\"\n";
     std::fs::write(&path, wrong).expect("written");
-    let message = Model::read(&path).expect_err("refused");
+    let message = ExtendedModel::read(&path).expect_err("refused");
     assert!(message.contains("latancy") && message.contains("latency"), "{message}");
 }
 

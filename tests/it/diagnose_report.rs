@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use roadbench::contract::verdict::{UNEXPLAINED, Verdict};
 use roadbench::report;
 use roadbench::tables::file;
 use roadbench::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
@@ -195,7 +196,7 @@ fn null() -> Ride {
 
 /// Its texts are hostile too.
 fn unexplained() -> Ride {
-    let mut first = cause("unknown", "unexplained", (0.0, 0.0), "1", 1.7);
+    let mut first = cause(UNEXPLAINED, Verdict::Unexplained.name(), (0.0, 0.0), "1", 1.7);
     (first.value, first.ci95_low, first.ci95_high, first.separate_by) = (None, None, None, None);
     first.reason = format!("lateral_front over speed {HOSTILE}");
     let mut odd = cause(HOSTILE, "not_needed", (1.0, 2.0), HOSTILE, 0.4);
@@ -385,8 +386,17 @@ fn diagnosis_report_demo() {
 
 #[test]
 fn a_ride_that_can_show_nothing_is_not_called_right() {
-    use roadbench::report::diagnosis::{Outcome, outcome};
+    use roadbench::report::diagnosis::outcome::{Outcome, outcome};
     assert_eq!(outcome(&rest()), Outcome::Null);
     assert_eq!(outcome(&rest()[9..]), Outcome::Blind);
     assert_eq!(outcome(&[]), Outcome::Unjudged);
+}
+
+#[test]
+fn what_no_candidate_explains_is_not_listed_as_a_candidate() {
+    let ride = unexplained();
+    let page = roadbench::report::diagnosis::page::build(&ride.ident, &ride.causes, &[], &[]);
+    let listed: Vec<&str> =
+        page.candidates.iter().chain(&page.more).map(|c| c.name.as_str()).collect();
+    assert!(listed.len() > 5 && !listed.contains(&UNEXPLAINED), "{listed:?}");
 }

@@ -11,7 +11,8 @@ use roadbench::export::{
     reduced,
     tyre::{Characterised, Setting},
 };
-use roadbench::report::{figures, names, tables, terminal};
+use roadbench::plots::catalogue;
+use roadbench::report::{page_names, tables, terminal};
 use roadbench::tables::file;
 use roadbench::tables::rows::{
     Coefficient, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status, WarningRow,
@@ -374,13 +375,13 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
         "27 of 36 coefficients determined; 6 assumed from the bike file; 1 poorly determined; \
          2 not available."
     ));
-    for plot in figures::PLOTS {
+    for plot in &catalogue::FITS {
         assert!(html.contains(plot.title), "{}", plot.title);
     }
     let data = page::data(&html);
     let charts = data["charts"].as_array().expect("charts");
-    assert_eq!(charts.len(), figures::PLOTS.len() + 3);
-    assert!(figures::PLOTS.iter().all(|p| charts.iter().any(|c| c["name"] == p.name)));
+    assert_eq!(charts.len(), catalogue::FITS.len() + 3);
+    assert!(catalogue::FITS.iter().all(|p| charts.iter().any(|c| c["name"] == p.name)));
     assert_eq!(data["panels"].as_array().map(Vec::len), Some(4));
     assert_eq!(data["segments"].as_array().map(Vec::len), Some(40));
     assert_eq!(data["charts"][0]["clouds"][0]["x"]["d"].as_array().map(Vec::len), Some(600));
@@ -398,7 +399,8 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
 
 #[test]
 fn hostile_ids_stay_in_the_folder() {
-    let names = names::pages([("tourer", "../escape"), ("supersport", HOSTILE)].into_iter());
+    let names =
+        page_names::sessions([("tourer", "../escape"), ("supersport", HOSTILE)].into_iter());
     assert!(names.iter().all(|n| !n.contains(['/', '<', '"', '&', '\''])), "{names:?}");
 }
 
@@ -593,7 +595,7 @@ fn demo() {
     let sessions = tables::sessions(Path::new(&out)).expect("sessions");
     let coefficients = tables::coefficients(Path::new(&out)).expect("coefficients");
     let rejected = tables::rejected(Path::new(&out)).expect("rejected");
-    let own = |c: &&Coefficient| tables::key(&c.ident) == tables::key(&sessions[1].ident);
+    let own = |c: &&Coefficient| c.ident.key() == sessions[1].ident.key();
     let own: Vec<Coefficient> = coefficients.iter().filter(own).cloned().collect();
     println!("{}", terminal::summary(&sessions[1], &own));
     println!("{}", terminal::batch_summary(&sessions, &coefficients, &rejected, 12.3));

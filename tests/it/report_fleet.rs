@@ -5,7 +5,8 @@ use std::path::Path;
 
 use crate::page;
 use roadbench::report;
-use roadbench::report::publish::{self, Format};
+use roadbench::report::static_figures::write::{self, Format};
+use roadbench::report::summary;
 use roadbench::tables::file;
 use roadbench::tables::rows::{
     Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance, RatioRow,
@@ -226,7 +227,7 @@ fn every_plot_becomes_a_figure() {
     let folder = tempfile::tempdir().expect("folder");
     generate(folder.path());
     let to = folder.path().join("figures");
-    let count = publish::figures(folder.path(), &to, Format::Svg, None).expect("figures");
+    let count = write::figures(folder.path(), &to, Format::Svg, None).expect("figures");
     let files: Vec<_> = walkdir::WalkDir::new(&to)
         .into_iter()
         .map(|e| e.expect("entry"))
@@ -259,7 +260,7 @@ fn figures_are_pixels_where_that_is_asked_for() {
     let folder = tempfile::tempdir().expect("folder");
     generate(folder.path());
     let both = folder.path().join("both");
-    let one = publish::figures(folder.path(), &both, Format::Both, Some("s03"));
+    let one = write::figures(folder.path(), &both, Format::Both, Some("s03"));
     assert_eq!(one.expect("figures of one session"), 2);
     for name in ["friction_x_rear", "timeline"] {
         let svg = std::fs::read_to_string(both.join(format!("s03/{name}.svg"))).expect("figure");
@@ -276,7 +277,7 @@ fn figures_are_pixels_where_that_is_asked_for() {
         assert!(pixels.chunks_exact(4).all(|p| p[3] == 255), "{name}: nothing shines through");
     }
     let pixels = folder.path().join("pixels");
-    publish::figures(folder.path(), &pixels, Format::Png, Some("s03")).expect("figures");
+    write::figures(folder.path(), &pixels, Format::Png, Some("s03")).expect("figures");
     assert!(pixels.join("s03/timeline.png").exists() && !pixels.join("s03/timeline.svg").exists());
 }
 
@@ -284,7 +285,7 @@ fn figures_are_pixels_where_that_is_asked_for() {
 fn the_summary_is_markdown_without_the_logs_markup() {
     let folder = tempfile::tempdir().expect("folder");
     generate(folder.path());
-    let text = publish::summary(folder.path()).expect("summary");
+    let text = summary::markdown(folder.path()).expect("summary");
     assert!(text.starts_with("# Tyre coefficients from 12 riding sessions\n"), "{text}");
     assert!(text.contains("| Magic Formula D | 1.01"), "{text}");
     assert!(text.contains("| tyre swap, rear | s09 | 3 | +29.8 % |"), "{text}");

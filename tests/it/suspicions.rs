@@ -12,7 +12,7 @@ mod load;
 mod twist;
 
 use common::machine;
-use roadbench::diagnose::name::Verdict;
+use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::ride::{Settings, diagnose};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::multibody;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{ChannelFacts, Estimate, Facts, Inspection};
+use super::facts::{ChannelFacts, Estimate, Facts, Inspection};
 
 impl Inspection {
     /// All of it.

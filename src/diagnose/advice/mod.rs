@@ -16,11 +16,10 @@ use super::samples::Samples;
 use crate::contract::bike::Bike;
 use crate::contract::session::{Meta, Session};
 use crate::effects::Effect;
-use crate::pipeline::Pipeline;
+use crate::pipeline::{self, Pipeline};
 use crate::simulate;
 use crate::simulate::rider::Disturbance;
 use crate::statistics::random::Random;
-use crate::{filter, segment};
 
 pub mod information;
 pub mod sets;
@@ -169,14 +168,12 @@ fn ridden(
     let simulated =
         simulate::ridden(&plant, &phases, calm, random, LOGGED, LONGEST, Meta::default());
     let mut ride = simulated.session;
-    plant.departure.measure(&mut ride);
+    plant.model_error.measure(&mut ride);
     let lacking: Vec<_> = ride.channels().filter(|c| !session.has(*c)).collect();
     for channel in lacking {
         ride.remove(channel);
     }
-    let mut filtered = ride.clone();
-    filter::run(&mut filtered, &pipeline.filter);
-    let segments = segment::run(&filtered, bike, &pipeline.segment);
+    let (segments, _) = pipeline::segmented(&mut ride.clone(), bike, pipeline);
     let mut samples = Samples::gather(&ride, &segments);
     samples.time.iter_mut().for_each(|t| *t += later);
     samples

@@ -27,18 +27,16 @@ pub mod uncertain;
 use std::path::Path;
 
 use crate::contract::bike::Bike;
-use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
+use crate::estimate::offroad::Estimate;
 use crate::estimate::offroad::rider::{self, Rider};
-use crate::estimate::offroad::{self as estimate, Estimate};
+use crate::ingest;
 use crate::ingest::map::ChannelMap;
 use crate::model::offroad::equations::Motion;
 use crate::model::offroad::machine::{Machine, Noise};
-use crate::pipeline::{Pipeline, Rejection};
-use crate::segment::offroad::Ride as Plan;
+use crate::pipeline::{self, OffroadForces, Pipeline, Rejection};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
-use crate::{filter, ingest, segment};
 
 use fit::{Fit, Problem, long_run, weights};
 use name::Naming;
@@ -81,8 +79,8 @@ pub fn log(
     pipeline: &Pipeline,
     nulls: usize,
 ) -> Result<Diagnosis, Rejection> {
-    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    raw(ingest::read(path, maps).map_err(refuse)?, bike, pipeline, nulls)
+    let (session, _) = pipeline::prepare(path, maps, bike, pipeline)?;
+    diagnose(&session, bike, pipeline, nulls)
 }
 
 /// Diagnoses a log that is in memory already.
@@ -95,11 +93,7 @@ pub fn raw(
     pipeline: &Pipeline,
     nulls: usize,
 ) -> Result<Diagnosis, Rejection> {
-    let refuse = |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-    let (mut session, _) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
-    if session.has(Channel::VelocityX) {
-        ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?;
-    }
+    let (session, _) = pipeline::prepare_raw(raw, bike, pipeline)?;
     diagnose(&session, bike, pipeline, nulls)
 }
 
@@ -113,28 +107,11 @@ pub fn diagnose(
     pipeline: &Pipeline,
     nulls: usize,
 ) -> Result<Diagnosis, Rejection> {
-    let refuse = |code, message| Rejection { stage: "diagnose", code, message };
     let mut config = pipeline.offroad.clone().unwrap_or_default();
     config.riders = vec![Rider::B];
-    let mut filtered = session.clone();
-    filter::run(&mut filtered, &pipeline.filter);
-    let (e, warnings) = estimate::run(&filtered, bike, &config)
-        .map_err(|message| refuse("bad_bike_file", message))?;
-    let k = &e.kinematics;
-    let tyres = &e.riders[0].tyres;
-    let segments = segment::offroad::run(
-        &Plan {
-            rate: filtered.rate,
-            speed: &k.xd,
-            acceleration: &k.xdd,
-            pitch: &k.mu,
-            airborne: &e.contact.airborne,
-            braking: [&tyres.b_f, &tyres.b_r],
-            load: &tyres.n_r,
-            yaw_rate: filtered.get(Channel::YawRate),
-        },
-        &pipeline.segment.offroad,
-    );
+    let OffroadForces { estimate: e, segments, warnings, .. } =
+        pipeline::offroad_forces(session.clone(), bike, pipeline, &config)
+            .map_err(|why| Rejection { stage: "diagnose", ..why })?;
     let residuals = Residuals::new(&e, &segments, config.rider.crossfade);
     if residuals.blocks.len() < FEWEST {
         return Err(too_little(residuals.blocks.len(), &warnings));

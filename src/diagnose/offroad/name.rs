@@ -8,7 +8,7 @@ use super::effects::{ALL, Curve};
 use super::fit::{Fit, Problem, Value};
 use super::null::Calibration;
 
-pub use crate::diagnose::name::Verdict;
+pub use crate::contract::verdict::Verdict;
 
 /// Least gain of a name, in twice the loss; of every further one, and its share of the first one's: what
 /// the first is not exact by must not pass for another cause.

@@ -2,9 +2,10 @@
 
 use super::effects::{ALL, Effect};
 use super::fit::{Fit, Problem};
-use super::name::{Cause, FOLDS, Naming, Verdict};
+use super::name::{Cause, FOLDS, Naming};
 use super::null::{Calibration, rms};
 use super::residuals::{CHANNELS, Residuals};
+use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::contract::warning::Warning;
 use crate::diagnose::null_calibration::correlation;
 use crate::estimate::offroad::Estimate;
@@ -118,7 +119,7 @@ impl Tables<'_> {
                 "beyond the nulls, but explained by what is named, too large to be, or gains too little"
                     .to_owned()
             }
-            Verdict::Contradicted | Verdict::Lost | Verdict::NotNeeded => {
+            Verdict::NotNeeded | Verdict::Unexplained => {
                 "within what nulls of this ride show".to_owned()
             }
             Verdict::NotIdentifiable => {
@@ -167,8 +168,8 @@ impl Tables<'_> {
         };
         Some(CauseRow {
             ident: self.ident.clone(),
-            effect: "unexplained".to_owned(),
-            verdict: "unexplained".to_owned(),
+            effect: UNEXPLAINED.to_owned(),
+            verdict: Verdict::Unexplained.name().to_owned(),
             level: "session".to_owned(),
             unit: "1".to_owned(),
             score,

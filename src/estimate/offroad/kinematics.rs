@@ -9,7 +9,7 @@
 //! | `wheel_speed_front`, `wheel_speed_rear` | the wheels' speeds |
 //!
 //! Derived: `x_s''`, `mu'`, `z_f'`, `alpha_r'` and the wheels' accelerations by FIR, `z_s'` by the
-//! mean-free trapezoid rule. The relations are those of `offroad.md`, section 8, with the
+//! mean-free trapezoid rule. The relations are those of the book, Off the road, section 8, with the
 //! centripetal terms and the lever arms of the sensors. ISO axes become the paper's here (z down,
 //! nose up) and nowhere else.
 //!
@@ -27,7 +27,8 @@ use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::filter::{derivative, high_cut, integral, remove_slow, runs};
+use crate::filter::{derivative, high_cut, integral, remove_slow};
+use crate::statistics::runs::runs;
 
 use crate::model::offroad::machine::Machine;
 

@@ -8,7 +8,8 @@
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::filter::{derivative, remove_slow, runs};
+use crate::filter::{derivative, remove_slow};
+use crate::statistics::runs::runs;
 
 use super::kinematics::Kinematics;
 use crate::model::offroad::machine::Machine;

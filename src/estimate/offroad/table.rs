@@ -70,7 +70,7 @@ pub fn batch(
             "force_x_front" => tyre(&|f| -f[2]),
             "force_x_rear" => tyre(&|f| f[4] - f[3]),
             "rider" => {
-                let name = |r: &super::Ridden| vec![r.rider.name(); samples.len()];
+                let name = |r: &super::RiderEstimate| vec![r.rider.name(); samples.len()];
                 Arc::new(StringArray::from(
                     estimate.riders.iter().flat_map(name).collect::<Vec<_>>(),
                 ))

@@ -3,12 +3,12 @@
 //! Rider B stands still against the bike's going up and down (`L_z = m g`) and goes with it fore and
 //! aft (`A_x = -m x_s''`). A body on legs and arms does neither: it follows what is slow. Both
 //! motions are low-passes of the chassis' acceleration, causal, of second order (rider C,
-//! `offroad.md`, section 9); the cut-off towards zero is B for the vertical one, towards infinity for
+//! book, Off the road, section 9); the cut-off towards zero is B for the vertical one, towards infinity for
 //! the horizontal one.
 
 use super::{Curve, Effect, Ride};
 use crate::GRAVITY;
-use crate::estimate::offroad::rider::c::follow;
+use crate::estimate::offroad::rider::c::low_passed;
 
 /// Up and down.
 pub const VERTICAL: Effect = Effect {
@@ -52,7 +52,7 @@ fn vertical(ride: &Ride<'_>) -> Curve {
     let r = ride.residuals;
     let mass = ride.estimate.machine.rider.mass;
     nodes(|cut_off| {
-        let own = follow(&r.acceleration[1], r.rate, cut_off, false);
+        let own = low_passed(&r.acceleration[1], r.rate, cut_off, false);
         r.response(|i, _| {
             // less than his weight, never pulling
             let more = r.hold[i] * mass * -own[i].min(GRAVITY);
@@ -65,7 +65,7 @@ fn horizontal(ride: &Ride<'_>) -> Curve {
     let r = ride.residuals;
     let (mass, arms) = (ride.estimate.machine.rider.mass, ride.rider.arms);
     nodes(|cut_off| {
-        let own = follow(&r.acceleration[0], r.rate, cut_off, false);
+        let own = low_passed(&r.acceleration[0], r.rate, cut_off, false);
         r.response(|i, _| {
             let more = -r.hold[i] * mass * (own[i] - r.acceleration[0][i]);
             let lever = arms * r.levers[i][2] + (1.0 - arms) * r.levers[i][0];

@@ -1,0 +1,164 @@
+//! What of a recorded ride effects depend on, sample by sample: speed, roll, heading along the strip,
+//! heat of the brakes.
+
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::statistics::smooth::smooth;
+
+/// Energy that one unit of fading and of warm-brake drag is for, J.
+pub const HEAT: f64 = 50e3;
+/// Time over which brakes cool, s.
+const COOLING: f64 = 60.0;
+/// Least speed of a straight that a strip is known by, m/s.
+const SLOWEST: f64 = 4.0;
+/// How long its heading is held, s, and within what, rad.
+const HELD: (f64, f64) = (2.0, 0.05);
+
+/// Heat in the brakes, in J per kg of motorcycle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BrakeHistory {
+    /// Heat of the stop under way.
+    pub stop: f64,
+    /// Heat of the stops so far that has not gone yet.
+    pub warm: f64,
+    /// Speed at the start of the stop under way, m/s.
+    from: Option<f64>,
+}
+
+impl BrakeHistory {
+    /// Line pressure from which a brake is on, Pa.
+    pub const PRESSED: f64 = 2e4;
+
+    /// Goes on to the speed (m/s) `dt` s later.
+    pub fn update(&mut self, speed: f64, braking: bool, dt: f64) {
+        self.warm *= (-dt / COOLING).exp();
+        if !braking {
+            self.from = None;
+            self.stop = 0.0;
+            return;
+        }
+        let from = *self.from.get_or_insert(speed);
+        let stop = 0.5 * (from * from - speed * speed).max(0.0);
+        self.warm += (stop - self.stop).max(0.0);
+        self.stop = stop;
+    }
+}
+
+/// Heat in the brakes, sample by sample; samples without speed keep the last.
+pub fn brake_history(session: &Session) -> Vec<BrakeHistory> {
+    let Some(v) = session.get(Channel::VelocityX) else {
+        return vec![BrakeHistory::default(); session.len];
+    };
+    let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
+        .map(|c| session.get(c).map(|x| smooth(x, session.rate)));
+    let dt = 1.0 / session.rate;
+    let mut brakes = BrakeHistory::default();
+    (0..session.len)
+        .map(|i| {
+            let on = pressure.iter().flatten().any(|x| x[i] > BrakeHistory::PRESSED);
+            if v[i].is_finite() {
+                brakes.update(v[i], on, dt);
+            }
+            brakes
+        })
+        .collect()
+}
+
+/// Cosine of the heading against that of the first straight, sample by sample; NaN without heading.
+///
+/// The strip is where most distance is ridden: the first heading held for two seconds above the
+/// slowest speed.
+pub fn along_strip(session: &Session) -> Vec<f64> {
+    let (Some(yaw), Some(v)) = (session.get(Channel::Yaw), session.get(Channel::VelocityX)) else {
+        return vec![f64::NAN; session.len];
+    };
+    let held = (HELD.0 * session.rate) as usize;
+    let mut since = 0;
+    let mut axis = None;
+    for i in 0..session.len {
+        // NaN is not straight either
+        let straight = v[i] > SLOWEST && (yaw[i] - yaw[since]).abs() < HELD.1;
+        if !straight {
+            since = i;
+        } else if i - since >= held {
+            axis = Some(yaw[since]);
+            break;
+        }
+    }
+    let axis = axis.unwrap_or(0.0);
+    yaw.iter().map(|yaw| (yaw - axis).cos()).collect()
+}
+
+/// What corrections depend on, sample by sample; 0 where it is missing.
+#[derive(Debug)]
+pub struct Ride {
+    /// Speed, m/s.
+    pub v: Vec<f64>,
+    /// Roll, rad.
+    pub roll: Vec<f64>,
+    /// Cosine of the heading against the strip.
+    pub along: Vec<f64>,
+    /// Heat in the brakes.
+    pub brakes: Vec<BrakeHistory>,
+}
+
+impl Ride {
+    fn of(session: &Session) -> Self {
+        let known = |x: &f64| if x.is_finite() { *x } else { 0.0 };
+        let column = |c: Channel| -> Vec<f64> {
+            let missing = || vec![0.0; session.len];
+            session.get(c).map_or_else(missing, |x| x.iter().map(known).collect())
+        };
+        Ride {
+            v: column(Channel::VelocityX),
+            roll: column(Channel::Roll),
+            along: along_strip(session).iter().map(known).collect(),
+            brakes: brake_history(session),
+        }
+    }
+}
+
+/// Adds a constant to a channel, if it is there.
+pub fn add(session: &mut Session, channel: Channel, by: f64) {
+    if let Some(x) = session.get_mut(channel) {
+        x.iter_mut().for_each(|x| *x += by);
+    }
+}
+
+/// Adds what depends on the ride to a channel, if it is there.
+pub fn add_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, usize) -> f64) {
+    let ride = Ride::of(session);
+    if let Some(x) = session.get_mut(channel) {
+        x.iter_mut().enumerate().for_each(|(i, x)| *x += by(&ride, i));
+    }
+}
+
+/// Multiplies a channel by what depends on the ride, if it is there.
+pub fn scale_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, usize) -> f64) {
+    let ride = Ride::of(session);
+    if let Some(x) = session.get_mut(channel) {
+        x.iter_mut().enumerate().for_each(|(i, x)| *x *= by(&ride, i));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_heats_and_a_pause_cools() {
+        let mut brakes = BrakeHistory::default();
+        let mut speed = 20.0;
+        while speed > 5.0 {
+            brakes.update(speed, true, 0.01);
+            speed -= 0.05;
+        }
+        // (20² - 5²) / 2, less what has gone in 3 s of 60
+        assert!((brakes.stop - 187.5).abs() < 1.0, "{}", brakes.stop);
+        assert!(brakes.warm > 0.95 * brakes.stop && brakes.warm < brakes.stop);
+        for _ in 0..6000 {
+            brakes.update(5.0, false, 0.01);
+        }
+        assert!(brakes.stop == 0.0 && (brakes.warm / 187.5 - 0.36).abs() < 0.02);
+    }
+}

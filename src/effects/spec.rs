@@ -1,0 +1,62 @@
+//! What is declared of an effect.
+
+use crate::contract::channel::Channel;
+use crate::contract::manoeuvre::ManoeuvreKind;
+
+/// What an effect belongs to, and so what it should be the same for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// One ride.
+    Session,
+    /// A motorcycle: a part of it, or a sensor on it.
+    Bike,
+    /// A road.
+    Site,
+    /// A night of the fleet: the weather, a rider's day.
+    Night,
+    /// Everything.
+    Fleet,
+}
+
+impl Level {
+    /// As in the tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::Session => "session",
+            Level::Bike => "bike",
+            Level::Site => "site",
+            Level::Night => "night",
+            Level::Fleet => "fleet",
+        }
+    }
+}
+
+/// The words, the unit and the prior of an effect: what its file declares beside its formula.
+#[derive(Debug, Clone, Copy)]
+pub struct EffectSpec {
+    /// What happens, as a main clause for reports.
+    pub sentence: &'static str,
+    /// Unit of its size.
+    pub unit: &'static str,
+    /// Its usual size with its usual sign: the scale of steps and of the prior.
+    pub typical: f64,
+    /// Smallest and largest size that is physically plausible.
+    pub bounds: [f64; 2],
+    /// Where usual size and bounds come from.
+    pub source: &'static str,
+    /// Where it enters the model.
+    pub enters: &'static str,
+    /// Channels without which it is not identifiable.
+    pub channels: &'static [Channel],
+    /// Manoeuvres of which at least one kind must have been ridden.
+    pub kinds: &'static [ManoeuvreKind],
+    /// Effects or base parameters that change a ride alike; one of two effects declares it
+    /// ([`Effect::confusions`](super::Effect::confusions)).
+    pub confounded_with: &'static [&'static str],
+    /// The riding or the channel that tells it from those.
+    pub separate_by: &'static str,
+    /// What it is usually the same for.
+    pub level: Level,
+    /// Whether the built-in ride plans show next to nothing of it at its usual size.
+    pub faint: bool,
+}

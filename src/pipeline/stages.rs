@@ -1,0 +1,144 @@
+//! The stages in their order, each order once: what tables, diagnosis, advice and replay are made from.
+//!
+//! ```text
+//! prepare        read -> run -> check                                        one clean session
+//! segmented      filter -> segment                                           its manoeuvres
+//! characterise   segmented -> sensor zeros -> gather -> solve                the tyres
+//! offroad_forces filter -> inverse dynamics -> segment                       tyre forces, off-road
+//! ```
+
+use super::{Pipeline, Rejection};
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
+use crate::estimate::offroad::{self, Estimate};
+use crate::estimate::zeros::{self, Zeros};
+use crate::fit::{Data, Solution, chain};
+use crate::ingest::map::ChannelMap;
+use crate::model::formulation::Formulation;
+use crate::objects::Location;
+use crate::segment::Segment;
+use crate::segment::offroad::Ride;
+use crate::{filter, ingest, segment};
+
+/// A log as a clean session on one clock, checked against its bike, unfiltered.
+///
+/// # Errors
+/// The log cannot be read, or lacks what every session needs.
+pub fn prepare(
+    log: impl Into<Location>,
+    maps: &[ChannelMap],
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<(Session, Vec<Warning>), Rejection> {
+    prepare_raw(ingest::read(log, maps).map_err(refuse)?, bike, pipeline)
+}
+
+/// The same of a log that is in memory. Off-road a session without velocity has nothing that could be
+/// checked.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_raw(
+    raw: ingest::Raw,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<(Session, Vec<Warning>), Rejection> {
+    let (mut session, mut warnings) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
+    if pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
+        warnings.extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?);
+    }
+    Ok((session, warnings))
+}
+
+pub(super) fn refuse(e: ingest::Error) -> Rejection {
+    Rejection { stage: "ingest", code: e.code, message: e.message }
+}
+
+/// Filters a session in place and finds its manoeuvres.
+pub fn segmented(
+    session: &mut Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> (Vec<Segment>, Vec<Warning>) {
+    let warnings = filter::run(session, &pipeline.filter);
+    (segment::run(session, bike, &pipeline.segment), warnings)
+}
+
+/// A session with the tyres that it gives.
+#[derive(Debug)]
+pub struct Characterised {
+    /// Filtered.
+    pub session: Session,
+    /// Its manoeuvres.
+    pub segments: Vec<Segment>,
+    /// The signals that the fits are made of.
+    pub data: Data,
+    /// The fits.
+    pub solution: Solution,
+    /// What the stages noticed.
+    pub warnings: Vec<Warning>,
+}
+
+/// From a prepared session to its tyres.
+pub fn characterise(
+    mut session: Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    formulation: Formulation,
+) -> Characterised {
+    let (segments, mut warnings) = segmented(&mut session, bike, pipeline);
+    let (zeros, noticed) = match formulation {
+        Formulation::Corrected => zeros::run(&session, bike),
+        Formulation::Paper => (Zeros::default(), Vec::new()), // the paper takes sensors as they are
+    };
+    warnings.extend(noticed);
+    let data = Data::gather(&session, &segments, bike, zeros, &pipeline.estimate);
+    let solution = chain::solve(&data, bike, formulation, &pipeline.fit);
+    Characterised { session, segments, data, solution, warnings }
+}
+
+/// An off-road session with its tyre forces.
+#[derive(Debug)]
+pub struct OffroadForces {
+    /// Filtered.
+    pub session: Session,
+    /// The forces by inverse dynamics.
+    pub estimate: Estimate,
+    /// Manoeuvres, which are found in the forces under the first rider.
+    pub segments: Vec<Segment>,
+    /// What the stages noticed.
+    pub warnings: Vec<Warning>,
+}
+
+/// From a prepared session to its tyre forces: off-road the forces come before the segments, which are
+/// found in them.
+///
+/// # Errors
+/// The bike file lacks what the equations need.
+pub fn offroad_forces(
+    mut session: Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    config: &offroad::Config,
+) -> Result<OffroadForces, Rejection> {
+    let mut warnings = filter::run(&mut session, &pipeline.filter);
+    let (estimate, noticed) = offroad::run(&session, bike, config)
+        .map_err(|message| Rejection { stage: "estimate", code: "bad_bike_file", message })?;
+    warnings.extend(noticed);
+    let tyres = &estimate.riders[0].tyres;
+    let kinematics = &estimate.kinematics;
+    let ride = Ride {
+        rate: session.rate,
+        speed: &kinematics.xd,
+        acceleration: &kinematics.xdd,
+        pitch: &kinematics.mu,
+        airborne: &estimate.contact.airborne,
+        braking: [&tyres.b_f, &tyres.b_r],
+        load: &tyres.n_r,
+        yaw_rate: session.get(Channel::YawRate),
+    };
+    let segments = segment::offroad::run(&ride, &pipeline.segment.offroad);
+    Ok(OffroadForces { session, estimate, segments, warnings })
+}

@@ -1,0 +1,139 @@
+//! What the names of a diagnosis are called when people read them.
+
+use std::f64::consts::PI;
+
+use crate::contract::verdict::{UNEXPLAINED, Verdict};
+use crate::effects::Effect;
+use crate::report::number_format::{self, fixed, typeset};
+use crate::report::words;
+use crate::tables::rows::CauseRow;
+
+/// What an effect says happens; a name that this version does not know is read as it stands.
+pub fn effect(name: &str) -> String {
+    match Effect::named(name) {
+        Ok(effect) => effect.sentence.to_owned(),
+        Err(_) if name == UNEXPLAINED => "something that is no candidate".to_owned(),
+        Err(_) => words::spaced(name),
+    }
+}
+
+/// A sentence with its first letter large.
+pub fn sentence(text: &str) -> String {
+    let mut rest = text.chars();
+    rest.next().map_or(String::new(), |c| c.to_uppercase().chain(rest).collect())
+}
+
+/// A residual or a signal; the roll balance is named like the roll and told apart by its unit.
+pub fn channel(name: &str, unit: &str) -> String {
+    match name {
+        "force_x" => "force along the bike",
+        "slip_front" => "front slip for its force",
+        "slip_rear" => "rear slip for its force",
+        "lateral_front" => "front slip angle for its force",
+        "lateral_rear" => "rear slip angle for its force",
+        "roll" if unit != "rad" => "roll balance",
+        "kinematic_x" => "speed against forward acceleration",
+        "kinematic_y" => "sideways speed against acceleration",
+        "velocity_x" => "speed",
+        "velocity_y" => "sideways speed",
+        "acceleration_x" => "forward acceleration",
+        "acceleration_y" => "sideways acceleration",
+        "steer_angle" => "steering angle",
+        "wheel_speed_front" => "front wheel speed",
+        "wheel_speed_rear" => "rear wheel speed",
+        other => return words::spaced(other),
+    }
+    .to_owned()
+}
+
+/// Signals in which a residual's misfit shows, the nearest first.
+pub fn seen_in(residual: &str) -> &'static [&'static str] {
+    match residual {
+        "force_x" => &["acceleration_x", "velocity_x"],
+        "slip_front" => &["wheel_speed_front", "velocity_x"],
+        "slip_rear" => &["wheel_speed_rear", "velocity_x"],
+        "lateral_front" => &["steer_angle", "yaw_rate", "velocity_y"],
+        "lateral_rear" => &["velocity_y", "yaw_rate"],
+        "roll" => &["roll", "acceleration_y"],
+        "kinematic_x" => &["velocity_x", "acceleration_x"],
+        "kinematic_y" => &["velocity_y", "acceleration_y"],
+        _ => &[],
+    }
+}
+
+/// The unit in which people read an angle, and from SI to it.
+pub fn readable(unit: &str) -> (String, f64) {
+    match unit {
+        "rad" => ("°".to_owned(), 180.0 / PI),
+        other => (words::unit(other), 1.0),
+    }
+}
+
+/// A verdict in words; a name that this version does not know is read as it stands.
+pub fn verdict(name: &str) -> String {
+    Verdict::from_name(name).map_or_else(|| words::spaced(name), |v| v.words().to_owned())
+}
+
+/// At which level a cause was found, where it is not the ride itself.
+pub fn level(name: &str) -> String {
+    match name {
+        "" | "session" => String::new(),
+        "bike" => "found over all rides of the bike".to_owned(),
+        "site" => "found over all rides at the site".to_owned(),
+        "night" => "found over all rides of the night".to_owned(),
+        "fleet" => "found over the fleet".to_owned(),
+        other => format!("found at the level {}", words::spaced(other)),
+    }
+}
+
+/// Value with its unit, and the 95 % interval, in the digits that mean something; empty where there
+/// is none. Angles are also told in degrees.
+pub fn size(row: &CauseRow) -> (String, String) {
+    let Some(value) = row.value else { return (String::new(), String::new()) };
+    let u = number_format::uncertainty(None, row.ci95_low, row.ci95_high);
+    let digits = number_format::decimals_of(value, u);
+    let unit = words::unit(&row.unit);
+    let gap = if unit.is_empty() { "" } else { "\u{a0}" };
+    let mut text = format!("{}{gap}{unit}", fixed(value, digits));
+    if row.unit == "rad" {
+        let scale = 180.0 / PI;
+        let digits = number_format::decimals_of(value * scale, u.map(|u| u * scale));
+        text.push_str(&format!(" ({}°)", fixed(value * scale, digits)));
+    }
+    let interval = row
+        .ci95_low
+        .zip(row.ci95_high)
+        .map(|(l, h)| format!("{} to {}", fixed(l, digits), fixed(h, digits)))
+        .unwrap_or_default();
+    (typeset(&text), typeset(&interval))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_has_the_digits_of_its_interval() {
+        let row = CauseRow {
+            value: Some(-0.01234),
+            ci95_low: Some(-0.0163),
+            ci95_high: Some(-0.0083),
+            unit: "rad".into(),
+            ..CauseRow::default()
+        };
+        let (value, interval) = size(&row);
+        assert_eq!(value, "−0.0123\u{a0}rad (−0.71°)");
+        assert_eq!(interval, "−0.0163 to −0.0083");
+        assert_eq!(size(&CauseRow::default()), (String::new(), String::new()));
+    }
+
+    #[test]
+    fn unknown_names_are_read_as_they_stand() {
+        assert_eq!(effect("latency"), "the velocity comes late");
+        assert_eq!(effect("moon_phase"), "moon phase");
+        assert_eq!(verdict("not_yet"), "not yet");
+        assert_eq!(channel("roll", "m/s2"), "roll balance");
+        assert_eq!(channel("roll", "rad"), "roll");
+        assert_eq!(sentence("é a"), "É a");
+    }
+}

@@ -1,0 +1,11 @@
+//! The pages of diagnosed sessions.
+
+pub mod bars;
+pub mod extended_model;
+pub mod labels;
+pub mod misfits;
+pub mod outcome;
+pub mod overlays;
+pub mod page;
+pub mod sessions;
+pub mod tables;

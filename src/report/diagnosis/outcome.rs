@@ -1,0 +1,204 @@
+//! What a diagnosis concludes of one ride, as an answer to the question whether the model reproduces it.
+
+use serde::Serialize;
+
+use crate::contract::verdict::Verdict;
+use crate::report::diagnosis::labels;
+use crate::report::number_format::fixed;
+use crate::report::session::page::when;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+
+/// What a ride says, in the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The cause is known.
+    Named,
+    /// It is one of several.
+    Ambiguous,
+    /// Nothing is wrong that the ride could show.
+    Null,
+    /// Something is wrong and nothing explains it.
+    Unexplained,
+    /// The ride can show none of the candidates.
+    Blind,
+    /// The table `causes` does not know the ride.
+    Unjudged,
+}
+
+/// Something that was named.
+#[derive(Debug, Clone, Serialize)]
+pub struct Finding {
+    /// Name in the table.
+    pub name: String,
+    /// What happens.
+    pub sentence: String,
+    /// Its size with unit.
+    pub size: String,
+    /// 95 % interval.
+    pub interval: String,
+    /// What it could be instead.
+    pub or: Vec<String>,
+    /// Where it was found, if not in this ride alone.
+    pub level: String,
+}
+
+/// One line of the run's page.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)] // headings of the table in the template
+pub struct Entry {
+    pub href: String,
+    pub session_id: String,
+    pub bike_id: String,
+    pub start: String,
+    pub outcome: Outcome,
+    pub verdict: &'static str,
+    pub findings: Vec<Finding>,
+    pub reason: String,
+    pub structured: usize,
+}
+
+/// What the rows of a ride say in the end.
+pub fn outcome(causes: &[CauseRow]) -> Outcome {
+    let is = |verdict: Verdict| causes.iter().any(|c| c.verdict == verdict.name());
+    let blind = |c: &CauseRow| c.verdict == Verdict::NotIdentifiable.name();
+    match causes {
+        [] => Outcome::Unjudged,
+        _ if is(Verdict::Named) => Outcome::Named,
+        _ if is(Verdict::Ambiguous) => Outcome::Ambiguous,
+        _ if is(Verdict::Unexplained) => Outcome::Unexplained,
+        _ if causes.iter().all(blind) => Outcome::Blind,
+        _ => Outcome::Null,
+    }
+}
+
+/// One line of the run's page.
+pub fn entry(ident: &Ident, href: &str, causes: &[CauseRow], rows: &[DiscrepancyRow]) -> Entry {
+    let outcome = outcome(causes);
+    Entry {
+        href: href.to_owned(),
+        session_id: ident.session_id.clone(),
+        bike_id: ident.bike_id.clone(),
+        start: ident.start_time.as_deref().map(when).unwrap_or_default(),
+        outcome,
+        verdict: match outcome {
+            Outcome::Named => "named",
+            Outcome::Ambiguous => "one of several",
+            Outcome::Null => "nothing that this ride could show",
+            Outcome::Unexplained => "unexplained",
+            Outcome::Blind => "the ride can show nothing",
+            Outcome::Unjudged => "no verdict in the tables",
+        },
+        findings: findings(causes),
+        reason: unexplained(causes).map(|c| c.reason.clone()).unwrap_or_default(),
+        structured: rows.iter().filter(|r| r.structured).count(),
+    }
+}
+
+pub(super) fn is_found(row: &CauseRow) -> bool {
+    Verdict::from_name(&row.verdict).is_some_and(Verdict::is_cause)
+}
+
+/// Whether a row is of a candidate, and not of what none of them explains.
+pub(super) fn is_candidate(row: &CauseRow) -> bool {
+    row.verdict != Verdict::Unexplained.name()
+}
+
+fn unexplained(causes: &[CauseRow]) -> Option<&CauseRow> {
+    causes.iter().find(|c| !is_candidate(c))
+}
+
+pub(super) fn equivalents(row: &CauseRow) -> Vec<&str> {
+    let names = row.equivalent_to.as_deref().unwrap_or_default().split(',').map(str::trim);
+    names.filter(|n| !n.is_empty()).collect()
+}
+
+pub(super) fn findings(causes: &[CauseRow]) -> Vec<Finding> {
+    causes
+        .iter()
+        .filter(|c| is_found(c))
+        .map(|c| {
+            let (size, interval) = labels::size(c);
+            Finding {
+                name: c.effect.clone(),
+                sentence: labels::effect(&c.effect),
+                size,
+                interval,
+                or: equivalents(c).into_iter().map(labels::effect).collect(),
+                level: labels::level(&c.level),
+            }
+        })
+        .collect()
+}
+
+pub(super) fn verdict(
+    outcome: Outcome,
+    findings: &[Finding],
+    causes: &[CauseRow],
+) -> (&'static str, String) {
+    match outcome {
+        Outcome::Named => (
+            match unexplained(causes) {
+                None => "No, and it is known why.",
+                Some(_) => "No, and only part of it is known.",
+            },
+            match findings.len() {
+                1 => "One cause is named:".to_owned(),
+                n => format!("{n} causes are named:"),
+            },
+        ),
+        Outcome::Ambiguous => (
+            "No, and this ride cannot tell which of several causes it is.",
+            match findings.len() {
+                1 => "It is one of these:".to_owned(),
+                n => format!("There are {n}, and each is one of these:"),
+            },
+        ),
+        Outcome::Unexplained => (
+            "No, and it is not known why.",
+            format!(
+                "Something is wrong that no candidate explains: {}.",
+                unexplained(causes).map_or("", |c| c.reason.trim_end_matches('.'))
+            ),
+        ),
+        Outcome::Null => (
+            "Yes, as far as this ride can tell.",
+            "Nothing is wrong that this ride could show.".to_owned(),
+        ),
+        Outcome::Blind => {
+            ("That cannot be said.", "This ride can show none of the candidates.".to_owned())
+        }
+        Outcome::Unjudged => (
+            "There is no verdict.",
+            "The table causes has no row of this ride; what the model leaves is below.".to_owned(),
+        ),
+    }
+}
+
+pub(super) fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
+    let mut out = Vec::new();
+    if let (Outcome::Named | Outcome::Ambiguous, Some(c)) = (outcome, unexplained(causes)) {
+        out.push(format!(
+            "Something more is wrong that no candidate explains: {}.",
+            c.reason.trim_end_matches('.')
+        ));
+    }
+    let scored = causes.iter().filter(|c| c.score.is_finite() && is_candidate(c));
+    let top = scored.max_by(|a, b| a.score.total_cmp(&b.score));
+    if let (Outcome::Null | Outcome::Unexplained, Some(top)) = (outcome, top) {
+        let score = fixed(top.score, 1);
+        out.push(if top.score > 1.0 {
+            format!(
+                "The largest score is {score}, of “{}”: beyond 1, but it did not stand up: {}.",
+                labels::effect(&top.effect),
+                top.reason.trim_end_matches('.')
+            )
+        } else {
+            format!(
+                "The largest score of any candidate is {score}; 19 of 20 simulated rides with nothing \
+                 wrong stay below 1."
+            )
+        });
+    }
+    out
+}

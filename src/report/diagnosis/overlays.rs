@@ -1,0 +1,327 @@
+//! The overlays of a diagnosis: what was measured and what the models make of the same inputs, for the
+//! few channels and kinds of manoeuvre where they part most.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::report::charts::chart::{Chart, Label, Line};
+use crate::report::charts::resolution::digits;
+use crate::report::diagnosis::labels;
+use crate::report::number_format::{self, fixed, round, typeset};
+use crate::report::{kinds, words};
+use crate::tables::rows::{DiscrepancyRow, SimulatedSample};
+
+/// Most overlays on a page.
+const MOST: usize = 3;
+/// Height of the residual's chart, px.
+const LOW: u32 = 150;
+
+/// An overlay: the chart over its residual.
+#[derive(Debug, Serialize)]
+pub struct Overlay {
+    /// Heading.
+    pub title: String,
+    /// What is seen.
+    pub caption: String,
+    /// The misfit that it stands for, where a residual led to it.
+    pub note: String,
+    /// Numbers of the two charts.
+    pub charts: [usize; 2],
+    /// What their ordinates are, for those who cannot see them.
+    pub labels: [String; 2],
+}
+
+/// How a signal is reproduced over the whole ride.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reproduced {
+    /// The signal.
+    pub channel: String,
+    /// Its unit in the table.
+    pub unit: String,
+    /// Root mean square of measured less simulated.
+    pub base: f64,
+    /// The same with the named causes.
+    pub extended: Option<f64>,
+}
+
+/// One manoeuvre's samples of one channel.
+type Run<'a> = &'a [SimulatedSample];
+
+/// Root mean square of measured less simulated; none where nothing can be compared.
+fn rmse<'a>(
+    rows: impl Iterator<Item = &'a SimulatedSample>,
+    model: impl Fn(&SimulatedSample) -> Option<f64>,
+) -> Option<f64> {
+    let (sum, n) = rows
+        .filter_map(|r| Some(r.measured? - model(r)?))
+        .fold((0.0, 0.0), |(sum, n), d| (sum + d * d, n + 1.0));
+    (n > 0.0).then(|| f64::sqrt(sum / n))
+}
+
+/// Every signal over the whole ride, as sorted.
+pub fn reproduced(rows: &[SimulatedSample]) -> Vec<Reproduced> {
+    rows.chunk_by(|a, b| a.channel == b.channel)
+        .filter_map(|own| {
+            Some(Reproduced {
+                channel: own[0].channel.clone(),
+                unit: own[0].unit.clone(),
+                base: rmse(own.iter(), |r| r.base)?,
+                extended: rmse(own.iter(), |r| r.extended),
+            })
+        })
+        .collect()
+}
+
+/// Channel and kind of manoeuvre with their runs and the misfit, in the channel's own spread.
+struct Group<'a> {
+    channel: &'a str,
+    kind: &'a str,
+    runs: Vec<Run<'a>>,
+    misfit: f64,
+}
+
+/// Groups by channel and kind, the most misfit first.
+fn groups(rows: &[SimulatedSample]) -> Vec<Group<'_>> {
+    let mut out = Vec::new();
+    for channel in rows.chunk_by(|a, b| a.channel == b.channel) {
+        let measured: Vec<f64> = channel.iter().filter_map(|r| r.measured).collect();
+        let n = measured.len().max(1) as f64;
+        let mean = measured.iter().sum::<f64>() / n;
+        let spread = (measured.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / n).sqrt();
+        for own in channel.chunk_by(|a, b| a.kind == b.kind) {
+            let Some(misfit) = rmse(own.iter(), |r| r.base) else { continue };
+            out.push(Group {
+                channel: &own[0].channel,
+                kind: &own[0].kind,
+                runs: own.chunk_by(|a, b| a.manoeuvre == b.manoeuvre).collect(),
+                misfit: misfit / spread.max(f64::MIN_POSITIVE),
+            });
+        }
+    }
+    out.sort_by(|a, b| b.misfit.total_cmp(&a.misfit));
+    out
+}
+
+/// What to draw: where residuals are structured first, then where the ride is reproduced worst.
+/// `misfits` are the discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
+pub fn overlays(
+    rows: &[SimulatedSample],
+    misfits: &[&DiscrepancyRow],
+) -> (Vec<Overlay>, Vec<Chart>) {
+    let mut open = groups(rows);
+    let mut picked: Vec<(Group<'_>, String)> = Vec::new();
+    for row in misfits.iter().filter(|r| r.structured) {
+        if picked.len() == MOST {
+            break;
+        }
+        let own = |name: &str| open.iter().position(|g| g.kind == row.kind && g.channel == name);
+        let near = labels::seen_in(&row.channel);
+        let place = own(&row.channel).or_else(|| near.iter().find_map(|name| own(name)));
+        if let Some(place) = place {
+            let with = row
+                .covariate
+                .as_deref()
+                .map_or(String::new(), |c| format!(", which goes with {}", words::spaced(c)));
+            let note = format!(
+                "Shows the misfit of the {}{with}.",
+                labels::channel(&row.channel, &row.unit)
+            );
+            picked.push((open.remove(place), note));
+        }
+    }
+    let rest = MOST - picked.len();
+    picked.extend(open.into_iter().take(rest).map(|g| (g, String::new())));
+    let mut out = Vec::new();
+    let mut charts = Vec::new();
+    for (group, note) in picked {
+        let Some((run, of)) = representative(&group.runs) else { continue };
+        let first = charts.len();
+        let pair = pair(run, &format!("overlay-{}", out.len()));
+        let kind = kinds::label(group.kind);
+        let what = labels::channel(group.channel, &run[0].unit);
+        out.push(Overlay {
+            title: format!("{} · {kind}", labels::sentence(&what)),
+            caption: caption(run, of),
+            note,
+            labels: [
+                format!("{what} while {kind}, measured and simulated, over time"),
+                format!("{what} while {kind}, measured less simulated, over time"),
+            ],
+            charts: [first, first + 1],
+        });
+        charts.extend(pair);
+    }
+    (out, charts)
+}
+
+/// The run whose misfit is the middle one, and of how many: neither the best nor the worst is shown.
+fn representative<'a>(runs: &[Run<'a>]) -> Option<(Run<'a>, usize)> {
+    let mut by: Vec<(f64, Run<'a>)> =
+        runs.iter().filter_map(|r| Some((rmse(r.iter(), |s| s.base)?, *r))).collect();
+    by.sort_by(|a, b| a.0.total_cmp(&b.0));
+    by.get(by.len() / 2).map(|(_, run)| (*run, by.len()))
+}
+
+fn caption(run: Run<'_>, of: usize) -> String {
+    let (unit, scale) = labels::readable(&run[0].unit);
+    let gap = if unit.is_empty() || unit == "°" { "" } else { " " };
+    let show = |v: f64| {
+        let v = v * scale;
+        typeset(&format!("{}{gap}{unit}", fixed(v, number_format::decimals(v / 3.0).min(5))))
+    };
+    let base = rmse(run.iter(), |r| r.base).map(show).unwrap_or_default();
+    let with = rmse(run.iter(), |r| r.extended)
+        .map_or(String::new(), |e| format!(", {} with the causes", show(e)));
+    let which = match of {
+        1 => "the only one".to_owned(),
+        n => format!("the middle one of {n} by misfit"),
+    };
+    format!("Manoeuvre {}, {which}. Root mean square off: {base}{with}.", run[0].manoeuvre)
+}
+
+/// Measured, base and extended; under it what each leaves.
+fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
+    let (unit, scale) = labels::readable(&run[0].unit);
+    let scaled = |v: Option<f64>| v.map(|v| v * scale);
+    let all = run.iter().flat_map(|r| [r.measured, r.base, r.extended]).flatten();
+    let decimals = digits(all.map(|v| v * scale));
+    let line = |name: &str, colour, value: &dyn Fn(&SimulatedSample) -> Option<f64>| {
+        let y: Vec<Option<f64>> =
+            run.iter().map(|r| scaled(value(r)).map(|v| round(v, decimals))).collect();
+        y.iter().any(Option::is_some).then(|| Line {
+            name: name.to_owned(),
+            label: name.to_owned(),
+            x: run.iter().map(|r| round(r.time, 3)).collect(),
+            y,
+            colour: Some(colour),
+            ..Line::default()
+        })
+    };
+    let chart = |lines: Vec<Option<Line>>, label: String| Chart {
+        name: group.to_owned(),
+        group: group.to_owned(),
+        x: Label { label: "time".to_owned(), unit: "s".to_owned() },
+        y: Label { label, unit: unit.clone() },
+        lines: lines.into_iter().flatten().collect(),
+        ..Chart::default()
+    };
+    let what = labels::channel(&run[0].channel, &run[0].unit);
+    let over = chart(
+        vec![
+            line("measured", 0, &|r| r.measured),
+            line(BASE, 1, &|r| r.base),
+            line(EXTENDED, 2, &|r| r.extended),
+        ],
+        what,
+    );
+    let mut under = chart(
+        vec![
+            line(BASE, 1, &|r| Some(r.measured? - r.base?)),
+            line(EXTENDED, 2, &|r| Some(r.measured? - r.extended?)),
+        ],
+        "what is left".to_owned(),
+    );
+    under.height = Some(LOW);
+    [over, under]
+}
+
+const BASE: &str = "base model";
+const EXTENDED: &str = "with the causes";
+
+/// Residuals over all kinds of manoeuvre, by channel in the order of the rows: for a ride without
+/// replays.
+pub fn pooled(rows: &[DiscrepancyRow]) -> Vec<Reproduced> {
+    let mut by: BTreeMap<usize, (Reproduced, f64)> = BTreeMap::new();
+    let mut order: Vec<&str> = Vec::new();
+    for row in rows.iter().filter(|r| r.rmse_base.is_finite()) {
+        let place = order.iter().position(|c| *c == row.channel).unwrap_or_else(|| {
+            order.push(&row.channel);
+            order.len() - 1
+        });
+        let n = row.n.max(1) as f64;
+        let squares = |v: Option<f64>| v.map(|v| v * v * n);
+        let (sum, count) = by.entry(place).or_insert_with(|| {
+            let (channel, unit) = (row.channel.clone(), row.unit.clone());
+            (Reproduced { channel, unit, base: 0.0, extended: Some(0.0) }, 0.0)
+        });
+        sum.base += row.rmse_base * row.rmse_base * n;
+        sum.extended = sum.extended.zip(squares(row.rmse_extended)).map(|(a, b)| a + b);
+        *count += n;
+    }
+    by.into_values()
+        .map(|(sum, n)| Reproduced {
+            base: (sum.base / n).sqrt(),
+            extended: sum.extended.map(|e| (e / n).sqrt()),
+            ..sum
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(channel: &str, manoeuvre: i64, k: usize, off: f64) -> SimulatedSample {
+        SimulatedSample {
+            manoeuvre,
+            kind: "cornering".into(),
+            channel: channel.into(),
+            unit: "rad".into(),
+            time: k as f64 / 10.0,
+            measured: Some((k as f64).sin()),
+            base: Some((k as f64).sin() - off),
+            extended: None,
+            ..SimulatedSample::default()
+        }
+    }
+
+    #[test]
+    fn the_middle_manoeuvre_is_shown_and_angles_in_degrees() {
+        let rows: Vec<SimulatedSample> = [(1, 0.5), (2, 0.01), (3, 0.1)]
+            .iter()
+            .flat_map(|(m, off)| (0..20).map(|k| sample("roll", *m, k, *off)))
+            .collect();
+        let (overlays, charts) = overlays(&rows, &[]);
+        assert_eq!((overlays.len(), charts.len()), (1, 2));
+        assert!(overlays[0].caption.contains("Manoeuvre 3, the middle one of 3"), "{overlays:?}");
+        assert_eq!(charts[0].y.unit, "°");
+        assert_eq!(charts[0].lines.len(), 2, "nothing was named: no third line");
+        let left = charts[1].lines[0].y[0].expect("residual");
+        assert!((left - 5.73).abs() < 0.01, "{left}");
+    }
+
+    #[test]
+    fn a_structured_residual_leads_to_the_signal_that_shows_it() {
+        let mut rows: Vec<SimulatedSample> =
+            (0..20).map(|k| sample("steer_angle", 1, k, 0.02)).collect();
+        rows.extend((0..20).map(|k| sample("velocity_x", 1, k, 0.5)));
+        let row = DiscrepancyRow {
+            channel: "lateral_front".into(),
+            kind: "cornering".into(),
+            structured: true,
+            covariate: Some("roll".into()),
+            ..DiscrepancyRow::default()
+        };
+        let (overlays, _) = overlays(&rows, &[&row]);
+        assert!(overlays[0].title.starts_with("Steering angle"), "{overlays:?}");
+        assert!(overlays[0].note.contains("goes with roll"));
+        assert!(overlays[1].title.starts_with("Speed"));
+    }
+
+    #[test]
+    fn pooling_weighs_by_blocks() {
+        let row = |base: f64, extended: Option<f64>, n| DiscrepancyRow {
+            channel: "force_x".into(),
+            rmse_base: base,
+            rmse_extended: extended,
+            n,
+            ..DiscrepancyRow::default()
+        };
+        let pool = pooled(&[row(3.0, Some(1.0), 30), row(0.0, Some(1.0), 10)]);
+        // sqrt(9 * 30 / 40)
+        assert!((pool[0].base - 6.75_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(pool[0].extended, Some(1.0));
+        assert_eq!(pooled(&[row(1.0, None, 1)])[0].extended, None);
+    }
+}

@@ -1,0 +1,213 @@
+//! What the page of a diagnosed session says: the rows of `causes` and `discrepancies` in words, in
+//! the order of the questions they answer.
+
+use serde::Serialize;
+
+use crate::contract::verdict::Verdict;
+use crate::report::diagnosis::bars::{self, Axis, Levels};
+use crate::report::diagnosis::labels::{self, sentence};
+use crate::report::diagnosis::misfits::{Change, Misfit, change, levels, misfit, worst_first};
+use crate::report::diagnosis::outcome::{
+    Finding, Outcome, equivalents, findings, is_candidate, is_found, outcome, remarks, verdict,
+};
+use crate::report::diagnosis::overlays::Reproduced;
+use crate::report::number_format::{fixed, typeset};
+use crate::report::session::page::when;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+
+/// Candidates that are shown before the reader asks for the rest.
+const SHOWN: usize = 8;
+
+/// One diagnosed session's page, as its template reads it.
+#[derive(Debug, Serialize)]
+pub struct Page {
+    /// The session.
+    pub session_id: String,
+    /// The bike.
+    pub bike_id: String,
+    /// Start of the session.
+    pub start: String,
+    /// What the ride says.
+    pub outcome: Outcome,
+    /// Yes or no.
+    pub answer: &'static str,
+    /// The verdict.
+    pub verdict: String,
+    /// Further sentences.
+    pub remarks: Vec<String>,
+    /// What was named, the first first.
+    pub findings: Vec<Finding>,
+    /// Misfits that are structured, the worst first.
+    pub misfits: Vec<Misfit>,
+    /// The others.
+    pub others: Vec<Misfit>,
+    /// Ticks of the misfits' axis.
+    pub ticks: String,
+    /// Whether any misfit has an extended value.
+    pub extended: bool,
+    /// Candidates, the best first.
+    pub candidates: Vec<Candidate>,
+    /// The rest of them.
+    pub more: Vec<Candidate>,
+    /// Classes that the ride cannot tell apart.
+    pub rivals: Vec<Rivals>,
+    /// What the named causes gain.
+    pub gain: Option<Gain>,
+    /// Each channel before and after.
+    pub channels: Vec<Change>,
+    /// What the ride cannot show, by the riding that would.
+    pub unseen: Vec<(String, Vec<(String, String)>)>,
+}
+
+/// One candidate.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)] // headings of the table in the template
+pub struct Candidate {
+    pub name: String,
+    pub sentence: String,
+    pub verdict: String,
+    pub class: &'static str,
+    pub score: String,
+    pub bar: String,
+    pub size: String,
+    pub interval: String,
+    pub alarms: String,
+    pub level: String,
+    pub reason: String,
+}
+
+/// Candidates that the ride cannot tell apart.
+#[derive(Debug, Serialize)]
+pub struct Rivals {
+    /// What each says happens, and its name.
+    pub members: Vec<(String, String)>,
+    /// What would tell them apart.
+    pub separate_by: String,
+}
+
+/// The gain on manoeuvres left out of the fit.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)] // the sentence in the template
+pub struct Gain {
+    pub heldout: String,
+    pub heldout_bar: String,
+    pub bound: String,
+    pub bound_bar: String,
+    pub share: String,
+}
+
+/// Puts a diagnosis in words. `reproduced` are the channels before and after.
+pub fn build(
+    ident: &Ident,
+    causes: &[CauseRow],
+    discrepancies: &[DiscrepancyRow],
+    reproduced: &[Reproduced],
+) -> Page {
+    let outcome = outcome(causes);
+    let findings = findings(causes);
+    let (answer, verdict) = verdict(outcome, &findings, causes);
+    let sorted = worst_first(discrepancies);
+    let levels: Vec<Levels> = sorted.iter().filter_map(|r| levels(r)).collect();
+    let axis = Axis::of(&levels);
+    let (misfits, others) = sorted.iter().partition::<Vec<&DiscrepancyRow>, _>(|r| r.structured);
+    let tell = |rows: Vec<&DiscrepancyRow>| rows.into_iter().map(|r| misfit(r, axis)).collect();
+    let mut candidates: Vec<Candidate> = causes
+        .iter()
+        .filter(|c| is_candidate(c) && c.verdict != Verdict::NotIdentifiable.name())
+        .map(candidate)
+        .collect();
+    // whoever is over the threshold is shown, however many
+    let over = candidates.iter().filter(|c| c.class != "rest").count();
+    let more = candidates.split_off(SHOWN.max(over).min(candidates.len()));
+    Page {
+        session_id: ident.session_id.clone(),
+        bike_id: ident.bike_id.clone(),
+        start: ident.start_time.as_deref().map(when).unwrap_or_default(),
+        outcome,
+        answer,
+        verdict,
+        remarks: remarks(outcome, causes),
+        findings,
+        misfits: tell(misfits),
+        others: tell(others),
+        ticks: axis.ticks(),
+        extended: discrepancies.iter().any(|r| r.rmse_extended.is_some()),
+        candidates,
+        more,
+        rivals: rivals(causes),
+        gain: gain(causes),
+        channels: reproduced.iter().map(change).collect(),
+        unseen: unseen(causes),
+    }
+}
+
+fn candidate(row: &CauseRow) -> Candidate {
+    let (size, interval) = labels::size(row);
+    Candidate {
+        name: row.effect.clone(),
+        sentence: labels::effect(&row.effect),
+        verdict: labels::verdict(&row.verdict),
+        class: match Verdict::from_name(&row.verdict) {
+            Some(Verdict::Named) => "named",
+            Some(Verdict::Ambiguous) => "ambiguous",
+            _ if row.score > 1.0 => "beyond",
+            _ => "rest",
+        },
+        score: fixed(row.score, if row.score.abs() < 10.0 { 1 } else { 0 }),
+        bar: bars::score(row.score),
+        size,
+        interval,
+        alarms: percent(row.false_alarm_rate),
+        level: labels::level(&row.level),
+        reason: row.reason.clone(),
+    }
+}
+
+fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{} %", fixed(100.0 * share, 0)) } else { String::new() }
+}
+
+fn rivals(causes: &[CauseRow]) -> Vec<Rivals> {
+    let found = causes.iter().filter(|c| is_found(c) && !equivalents(c).is_empty());
+    found
+        .map(|c| {
+            let names = std::iter::once(c.effect.as_str()).chain(equivalents(c));
+            Rivals {
+                members: names.map(|n| (sentence(&labels::effect(n)), n.to_owned())).collect(),
+                separate_by: c.separate_by.clone().unwrap_or_default(),
+            }
+        })
+        .collect()
+}
+
+fn gain(causes: &[CauseRow]) -> Option<Gain> {
+    let row = causes.iter().find(|c| c.gain_heldout.is_some())?;
+    let (heldout, bound) = (row.gain_heldout?, row.gain_upper_bound);
+    let longest = heldout.max(bound.unwrap_or(0.0));
+    let share = bound.filter(|b| *b > 0.0 && heldout > 0.0).map(|b| 100.0 * heldout / b);
+    Some(Gain {
+        heldout: typeset(&fixed(heldout, 0)),
+        heldout_bar: bars::share(heldout, longest, "extended"),
+        bound: bound.map(|b| typeset(&fixed(b, 0))).unwrap_or_default(),
+        bound_bar: bound.map(|b| bars::share(b, longest, "bound")).unwrap_or_default(),
+        share: match share {
+            Some(s) if s >= 100.0 => "as much as every candidate together".to_owned(),
+            Some(s) => format!("{s:.0} % of that"),
+            None => String::new(),
+        },
+    })
+}
+
+fn unseen(causes: &[CauseRow]) -> Vec<(String, Vec<(String, String)>)> {
+    let mut out: Vec<(String, Vec<(String, String)>)> = Vec::new();
+    for c in causes.iter().filter(|c| c.verdict == Verdict::NotIdentifiable.name()) {
+        let ride =
+            c.separate_by.clone().filter(|s| !s.is_empty()).unwrap_or_else(|| c.reason.clone());
+        let item = (labels::effect(&c.effect), c.effect.clone());
+        match out.iter_mut().find(|(r, _)| *r == ride) {
+            Some((_, items)) => items.push(item),
+            None => out.push((ride, vec![item])),
+        }
+    }
+    out
+}

@@ -1,0 +1,171 @@
+//! The pages of diagnosed sessions: which there are, what they are called, and writing them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use kuva::render::render::Scene;
+use minijinja::value::Serde;
+use minijinja::{Environment, Value, context};
+use rayon::prelude::*;
+
+use crate::report::assets::Source;
+use crate::report::charts::figures::Figures;
+use crate::report::charts::pack;
+use crate::report::diagnosis::{extended_model, misfits, outcome, overlays, page, tables};
+use crate::report::error::Error;
+use crate::report::static_figures::chart;
+use crate::report::tables::rows_of;
+use crate::report::{page_names, page_shell};
+use crate::tables::by_session::SessionFiles;
+use crate::tables::file;
+use crate::tables::names::file_name;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow, SimulatedSample};
+
+/// Every diagnosed session of a folder.
+#[derive(Debug)]
+pub struct Diagnosed {
+    out: PathBuf,
+    sessions: Vec<Session>,
+    causes: Vec<CauseRow>,
+    discrepancies: Vec<DiscrepancyRow>,
+    replays: SessionFiles<SimulatedSample>,
+}
+
+#[derive(Debug)]
+struct Session {
+    ident: Ident,
+    page: String,
+    /// The page with its coefficients.
+    coefficients: Option<String>,
+}
+
+impl Diagnosed {
+    /// Reads the tables of `diagnose`; `pages` are those of the `sessions`. A folder without such
+    /// tables has no diagnosed sessions.
+    ///
+    /// # Errors
+    /// A table cannot be read.
+    pub fn read(out: &Path, sessions: &[SessionRow], pages: &[String]) -> Result<Self, Error> {
+        let causes = tables::causes(out)?;
+        let discrepancies = tables::discrepancies(out)?;
+        let mut idents: BTreeMap<(&str, &str), &Ident> = BTreeMap::new();
+        for ident in causes.iter().map(|c| &c.ident).chain(discrepancies.iter().map(|d| &d.ident)) {
+            idents.entry(ident.key()).or_insert(ident);
+        }
+        let known: BTreeMap<(&str, &str), &String> =
+            sessions.iter().map(|s| s.ident.key()).zip(pages).collect();
+        let named = page_names::diagnoses(idents.keys().copied(), pages);
+        let sessions = idents
+            .iter()
+            .zip(named)
+            .map(|((key, ident), page)| Session {
+                ident: (*ident).clone(),
+                page,
+                coefficients: known.get(key).map(|p| (*p).clone()).filter(|p| !p.is_empty()),
+            })
+            .collect();
+        let replays = SessionFiles::read(out)?;
+        Ok(Diagnosed { out: out.to_owned(), sessions, causes, discrepancies, replays })
+    }
+
+    /// The pages' file names.
+    pub fn pages(&self) -> impl Iterator<Item = &str> {
+        self.sessions.iter().map(|s| s.page.as_str())
+    }
+
+    /// The page of a session's diagnosis, if it has one.
+    pub fn page_of(&self, ident: &Ident) -> Option<&str> {
+        let own = |s: &&Session| s.ident.key() == ident.key();
+        self.sessions.iter().find(own).map(|s| s.page.as_str())
+    }
+
+    /// Lines of the run's page.
+    pub fn entries(&self) -> Vec<outcome::Entry> {
+        self.sessions
+            .iter()
+            .map(|s| {
+                let (causes, discrepancies) = self.rows(&s.ident);
+                outcome::entry(&s.ident, &s.page, causes, discrepancies)
+            })
+            .collect()
+    }
+
+    fn rows(&self, ident: &Ident) -> (&[CauseRow], &[DiscrepancyRow]) {
+        (
+            rows_of(&self.causes, ident, |c| &c.ident),
+            rows_of(&self.discrepancies, ident, |d| &d.ident),
+        )
+    }
+
+    /// The extended model that `diagnose` wrote beside its tables, if there is one.
+    fn model(&self, ident: &Ident) -> Option<extended_model::Model> {
+        let file = format!("{}.toml", file_name(&ident.session_id));
+        let path = Path::new("models").join(format!("bike={}", ident.bike_id)).join(file);
+        let text = std::fs::read_to_string(self.out.join(&path)).ok()?;
+        extended_model::model(&text, &path.to_string_lossy())
+    }
+
+    /// Draws the overlays of the sessions that are wanted: `save` is given folder, name and figure
+    /// of each; how many.
+    ///
+    /// # Errors
+    /// The replays cannot be read, or `save` fails.
+    pub(crate) fn draw(
+        &self,
+        wanted: &dyn Fn(&str) -> bool,
+        save: &dyn Fn(&str, &str, &Scene) -> Result<(), Error>,
+    ) -> Result<usize, Error> {
+        let mut drawn = 0;
+        for session in self.sessions.iter().filter(|s| wanted(&s.ident.session_id)) {
+            let (_, discrepancies) = self.rows(&session.ident);
+            let samples = tables::replays(&self.replays, &session.ident)?;
+            let misfits = misfits::worst_first(discrepancies);
+            let (overlays, mut charts) = overlays::overlays(&samples, &misfits);
+            let folder = session.page.trim_end_matches(".html");
+            for (i, overlay) in overlays.iter().enumerate() {
+                for (k, what) in ["signal", "residual"].into_iter().enumerate() {
+                    let Some(chart) = charts.get_mut(overlay.charts[k]) else { continue };
+                    chart.title = overlay.title.clone();
+                    save(folder, &format!("{}_{what}", i + 1), &chart::scene(chart))?;
+                    drawn += 1;
+                }
+            }
+        }
+        Ok(drawn)
+    }
+
+    /// Writes every page into the report's folder.
+    ///
+    /// # Errors
+    /// The replays cannot be read, or a page cannot be written.
+    pub(crate) fn write(
+        &self,
+        environment: &Environment<'_>,
+        folder: &Path,
+        source: Source,
+    ) -> Result<(), Error> {
+        self.sessions.par_iter().try_for_each(|session| {
+            let (causes, discrepancies) = self.rows(&session.ident);
+            let samples = tables::replays(&self.replays, &session.ident)?;
+            let misfits = misfits::worst_first(discrepancies);
+            let (overlays, charts) = overlays::overlays(&samples, &misfits);
+            // output of before there were replays has the residuals only
+            let channels = match overlays::reproduced(&samples) {
+                signals if signals.is_empty() => overlays::pooled(discrepancies),
+                signals => signals,
+            };
+            let figures = Figures { charts, ..Figures::default() };
+            let page = page::build(&session.ident, causes, discrepancies, &channels);
+            let html = environment.get_template("diagnosis.html")?.render(context! {
+                page => Serde(page),
+                overlays => Serde(overlays),
+                replays => !samples.is_empty(),
+                model => Serde(self.model(&session.ident)),
+                session => session.coefficients.as_deref(),
+                data => Value::from_safe_string(pack::pack(&figures)?),
+                ..page_shell::context(source)
+            })?;
+            Ok(file::write_bytes(&folder.join(&session.page), html.as_bytes())?)
+        })
+    }
+}

@@ -1,0 +1,48 @@
+//! The tables of `diagnose`, read back in the order of the report.
+
+use std::path::Path;
+
+use crate::report::error::Error;
+use crate::tables::by_session::SessionFiles;
+use crate::tables::read;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, POOLED, SimulatedSample};
+
+/// Every `causes` row of a single session, by bike, session and rank.
+///
+/// # Errors
+/// A file cannot be read or lacks a column.
+pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
+    let mut rows: Vec<CauseRow> = read::rows(out)?;
+    // what several sessions share has no page
+    rows.retain(|r| r.ident.session_id != POOLED);
+    rows.sort_by(|a, b| (a.ident.key(), a.rank).cmp(&(b.ident.key(), b.rank)));
+    Ok(rows)
+}
+
+/// Every `discrepancies` row, by bike and session, then as the diagnosis wrote them.
+///
+/// # Errors
+/// A file cannot be read or lacks a column.
+pub fn discrepancies(out: &Path) -> Result<Vec<DiscrepancyRow>, Error> {
+    let mut rows: Vec<DiscrepancyRow> = read::rows(out)?;
+    rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
+    Ok(rows)
+}
+
+/// One session's `replays` rows, by channel, kind and manoeuvre, then by time.
+///
+/// # Errors
+/// A file cannot be read or lacks a column.
+pub fn replays(
+    files: &SessionFiles<SimulatedSample>,
+    session: &Ident,
+) -> Result<Vec<SimulatedSample>, Error> {
+    let mut rows = files.rows(session)?;
+    rows.retain(|r| r.time.is_finite());
+    rows.sort_by(|a, b| {
+        (&a.channel, &a.kind, a.manoeuvre)
+            .cmp(&(&b.channel, &b.kind, b.manoeuvre))
+            .then(a.time.total_cmp(&b.time))
+    });
+    Ok(rows)
+}

@@ -1,0 +1,135 @@
+//! The page over all sessions: what happened to the bikes, how their tyres compare, how each
+//! coefficient went over time.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
+use crate::report::charts::chart::Chart;
+use crate::report::fleet::comparison::{self, Compared};
+use crate::report::fleet::tables::FleetTables;
+use crate::report::fleet::{event_kind, history, ratios};
+use crate::report::number_format::{self, fixed, typeset};
+use crate::report::run::page::count;
+use crate::report::session::page::when;
+use crate::report::words;
+use crate::tables::rows::EventRow;
+
+/// File name of the page.
+pub const PAGE: &str = "fleet.html";
+/// Bikes up to which every comparison is unfolded.
+const UNFOLDED: usize = 12;
+
+/// The fleet's page, as its template reads it.
+#[derive(Debug, Serialize)]
+pub struct Page {
+    /// Bikes.
+    pub bikes: usize,
+    /// The line that sums it up.
+    pub verdict: String,
+    /// The second line.
+    pub sub: String,
+    /// What happened, the surest first.
+    pub events: Vec<Event>,
+    /// Comparisons by tyre.
+    pub tyres: Vec<(String, Vec<Compared>)>,
+    /// Charts over time that were left out.
+    pub more: usize,
+    /// Side force ratios, and on what has none.
+    pub ratios: Option<(Vec<ratios::Ratio>, String)>,
+}
+
+/// A link to a session's page.
+#[derive(Debug, Serialize)]
+pub struct Link {
+    /// Its page; empty where it has none.
+    pub href: String,
+    /// Its name.
+    pub name: String,
+}
+
+/// One event.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)] // headings of the table in the template
+pub struct Event {
+    pub bike: String,
+    pub kind: String,
+    pub words: String,
+    pub tyre: String,
+    pub coefficients: String,
+    pub first: Link,
+    pub last: Link,
+    pub when: String,
+    pub sessions: i64,
+    pub size: String,
+    pub evidence: String,
+    pub reason: String,
+}
+
+/// The page but for the side force ratios, and its charts over time.
+pub fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
+    let FleetTables { rows, events, .. } = fleet;
+    let bikes: BTreeSet<&str> = rows.iter().map(|r| r.bike_id.as_str()).collect();
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    for event in *events {
+        *kinds.entry(event_kind::label(&event.kind)).or_default() += 1;
+    }
+    let happened: Vec<String> = kinds.iter().map(|(what, n)| count(*n, what)).collect();
+    let verdict = match happened.is_empty() {
+        true => "Nothing but scatter: no bike changed from one session to the next.".to_owned(),
+        false => format!("{}.", happened.join(", ")),
+    };
+    let alarm = events.first().map(|e| e.false_alarm_rate).filter(|a| *a > 0.0);
+    let sub = match alarm {
+        Some(rate) => format!(
+            "Of bikes to which nothing happened {} % get an event all the same.",
+            fixed(100.0 * rate, number_format::decimals_of(100.0 * rate, None).min(1))
+        ),
+        None => String::new(),
+    };
+    let (charts, more) = history::charts(fleet);
+    let page = Page {
+        bikes: bikes.len(),
+        verdict,
+        sub,
+        events: events.iter().map(|e| event(fleet, e)).collect(),
+        tyres: comparison::by_tyre(fleet, bikes.len() <= UNFOLDED),
+        more,
+        ratios: None,
+    };
+    (page, charts)
+}
+
+fn event(fleet: &FleetTables<'_>, e: &EventRow) -> Event {
+    Event {
+        bike: e.bike_id.clone(),
+        kind: e.kind.clone(),
+        words: event_kind::label(&e.kind).to_owned(),
+        tyre: e.tyre.clone(),
+        coefficients: e
+            .coefficients
+            .split(", ")
+            .map(|c| match c.split_once(' ') {
+                Some((tyre, name)) => format!("{tyre} {}", words::coefficient(name)),
+                None => c.to_owned(),
+            })
+            .collect::<Vec<_>>()
+            .join("; "),
+        first: link(fleet, &e.bike_id, &e.first_session),
+        last: link(fleet, &e.bike_id, &e.last_session),
+        when: e.first_time.as_deref().map(when).unwrap_or_default(),
+        sessions: e.n_sessions,
+        size: e
+            .size
+            .map(|s| format!("{}{} %", if s > 0.0 { "+" } else { "" }, fixed(100.0 * s, 1)))
+            .map(|s| typeset(&s))
+            .unwrap_or_default(),
+        evidence: fixed(e.evidence.abs(), 1),
+        reason: e.reason.clone(),
+    }
+}
+
+fn link(fleet: &FleetTables<'_>, bike: &str, session: &str) -> Link {
+    let href = fleet.place(bike, session).map(|i| fleet.pages[i].clone()).unwrap_or_default();
+    Link { href, name: session.to_owned() }
+}

@@ -1,0 +1,92 @@
+//! File names of the session pages: readable, safe on every system, never the same twice.
+
+use std::collections::BTreeSet;
+
+const MAX: usize = 80;
+
+/// One file name per (bike, session), in their order.
+///
+/// An id that is safe as it stands keeps its name; any other has its odd characters replaced
+/// and a short hash appended, so that `a/b` and `a_b` do not meet, nor `A` and `a` on a disk
+/// that takes them for one.
+pub fn sessions<'a>(sessions: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
+    let mut taken = BTreeSet::from(["index", "fleet"].map(str::to_owned));
+    sessions
+        .map(|(bike, session)| {
+            let safe: String = session.chars().take(MAX).map(safe_char).collect();
+            let plain = !safe.is_empty() && safe == session && !safe.starts_with('.');
+            let stem = if plain && !taken.contains(&safe.to_lowercase()) {
+                safe
+            } else {
+                let hash = blake3::hash(format!("{bike}\0{session}").as_bytes()).to_hex();
+                format!("{}-{}", safe.trim_start_matches('.'), &hash[..12])
+            };
+            taken.insert(stem.to_lowercase());
+            format!("{stem}.html")
+        })
+        .collect()
+}
+
+/// One file name per diagnosed (bike, session), in their order; never one of the `taken`.
+///
+/// A session may itself be called `diagnosis_x`: then the diagnosis of `x` gets a hash.
+pub fn diagnoses<'a>(
+    sessions: impl Iterator<Item = (&'a str, &'a str)> + Clone,
+    taken: &[String],
+) -> Vec<String> {
+    let taken: BTreeSet<String> = taken.iter().map(|n| n.to_lowercase()).collect();
+    self::sessions(sessions.clone())
+        .into_iter()
+        .zip(sessions)
+        .map(|(page, (bike, session))| {
+            let name = format!("diagnosis_{page}");
+            if !taken.contains(&name.to_lowercase()) {
+                return name;
+            }
+            let hash = blake3::hash(format!("diagnosis\0{bike}\0{session}").as_bytes()).to_hex();
+            format!("{}-{}.html", name.trim_end_matches(".html"), &hash[..12])
+        })
+        .collect()
+}
+
+/// A file name without its ending for any text: as it is where it is safe, else with a hash.
+pub fn stem(text: &str) -> String {
+    let safe: String = text.chars().take(MAX).map(safe_char).collect();
+    if safe == text && !safe.is_empty() && !safe.starts_with('.') {
+        return safe;
+    }
+    let hash = blake3::hash(text.as_bytes()).to_hex();
+    format!("{}-{}", safe.trim_start_matches('.'), &hash[..8])
+}
+
+fn safe_char(c: char) -> char {
+    if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hostile_and_equal_names_get_their_own_safe_file() {
+        let ids = ["lap-1", "../../etc/passwd", "Lap-1", "a/b", "a_b", "", "index", "</script>"];
+        let names = sessions(ids.iter().map(|id| ("bike", *id)));
+        assert_eq!(names[0], "lap-1.html");
+        assert_eq!(names[4], "a_b.html");
+        let distinct: BTreeSet<String> = names.iter().map(|n| n.to_lowercase()).collect();
+        assert_eq!(distinct.len(), ids.len(), "{names:?}");
+        for name in &names {
+            assert!(name.chars().all(|c| safe_char(c) == c), "{name}");
+            assert!(!name.starts_with('.') && name.len() < 120, "{name}");
+        }
+        assert_ne!(names[6], "index.html");
+    }
+
+    #[test]
+    fn a_diagnosis_never_takes_the_page_of_a_session() {
+        let taken = sessions([("b", "diagnosis_X"), ("b", "x")].into_iter());
+        let names = diagnoses([("b", "x"), ("b", "y")].into_iter(), &taken);
+        assert!(names[0].starts_with("diagnosis_x-"), "{names:?}");
+        assert_eq!(names[1], "diagnosis_y.html");
+    }
+}

@@ -1,0 +1,3 @@
+//! The page of a run: all sessions, by bike.
+
+pub mod page;

@@ -1,0 +1,244 @@
+//! Off-road forces by kind of segment and rider model, for the page and the terminal.
+
+use serde::Serialize;
+
+use crate::contract::manoeuvre::{Declaration, ManoeuvreKind, Peak};
+use crate::plots::offroad::rider_label;
+use crate::report::number_format::{fixed, typeset};
+use crate::report::{kinds, words};
+use crate::tables::rows::{ForceRow, Manoeuvre};
+
+/// What several segments of one kind come to, for one rider and force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sum {
+    /// Rider model.
+    pub rider: String,
+    /// Value of the largest magnitude.
+    pub peak: f64,
+    /// Root of the mean square over all samples, where there is one.
+    pub rms: Option<f64>,
+    /// Mean over all samples.
+    pub mean: f64,
+}
+
+/// One force in segments of one kind: a sum per rider, in the order of the settings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Force {
+    /// Kind of segment.
+    pub kind: String,
+    /// How many segments.
+    pub segments: usize,
+    /// Name in the table.
+    pub force: String,
+    /// Its unit.
+    pub unit: String,
+    /// By rider.
+    pub riders: Vec<Sum>,
+}
+
+/// Kinds that have rows, in reading order.
+fn listed() -> Vec<&'static Declaration> {
+    let all = ManoeuvreKind::ALL.iter().map(|k| k.declaration());
+    let mut kinds: Vec<_> = all.filter(|d| d.force_row.is_some()).collect();
+    kinds.sort_by_key(|d| d.force_row);
+    kinds
+}
+
+/// Sums a session's rows up.
+pub fn summarise(rows: &[ForceRow]) -> Vec<Force> {
+    let mut out: Vec<Force> = Vec::new();
+    for kind in listed().into_iter().map(|d| d.name) {
+        let own: Vec<&ForceRow> = rows.iter().filter(|r| r.kind == kind).collect();
+        let distinct = |value: fn(&ForceRow) -> &str| {
+            let mut seen: Vec<&str> = Vec::new();
+            own.iter().for_each(|r| {
+                if !seen.contains(&value(r)) {
+                    seen.push(value(r));
+                }
+            });
+            seen
+        };
+        let mut ids: Vec<i64> = own.iter().map(|r| r.manoeuvre_id).collect();
+        ids.dedup();
+        for force in distinct(|r| &r.force) {
+            let sums: Vec<Sum> = distinct(|r| &r.rider)
+                .into_iter()
+                .filter_map(|rider| {
+                    sum(rider, own.iter().filter(|r| r.force == force && r.rider == rider))
+                })
+                .collect();
+            // a wheel in the air has no forces, nobody no force on pegs
+            if sums.iter().all(|s| s.peak == 0.0) {
+                continue;
+            }
+            let unit = own.iter().find(|r| r.force == force).map_or("", |r| r.unit.as_str());
+            out.push(Force {
+                kind: kind.to_owned(),
+                segments: ids.len(),
+                force: force.to_owned(),
+                unit: unit.to_owned(),
+                riders: sums,
+            });
+        }
+    }
+    out
+}
+
+fn sum<'a>(rider: &str, rows: impl Iterator<Item = &'a &'a ForceRow>) -> Option<Sum> {
+    let (mut n, mut mean, mut squares, mut peak, mut rms) = (0.0, 0.0, 0.0, 0.0_f64, true);
+    for row in rows {
+        let (Some(p), Some(m)) = (row.peak, row.mean) else { continue };
+        let count = row.n_samples as f64;
+        n += count;
+        mean += count * m;
+        match row.rms {
+            Some(r) => squares += count * r * r,
+            None => rms = false,
+        }
+        if p.abs() > peak.abs() {
+            peak = p;
+        }
+    }
+    (n > 0.0).then(|| Sum {
+        rider: rider.to_owned(),
+        peak,
+        rms: rms.then(|| (squares / n).sqrt()),
+        mean: mean / n,
+    })
+}
+
+/// The page's table: kinds with their rows, a cell per rider.
+#[derive(Debug, Default, Serialize)]
+pub struct Table {
+    /// Rider models, in words.
+    pub riders: Vec<String>,
+    /// Kinds of segment.
+    pub kinds: Vec<KindRows>,
+}
+
+/// Rows of one kind of segment.
+#[derive(Debug, Serialize)]
+pub struct KindRows {
+    /// In words.
+    pub words: String,
+    /// How many segments.
+    pub segments: usize,
+    /// One per force.
+    pub rows: Vec<Row>,
+}
+
+/// Force, unit, and a cell per rider.
+pub type Row = (String, String, Vec<Cell>);
+/// Root mean square (of a friction the mean) and peak.
+pub type Cell = (String, String);
+
+/// Puts the sums in words and digits.
+pub fn table(rows: &[ForceRow]) -> Table {
+    let mut out = Table::default();
+    for force in summarise(rows) {
+        for s in &force.riders {
+            let name = rider_label(&s.rider);
+            if !out.riders.contains(&name) {
+                out.riders.push(name);
+            }
+        }
+        if out.kinds.last().is_none_or(|k| k.words != kinds::label(&force.kind)) {
+            out.kinds.push(KindRows {
+                words: kinds::label(&force.kind),
+                segments: force.segments,
+                rows: Vec::new(),
+            });
+        }
+        let digits = if force.unit == "1" { 2 } else { 0 };
+        let cells = out
+            .riders
+            .iter()
+            .map(|name| match force.riders.iter().find(|s| rider_label(&s.rider) == *name) {
+                Some(s) => (
+                    typeset(&fixed(s.rms.unwrap_or(s.mean), digits)),
+                    typeset(&fixed(s.peak, digits)),
+                ),
+                None => ("–".to_owned(), "–".to_owned()),
+            })
+            .collect();
+        if let Some(kind) = out.kinds.last_mut() {
+            kind.rows.push((words::spaced(&force.force), words::unit(&force.unit), cells));
+        }
+    }
+    out
+}
+
+/// The terminal's table: peaks of the first rider's forces by kind of segment, and the flights.
+pub fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
+    let forces = summarise(rows);
+    let Some(first) = rows.first() else { return String::new() };
+    let mut out = format!(
+        "\n{:<34}{:>9}{:>9}{:>9}{:>9}{:>9}\n",
+        format!("Largest forces, {}, N", rider_label(&first.rider)),
+        "N_f",
+        "N_r",
+        "B_f",
+        "B_r",
+        "D_r"
+    );
+    for kind in listed().into_iter().filter(|d| d.peak != Peak::Flight) {
+        let own = |force: &str| {
+            forces
+                .iter()
+                .find(|f| f.kind == kind.name && f.force == force)
+                .and_then(|f| f.riders.iter().find(|s| s.rider == first.rider))
+                .map_or("-".to_owned(), |s| fixed(s.peak, 0))
+        };
+        let Some(some) = forces.iter().find(|f| f.kind == kind.name) else { continue };
+        let what = format!("  {} ({})", kind.words, some.segments);
+        let names = ["load_front", "load_rear", "brake_front", "brake_rear", "drive_rear"];
+        let [a, b, c, d, e] = names.map(own);
+        out.push_str(&format!("{what:<34}{a:>9}{b:>9}{c:>9}{d:>9}{e:>9}\n"));
+    }
+    let is_flight = |m: &&Manoeuvre| kinds::declaration(&m.kind).peak == Peak::Flight;
+    let flights: Vec<&Manoeuvre> = manoeuvres.iter().filter(is_flight).collect();
+    if !flights.is_empty() {
+        let largest = |value: fn(&Manoeuvre) -> Option<f64>| {
+            let most = flights.iter().filter_map(|m| value(m)).reduce(f64::max);
+            most.map_or("-".to_owned(), |v| fixed(v, 0))
+        };
+        let what = format!("  landing ({})", flights.len());
+        let (front, rear) = (largest(|m| m.landing_load_front), largest(|m| m.landing_load_rear));
+        out.push_str(&format!("{what:<34}{front:>9}{rear:>9}\n"));
+        let times = || flights.iter().filter_map(|m| m.flight_time);
+        let (least, most) = (times().reduce(f64::min), times().reduce(f64::max));
+        if let (Some(least), Some(most)) = (least, most) {
+            let count = flights.len();
+            let (least, most) = (fixed(least, 2), fixed(most, 2));
+            out.push_str(&format!("{count} flights of {least} to {most} s\n"));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_of_a_kind_are_summed_by_their_samples() {
+        let row = |id, n, mean: f64, rms, peak| ForceRow {
+            manoeuvre_id: id,
+            kind: "whoops".into(),
+            rider: "b".into(),
+            force: "load_front".into(),
+            unit: "N".into(),
+            mean: Some(mean),
+            rms: Some(rms),
+            peak: Some(peak),
+            n_samples: n,
+            ..ForceRow::default()
+        };
+        let sums = summarise(&[row(1, 100, 10.0, 10.0, 30.0), row(2, 300, -2.0, 2.0, -50.0)]);
+        assert_eq!(sums.len(), 1);
+        assert_eq!(sums[0].segments, 2);
+        let s = &sums[0].riders[0];
+        assert_eq!((s.mean, s.peak), (1.0, -50.0));
+        assert!((s.rms.expect("rms") - (11200.0_f64 / 400.0).sqrt()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,397 @@
+//! What a session's page says: the rows of the tables, put in words and digits.
+
+use serde::Serialize;
+
+use crate::contract::manoeuvre::Peak;
+use crate::plots::catalogue::{FITS, OFFROAD, RIDE};
+use crate::plots::plot::Plot;
+use crate::report::charts::figures::Figures;
+use crate::report::number_format::{self, fixed, typeset};
+use crate::report::session::bench::Bench;
+use crate::report::{inline_svg, kinds, words};
+use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
+
+/// One session's page, as its template reads it.
+#[derive(Debug, Serialize)]
+pub struct Page {
+    /// The session.
+    pub session_id: String,
+    /// The bike.
+    pub bike_id: String,
+    /// The line that sums it up.
+    pub verdict: String,
+    /// The second line: manoeuvres and warnings.
+    pub ridden: String,
+    /// Label and value of what is known of the session.
+    pub facts: Vec<(String, String)>,
+    /// Channels present.
+    pub channels: Vec<String>,
+    /// Coefficients per tyre.
+    pub tyres: Vec<Tyre>,
+    /// What could not be estimated, by the riding that would supply it.
+    pub missing: Vec<Missing>,
+    /// Coefficients taken from the bike file.
+    pub assumed: Vec<String>,
+    /// Segments.
+    pub manoeuvres: Vec<Ridden>,
+    /// Kinds of segment: name, words, how many, how many used.
+    pub kinds: Vec<(String, String, usize, usize)>,
+    /// Warnings.
+    pub warnings: Vec<Noticed>,
+    /// Hashes and version.
+    pub provenance: Vec<(String, String)>,
+}
+
+/// One tyre's coefficients.
+#[derive(Debug, Serialize)]
+pub struct Tyre {
+    /// `front`, `rear` or `vehicle`.
+    pub name: String,
+    /// Heading.
+    pub title: String,
+    /// Its coefficients.
+    pub rows: Vec<Row>,
+}
+
+/// One coefficient.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// Name in the tables.
+    pub name: String,
+    /// In words.
+    pub words: String,
+    /// Symbol.
+    pub symbol: String,
+    /// Estimate.
+    pub value: String,
+    /// Unit.
+    pub unit: String,
+    /// 95 % interval.
+    pub interval: String,
+    /// The same, drawn.
+    pub bar: String,
+    /// Spread between manoeuvres.
+    pub dispersion: String,
+    /// Manoeuvres that took part.
+    pub manoeuvres: i64,
+    /// Samples that took part.
+    pub samples: i64,
+    /// What else the fit says, for those who hover.
+    pub fit: String,
+    /// As in the tables.
+    pub status: &'static str,
+    /// Status in words.
+    pub status_words: &'static str,
+    /// Status as a sign.
+    pub sign: &'static str,
+    /// Why not determined.
+    pub reason: String,
+    /// What a tyre bench says; empty where none was given.
+    pub bench: String,
+    #[serde(skip)]
+    estimate: Option<f64>,
+}
+
+/// Coefficients that one kind of riding would supply.
+#[derive(Debug, Serialize)]
+pub struct Missing {
+    /// The riding.
+    pub ride: String,
+    /// Tyre and coefficient, status, reason.
+    pub items: Vec<(String, &'static str, String)>,
+}
+
+/// One manoeuvre.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)] // as in the schema file, in words
+pub struct Ridden {
+    pub id: i64,
+    pub kind: String,
+    pub words: String,
+    pub direction: String,
+    pub start: String,
+    pub length: String,
+    pub speed: String,
+    pub peak: String,
+    pub quality: String,
+    pub used: bool,
+    pub reason: String,
+}
+
+/// One warning.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)] // as in the schema file, in words
+pub struct Noticed {
+    pub stage: String,
+    pub code: String,
+    pub channel: String,
+    pub count: i64,
+    pub time: String,
+    pub message: String,
+}
+
+/// Puts a session's rows in words.
+pub fn build(
+    session: &SessionRow,
+    coefficients: &[Coefficient],
+    manoeuvres: &[Manoeuvre],
+    warnings: &[WarningRow],
+) -> Page {
+    let used = manoeuvres.iter().filter(|m| m.used).count();
+    Page {
+        session_id: session.ident.session_id.clone(),
+        bike_id: session.ident.bike_id.clone(),
+        verdict: format!("{}.", words::verdict(coefficients.iter().map(|c| c.status))),
+        ridden: format!(
+            "{used} of {} manoeuvres used; {}.",
+            manoeuvres.len(),
+            match warnings.len() {
+                0 => "no warnings".to_owned(),
+                1 => "1 warning".to_owned(),
+                n => format!("{n} warnings"),
+            }
+        ),
+        facts: facts(session),
+        channels: session
+            .channels
+            .split(',')
+            .map(|c| c.trim().to_owned())
+            .filter(|c| !c.is_empty())
+            .collect(),
+        tyres: tyres(coefficients),
+        missing: missing(coefficients),
+        assumed: coefficients
+            .iter()
+            .filter(|c| c.status == Status::Assumed)
+            .map(|c| format!("{} {}", c.tyre, words::coefficient(&c.coefficient)))
+            .collect(),
+        kinds: kind_counts(manoeuvres),
+        manoeuvres: manoeuvres.iter().map(ridden).collect(),
+        warnings: warnings.iter().map(noticed).collect(),
+        provenance: vec![
+            ("input".into(), session.path.clone()),
+            ("input BLAKE3".into(), session.provenance.input_hash.clone()),
+            ("pipeline and bike BLAKE3".into(), session.provenance.pipeline_hash.clone()),
+            ("roadbench".into(), session.provenance.version.clone()),
+        ],
+    }
+}
+
+/// Whether the charts are those of an off-road session.
+pub fn is_offroad(figures: &Figures) -> bool {
+    let has =
+        |plots: &[Plot]| plots.iter().any(|p| figures.charts.iter().any(|c| c.name == p.name));
+    has(OFFROAD) && !has(&FITS)
+}
+
+/// Whether a chart has nothing to show on this page; its title, for the sentence that says so.
+pub fn absent_charts(figures: &Figures) -> Vec<&'static str> {
+    let (plots, ride) =
+        if is_offroad(figures) { (OFFROAD, &[][..]) } else { (&FITS[..], &RIDE[..]) };
+    plots
+        .iter()
+        .chain(ride)
+        .filter(|p| figures.charts.iter().all(|c| c.name != p.name))
+        .map(|p| p.title)
+        .collect()
+}
+
+fn facts(session: &SessionRow) -> Vec<(String, String)> {
+    let mut out = vec![("bike".to_owned(), session.ident.bike_id.clone())];
+    let mut put = |label: &str, value: Option<String>| {
+        if let Some(value) = value.filter(|v| !v.is_empty()) {
+            out.push((label.to_owned(), value));
+        }
+    };
+    put("start", session.ident.start_time.as_deref().map(when));
+    put("duration", Some(number_format::duration(session.duration)));
+    put("distance", session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
+    put("clock", Some(format!("{} Hz", fixed(session.rate, 0))));
+    put("front tyre", session.tyre_front.clone());
+    put("rear tyre", session.tyre_rear.clone());
+    put("site", session.site.clone());
+    put("rider", session.rider_id.clone());
+    out
+}
+
+/// An RFC 3339 time with a space for the `T`; anything else as it is.
+pub fn when(text: &str) -> String {
+    match text.split_once('T') {
+        Some((date, time)) if date.len() == 10 => format!("{date} {time}"),
+        _ => text.to_owned(),
+    }
+}
+
+fn tyres(coefficients: &[Coefficient]) -> Vec<Tyre> {
+    let mut out: Vec<Tyre> = Vec::new();
+    for c in coefficients {
+        if out.last().is_none_or(|t| t.name != c.tyre) {
+            out.push(Tyre {
+                name: c.tyre.clone(),
+                title: words::tyre(&c.tyre).to_owned(),
+                rows: Vec::new(),
+            });
+        }
+        if let Some(tyre) = out.last_mut() {
+            tyre.rows.push(row(c));
+        }
+    }
+    out
+}
+
+fn row(c: &Coefficient) -> Row {
+    let shown = Shown::of(c);
+    let mut fit = Vec::new();
+    if let Some(r) = c.r_squared {
+        fit.push(format!("R² {r:.3}"));
+    }
+    if let Some(o) = c.outlier_fraction {
+        fit.push(format!("{:.1} % outliers", 100.0 * o));
+    }
+    if let Some(s) = c.residual_scale {
+        fit.push(format!("residual scale {}", fixed(s, number_format::decimals_of(s, None))));
+    }
+    Row {
+        name: c.coefficient.clone(),
+        words: words::coefficient(&c.coefficient).to_owned(),
+        symbol: c.symbol.clone(),
+        value: typeset(&shown.value),
+        unit: words::unit(&c.unit),
+        interval: typeset(&shown.interval(" to ")),
+        bar: inline_svg::interval(c.value, c.ci95_low, c.ci95_high),
+        dispersion: shown.dispersion,
+        manoeuvres: c.n_manoeuvres,
+        samples: c.n_samples,
+        fit: fit.join(", "),
+        status: words::status_code(c.status),
+        status_words: words::status(c.status),
+        sign: words::status_sign(c.status),
+        reason: c.reason.clone().unwrap_or_default(),
+        bench: String::new(),
+        estimate: c.value,
+    }
+}
+
+impl Page {
+    /// Puts what a tyre bench measured beside the estimates.
+    pub fn compare(&mut self, bench: &Bench) {
+        for tyre in &mut self.tyres {
+            for row in &mut tyre.rows {
+                let found = bench.beside(&self.bike_id, &tyre.name, &row.name, row.estimate);
+                row.bench = found.unwrap_or_default();
+            }
+        }
+    }
+}
+
+/// A coefficient's numbers with the digits its uncertainty leaves meaning.
+pub struct Shown {
+    /// Estimate; empty where there is none.
+    pub value: String,
+    /// Standard error; empty where there is none.
+    pub std_error: String,
+    /// Ends of the interval; empty where there is none.
+    pub ends: Option<(String, String)>,
+    /// Robust spread between manoeuvres; empty where there is none.
+    pub dispersion: String,
+}
+
+impl Shown {
+    /// Of one coefficient.
+    pub fn of(c: &Coefficient) -> Self {
+        let u = number_format::uncertainty(c.std_error, c.ci95_low, c.ci95_high);
+        let digits = c.value.map_or(3, |v| number_format::decimals_of(v, u));
+        Shown {
+            value: c.value.map(|v| fixed(v, digits)).unwrap_or_default(),
+            std_error: c.std_error.map(|s| fixed(s, digits)).unwrap_or_default(),
+            ends: c.ci95_low.zip(c.ci95_high).map(|(l, h)| (fixed(l, digits), fixed(h, digits))),
+            dispersion: c.dispersion.map(|d| fixed(d, digits)).unwrap_or_default(),
+        }
+    }
+
+    /// The interval as one text, its ends parted by `between`.
+    pub fn interval(&self, between: &str) -> String {
+        self.ends.as_ref().map(|(l, h)| format!("{l}{between}{h}")).unwrap_or_default()
+    }
+}
+
+fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
+    let mut out: Vec<Missing> = Vec::new();
+    for c in coefficients {
+        if !matches!(c.status, Status::PoorlyDetermined | Status::NotAvailable) {
+            continue;
+        }
+        let ride = words::riding(&c.tyre, &c.coefficient).unwrap_or("see the reason");
+        let item = (
+            format!("{} {}", c.tyre, words::coefficient(&c.coefficient)),
+            words::status(c.status),
+            c.reason.clone().unwrap_or_default(),
+        );
+        match out.iter_mut().find(|m| m.ride == ride) {
+            Some(group) => group.items.push(item),
+            None => out.push(Missing { ride: ride.to_owned(), items: vec![item] }),
+        }
+    }
+    out
+}
+
+fn kind_counts(manoeuvres: &[Manoeuvre]) -> Vec<(String, String, usize, usize)> {
+    let mut out: Vec<(String, String, usize, usize)> = Vec::new();
+    for m in manoeuvres {
+        let place = match out.iter().position(|k| k.0 == m.kind) {
+            Some(i) => i,
+            None => {
+                out.push((m.kind.clone(), kinds::label(&m.kind), 0, 0));
+                out.len() - 1
+            }
+        };
+        out[place].2 += 1;
+        out[place].3 += usize::from(m.used);
+    }
+    out.sort();
+    out
+}
+
+fn ridden(m: &Manoeuvre) -> Ridden {
+    let number = |v: Option<f64>, digits| v.map(|v| typeset(&fixed(v, digits)));
+    let speed = match (number(m.speed_start, 1), number(m.speed_end, 1)) {
+        (Some(a), Some(b)) => format!("{a} → {b}"),
+        _ => number(m.speed_mean, 1).unwrap_or_default(),
+    };
+    let peak = match kinds::declaration(&m.kind).peak {
+        Peak::Roll if m.roll_peak.is_some() => {
+            number(m.roll_peak.map(f64::to_degrees), 1).map(|r| format!("roll {r}°"))
+        }
+        Peak::Flight => {
+            let kilo = |v: Option<f64>| number(v.map(|v| v / 1000.0), 1).unwrap_or("–".into());
+            let flight = number(m.flight_time, 2).unwrap_or_default();
+            let (front, rear) = (kilo(m.landing_load_front), kilo(m.landing_load_rear));
+            Some(format!("{flight} s, lands with {front} + {rear} kN"))
+        }
+        _ => number(m.acceleration_x_peak, 2).map(|a| format!("{a} m/s²")),
+    };
+    Ridden {
+        id: m.manoeuvre_id,
+        kind: m.kind.clone(),
+        words: kinds::label(&m.kind),
+        direction: m.direction.clone().unwrap_or_default(),
+        start: fixed(m.start, 1),
+        length: fixed(m.end - m.start, 1),
+        speed,
+        peak: peak.unwrap_or_default(),
+        quality: number(Some(m.quality).filter(|q| q.is_finite()), 2).unwrap_or_default(),
+        used: m.used,
+        reason: m.reason.clone().unwrap_or_default(),
+    }
+}
+
+fn noticed(w: &WarningRow) -> Noticed {
+    Noticed {
+        stage: w.stage.clone(),
+        code: w.code.clone(),
+        channel: w.channel.clone().unwrap_or_default(),
+        count: w.count,
+        time: w.time.map(|t| format!("{} s", fixed(t, 1))).unwrap_or_default(),
+        message: w.message.clone(),
+    }
+}

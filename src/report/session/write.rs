@@ -1,0 +1,93 @@
+//! Writing the pages of the sessions.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use minijinja::value::Serde;
+use minijinja::{Environment, Value, context};
+use rayon::prelude::*;
+
+use crate::report::assets::{Pages, Source};
+use crate::report::charts::pack;
+use crate::report::charts::{chart, figures};
+use crate::report::diagnosis::sessions::Diagnosed;
+use crate::report::error::Error;
+use crate::report::page_shell;
+use crate::report::session::bench::Bench;
+use crate::report::session::{forces, page};
+use crate::report::tables::{self, RunTables, SessionTables};
+use crate::tables::file;
+use crate::tables::rows::{ForceRow, SessionRow};
+
+/// All that the pages of a run's sessions are made from.
+pub(crate) struct Writer<'a> {
+    pub(crate) tables: &'a RunTables,
+    pub(crate) stored: &'a SessionTables,
+    pub(crate) forces: &'a [ForceRow],
+    pub(crate) bench: &'a Bench,
+    pub(crate) diagnosed: &'a Diagnosed,
+    pub(crate) environment: &'a Environment<'a>,
+    /// Where the pages go.
+    pub(crate) folder: &'a Path,
+    /// Where a page that is written now has script and style from.
+    pub(crate) source: Source,
+    /// Of which kind an existing page may be that is up to date and so stays; none is to stay.
+    pub(crate) kept: Option<Pages>,
+}
+
+impl Writer<'_> {
+    /// Writes the pages called `names`, one per session in their order, an empty name none; whether
+    /// any page, written or kept, uses the shared script and style.
+    pub(crate) fn write(&self, names: &[String]) -> Result<bool, Error> {
+        let shared = AtomicBool::new(self.source == Source::Folder);
+        // pages are independent of each other: their order of writing shows nowhere
+        let sessions = self.tables.sessions.par_iter().zip(names);
+        sessions.filter(|(_, name)| !name.is_empty()).try_for_each(|(session, name)| {
+            if self.one(session, name)? == Source::Folder {
+                shared.fetch_or(true, Ordering::Relaxed);
+            }
+            Ok::<(), Error>(())
+        })?;
+        Ok(shared.into_inner())
+    }
+
+    /// Writes or keeps one page; where it has its script and style from.
+    fn one(&self, session: &SessionRow, name: &str) -> Result<Source, Error> {
+        let path = self.folder.join(name);
+        let diagnosis = self.diagnosed.page_of(&session.ident);
+        let fingerprint = page_shell::fingerprint(session, diagnosis, &self.bench.text);
+        if let Some(kind) = self.kept
+            && let Some(source) = page_shell::source_if_current(&path, &fingerprint)
+            && kind.takes(source)
+        {
+            return Ok(source);
+        }
+        let ident = &session.ident;
+        let manoeuvres = self.stored.manoeuvres(ident)?;
+        let points = self.stored.plots(ident)?;
+        let mut drawn = figures::build(&points, &manoeuvres);
+        self.bench.draw(&ident.bike_id, &mut drawn.charts);
+        let coefficients = self.tables.coefficients_of(ident);
+        let warnings = self.tables.warnings_of(ident);
+        let forces = tables::rows_of(self.forces, ident, |f| &f.ident);
+        let mut page = page::build(session, coefficients, &manoeuvres, warnings);
+        page.compare(self.bench);
+        figures::share_time(&mut drawn.panels);
+        let html = self.environment.get_template("session.html")?.render(context! {
+            page => Serde(page),
+            charts => Serde(chart::heads(&drawn.charts)),
+            panels => Serde(chart::heads(&drawn.panels)),
+            residuals => Serde(chart::residuals(&drawn.charts)),
+            bins => crate::plots::sheet::TIMELINE_BINS,
+            absent => page::absent_charts(&drawn),
+            offroad => page::is_offroad(&drawn),
+            forces => Serde(forces::table(forces)),
+            diagnosis => diagnosis,
+            data => Value::from_safe_string(pack::pack(&drawn)?),
+            ..page_shell::context(self.source)
+        })?;
+        let html = page_shell::stamped(&html, &fingerprint, self.source);
+        file::write_bytes(&path, html.as_bytes())?;
+        Ok(self.source)
+    }
+}

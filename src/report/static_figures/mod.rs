@@ -1,0 +1,5 @@
+//! Figures as SVG and PNG files, for papers, READMEs and continuous integration. Drawn by `kuva`.
+
+pub mod chart;
+pub mod panels;
+pub mod write;

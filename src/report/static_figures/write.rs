@@ -1,0 +1,98 @@
+//! Writing every plot of a report as an SVG or PNG file.
+
+use std::path::Path;
+
+use kuva::render::render::Scene;
+use rayon::prelude::*;
+
+use crate::report::charts::figures;
+use crate::report::diagnosis::sessions::Diagnosed;
+use crate::report::error::Error;
+use crate::report::fleet::tables::FleetTables;
+use crate::report::session::bench;
+use crate::report::static_figures::chart;
+use crate::report::tables::{self, SessionTables};
+use crate::report::{fleet, page_names};
+use crate::tables::file;
+
+/// What files a figure becomes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// Lines and letters that stay sharp at any size and can be edited.
+    #[default]
+    Svg,
+    /// Pixels, for what takes no SVG.
+    Png,
+    /// One file of each.
+    Both,
+}
+
+/// Writes every plot of every session, diagnosis and of the fleet into `to`: a folder each, a
+/// file per plot and format; how many plots. `only` limits them to one session and leaves out the
+/// fleet.
+///
+/// # Errors
+/// The folder holds no tables, one cannot be read, or a file cannot be written.
+pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Result<usize, Error> {
+    tables::check(out)?;
+    let sessions = tables::sessions(out)?;
+    let pages = page_names::sessions(sessions.iter().map(|s| s.ident.key()));
+    let wanted = |id: &str| only.is_none_or(|o| o == id);
+    let stored = SessionTables::read(out)?;
+    let bench = bench::read(out)?;
+    let save = |folder: &str, name: &str, figure: &Scene| -> Result<(), Error> {
+        let file =
+            |ending: &str| to.join(folder).join(format!("{}.{ending}", page_names::stem(name)));
+        if format != Format::Png {
+            file::write_bytes(&file("svg"), chart::svg(figure).as_bytes())?;
+        }
+        if format != Format::Svg {
+            let path = file("png");
+            let bytes = chart::png(figure)
+                .map_err(|message| Error::Figure { path: path.clone(), message })?;
+            file::write_bytes(&path, &bytes)?;
+        }
+        Ok(())
+    };
+    let drawn = sessions
+        .par_iter()
+        .zip(&pages)
+        .filter(|(s, _)| wanted(&s.ident.session_id))
+        .map(|(session, name)| -> Result<usize, Error> {
+            let points = stored.plots(&session.ident)?;
+            let manoeuvres = stored.manoeuvres(&session.ident)?;
+            let mut drawn = figures::build(&points, &manoeuvres);
+            bench.draw(&session.ident.bike_id, &mut drawn.charts);
+            let folder = name.trim_end_matches(".html");
+            for chart in &drawn.charts {
+                save(folder, &chart.name, &chart::scene(chart))?;
+            }
+            let timeline = usize::from(!drawn.panels.is_empty());
+            if timeline > 0 {
+                save(folder, "timeline", &chart::timeline(&drawn.panels, &drawn.segments))?;
+            }
+            Ok(drawn.charts.len() + timeline)
+        })
+        .try_reduce(|| 0, |a, b| Ok(a + b))?;
+    let diagnosed = Diagnosed::read(out, &sessions, &pages)?;
+    let of_diagnoses = diagnosed.draw(&wanted, &save)?;
+    if only.is_some() {
+        return Ok(drawn + of_diagnoses);
+    }
+    let (_, charts) = fleet::write::read(out, &sessions, &pages)?;
+    for chart in &charts {
+        save("fleet", &chart.name, &chart::scene(chart))?;
+    }
+    let tables = FleetTables {
+        sessions: &sessions,
+        pages: &pages,
+        rows: &fleet::tables::fleet(out)?,
+        events: &[],
+        histories: &fleet::tables::histories(out, &sessions)?,
+    };
+    let compared = fleet::comparison::boxes(&tables);
+    for boxes in &compared {
+        save("fleet", &boxes.name, &chart::boxes(boxes))?;
+    }
+    Ok(drawn + of_diagnoses + charts.len() + compared.len())
+}
