@@ -52,7 +52,7 @@ pub struct Start {
 
 /// Fits the base from a start.
 pub fn fit(samples: &Samples, start: &Parameters) -> Base {
-    fit_with(samples, &start.believed(), start, BASE, None)
+    fit_with(samples, &start.prior(), start, BASE, None)
 }
 
 /// Fits `parameters` from `from`, with priors about `start`; `extra` is added to the residuals.

@@ -181,11 +181,11 @@ fn grip(curve: &mut MagicFormula, b: f64) {
 const USUAL_STIFFNESS: [f64; 2] = [12.5, 0.6];
 
 impl Parameters {
-    /// What is believed before the ride: that of the characterisation, but for the cornering
+    /// Centre of the prior: what the characterisation found, but for the cornering
     /// stiffness. In a quasi-static bend a wrong side-force ratio gives a stiffness that is as wrong,
     /// and only what tyres usually have speaks against it.
     #[must_use]
-    pub fn believed(&self) -> Self {
+    pub fn prior(&self) -> Self {
         Parameters { stiffness: [USUAL_STIFFNESS; 2], ..self.clone() }
     }
 
