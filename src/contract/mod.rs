@@ -6,6 +6,7 @@ pub mod bike;
 pub mod channel;
 pub mod coefficient;
 pub mod manoeuvre;
+pub mod residual_channel;
 pub mod schema;
 pub mod session;
 pub mod verdict;
