@@ -5,8 +5,10 @@
 pub mod bike;
 pub mod channel;
 pub mod coefficient;
+pub mod fleet_event;
 pub mod manoeuvre;
 pub mod schema;
 pub mod session;
+pub mod status;
 pub mod verdict;
 pub mod warning;
