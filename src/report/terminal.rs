@@ -69,7 +69,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
                 shown.std_error,
                 shown.interval(" to "),
                 clean(&words::unit(&c.unit)),
-                words::status(c.status)
+                c.status.words()
             ),
         );
         // once under those that share it

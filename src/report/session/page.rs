@@ -263,9 +263,9 @@ fn row(c: &Coefficient) -> Row {
         manoeuvres: c.n_manoeuvres,
         samples: c.n_samples,
         fit: fit.join(", "),
-        status: words::status_code(c.status),
-        status_words: words::status(c.status),
-        sign: words::status_sign(c.status),
+        status: c.status.name(),
+        status_words: c.status.words(),
+        sign: c.status.sign(),
         reason: c.reason.clone().unwrap_or_default(),
         bench: String::new(),
         estimate: c.value,
@@ -324,7 +324,7 @@ fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
         let ride = words::riding(&c.tyre, &c.coefficient).unwrap_or("see the reason");
         let item = (
             format!("{} {}", c.tyre, words::coefficient(&c.coefficient)),
-            words::status(c.status),
+            c.status.words(),
             c.reason.clone().unwrap_or_default(),
         );
         match out.iter_mut().find(|m| m.ride == ride) {
