@@ -12,7 +12,7 @@
 //! is known ([`candidates`]). What a candidate must gain to be named is measured on null simulations of
 //! the same ride ([`calibration`]).
 //!
-//! Source: `diagnosis.md`, section 2, with the equations of `offroad.md`.
+//! Source: the book, Diagnosis, section 2, with the equations of the book, Off the road.
 
 pub mod calibration;
 pub mod candidates;
