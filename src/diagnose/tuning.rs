@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example constants` varies each by a third on simulated rides and prints how many
 //! verdicts change; its table is in `book/src/reference/constants.md`. The prototype of the reasons is that
-//! of the book, Diagnosis, section 3.1.
+//! of `book/src/diagnosis.md`, section 3.1.
 
 /// A tuned constant.
 #[derive(Debug, Clone, Copy)]
