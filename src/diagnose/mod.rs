@@ -8,7 +8,7 @@
 //! levels               what several sessions share
 //! ```
 //!
-//! The method is that of `diagnosis.md`, section 2. A [`Candidate`](cause::Candidate) is held against null
+//! The method is that of `book/src/diagnosis.md`, section 2. A [`Candidate`](cause::Candidate) is held against null
 //! simulations ([`calibration`]): the ride again on the model as it is, in which nothing is left out. The
 //! constants that decide are in [`tuning`].
 

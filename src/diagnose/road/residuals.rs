@@ -1,4 +1,4 @@
-//! The base model as residuals that vanish when it is right (`diagnosis.md`, section 2.1).
+//! The base model as residuals that vanish when it is right (`book/src/diagnosis.md`, section 2.1).
 //!
 //! | channel | residual | where |
 //! |---|---|---|
