@@ -26,11 +26,11 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What the ride tells of one effect.
+/// The detection limit of one effect.
 #[derive(Debug, Serialize)]
-struct Seen {
+struct EffectLimit {
     effect: &'static str,
-    /// Smallest size that is named half of the time, in `unit`; none where the ride says nothing.
+    /// Smallest size that is named half of the time, in `unit`; none where it is not identifiable.
     limit: Option<f64>,
     unit: &'static str,
     /// The same in the effect's usual size.
@@ -50,7 +50,7 @@ struct Pair {
     cosine: f64,
     /// Standard deviations of a usual size of the first from the second, of whatever size.
     separation: f64,
-    /// What more riding would take them apart best, and how far.
+    /// The additional riding that separates them best, and how well.
     set: Option<&'static str>,
     cosine_after: Option<f64>,
     separation_after: Option<f64>,
@@ -72,9 +72,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|why| Failure::Usage(format!("scenario {}: {}", scenario.name, why.message)))?;
     let ride::Fitted { session, samples, base, .. } = &fitted;
     let advice = Advice::new(session, samples, base, ALL, &machine.bike, &pipeline);
-    let (seen, pairs) = (seen(&advice), pairs(&advice));
+    let (limits, pairs) = (limits(&advice), pairs(&advice));
     if arguments.json {
-        let lines = seen.iter().map(serde_json::to_string);
+        let lines = limits.iter().map(serde_json::to_string);
         for line in lines.chain(pairs.iter().map(serde_json::to_string)) {
             say!("{}", line.map_err(|e| Failure::Output(e.to_string()))?);
         }
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         "usual",
         "what would show it, beyond 4 usual sizes"
     );
-    for row in &seen {
+    for row in &limits {
         let figure = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
         let usual = row.limit_usual.map_or("-".to_owned(), |x| format!("{x:.1}"));
         say!(
@@ -123,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// What is said of an effect that the ride does not show.
-fn hidden(row: &Seen) -> String {
+fn hidden(row: &EffectLimit) -> String {
     if row.limit_usual.is_some_and(|x| x < SEEN) {
         return String::new();
     }
@@ -141,7 +141,7 @@ fn hidden(row: &Seen) -> String {
     }
 }
 
-fn seen(advice: &Advice) -> Vec<Seen> {
+fn limits(advice: &Advice) -> Vec<EffectLimit> {
     ALL.iter()
         .enumerate()
         .map(|(j, effect)| {
@@ -150,7 +150,7 @@ fn seen(advice: &Advice) -> Vec<Seen> {
             let change = advice.shown(effect.name);
             let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
             let after = with.map(|(_, known)| known.limit(j) * size).filter(|x| x.is_finite());
-            Seen {
+            EffectLimit {
                 effect: effect.name,
                 limit: usual.map(|x| x * size),
                 unit: effect.unit,

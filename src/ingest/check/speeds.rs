@@ -19,7 +19,7 @@ const VELOCITY_UNITS: [Unit; 4] = [
     Unit { factor: 1.0 / 3.6, name: "m/s divided by 3.6 once too often" },
 ];
 
-/// Per rad/s; the speed of the tread is handled apart, it depends on the radius.
+/// Per rad/s; the speed of the tread depends on the radius and is handled in [`unit_candidates`].
 const SPIN_UNITS: [Unit; 3] = [
     Unit { factor: 1.0 / std::f64::consts::TAU, name: "revolutions per second" },
     Unit { factor: 60.0 / std::f64::consts::TAU, name: "revolutions per minute" },
