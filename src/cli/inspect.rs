@@ -1,4 +1,4 @@
-//! `roadbench inspect`: what there is to say of a log.
+//! `roadbench inspect`: channels, rates and gaps of a log, and what can be estimated from it.
 
 use std::path::{Path, PathBuf};
 
@@ -196,7 +196,7 @@ fn source_rate(track: &Track) -> Option<f64> {
     Some(1.0 / upper_median_of(&steps)?)
 }
 
-/// What the log itself tells of a channel.
+/// A channel in the log itself.
 struct OfSource {
     samples: usize,
     /// Hz
