@@ -9,6 +9,7 @@ use roadbench::contract::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::contract::schema::{Column, Key, KeyTable, Table};
 use roadbench::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
 use roadbench::effects::ALL;
+use roadbench::ingest::formats::FORMATS;
 use roadbench::tables::registry;
 
 fn book(path: &str) -> PathBuf {
@@ -187,6 +188,30 @@ fn manoeuvres_are_those_that_are_declared() {
         toml::from_str(include_str!("../../schemas/manoeuvres.v1.toml")).expect("a table");
     let kind = listed.columns.iter().find(|c| c.name == "kind").expect("a column");
     assert_eq!(kind.description, kind_names(), "schemas/manoeuvres.v1.toml");
+}
+
+#[test]
+fn formats_are_those_of_the_registry() {
+    let mut text = String::from(
+        "# Formats of logs\n\nWhat `format` of a channel map may be, in the order in which a log's format is looked for. Of the maps \
+         that come with the program the first that fits is taken where none is given.\n\n| `format` | what it is | files | channels \
+         are named by | maps that come with the program |\n|---|---|---|---|---|\n",
+    );
+    let list = |names: Vec<String>| names.join(", ");
+    for format in FORMATS {
+        let extensions = format.extensions.iter().map(|e| format!("`.{e}`")).collect();
+        let maps = format.maps.iter().map(|(name, _)| format!("`{name}`")).collect();
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} | {} |",
+            format.name,
+            cell(format.description),
+            list(extensions),
+            cell(format.channel_names),
+            list(maps)
+        );
+    }
+    page("formats.md", &text);
 }
 
 #[test]
