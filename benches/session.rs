@@ -149,11 +149,11 @@ fn by_stage(
 /// Many sessions through the batch engine, with one and with two jobs.
 fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
     let (inputs, bikes) = (folder.join("sessions"), folder.join("bikes"));
-    file::write_bytes(&bikes.join(format!("{}.toml", bike.bike_id)), bike.to_toml().as_bytes())?;
+    file::write_bytes(bikes.join(format!("{}.toml", bike.bike_id)), bike.to_toml().as_bytes())?;
     let mut copy = ride.clone();
     for number in 0..SESSIONS {
         copy.meta.session_id = format!("ride_{number:02}");
-        ingest::write_session(&inputs.join(format!("{number:02}.parquet")), &copy, true)?;
+        ingest::write_session(inputs.join(format!("{number:02}.parquet")), &copy, true)?;
     }
     drop(copy);
     let mut times = Stopwatch::default();

@@ -48,7 +48,7 @@ fn main() -> Result<(), String> {
     (0..arguments.sessions).into_par_iter().try_for_each(|number| {
         let donor = &donors[number % donors.len()];
         let (path, session) = stretch(donor, number, arguments.seconds);
-        write_session(&arguments.out.join(path), &session, true).map_err(|e| e.to_string())
+        write_session(arguments.out.join(path), &session, true).map_err(|e| e.to_string())
     })
 }
 

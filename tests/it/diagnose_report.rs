@@ -224,10 +224,10 @@ fn store(out: &Path, mut ride: Ride, replays: bool) {
     }
     ride.discrepancies.iter_mut().for_each(|r| r.ident = ride.ident.clone());
     ride.replays.iter_mut().for_each(|r| r.ident = ride.ident.clone());
-    file::write(&path("causes"), &ride.causes).expect("causes");
-    file::write(&path("discrepancies"), &ride.discrepancies).expect("discrepancies");
+    file::write(path("causes"), &ride.causes).expect("causes");
+    file::write(path("discrepancies"), &ride.discrepancies).expect("discrepancies");
     if replays {
-        file::write(&path("replays"), &ride.replays).expect("replays");
+        file::write(path("replays"), &ride.replays).expect("replays");
     }
 }
 

@@ -100,7 +100,7 @@ impl Place {
         let mut copy = self.ride.clone();
         copy.meta.session_id = name.to_owned();
         damage(&mut copy);
-        write_session(&self.log(name), &copy, false).expect("log");
+        write_session(self.log(name), &copy, false).expect("log");
         self.fates.insert(name.to_owned(), fate);
     }
 

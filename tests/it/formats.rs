@@ -34,7 +34,7 @@ fn map(name: &str) -> Vec<ChannelMap> {
 /// The session that the samples were made from.
 fn original() -> Raw {
     let path = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
-    ingest::read(&root().join(path), &[]).expect("bundled")
+    ingest::read(root().join(path), &[]).expect("bundled")
 }
 
 /// A channel of the original at the stamps of a track, which count from `zero`.
@@ -147,7 +147,7 @@ fn mdf_of_asammdf_is_the_session_that_it_was_given() {
         ("ride_logger.mf4", 600, 50),
         ("ride_unfinalised.mf4", 600, 50),
     ] {
-        let raw = ingest::read(&sample(name), &[]).expect(name);
+        let raw = ingest::read(sample(name), &[]).expect(name);
         let counts = compare(name, &raw, mdf);
         assert_eq!(counts.len(), 16, "{name}");
         assert_eq!(count(&counts, Roll), rows, "{name}");
@@ -166,7 +166,7 @@ fn mcap_of_its_own_package_is_the_session_that_it_was_given() {
         ("ride_json_lz4.mcap", "ride_json.toml", 400),
         ("ride_ros2.mcap", "ride_ros2.toml", 800),
     ] {
-        let raw = ingest::read(&sample(name), &map(map_name)).expect(name);
+        let raw = ingest::read(sample(name), &map(map_name)).expect(name);
         let counts = compare(name, &raw, exact);
         assert_eq!(counts.len(), 10, "{name}");
         assert_eq!(count(&counts, YawRate), rows, "{name}");
@@ -183,7 +183,7 @@ fn can_logs_of_python_can_are_the_session_that_it_was_given() {
         [("ride.blf", 1000), ("ride.asc", 400), ("ride_candump.log", 400), ("ride_bus.mf4", 400)]
     {
         let map_name = if name == "ride_bus.mf4" { "ride_bus.toml" } else { "ride_can.toml" };
-        let raw = ingest::read(&sample(name), &map(map_name)).expect(name);
+        let raw = ingest::read(sample(name), &map(map_name)).expect(name);
         let counts = compare(name, &raw, can);
         assert_eq!(counts.len(), 16, "{name}");
         for (channel, every) in [
@@ -227,7 +227,7 @@ fn what_was_cut_off_is_read_up_to_there_and_said() {
         ("ride.blf", "ride_can.toml", can, Some("truncated")),
     ] {
         let maps = if map_name.is_empty() { Vec::new() } else { map(map_name) };
-        let whole = ingest::read(&sample(name), &maps).expect(name);
+        let whole = ingest::read(sample(name), &maps).expect(name);
         let raw = cut(name, &maps, 0.8).expect(name);
         let counts = compare(name, &raw, step);
         let said = codes(&raw);
@@ -266,7 +266,7 @@ fn one_broken_block_costs_itself() {
         assert!(codes(&raw).contains(&code), "{name}: {:?}", raw.warnings);
         let counts = compare(name, &raw, step);
         let channel = if name.contains("json") { YawRate } else { Roll };
-        let whole = ingest::read(&sample(name), &map(map_name)).expect(name);
+        let whole = ingest::read(sample(name), &map(map_name)).expect(name);
         let all = whole.tracks.iter().find(|t| t.channel == channel).expect("mapped").values.len();
         let left = count(&counts, channel);
         println!("{name}: {left} of {all} samples left");
@@ -392,7 +392,7 @@ fn convert_shows_the_mapping_and_names_what_is_misspelt() {
 fn a_map_takes_its_database_along() {
     let text = ChannelMap::text_of(&sample("ride_can.toml")).expect("bundled");
     let map = ChannelMap::parse(&text, "elsewhere").expect("it is all there");
-    let raw = ingest::read(&sample("ride.blf"), &[map]).expect("read");
+    let raw = ingest::read(sample("ride.blf"), &[map]).expect("read");
     assert_eq!(raw.tracks.len(), 16);
     assert!(Path::new(&sample("ride.dbc")).exists());
 }

@@ -20,7 +20,7 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn read(name: &str) -> Raw {
-    ingest::read(&fixture(name), &[]).unwrap_or_else(|e| panic!("{name}: {} {e}", e.code))
+    ingest::read(fixture(name), &[]).unwrap_or_else(|e| panic!("{name}: {} {e}", e.code))
 }
 
 /// First sample, and rate in Hz, of a channel.
@@ -136,7 +136,7 @@ fn units_are_the_files_or_the_maps_but_not_two() {
         [ChannelMap::parse(&text, "m.toml").unwrap_or_else(|e| panic!("{e}"))]
     };
     let fail =
-        |channel: &str| ingest::read(&fixture("motec_i2.csv"), &map(channel)).expect_err(channel);
+        |channel: &str| ingest::read(fixture("motec_i2.csv"), &map(channel)).expect_err(channel);
     let e = fail("velocity_x]\nfrom = 'Ground Speed'\nunit = 'mph'\n");
     assert_eq!(e.code, "unit_mismatch");
     assert!(e.message.contains("km/h") && e.message.contains("mph"), "{e}");
@@ -424,7 +424,7 @@ fn inspect_shows_the_log_and_drafts_a_map() {
     }
     let draft = roadbench(&["inspect", "--propose"], "aim_rs3.csv");
     let map = ChannelMap::parse(&draft, "draft").expect(&draft);
-    let raw = ingest::read(&fixture("aim_rs3.csv"), &[map]).expect(&draft);
+    let raw = ingest::read(fixture("aim_rs3.csv"), &[map]).expect(&draft);
     assert!(raw.tracks.iter().any(|t| t.channel == Channel::VelocityX), "{draft}");
     let text = roadbench(&["convert", "--dry-run"], "motec_i2.csv");
     assert!(text.contains("Brake Pres Front") && text.contains("kPa"), "{text}");

@@ -465,7 +465,7 @@ fn a_property_file_gives_the_fitted_tyre_back() {
             c.value = Some(e2);
         }
     }
-    let get = |c: C| fitted.value(Axle::Front, c).expect(c.name()).0;
+    let get = |c: C| fitted.value(Axle::Front, c).unwrap_or_else(|_| panic!("{}", c.name())).0;
     let (b, c, d, e1) = (get(C::MfB), get(C::MfC), get(C::MfD), get(C::MfE1));
     let file = property_file(&fitted, &Setting::default());
     let k = keys(&file);
