@@ -19,8 +19,8 @@ use super::rider::Active;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::model::offroad::machine::Machine;
+use crate::simulate::builtin::text_with_key;
 use crate::simulate::sensors::Sensors;
-use crate::simulate::text_with_key;
 use crate::statistics::random::Random;
 
 /// Built-in motocross scenarios by name.
