@@ -7,6 +7,7 @@ pub mod channel;
 pub mod coefficient;
 pub mod fleet_event;
 pub mod manoeuvre;
+pub mod residual_channel;
 pub mod schema;
 pub mod session;
 pub mod status;

@@ -105,7 +105,7 @@ pub struct Manoeuvre {
     pub start: f64,
     pub end: f64,
     pub direction: Option<String>,
-    pub quality: Option<f64>,
+    pub quality: f64,
     pub used: bool,
     pub reason: Option<String>,
     pub speed_start: Option<f64>,

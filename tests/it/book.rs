@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use roadbench::contract::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::contract::schema::{Column, Key, KeyTable, Table};
+use roadbench::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
 use roadbench::effects::ALL;
 use roadbench::tables::registry;
 
@@ -108,6 +109,17 @@ fn files_and_tables_are_those_of_the_schemas() {
     assert!(seen == registry::schema_files().count() && keys_seen > 100, "{seen} {keys_seen}");
     page("files.md", &files);
     page("tables.md", &tables);
+}
+
+/// The page is written by `--example constants`, which may count changed verdicts on its lines too.
+#[test]
+fn constants_are_those_of_the_naming() {
+    let text = std::fs::read_to_string(book("reference/constants.md")).expect("page");
+    let road = ROAD.iter().map(|c| tuning::row(c, &RoadTuning::default()));
+    let offroad = OFFROAD.iter().map(|c| tuning::row(c, &OffroadTuning::default()));
+    for row in road.chain(offroad) {
+        assert!(text.lines().any(|line| line.starts_with(&row)), "stale: {row}");
+    }
 }
 
 #[test]

@@ -122,7 +122,7 @@ fn generate(out: &Path) {
             kind: "rear_braking".into(),
             start: 1.0,
             end: 4.0,
-            quality: Some(0.9),
+            quality: 0.9,
             used: true,
             ..Manoeuvre::default()
         };

@@ -379,7 +379,7 @@ fn ridden(m: &Manoeuvre) -> Ridden {
         length: fixed(m.end - m.start, 1),
         speed,
         peak: peak.unwrap_or_default(),
-        quality: number(m.quality, 2).unwrap_or_default(),
+        quality: number(Some(m.quality).filter(|q| q.is_finite()), 2).unwrap_or_default(),
         used: m.used,
         reason: m.reason.clone().unwrap_or_default(),
     }
