@@ -117,7 +117,7 @@ pub struct Course {
     pub origin: [f64; 2],
     /// Its heading there, rad.
     pub heading: f64,
-    /// Its shape.
+    /// Offsets and limits along it.
     pub shape: LaneChange,
 }
 

@@ -62,7 +62,7 @@ struct File {
 /// A checked scenario, ready to ride.
 #[derive(Debug, Clone)]
 pub struct Tour {
-    /// Its name.
+    /// Name: the start of the session ids.
     pub name: String,
     /// What it is for.
     pub description: String,

@@ -214,7 +214,7 @@ impl Plant {
         plant
     }
 
-    /// Parameters.
+    /// Masses, lengths and inertias of the equations.
     pub fn parameters(&self) -> &Parameters {
         &self.machine.equations.p
     }

@@ -146,7 +146,7 @@ pub enum Legs {
 /// A checked scenario.
 #[derive(Debug, Clone)]
 pub struct Motocross {
-    /// Its name.
+    /// Name: the start of the session ids.
     pub name: String,
     /// What it is for.
     pub description: String,
