@@ -7,7 +7,7 @@ use std::time::Instant;
 use roadbench::motorcycle::run::Run;
 use roadbench::motorcycle::trim;
 use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::ride::{self, Ridden};
+use roadbench::simulate::ride::{self, MultibodyRide};
 use roadbench::simulate::tour::Tour;
 
 fn main() {
@@ -32,7 +32,7 @@ fn main() {
         (ridden, best)
     };
     let (fine, _) = at(1.25e-4);
-    let off = |a: &Ridden, f: fn(&ride::Sample) -> f64| {
+    let off = |a: &MultibodyRide, f: fn(&ride::Sample) -> f64| {
         let pairs = a.samples.iter().zip(&fine.samples);
         pairs.map(|(a, b)| (f(a) - f(b)).abs()).fold(0.0, f64::max)
     };

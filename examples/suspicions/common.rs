@@ -16,7 +16,7 @@ use roadbench::motorcycle::{Model, Motorcycle};
 use roadbench::pipeline::{self, Outcome, Pipeline};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::ride::{self, Ridden, Sample};
+use roadbench::simulate::ride::{self, MultibodyRide, Sample};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::tour::Tour;
 
@@ -28,7 +28,7 @@ pub fn machine(plan: &'static str, number: usize, hidden: &[(&str, f64)]) -> (Sc
 }
 
 /// Rides a tour once; after a fall another one of its kind.
-pub fn ride(tour: &Tour, number: usize) -> Ridden {
+pub fn ride(tour: &Tour, number: usize) -> MultibodyRide {
     let skill = Skill::learn(&tour.model, ride::period(tour.rate)).expect("stands");
     let rides = (0..5).map(|again| ride::ride(tour, &skill, number + 1000 * again));
     let mut stood = rides.filter(|ridden| {
@@ -41,7 +41,7 @@ pub fn ride(tour: &Tour, number: usize) -> Ridden {
 }
 
 /// Coefficients of a ride.
-pub fn characterise(ridden: &Ridden, bike: &Bike) -> Outcome {
+pub fn characterise(ridden: &MultibodyRide, bike: &Bike) -> Outcome {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("log.parquet");
     write_session(&path, &ridden.session, false).expect("written");
@@ -77,7 +77,7 @@ pub fn tyres(outcome: &Outcome, bike: &Bike, friction: f64) -> [Custom; 2] {
 }
 
 /// The paper's lane change on a motorcycle.
-pub fn lane_change(motorcycle: Motorcycle, friction: f64) -> Ridden {
+pub fn lane_change(motorcycle: Motorcycle, friction: f64) -> MultibodyRide {
     let mut tour = Tour::load("lane_change").expect("built in").expect("nonlinear");
     let road = roadbench::motorcycle::Road { friction, ..tour.model.road.clone() };
     tour.model = Model::new(motorcycle, road);
@@ -91,7 +91,7 @@ pub fn boxed<T: TyreModel + 'static>(tyres: [T; 2]) -> [Box<dyn TyreModel>; 2] {
 }
 
 /// Rms difference over the reference's rms, of a signal of two rides; and how far the peak is off.
-pub fn off(reference: &Ridden, other: &Ridden, signal: Signal) -> [f64; 2] {
+pub fn off(reference: &MultibodyRide, other: &MultibodyRide, signal: Signal) -> [f64; 2] {
     let mut sums = [0.0; 2];
     let mut peaks = [0.0_f64; 2];
     for (a, b) in reference.samples.iter().zip(&other.samples) {
@@ -121,7 +121,7 @@ pub const SIGNALS: [(&str, Signal); 7] = [
 ];
 
 /// Prints signals of lane changes against the reference: rms difference, and at the peak, in percent.
-pub fn table(reference: &Ridden, others: &[(&str, &Ridden)]) {
+pub fn table(reference: &MultibodyRide, others: &[(&str, &MultibodyRide)]) {
     for (name, other) in others {
         let cells: Vec<String> = SIGNALS
             .iter()
@@ -135,7 +135,7 @@ pub fn table(reference: &Ridden, others: &[(&str, &Ridden)]) {
 }
 
 /// Diagnoses a ride.
-pub fn diagnosed(ridden: &Ridden, bike: &Bike) -> RoadDiagnosis {
+pub fn diagnosed(ridden: &MultibodyRide, bike: &Bike) -> RoadDiagnosis {
     diagnose(&ridden.session, bike, &Pipeline::onroad(), &Settings::default()).expect("diagnosed")
 }
 

@@ -11,7 +11,7 @@ use roadbench::effects::Effect;
 use roadbench::model::formulation::Formulation;
 use roadbench::pipeline::{self, Characterised, Pipeline};
 use roadbench::simulate::multibody;
-use roadbench::simulate::ride::Ridden;
+use roadbench::simulate::ride::MultibodyRide;
 
 use super::common::*;
 
@@ -19,7 +19,7 @@ use super::common::*;
 const SPEEDS: [f64; 4] = [5.0, 9.0, 14.0, 30.0];
 
 /// Rms errors of the rear slip angle in corners, by speed, rad.
-pub fn errors(session: &Session, truth: &Ridden, bike: &Bike) -> [f64; 3] {
+pub fn errors(session: &Session, truth: &MultibodyRide, bike: &Bike) -> [f64; 3] {
     let pipeline = Pipeline::onroad();
     let Characterised { segments, solution, .. } =
         pipeline::characterise(session.clone(), bike, &pipeline, Formulation::Corrected);
@@ -62,7 +62,7 @@ pub fn study(plan: &'static str, number: usize, hidden: &[(&str, f64)], noise: f
     let mut bike = tour.bike.clone();
     let say = |session: &Session, bike: &Bike| {
         let e = errors(session, &ridden, bike).map(|e| e.to_degrees());
-        let own = Ridden { session: session.clone(), ..ridden.clone() };
+        let own = MultibodyRide { session: session.clone(), ..ridden.clone() };
         let stiffness = value(&characterise(&own, bike), "rear", "cornering_stiffness_0");
         format!(
             "slip angle off by {} deg at 5-9 / 9-14 / over 14 m/s, rear cornering stiffness {:+.0} %",

@@ -14,7 +14,7 @@ use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::compare::Quantity;
 use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
-use crate::simulate::ride::{Ridden, Sample};
+use crate::simulate::ride::{MultibodyRide, Sample};
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tables::{self, Known, folder_of};
 use crate::simulate::tour::Tour;
@@ -246,14 +246,20 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Location) -> Result<(),
 }
 
 /// Both rides over time.
-fn figure(reference: &Ridden, other: &Ridden) -> String {
+fn figure(reference: &MultibodyRide, other: &MultibodyRide) -> String {
     let rate = reference.session.rate;
-    let line = |ridden: &Ridden, of: fn(&Sample) -> f64, label: &str, colour, style| Series {
-        label: label.to_owned(),
-        points: ridden.samples.iter().enumerate().map(|(i, s)| (i as f64 / rate, of(s))).collect(),
-        colour,
-        style,
-    };
+    let line =
+        |ridden: &MultibodyRide, of: fn(&Sample) -> f64, label: &str, colour, style| Series {
+            label: label.to_owned(),
+            points: ridden
+                .samples
+                .iter()
+                .enumerate()
+                .map(|(i, s)| (i as f64 / rate, of(s)))
+                .collect(),
+            colour,
+            style,
+        };
     let both = |of, labels: [&str; 2], colours: [usize; 2]| {
         [
             line(reference, of, labels[0], colours[0], Style::Line),

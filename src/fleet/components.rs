@@ -23,9 +23,9 @@ const FREEDOM: usize = 3;
 pub struct Components {
     /// Standard deviation between sessions, `tau`.
     pub sd: f64,
-    /// 95 % interval.
+    /// Lower end of its 95 % interval.
     pub low: f64,
-    /// 95 % interval.
+    /// Upper end of its 95 % interval.
     pub high: f64,
     /// Degrees of freedom.
     pub freedom: usize,
@@ -37,11 +37,11 @@ pub struct Components {
 /// [`levels::fit`] takes them.
 #[derive(Debug, Clone)]
 pub struct Part<'a> {
-    /// Values.
+    /// A value per session, NaN where there is none.
     pub values: &'a [f64],
-    /// Standard errors.
+    /// Standard error of each value.
     pub errors: &'a [f64],
-    /// Columns.
+    /// Columns of the level, each as long as the values.
     pub columns: Vec<Vec<f64>>,
 }
 

@@ -19,9 +19,9 @@ const ALL_PAIRS: usize = 1500;
 pub struct Drift {
     /// Per day; per session where sessions have no times.
     pub slope: f64,
-    /// 95 % interval.
+    /// Lower end of its 95 % interval.
     pub low: f64,
-    /// 95 % interval.
+    /// Upper end of its 95 % interval.
     pub high: f64,
 }
 

@@ -24,7 +24,7 @@ use crate::contract::manoeuvre::ManoeuvreKind;
 /// Share of the last half second's hold at which the lever is being let go.
 const LETTING_GO: f64 = 0.7;
 
-/// Settings.
+/// Thresholds of brakings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {

@@ -11,7 +11,7 @@ use super::features::Features;
 use super::mask::{close_holes, drop_short, hysteresis, runs};
 use crate::contract::manoeuvre::ManoeuvreKind;
 
-/// Settings.
+/// Thresholds of coasting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {

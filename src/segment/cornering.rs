@@ -7,7 +7,7 @@ use super::features::Features;
 use super::mask::{drop_short, hysteresis, runs};
 use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 
-/// Settings.
+/// Thresholds of bends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {

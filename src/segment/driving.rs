@@ -9,7 +9,7 @@ use crate::contract::manoeuvre::ManoeuvreKind;
 /// Pieces shorter than this go to their neighbour, s.
 const SHORTEST: f64 = 0.3;
 
-/// Settings.
+/// Thresholds of driving.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {

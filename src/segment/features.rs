@@ -62,7 +62,7 @@ pub struct Features {
 }
 
 impl Features {
-    /// Blocks.
+    /// Number of blocks.
     pub fn len(&self) -> usize {
         self.speed.len()
     }

@@ -12,8 +12,9 @@
 //! stays in the table with its reason, and so does the rest (`other`), so that the segments
 //! cover the session.
 //!
-//! Adding a manoeuvre: its file with its settings and its `Detector`, their three lines here, and
-//! its declaration in [`contract::manoeuvre`](crate::contract::manoeuvre).
+//! Adding a manoeuvre: a file with its settings and its `Detector`; here its module, its settings
+//! and its place in the list of [`run`]; its declaration in
+//! [`contract::manoeuvre`](crate::contract::manoeuvre).
 //!
 //! Cost: the means over the coarse blocks; a 20-minute session takes a few milliseconds.
 

@@ -1,6 +1,6 @@
 //! Two rides of the same manoeuvre on different tyres: their peaks, and what is drawn of them.
 
-use super::ride::{Ridden, Sample};
+use super::ride::{MultibodyRide, Sample};
 use crate::motorcycle::joint;
 use crate::tables::rows::PeakRow;
 
@@ -69,7 +69,7 @@ fn peak(samples: &[Sample], c: &Compared, sign: f64) -> f64 {
 }
 
 /// Peaks of every channel: in the reference, and in the other ride of the same sign.
-pub fn peaks(reference: &Ridden, other: &Ridden) -> Vec<PeakRow> {
+pub fn peaks(reference: &MultibodyRide, other: &MultibodyRide) -> Vec<PeakRow> {
     let rms = |f: fn(&Sample) -> f64| {
         let pairs = reference.samples.iter().zip(&other.samples);
         let (sum, count) = pairs

@@ -139,6 +139,72 @@ fn trace(rotation: &Matrix3<f64>) -> f64 {
     (-rotation[(0, 1)]).atan2(rotation[(1, 1)])
 }
 
+/// The attitude filter of a unit that has one.
+struct Filter {
+    /// Orientation that the filter assumes, unit to world axes.
+    estimate: Matrix3<f64>,
+    last_speed: Option<f64>,
+    /// Hz.
+    rate: f64,
+}
+
+impl Filter {
+    /// The estimate for this instant, from specific force and spin in the unit's axes, the antenna's
+    /// velocity in world axes, and the error of its speed; then goes on to the next.
+    fn advance(
+        &mut self,
+        (time_constant, speed_aided): (f64, bool),
+        felt: Vector3<f64>,
+        spin: Vector3<f64>,
+        velocity: &Vector3<f64>,
+        speed_error: f64,
+    ) -> Matrix3<f64> {
+        let now = self.estimate;
+        let heading = trace(&now);
+        let speed = velocity.x * heading.cos() + velocity.y * heading.sin() + speed_error;
+        let ahead = self.last_speed.map_or(0.0, |last| (speed - last) * self.rate);
+        self.last_speed = Some(speed);
+        let mut vertical = felt;
+        if speed_aided {
+            let forward = Vector3::new(heading.cos(), heading.sin(), 0.0);
+            let left = Vector3::new(-forward.y, forward.x, 0.0);
+            let turning = (now * spin).z;
+            let explained = forward * ahead + left * (speed * turning);
+            vertical -= now.tr_mul(&explained);
+        }
+        let up = now.tr_mul(&Vector3::z());
+        let turn = spin + vertical.normalize().cross(&up) / time_constant;
+        let step = Rotation3::from_scaled_axis(turn * (1.0 / self.rate)).into_inner();
+        self.estimate = orthonormal(&(now * step));
+        now
+    }
+}
+
+impl Measured {
+    /// Angles of an attitude, and their rates from the spin in the unit's axes.
+    fn push_angles(&mut self, attitude: &Matrix3<f64>, spin: &Vector3<f64>) {
+        let roll = attitude[(2, 1)].atan2(attitude[(2, 2)]);
+        let pitch = (-attitude[(2, 0)]).clamp(-1.0, 1.0).asin();
+        let yaw = attitude[(1, 0)].atan2(attitude[(0, 0)]);
+        // the contract's yaw is continuous
+        let yaw = match self.yaw.last() {
+            Some(last) => {
+                let turns = ((yaw - last) / std::f64::consts::TAU).round();
+                yaw - turns * std::f64::consts::TAU
+            }
+            None => yaw,
+        };
+        let (sr, cr) = roll.sin_cos();
+        let down = spin.y * sr + spin.z * cr;
+        self.roll.push(roll);
+        self.pitch.push(pitch);
+        self.yaw.push(yaw);
+        self.roll_rate.push(spin.x + pitch.tan() * down);
+        self.pitch_rate.push(spin.y * cr - spin.z * sr);
+        self.yaw_rate.push(down / pitch.cos().max(1e-3));
+    }
+}
+
 /// The unit's channels, one value per motion; `rate` in Hz.
 pub fn measure(imu: &Imu, motions: &[Motion], rate: f64, random: &mut Random) -> Measured {
     let dt = 1.0 / rate;
@@ -153,11 +219,11 @@ pub fn measure(imu: &Imu, motions: &[Motion], rate: f64, random: &mut Random) ->
         Coloured::new(sat.slow, sat.slow_time, dt, random),
         Coloured::new(sat.slow, sat.slow_time, dt, random),
     ];
-    let mut believed = motions.first().map_or(Matrix3::identity(), |m| m.rotation * mounting);
-    let mut last_speed: Option<f64> = None;
+    let estimate = motions.first().map_or(Matrix3::identity(), |m| m.rotation * mounting);
+    let mut filter = Filter { estimate, last_speed: None, rate };
     let mut out = Measured::default();
     for m in motions {
-        // what is felt, in the unit's own axes
+        // specific force in the unit's own axes
         let lever = m.spin_rate.cross(&position) + m.spin.cross(&m.spin.cross(&position));
         let felt = m.rotation.tr_mul(&(m.acceleration - m.gravity)) + lever;
         let felt = accelerometer.apply(&mounting.tr_mul(&felt), random);
@@ -169,24 +235,7 @@ pub fn measure(imu: &Imu, motions: &[Motion], rate: f64, random: &mut Random) ->
         let attitude = match imu.attitude {
             Attitude::Perfect => m.rotation * mounting,
             Attitude::Filter { time_constant, speed_aided } => {
-                let heading = trace(&believed);
-                let speed = velocity.x * heading.cos() + velocity.y * heading.sin() + error[0];
-                let ahead = last_speed.map_or(0.0, |last| (speed - last) * rate);
-                last_speed = Some(speed);
-                let mut vertical = felt;
-                if speed_aided {
-                    let forward = Vector3::new(heading.cos(), heading.sin(), 0.0);
-                    let left = Vector3::new(-forward.y, forward.x, 0.0);
-                    let turning = (believed * spin).z;
-                    let explained = forward * ahead + left * (speed * turning);
-                    vertical -= believed.tr_mul(&explained);
-                }
-                let up = believed.tr_mul(&Vector3::z());
-                let turn = spin + vertical.normalize().cross(&up) / time_constant;
-                let now = believed;
-                let step = Rotation3::from_scaled_axis(turn * dt).into_inner();
-                believed = orthonormal(&(believed * step));
-                now
+                filter.advance((time_constant, speed_aided), felt, spin, &velocity, error[0])
             }
         };
         let heading = trace(&attitude);
@@ -202,25 +251,7 @@ pub fn measure(imu: &Imu, motions: &[Motion], rate: f64, random: &mut Random) ->
         );
         out.velocity_x.push(vx + error[0]);
         out.velocity_y.push(vy + error[1]);
-        let roll = attitude[(2, 1)].atan2(attitude[(2, 2)]);
-        let pitch = (-attitude[(2, 0)]).clamp(-1.0, 1.0).asin();
-        let yaw = attitude[(1, 0)].atan2(attitude[(0, 0)]);
-        // the contract's yaw is continuous
-        let yaw = match out.yaw.last() {
-            Some(last) => {
-                let turns = ((yaw - last) / std::f64::consts::TAU).round();
-                yaw - turns * std::f64::consts::TAU
-            }
-            None => yaw,
-        };
-        let (sr, cr) = roll.sin_cos();
-        let down = spin.y * sr + spin.z * cr;
-        out.roll.push(roll);
-        out.pitch.push(pitch);
-        out.yaw.push(yaw);
-        out.roll_rate.push(spin.x + pitch.tan() * down);
-        out.pitch_rate.push(spin.y * cr - spin.z * sr);
-        out.yaw_rate.push(down / pitch.cos().max(1e-3));
+        out.push_angles(&attitude, &spin);
     }
     out
 }

@@ -15,7 +15,7 @@ use std::path::Path;
 use super::manoeuvre::Manoeuvre;
 use super::motorcycle::Plant;
 use super::pilot::Skill;
-use super::ride::{self, Ridden};
+use super::ride::{self, MultibodyRide};
 use super::scenario::{Machine, Scenario};
 use super::tour::Tour;
 use crate::GRAVITY;
@@ -43,7 +43,7 @@ pub fn session(
     scenario: &Scenario,
     machine: &Machine,
     number: usize,
-) -> Result<(Ridden, Bike), String> {
+) -> Result<(MultibodyRide, Bike), String> {
     let tour = tour(scenario, machine, number)?;
     // riders learn on a motorcycle as it should be, on a level road
     let usual = tour.model.clone().with(&ModelError::default());

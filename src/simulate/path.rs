@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::programme::{Course, quintic};
-
 /// A lane change: over to the side within a transition, ridden as fast as an ellipse of
 /// accelerations allows.
 ///
@@ -32,6 +30,21 @@ pub struct LaneChange {
     pub front_share: f64,
 }
 
+/// Quintic step from 0 to 1 over unit time, with its derivatives.
+pub fn quintic(x: f64) -> (f64, f64, f64) {
+    if x <= 0.0 {
+        (0.0, 0.0, 0.0)
+    } else if x >= 1.0 {
+        (1.0, 0.0, 0.0)
+    } else {
+        (
+            x * x * x * (10.0 - 15.0 * x + 6.0 * x * x),
+            30.0 * x * x * (1.0 - x) * (1.0 - x),
+            60.0 * x * (1.0 - x) * (1.0 - 2.0 * x),
+        )
+    }
+}
+
 /// Spacing of the speed profile, m.
 const SPACING: f64 = 0.25;
 /// How far before and after the transition the profile is kept, m.
@@ -54,8 +67,8 @@ impl LaneChange {
         y2 / (1.0 + y1 * y1).powf(1.5)
     }
 
-    /// What is left of a longitudinal limit beside the lateral acceleration of a speed.
-    fn left(&self, limit: f64, x: f64, speed: f64) -> f64 {
+    /// The part of a longitudinal limit, m/s², that the lateral acceleration of a speed leaves.
+    fn remaining(&self, limit: f64, x: f64, speed: f64) -> f64 {
         let used = self.curvature(x) * speed * speed / self.lateral;
         limit * (1.0 - used * used).max(0.0).sqrt()
     }
@@ -77,10 +90,11 @@ impl LaneChange {
         for i in 1..POINTS {
             // no faster than the entry before the transition
             let cap = if at(i) < 0.0 { self.entry } else { f64::INFINITY };
-            v[i] = v[i].min(reach(v[i - 1], self.left(self.drive, at(i - 1), v[i - 1]))).min(cap);
+            v[i] =
+                v[i].min(reach(v[i - 1], self.remaining(self.drive, at(i - 1), v[i - 1]))).min(cap);
         }
         for i in (0..POINTS - 1).rev() {
-            v[i] = v[i].min(reach(v[i + 1], self.left(self.brake, at(i + 1), v[i + 1])));
+            v[i] = v[i].min(reach(v[i + 1], self.remaining(self.brake, at(i + 1), v[i + 1])));
         }
         v
     }
@@ -96,6 +110,17 @@ impl LaneChange {
     }
 }
 
+/// A path laid on the road.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Course {
+    /// Where it begins, m.
+    pub origin: [f64; 2],
+    /// Its heading there, rad.
+    pub heading: f64,
+    /// Offsets and limits along it.
+    pub shape: LaneChange,
+}
+
 impl Course {
     /// Distance of a point along the course, m.
     pub fn along(&self, p: [f64; 2]) -> f64 {
@@ -103,13 +128,13 @@ impl Course {
         (p[0] - self.origin[0]) * cos + (p[1] - self.origin[1]) * sin
     }
 
-    /// Parameters position of a point given along and to the left.
+    /// Road position of a point given along and to the left.
     pub fn point(&self, along: f64, left: f64) -> [f64; 2] {
         let (sin, cos) = self.heading.sin_cos();
         [self.origin[0] + along * cos - left * sin, self.origin[1] + along * sin + left * cos]
     }
 
-    /// Parameters position of the path itself.
+    /// Road position of the path itself.
     pub fn path(&self, along: f64) -> [f64; 2] {
         self.point(along, self.shape.offset_at(along).0)
     }

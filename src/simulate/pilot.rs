@@ -1,7 +1,7 @@
-//! The rider of the nonlinear motorcycle: wishes to steering torque, throttle and brakes.
+//! The rider of the multibody motorcycle: demands to steering torque, throttle and brakes.
 
 use super::preview::{Preview, Target};
-use super::programme::{Controls, Lean, Programme, Seen, Wish};
+use super::programme::{Controls, Demand, Lean, Perceived, Programme};
 use crate::motorcycle::trim::NoTrim;
 use crate::motorcycle::{Action, Model, Scratch, State, joint};
 
@@ -57,10 +57,10 @@ impl<'a> Pilot<'a> {
         }
     }
 
-    /// What the rider sees.
-    pub fn see(&self, state: &State, scratch: &Scratch) -> Seen {
+    /// The state as the rider perceives it.
+    pub fn perceive(&self, state: &State, scratch: &Scratch) -> Perceived {
         let centre = self.model.motorcycle.frame.centre;
-        Seen {
+        Perceived {
             speed: state.level_velocity(&centre)[0],
             yaw: state.angles[0],
             yaw_rate: state.angle_rates()[0],
@@ -74,15 +74,15 @@ impl<'a> Pilot<'a> {
 
     /// One decision, held until the next.
     pub fn act(&mut self, state: &State, scratch: &Scratch) -> (Action, Controls, bool) {
-        let seen = self.see(state, scratch);
-        let wish = self.programme.decide(&seen);
+        let seen = self.perceive(state, scratch);
+        let demand = self.programme.decide(&seen);
         let mut action = Action::default();
-        let mut controls = Controls { gear: wish.gear, ..Controls::default() };
-        self.drive(&wish, &seen, scratch, &mut action, &mut controls);
-        self.brake(&wish, &mut action);
+        let mut controls = Controls { gear: demand.gear, ..Controls::default() };
+        self.drive(&demand, &seen, scratch, &mut action, &mut controls);
+        self.brake(&demand, &mut action);
         controls.pressure = self.pressure;
         let feet = ((FEET - seen.speed) / 2.0).clamp(0.0, 1.0);
-        action.steer_torque = (1.0 - feet) * self.steer(&wish, state, &seen);
+        action.steer_torque = (1.0 - feet) * self.steer(&demand, state, &seen);
         if feet > 0.0 {
             // feet hold the bike up as its weight would tip it, and more
             let m = &self.model.motorcycle;
@@ -92,12 +92,12 @@ impl<'a> Pilot<'a> {
             action.steer_torque -=
                 feet * (40.0 * state.joints[joint::STEER] + 6.0 * state.rates[joint::STEER]);
         }
-        (action, controls, wish.done)
+        (action, controls, demand.done)
     }
 
-    fn steer(&self, wish: &Wish, state: &State, seen: &Seen) -> f64 {
+    fn steer(&self, demand: &Demand, state: &State, seen: &Perceived) -> f64 {
         let speed = seen.speed.max(FEET);
-        let torque = match wish.path {
+        let torque = match demand.path {
             Some(course) => {
                 let (sin, cos) = seen.yaw.sin_cos();
                 let here = course.along(seen.position);
@@ -110,7 +110,7 @@ impl<'a> Pilot<'a> {
                 })
             }
             None => {
-                let Lean { angle, rate, acceleration } = wish.lean;
+                let Lean { angle, rate, acceleration } = demand.lean;
                 let angle = angle + self.sway;
                 self.roll.torque(state, speed, |i| {
                     // what is known of the lean to come; it will not swing beyond a third of a second
@@ -122,16 +122,16 @@ impl<'a> Pilot<'a> {
         torque.clamp(-150.0, 150.0)
     }
 
-    /// Throttle, and the brakes where the wish is a deceleration with a share of the front brake.
+    /// Throttle, and the brakes where the demand is a deceleration with a share of the front brake.
     fn drive(
         &mut self,
-        wish: &Wish,
-        seen: &Seen,
+        demand: &Demand,
+        seen: &Perceived,
         scratch: &Scratch,
         action: &mut Action,
         controls: &mut Controls,
     ) {
-        let Some(wanted) = wish.acceleration else { return };
+        let Some(wanted) = demand.acceleration else { return };
         let m = &self.model.motorcycle;
         let radius = |i: usize| scratch.wheels[i].rolling_radius.max(0.2);
         let gear = (controls.gear as usize).clamp(1, 6);
@@ -155,7 +155,7 @@ impl<'a> Pilot<'a> {
             .sum();
         let force = (m.mass() + spinning) * wanted + scratch.air[0] * seen.speed.signum() + rolling;
         let most = m.engine_torque * ratio;
-        match wish.front_share {
+        match demand.front_share {
             Some(share) if force < 0.0 => {
                 let shares = [share, 1.0 - share];
                 for i in 0..2 {
@@ -168,7 +168,7 @@ impl<'a> Pilot<'a> {
                     (force * radius(1)).clamp(-0.1 * m.mass() * m.gravity * radius(1), most);
                 action.drive = torque;
                 controls.throttle = (torque / most).clamp(0.0, 1.0);
-                if wish.front_share.is_some() {
+                if demand.front_share.is_some() {
                     self.pressure = [0.0; 2];
                 }
             }
@@ -176,10 +176,10 @@ impl<'a> Pilot<'a> {
     }
 
     /// Pads bite within a tenth of a second and let go as fast.
-    fn brake(&mut self, wish: &Wish, action: &mut Action) {
+    fn brake(&mut self, demand: &Demand, action: &mut Action) {
         for i in 0..2 {
-            if wish.front_share.is_none() {
-                let target = wish.pressure[i];
+            if demand.front_share.is_none() {
+                let target = demand.pressure[i];
                 let lag = if target > 0.0 { 0.02 } else { 0.06 };
                 self.pressure[i] += (target - self.pressure[i]) * (self.period / lag).min(1.0);
                 if target == 0.0 && self.pressure[i] < 2e3 {

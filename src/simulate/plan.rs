@@ -52,7 +52,7 @@ pub enum Phase {
     },
     /// Leans in, holds, leans out.
     Corner {
-        /// Which way.
+        /// Side of the bend.
         direction: Direction,
         /// Largest lean, rad, positive number.
         lean: f64,
@@ -66,7 +66,7 @@ pub enum Phase {
     /// Leans in, holds, leans out, the front brake on from half the lean until a speed is reached,
     /// which is held from there.
     TrailBraked {
-        /// Which way.
+        /// Side of the bend.
         direction: Direction,
         /// Largest lean, rad, positive number.
         lean: f64,
@@ -82,7 +82,7 @@ pub enum Phase {
     /// Leans in steadily at constant speed, so that the radius shrinks, until the lean or the
     /// grip is used up; then comes back. Nonlinear motorcycle.
     Spiral {
-        /// Which way.
+        /// Side of the bend.
         direction: Direction,
         /// Lean rate, rad/s.
         rate: f64,
@@ -128,7 +128,7 @@ pub fn heading(phases: &[Phase]) -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// Which.
+    /// The plan.
     pub kind: PlanKind,
     /// Coasting runs (paper: 16, half of them slow; half of each in each direction).
     pub coasts: usize,

@@ -1,12 +1,12 @@
-//! What a rider wants at an instant: the phases of a plan, one after the other, turned into a
-//! lean, an acceleration and brake pressures. How a motorcycle is made to do it is the riders'
-//! business ([`super::rider`], [`super::pilot`]).
+//! Demands of a rider over time: the phases of a plan, one after the other, turned into a lean, an
+//! acceleration and brake pressures. How a motorcycle is made to follow them is in
+//! [`super::rider`] and [`super::pilot`].
 
-use super::path::LaneChange;
+use super::path::{Course, LaneChange, quintic};
 use super::plan::Phase;
 use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 
-/// What the rider's hands and feet show to the loggers.
+/// Positions of levers, throttle and gear, as loggers record them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Controls {
     /// Line pressures, Pa, front and rear.
@@ -17,9 +17,9 @@ pub struct Controls {
     pub gear: f64,
 }
 
-/// What the rider sees and feels of the motorcycle.
+/// The state of the motorcycle as far as the rider perceives it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Seen {
+pub struct Perceived {
     /// Forward velocity, m/s.
     pub speed: f64,
     /// Heading, rad.
@@ -49,14 +49,14 @@ pub struct Lean {
     pub acceleration: f64,
 }
 
-/// What the rider wants.
+/// What the rider asks of the motorcycle at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Wish {
+pub struct Demand {
     /// Lean now.
     pub lean: Lean,
     /// Acceleration, m/s²; `None` leaves the throttle alone (neutral).
     pub acceleration: Option<f64>,
-    /// Brake pressures wanted, Pa.
+    /// Brake pressures, Pa, front and rear.
     pub pressure: [f64; 2],
     /// Share of the front brake where a negative acceleration is braked for.
     pub front_share: Option<f64>,
@@ -68,34 +68,13 @@ pub struct Wish {
     pub done: bool,
 }
 
-/// A path laid on the road.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Course {
-    /// Where it begins, m.
-    pub origin: [f64; 2],
-    /// Its heading there, rad.
-    pub heading: f64,
-    /// Its shape.
-    pub shape: LaneChange,
+/// Acceleration that holds a speed in a bend, m/s².
+fn hold(speed: f64, seen: &Perceived) -> f64 {
+    (0.8 * (speed - seen.speed)).clamp(-1.0, 1.5)
 }
 
 /// Lag of hands on brake and throttle, s.
 const HANDS: f64 = 0.15;
-
-/// Quintic step from 0 to 1 over unit time, with its derivatives.
-pub fn quintic(x: f64) -> (f64, f64, f64) {
-    if x <= 0.0 {
-        (0.0, 0.0, 0.0)
-    } else if x >= 1.0 {
-        (1.0, 0.0, 0.0)
-    } else {
-        (
-            x * x * x * (10.0 - 15.0 * x + 6.0 * x * x),
-            30.0 * x * x * (1.0 - x) * (1.0 - x),
-            60.0 * x * (1.0 - x) * (1.0 - 2.0 * x),
-        )
-    }
-}
 
 /// The phases of a ride under way.
 #[derive(Debug)]
@@ -108,7 +87,8 @@ pub struct Programme<'a> {
     start: Option<[f64; 2]>,
     lean_out: Option<f64>,
     slowed: bool,
-    demand: f64,
+    /// Acceleration that is asked for now, m/s².
+    acceleration: f64,
     gear: f64,
     profile: Vec<f64>,
     dt: f64,
@@ -126,7 +106,7 @@ impl<'a> Programme<'a> {
             start: None,
             lean_out: None,
             slowed: false,
-            demand: 0.0,
+            acceleration: 0.0,
             gear: 1.0,
             profile: Vec::new(),
             dt,
@@ -138,7 +118,7 @@ impl<'a> Programme<'a> {
         self.phases.get(self.next)
     }
 
-    /// What the phase under way is called, and which way it goes.
+    /// Kind and direction of the phase under way; `lean` in rad.
     pub fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
         match self.phase() {
             Some(Phase::Accelerate { .. } | Phase::Cruise { .. } | Phase::Shift { .. }) => {
@@ -153,7 +133,7 @@ impl<'a> Programme<'a> {
                 };
                 (kind, None)
             }
-            // the first and last degrees of lean are nobody's corner
+            // the first and last degrees of lean count as no corner
             Some(Phase::Corner { direction, .. } | Phase::TrailBraked { direction, .. })
                 if lean.abs() > 0.07 =>
             {
@@ -184,111 +164,139 @@ impl<'a> Programme<'a> {
         self.start = None;
         self.lean_out = None;
         self.slowed = false;
-        self.demand = 0.0;
+        self.acceleration = 0.0;
     }
 
     /// One decision, held for the next `dt` seconds.
-    pub fn decide(&mut self, seen: &Seen) -> Wish {
-        let mut wish = Wish { lean: self.straight(seen), gear: self.gear, ..Wish::default() };
-        let t = self.since;
-        match self.phase().copied() {
-            None => {}
-            Some(Phase::Stand { duration }) => {
-                wish.gear = 0.0;
-                wish.pressure = [3e5; 2];
-                wish.done = t >= duration;
-            }
-            Some(Phase::Accelerate { to, ramp, peak }) => {
-                self.demand = (self.demand + ramp * self.dt).min(peak);
-                // ease off near the wheelie
-                let limit = if seen.load[0] < 150.0 { 0.7 } else { 1.0 };
-                wish.acceleration = Some(self.demand * limit);
-                wish.done = seen.speed >= to;
-            }
-            Some(Phase::Cruise { speed, duration }) => {
-                wish.acceleration = Some((1.2 * (speed - seen.speed)).clamp(-1.8, 2.5));
-                wish.done = t >= duration && (seen.speed - speed).abs() < 0.6;
-            }
-            Some(Phase::Coast { duration, until }) => {
-                wish.gear = 0.0;
-                wish.done = t >= duration || seen.speed <= until;
-            }
-            Some(Phase::Brake { ramp, peak, until, slip }) => {
-                wish.gear = 0.0;
-                wish.pressure = std::array::from_fn(|i| (ramp[i] * (t + self.dt)).min(peak[i]));
-                let slipping = (0..2).any(|i| seen.slip_ratio[i] < slip);
-                let lifting = seen.load[1] < 40.0;
-                wish.done = seen.speed <= until || slipping || lifting;
-            }
-            Some(Phase::Corner { direction, lean, ramp, turn, speed }) => {
-                match speed {
-                    Some(speed) => {
-                        wish.acceleration = Some((0.8 * (speed - seen.speed)).clamp(-1.0, 1.5));
-                    }
-                    None => wish.gear = 0.0,
-                }
-                (wish.lean, wish.done) = self.corner(seen, direction, lean, ramp, turn);
-            }
-            Some(Phase::TrailBraked { direction, lean, ramp, turn, pressure, until }) => {
-                self.slowed |= seen.speed <= until;
-                if self.slowed {
-                    wish.acceleration = Some((0.8 * (until - seen.speed)).clamp(-1.0, 1.5));
-                } else {
-                    wish.gear = 0.0;
-                    wish.pressure[0] = if t >= 0.5 * ramp { pressure } else { 0.0 };
-                }
-                (wish.lean, wish.done) = self.corner(seen, direction, lean, ramp, turn);
-            }
-            Some(Phase::Spiral { direction, rate, lean, grip, speed }) => {
-                let sign = if direction == Direction::Left { -1.0 } else { 1.0 };
-                wish.acceleration = Some((0.8 * (speed - seen.speed)).clamp(-1.0, 1.5));
-                let sliding = seen.slip_angle.iter().any(|a| a.abs() > grip);
-                if self.lean_out.is_none() && (sliding || t * rate >= lean) {
-                    self.lean_out = Some(t);
-                }
-                let (angle, angle_rate) = match self.lean_out {
-                    None => (t * rate, rate),
-                    Some(from) => {
-                        // out three times as fast
-                        let left = from * rate - 3.0 * rate * (t - from);
-                        wish.done = left <= 0.0;
-                        (left.max(0.0), -3.0 * rate)
-                    }
-                };
-                wish.lean =
-                    Lean { angle: sign * angle, rate: sign * angle_rate, acceleration: 0.0 };
-            }
-            Some(Phase::Shift { gear }) => {
-                self.gear = f64::from(gear);
-                wish.done = true;
-            }
-            Some(Phase::Follow { shape, ahead, beyond }) => {
-                if self.start.is_none() {
-                    self.profile = shape.profile();
-                }
-                let origin = *self.start.get_or_insert(seen.position);
-                let course = Course { origin, heading: self.heading, shape };
-                let along = course.along(seen.position) - ahead;
-                // hands need a moment: neither brake nor throttle is a switch
-                let wanted = shape.acceleration(&self.profile, along, seen.speed);
-                self.demand += (wanted - self.demand) * (self.dt / HANDS).min(1.0);
-                wish.acceleration = Some(self.demand);
-                wish.front_share = Some(shape.front_share);
-                wish.path = Some(Course { origin: course.point(ahead, 0.0), ..course });
-                wish.done = along > shape.length + beyond;
-            }
-        }
+    pub fn decide(&mut self, seen: &Perceived) -> Demand {
+        let demand = Demand { lean: self.straight(seen), gear: self.gear, ..Demand::default() };
+        let demand = match self.phase().copied() {
+            Some(phase) => self.demand(&phase, seen, demand),
+            None => demand,
+        };
         self.since += self.dt;
-        if wish.done {
+        if demand.done {
             self.finish(seen.yaw);
         }
-        wish
+        demand
+    }
+
+    /// What a phase under way asks for; `demand` is straight on in the present gear.
+    fn demand(&mut self, phase: &Phase, seen: &Perceived, mut demand: Demand) -> Demand {
+        let t = self.since;
+        match *phase {
+            Phase::Stand { duration } => {
+                demand.gear = 0.0;
+                demand.pressure = [3e5; 2];
+                demand.done = t >= duration;
+            }
+            Phase::Accelerate { to, ramp, peak } => {
+                self.acceleration = (self.acceleration + ramp * self.dt).min(peak);
+                // ease off near the wheelie
+                let limit = if seen.load[0] < 150.0 { 0.7 } else { 1.0 };
+                demand.acceleration = Some(self.acceleration * limit);
+                demand.done = seen.speed >= to;
+            }
+            Phase::Cruise { speed, duration } => {
+                demand.acceleration = Some((1.2 * (speed - seen.speed)).clamp(-1.8, 2.5));
+                demand.done = t >= duration && (seen.speed - speed).abs() < 0.6;
+            }
+            Phase::Coast { duration, until } => {
+                demand.gear = 0.0;
+                demand.done = t >= duration || seen.speed <= until;
+            }
+            Phase::Brake { ramp, peak, until, slip } => {
+                demand.gear = 0.0;
+                demand.pressure = std::array::from_fn(|i| (ramp[i] * (t + self.dt)).min(peak[i]));
+                let slipping = (0..2).any(|i| seen.slip_ratio[i] < slip);
+                let lifting = seen.load[1] < 40.0;
+                demand.done = seen.speed <= until || slipping || lifting;
+            }
+            Phase::Corner { direction, lean, ramp, turn, speed } => {
+                match speed {
+                    Some(speed) => demand.acceleration = Some(hold(speed, seen)),
+                    None => demand.gear = 0.0,
+                }
+                (demand.lean, demand.done) = self.corner(seen, direction, lean, ramp, turn);
+            }
+            Phase::TrailBraked { direction, lean, ramp, turn, pressure, until } => {
+                self.slowed |= seen.speed <= until;
+                if self.slowed {
+                    demand.acceleration = Some(hold(until, seen));
+                } else {
+                    demand.gear = 0.0;
+                    demand.pressure[0] = if t >= 0.5 * ramp { pressure } else { 0.0 };
+                }
+                (demand.lean, demand.done) = self.corner(seen, direction, lean, ramp, turn);
+            }
+            Phase::Spiral { direction, rate, lean, grip, speed } => {
+                demand.acceleration = Some(hold(speed, seen));
+                let sliding = seen.slip_angle.iter().any(|a| a.abs() > grip);
+                (demand.lean, demand.done) = self.spiral(direction, rate, lean, sliding);
+            }
+            Phase::Shift { gear } => {
+                self.gear = f64::from(gear);
+                demand.done = true;
+            }
+            Phase::Follow { shape, ahead, beyond } => {
+                self.follow(shape, ahead, beyond, seen, &mut demand);
+            }
+        }
+        demand
+    }
+
+    /// Acceleration, course and end of a path to follow.
+    fn follow(
+        &mut self,
+        shape: LaneChange,
+        ahead: f64,
+        beyond: f64,
+        seen: &Perceived,
+        demand: &mut Demand,
+    ) {
+        if self.start.is_none() {
+            self.profile = shape.profile();
+        }
+        let origin = *self.start.get_or_insert(seen.position);
+        let course = Course { origin, heading: self.heading, shape };
+        let along = course.along(seen.position) - ahead;
+        // hands need a moment: neither brake nor throttle is a switch
+        let wanted = shape.acceleration(&self.profile, along, seen.speed);
+        self.acceleration += (wanted - self.acceleration) * (self.dt / HANDS).min(1.0);
+        demand.acceleration = Some(self.acceleration);
+        demand.front_share = Some(shape.front_share);
+        demand.path = Some(Course { origin: course.point(ahead, 0.0), ..course });
+        demand.done = along > shape.length + beyond;
+    }
+
+    /// Lean of a spiral under way, and whether it is over: in at `rate` (rad/s) up to `largest`
+    /// (rad) or until a tyre slides, then out three times as fast.
+    fn spiral(
+        &mut self,
+        direction: Direction,
+        rate: f64,
+        largest: f64,
+        sliding: bool,
+    ) -> (Lean, bool) {
+        let t = self.since;
+        let sign = if direction == Direction::Left { -1.0 } else { 1.0 };
+        if self.lean_out.is_none() && (sliding || t * rate >= largest) {
+            self.lean_out = Some(t);
+        }
+        let (angle, angle_rate, done) = match self.lean_out {
+            None => (t * rate, rate, false),
+            Some(from) => {
+                let remaining = from * rate - 3.0 * rate * (t - from);
+                (remaining.max(0.0), -3.0 * rate, remaining <= 0.0)
+            }
+        };
+        (Lean { angle: sign * angle, rate: sign * angle_rate, acceleration: 0.0 }, done)
     }
 
     /// Lean in a corner under way, and whether it is over.
     fn corner(
         &mut self,
-        seen: &Seen,
+        seen: &Perceived,
         direction: Direction,
         angle: f64,
         ramp: f64,
@@ -314,7 +322,7 @@ impl<'a> Programme<'a> {
     }
 
     /// Keeps the heading with a degree or two of lean.
-    fn straight(&self, seen: &Seen) -> Lean {
+    fn straight(&self, seen: &Perceived) -> Lean {
         let error = seen.yaw - self.heading;
         Lean { angle: (0.25 * error).clamp(-0.035, 0.035), ..Lean::default() }
     }

@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::Label;
 use super::imu::{self, Motion};
 use super::pilot::{Pilot, Skill};
 use super::programme::{Controls, Programme};
 use super::sensors;
+use super::simulated::{Label, labels};
 use super::tour::Tour;
 use super::unsteady::Unsteady;
 use crate::contract::channel::Channel;
@@ -42,7 +42,7 @@ pub struct Sample {
 
 /// One simulated session with everything known about it.
 #[derive(Debug, Clone)]
-pub struct Ridden {
+pub struct MultibodyRide {
     /// What the logger recorded.
     pub session: Session,
     /// What the rider was doing: kind, start and end (s), direction.
@@ -61,7 +61,7 @@ pub fn period(rate: f64) -> f64 {
 }
 
 /// Rides the `number`-th session of a tour.
-pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
+pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> MultibodyRide {
     let id = format!("{}_{}_s{:04}", tour.name, tour.bike.bike_id, number + 1);
     let mut random = Random::new(tour.seed, &format!("{id} plan"));
     let phases: Vec<_> = tour.manoeuvres.iter().flat_map(|m| m.phases(&mut random)).collect();
@@ -97,7 +97,7 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
             let controls;
             let done;
             (action, controls, done) = pilot.act(&run.state, &run.scratch);
-            let seen = pilot.see(&run.state, &run.scratch);
+            let seen = pilot.perceive(&run.state, &run.scratch);
             unsteady.act(&mut action, &controls, seen.speed, seen.yaw);
             if done {
                 unsteady.next_phase();
@@ -124,9 +124,9 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
     }
     tour.model_error.measure(&mut session);
     sensors::measure(&mut session, &tour.sensors, tour.seed);
-    super::clamp_physical(&mut session);
-    let labels = super::runs_of(&kinds, tour.rate);
-    Ridden { session, labels, samples, fall, steps }
+    sensors::clamp_physical(&mut session);
+    let labels = labels(&kinds, tour.rate);
+    MultibodyRide { session, labels, samples, fall, steps }
 }
 
 /// What a logger knows of the session; a log that ends in a fall says so.
@@ -201,7 +201,7 @@ fn record(meta: Meta, tour: &Tour, samples: &[Sample]) -> Session {
 }
 
 /// The truth as rows of `truth_signals`.
-pub fn truth_signals(ridden: &Ridden) -> Vec<TruthSignal> {
+pub fn truth_signals(ridden: &MultibodyRide) -> Vec<TruthSignal> {
     let meta = &ridden.session.meta;
     let row = |(i, s): (usize, &Sample)| {
         let [front, rear] = &s.wheels;

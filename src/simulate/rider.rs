@@ -6,7 +6,7 @@
 
 use super::motorcycle::{Action, Plant, Response, State};
 use super::plan::Phase;
-use super::programme::{Controls, Lean, Programme, Seen};
+use super::programme::{Controls, Lean, Perceived, Programme};
 use crate::GRAVITY;
 use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::effects::ride::BrakeHistory;
@@ -96,7 +96,7 @@ impl<'a> Rider<'a> {
         self.programme.phase()
     }
 
-    /// What the phase under way is called, and which way it goes.
+    /// Kind and direction of the phase under way; `lean` in rad.
     pub fn label(&self, lean: f64) -> (ManoeuvreKind, Option<Direction>) {
         self.programme.label(lean)
     }
@@ -112,7 +112,7 @@ impl<'a> Rider<'a> {
 
     /// One decision: what is done for the next `dt` seconds. `response` is the instant's.
     pub fn act(&mut self, state: &State, response: &Response) -> (Action, Controls) {
-        let wish = self.programme.decide(&Seen {
+        let demand = self.programme.decide(&Perceived {
             speed: state.vx,
             yaw: state.yaw,
             yaw_rate: state.yaw_rate,
@@ -122,12 +122,12 @@ impl<'a> Rider<'a> {
             slip_ratio: response.slip_ratio,
             slip_angle: state.alpha,
         });
-        if wish.done {
+        if demand.done {
             self.vary();
         }
-        let mut controls = Controls { gear: wish.gear, ..Controls::default() };
-        let mut lean = wish.lean;
-        let (target, acceleration) = (wish.pressure, wish.acceleration);
+        let mut controls = Controls { gear: demand.gear, ..Controls::default() };
+        let mut lean = demand.lean;
+        let (target, acceleration) = (demand.pressure, demand.acceleration);
         let mut action = Action::default();
         // pads bite within a tenth of a second and let go as fast
         for i in 0..2 {

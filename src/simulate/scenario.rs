@@ -97,7 +97,7 @@ pub struct Fleet {
 /// A checked scenario.
 #[derive(Debug, Clone)]
 pub struct Scenario {
-    /// Its name.
+    /// Name: the start of the session ids.
     pub name: String,
     /// What it is for.
     pub description: String,

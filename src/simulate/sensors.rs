@@ -42,6 +42,15 @@ pub fn measure(session: &mut Session, sensors: &Sensors, seed: u64) {
     }
 }
 
+/// Sets negative readings of throttle and brake pressures to zero.
+pub fn clamp_physical(session: &mut Session) {
+    for channel in [Channel::Throttle, Channel::BrakePressureFront, Channel::BrakePressureRear] {
+        if let Some(x) = session.get_mut(channel) {
+            x.iter_mut().for_each(|x| *x = x.max(0.0));
+        }
+    }
+}
+
 impl Sensor {
     fn apply(&self, samples: &mut [f64], rate: f64, random: &mut Random) {
         if self.latency > 0.0 {

@@ -19,3 +19,17 @@ pub struct Simulated {
     /// The true states, sample by sample.
     pub states: Vec<State>,
 }
+
+/// Labels of the runs of one kind and direction in samples at `rate` Hz.
+pub fn labels(kinds: &[(ManoeuvreKind, Option<Direction>)], rate: f64) -> Vec<Label> {
+    let mut labels = Vec::new();
+    let mut start = 0;
+    for i in 1..=kinds.len() {
+        if i == kinds.len() || kinds[i] != kinds[start] {
+            let (kind, direction) = kinds[start];
+            labels.push((kind, start as f64 / rate, i as f64 / rate, direction));
+            start = i;
+        }
+    }
+    labels
+}

@@ -5,15 +5,16 @@ use arrow::array::RecordBatch;
 use super::motocross::{self, scenario::Motocross};
 use super::pilot::Skill;
 use super::scenario::{Machine, Scenario};
+use super::simulated::{Label, Simulated};
 use super::tour::Tour;
 use super::truth;
-use super::{Label, Simulated, ride, session, truth_rows, tyre_truth};
+use super::{reduced, ride, tyre_truth};
 use crate::contract::coefficient::Id;
 use crate::contract::session::{Meta, Session};
 use crate::estimate;
 use crate::tables::file;
 use crate::tables::registry::Row;
-use crate::tables::rows::TruthSegment;
+use crate::tables::rows::{Truth, TruthSegment};
 
 /// One session with its truth.
 #[derive(Debug)]
@@ -54,7 +55,10 @@ pub fn of_fleet(machine: &Machine, simulated: Simulated) -> Result<Known, file::
 ///
 /// # Errors
 /// As [`of_fleet`].
-pub fn of_tour(coefficients: &[(Id, f64)], ridden: ride::Ridden) -> Result<Known, file::Error> {
+pub fn of_tour(
+    coefficients: &[(Id, f64)],
+    ridden: ride::MultibodyRide,
+) -> Result<Known, file::Error> {
     let meta = &ridden.session.meta;
     let truth = vec![
         batch(&truth_rows(meta, coefficients))?,
@@ -69,12 +73,30 @@ pub fn of_tour(coefficients: &[(Id, f64)], ridden: ride::Ridden) -> Result<Known
 ///
 /// # Errors
 /// As [`of_fleet`].
-pub fn of_motocross(scenario: &Motocross, ridden: motocross::Ridden) -> Result<Known, file::Error> {
+pub fn of_motocross(
+    scenario: &Motocross,
+    ridden: motocross::MotocrossRide,
+) -> Result<Known, file::Error> {
     let segments = segment_rows(&ridden.session.meta, &ridden.labels);
     let forces = motocross::truth_rows(&ridden, scenario.truth_rate);
     let truth = vec![batch(&segments)?, batch(&forces)?];
     let fall = ridden.fall.as_ref().map(ToString::to_string);
     Ok(Known { session: ridden.session, truth, fall })
+}
+
+/// Every coefficient of a machine as rows of the `truth` table.
+fn truth_rows(session: &Meta, coefficients: &[(Id, f64)]) -> Vec<Truth> {
+    coefficients
+        .iter()
+        .map(|&(id, value)| Truth {
+            session_id: session.session_id.clone(),
+            bike_id: session.bike_id.clone(),
+            tyre: id.part.name().to_owned(),
+            coefficient: id.coefficient.name().to_owned(),
+            value,
+            unit: id.coefficient.spec().unit.to_owned(),
+        })
+        .collect()
 }
 
 fn segment_rows(meta: &Meta, labels: &[Label]) -> Vec<TruthSegment> {
@@ -145,7 +167,7 @@ impl Rideable {
         match self {
             Rideable::Fleet(s) => {
                 let machine = s.machine(number / s.fleet.sessions_per_bike.max(1));
-                let known = of_fleet(&machine, session(s, &machine, number))?;
+                let known = of_fleet(&machine, reduced::session(s, &machine, number))?;
                 Ok((known, machine.bike.to_toml()))
             }
             Rideable::Tour(tour) => {

@@ -14,11 +14,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::builtin::text_with_key;
 use super::imu::Imu;
 use super::manoeuvre::Manoeuvre;
 use super::rider::Disturbance;
 use super::sensors::Sensors;
-use super::text_with_key;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::schema::KeyTable;
@@ -62,7 +62,7 @@ struct File {
 /// A checked scenario, ready to ride.
 #[derive(Debug, Clone)]
 pub struct Tour {
-    /// Its name.
+    /// Name: the start of the session ids.
     pub name: String,
     /// What it is for.
     pub description: String,

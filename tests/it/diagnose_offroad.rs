@@ -8,7 +8,7 @@ use roadbench::estimate::offroad::{self, Config};
 use roadbench::filter;
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
-use roadbench::simulate::motocross::{self, Ridden};
+use roadbench::simulate::motocross::{self, MotocrossRide};
 use roadbench::tables::rows::CauseRow;
 
 const NULLS: usize = 12;
@@ -31,13 +31,13 @@ const ACTIVE: &str = "rider_vertical_motion = \"active\"";
 const RIDER_B: (&str, &str) = (ACTIVE, "rider_vertical_motion = 0.0");
 const FRICTION: (&str, &str) = ("fork_friction = 0.0 ", "fork_friction = 60.0 ");
 
-fn ride(scenario: &Motocross) -> Ridden {
+fn ride(scenario: &Motocross) -> MotocrossRide {
     let ridden = motocross::ride(scenario, 0);
     assert_eq!(ridden.fall, None);
     ridden
 }
 
-fn diagnosed(scenario: &Motocross, ridden: &Ridden) -> OffroadDiagnosis {
+fn diagnosed(scenario: &Motocross, ridden: &MotocrossRide) -> OffroadDiagnosis {
     let d = diagnose(&ridden.session, &scenario.bike, &Pipeline::builtin("offroad"), NULLS)
         .expect("diagnosed");
     println!("{}", roadbench::diagnose::summary::offroad(&d));
@@ -65,7 +65,7 @@ fn covers(c: &CauseRow, truth: f64) -> bool {
 
 /// Root of the sum over the five tyre forces of their mean square errors, % of the static load, below 20 Hz:
 /// rider B, C as the pipeline has it, then C with each of the settings.
-fn errors(scenario: &Motocross, ridden: &Ridden, settings: &[rider::Config]) -> Vec<f64> {
+fn errors(scenario: &Motocross, ridden: &MotocrossRide, settings: &[rider::Config]) -> Vec<f64> {
     let mut session = ridden.session.clone();
     filter::run(&mut session, &Pipeline::builtin("offroad").filter);
     let truth: Vec<Vec<f64>> = ridden
@@ -102,7 +102,7 @@ fn errors(scenario: &Motocross, ridden: &Ridden, settings: &[rider::Config]) -> 
 }
 
 /// Active legs: the rider's motion is found from rider B, and the tyre forces are the better for it.
-fn active_legs(seed: u64, duration: f64) -> (Motocross, Ridden, OffroadDiagnosis) {
+fn active_legs(seed: u64, duration: f64) -> (Motocross, MotocrossRide, OffroadDiagnosis) {
     let scenario = scenario(seed, duration, &[]);
     let ridden = ride(&scenario);
     let d = diagnosed(&scenario, &ridden);

@@ -21,7 +21,7 @@ use roadbench::simulate::plan::Phase;
 use roadbench::simulate::rider::Disturbance;
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::tour::Tour;
-use roadbench::simulate::{multibody, ridden};
+use roadbench::simulate::{multibody, simulate_phases};
 use roadbench::statistics::random::Random;
 
 /// A difference of a signal, over its largest value, that is no rounding.
@@ -67,7 +67,7 @@ fn reduced(plant: &Plant) -> Session {
     let random = Random::new(1, "ride");
     let meta = Meta::default();
     let mut session =
-        ridden(plant, &phases, Disturbance::default(), random, 50.0, 120.0, meta).session;
+        simulate_phases(plant, &phases, Disturbance::default(), random, 50.0, 120.0, meta).session;
     plant.model_error.measure(&mut session);
     session
 }

@@ -22,7 +22,7 @@ use roadbench::model::offroad::machine::Machine;
 use roadbench::pipeline::{self, Input, Outcome, Pipeline};
 use roadbench::simulate::motocross::machine::{Levers, Plant, Touching};
 use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
-use roadbench::simulate::motocross::{self, Ridden, pilot};
+use roadbench::simulate::motocross::{self, MotocrossRide, pilot};
 use roadbench::tables::rows::Status;
 
 fn scenario() -> Motocross {
@@ -30,8 +30,8 @@ fn scenario() -> Motocross {
 }
 
 /// One noisy minute, simulated once for every test.
-fn ridden() -> &'static (Motocross, Ridden) {
-    static RIDDEN: OnceLock<(Motocross, Ridden)> = OnceLock::new();
+fn ridden() -> &'static (Motocross, MotocrossRide) {
+    static RIDDEN: OnceLock<(Motocross, MotocrossRide)> = OnceLock::new();
     RIDDEN.get_or_init(|| {
         let scenario = scenario();
         let ridden = motocross::ride(&scenario, 0);

@@ -11,7 +11,7 @@ use roadbench::model::custom::Custom;
 use roadbench::motorcycle::Motorcycle;
 use roadbench::pipeline::{Input, Outcome, Pipeline};
 use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::ride::{self, Ridden};
+use roadbench::simulate::ride::{self, MultibodyRide};
 use roadbench::simulate::tour::Tour;
 use roadbench::simulate::{compare, replay};
 use roadbench::{GRAVITY, filter, ingest, pipeline, segment};
@@ -32,7 +32,7 @@ fn short_characterisation() -> Tour {
     tour(&shorter)
 }
 
-fn run_pipeline(tour: &Tour, ridden: &Ridden, folder: &Path) -> Outcome {
+fn run_pipeline(tour: &Tour, ridden: &MultibodyRide, folder: &Path) -> Outcome {
     let path = folder.join("log.parquet");
     write_session(&path, &ridden.session, false).expect("log");
     let input = Input {

@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use super::ground::Ground;
 use super::passive::{Passive, follow};
-use super::rider::{Active, Pose, Touch};
+use super::rider::{Active, Pose, Reaction, Touch};
 use crate::GRAVITY;
 use crate::model::offroad::chain::{Chain, Run, lever};
 use crate::model::offroad::equations::{Equations, Motion, Parameters};
@@ -214,7 +214,7 @@ impl Plant {
         plant
     }
 
-    /// Parameters.
+    /// Masses, lengths and inertias of the equations.
     pub fn parameters(&self) -> &Parameters {
         &self.machine.equations.p
     }
@@ -301,15 +301,35 @@ impl Plant {
 
     /// Forces, accelerations and rates; `wanted` are the torques that the rider asks for.
     pub fn respond(&self, s: &State, wanted: &Levers, airborne: bool, commanded: f64) -> Response {
+        let (tyres, axles) = self.contacts(s);
+        let machine = &self.machine;
+        let (z_f, a_r) = (s.q()[3], s.q()[4]);
+        let travel = machine.linkage.travel(a_r);
+        let angle_slope = machine.linkage.at(travel)[1];
+        let f_sf = machine.fork.force(z_f, s.qd()[3]);
+        let t_sr = machine.shock.force(travel, s.qd()[4] / angle_slope) / angle_slope;
+        let suspension = [f_sf, t_sr];
+        let (mut reaction, carried) = self.reaction(s, &tyres, airborne, commanded);
+        let (qdd, torques) = self.solve(s, &tyres, &axles, suspension, &reaction.on_bike, carried);
+        reaction.on_bike[2] -= carried * qdd[0];
+        let i = self.parameters().i;
+        let [torque_front, torque_rear] = torques;
+        let spin = [torque_rear / i[0] - qdd[2] + qdd[4], torque_front / i[3] - qdd[2]];
+        let rate = self.rate(s, &qdd, spin, &reaction.rate, wanted);
+        Response { rate, qdd: qdd.into(), spin, tyres, rider: reaction.on_bike, suspension }
+    }
+
+    /// Both tyres on the ground, and the places of their axles in ground axes, m.
+    fn contacts(&self, s: &State) -> ([Contact; 2], [[f64; 2]; 2]) {
         let p = self.parameters();
         let eq = &self.without_spin;
         let (q, qd) = (s.q(), s.qd());
         let (mu, z_f, a_r, mud) = (q[2], q[3], q[4], qd[2]);
         let (sin, cos) = mu.sin_cos();
         let (sin_eps, cos_eps) = eq.caster();
-        // axles, with their motion relative to the chassis
         let front = eq.front_axle(z_f);
         let rear = eq.rear_axle(a_r);
+        // a place on the chassis with its motion relative to it
         let moving = |place: [f64; 2], relative: [f64; 2]| {
             let (at, mut v) = self.point(s, place);
             v[0] += cos * relative[0] + sin * relative[1];
@@ -325,18 +345,20 @@ impl Plant {
             self.contact(&self.tyres[0], front_axle, spin_front, p.r_f, mu),
             self.contact(&self.tyres[1], rear_axle, spin_rear, p.r_r, mu),
         ];
+        (tyres, [front_axle.0, rear_axle.0])
+    }
 
-        let machine = &self.machine;
-        let [angle_slope, travel] = {
-            let travel = machine.linkage.travel(a_r);
-            [machine.linkage.at(travel)[1], travel]
-        };
-        let f_sf = machine.fork.force(z_f, qd[3]);
-        let t_sr = machine.shock.force(travel, qd[4] / angle_slope) / angle_slope;
-
+    /// What the rider does to the bike, and what a passive rider's horizontal inertia adds to the
+    /// bike's, kg.
+    fn reaction(
+        &self,
+        s: &State,
+        tyres: &[Contact; 2],
+        airborne: bool,
+        commanded: f64,
+    ) -> (Reaction, f64) {
         let touch = self.touch(s, airborne, commanded);
         let mut reaction = self.rider.react(&s.pose(), &touch, self.arms);
-        // what a passive rider's horizontal inertia adds to the bike's, kg
         let mut carried = 0.0;
         if let Some(passive) = &self.passive {
             let hold = passive.hold(tyres[0].normal + tyres[1].normal);
@@ -350,23 +372,41 @@ impl Plant {
             reaction.on_bike = [0.0, hold * passive.push(s.0[24]), sway, 0.0];
             reaction.rate = Pose::default();
         }
+        (reaction, carried)
+    }
 
-        // torques about +y on the wheels: ground, brake, chain
+    /// Accelerations of the coordinates, and the torques about +y on the front and the rear wheel
+    /// from ground, brake and chain, N m.
+    fn solve(
+        &self,
+        s: &State,
+        tyres: &[Contact; 2],
+        axles: &[[f64; 2]; 2],
+        suspension: [f64; 2],
+        on_bike: &[f64; 4],
+        carried: f64,
+    ) -> (Vector5<f64>, [f64; 2]) {
+        let eq = &self.without_spin;
+        let (q, qd) = (s.q(), s.qd());
+        let (mu, z_f, a_r) = (q[2], q[3], q[4]);
+        let (sin, cos) = mu.sin_cos();
+        let (sin_eps, cos_eps) = eq.caster();
         let levers = s.levers();
         let lever_of = |c: &Contact, axle: [f64; 2]| {
             (c.point[1] - axle[1]) * c.force[0] - (c.point[0] - axle[0]) * c.force[1]
         };
         let brake = |torque: f64, relative: f64| torque * (-relative / 0.5).tanh();
-        let torque_front = lever_of(&tyres[0], front_axle.0) + brake(levers.front, s.0[11]);
+        let torque_front = lever_of(&tyres[0], axles[0]) + brake(levers.front, s.0[11]);
         let (t_up, t_low, d_up, d_low, r_s) = self.chain_pull(levers.drive, a_r, s.0[10]);
         let torque_rear =
-            lever_of(&tyres[1], rear_axle.0) + brake(levers.rear, s.0[10]) - (t_up - t_low) * r_s;
+            lever_of(&tyres[1], axles[1]) + brake(levers.rear, s.0[10]) - (t_up - t_low) * r_s;
 
-        let motion = Motion { mu, z_f, a_r, mud, zd_f: qd[3], ad_r: qd[4], mu1dd: 0.0, mu4dd: 0.0 };
+        let motion =
+            Motion { mu, z_f, a_r, mud: qd[2], zd_f: qd[3], ad_r: qd[4], mu1dd: 0.0, mu4dd: 0.0 };
         let m = eq.at(&motion);
-        let known = m.less_rider(&m.known(&[0.0; 5], [f_sf, t_sr], GRAVITY), &reaction.on_bike);
+        let known = m.less_rider(&m.known(&[0.0; 5], suspension, GRAVITY), on_bike);
         let mut right = known.map(|b| -b);
-        right[0] -= machine.drag * qd[0] * qd[0].abs();
+        right[0] -= self.machine.drag * qd[0] * qd[0].abs();
         let direction = [-(sin_eps * cos + cos_eps * sin), sin * sin_eps - cos * cos_eps];
         let (pivot, _) = self.point(s, eq.pivot());
         for (k, c) in tyres.iter().enumerate() {
@@ -392,21 +432,29 @@ impl Plant {
                 matrix.lu().solve(&Vector5::from(right))
             }
         };
-        // bodies that cannot be; the file's check refuses them
-        let qdd = solved.unwrap_or(Vector5::repeat(f64::NAN));
-        reaction.on_bike[2] -= carried * qdd[0];
-        let spin = [torque_rear / p.i[0] - qdd[2] + qdd[4], torque_front / p.i[3] - qdd[2]];
+        // no solution only of masses that no bike has: the check of the file refuses them
+        (solved.unwrap_or(Vector5::repeat(f64::NAN)), [torque_front, torque_rear])
+    }
 
+    /// Rate of the state from its accelerations.
+    fn rate(
+        &self,
+        s: &State,
+        qdd: &Vector5<f64>,
+        spin: [f64; 2],
+        pose: &Pose,
+        wanted: &Levers,
+    ) -> [f64; SIZE] {
         let mut rate = [0.0; SIZE];
-        rate[..5].copy_from_slice(&qd);
+        rate[..5].copy_from_slice(&s.qd());
         rate[5..10].copy_from_slice(qdd.as_slice());
         rate[10] = spin[0];
         rate[11] = spin[1];
-        let pose = reaction.rate;
         for (k, v) in pose.hip.iter().chain(&pose.torso).enumerate() {
             rate[12 + k] = *v;
         }
         rate[20] = pose.push;
+        let levers = s.levers();
         rate[21] = (wanted.drive - levers.drive) / COMMAND_LAG;
         rate[22] = (wanted.front - levers.front) / COMMAND_LAG;
         rate[23] = (wanted.rear - levers.rear) / COMMAND_LAG;
@@ -418,14 +466,7 @@ impl Plant {
                 rate[27] = follow(cut_off, s.0[26], s.0[27], qdd[0]);
             }
         }
-        Response {
-            rate,
-            qdd: qdd.into(),
-            spin,
-            tyres,
-            rider: reaction.on_bike,
-            suspension: [f_sf, t_sr],
-        }
+        rate
     }
 
     /// Tension and lever of the upper and the lower run, and the sprocket's radius.

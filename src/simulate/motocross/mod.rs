@@ -49,7 +49,7 @@ pub struct Truth {
 
 /// One ridden session.
 #[derive(Debug, Clone)]
-pub struct Ridden {
+pub struct MotocrossRide {
     /// What the logger recorded.
     pub session: Session,
     /// What is true.
@@ -61,7 +61,7 @@ pub struct Ridden {
 }
 
 /// Rides session `number` of a scenario.
-pub fn ride(scenario: &Motocross, number: usize) -> Ridden {
+pub fn ride(scenario: &Motocross, number: usize) -> MotocrossRide {
     let plant = scenario.plant(number);
     let samples = (scenario.duration * scenario.rate).round() as usize;
     let sub = (STEPS / scenario.rate).ceil().max(1.0) as usize;
@@ -117,7 +117,7 @@ pub fn ride(scenario: &Motocross, number: usize) -> Ridden {
         session.remove(channel);
     }
     sensors::measure(&mut session, &scenario.sensors, scenario.seed);
-    Ridden { session, truth, labels, fall }
+    MotocrossRide { session, truth, labels, fall }
 }
 
 /// Channels of the log, in the order that [`Log`] fills them.
@@ -290,7 +290,7 @@ fn labels(plant: &Plant, truth: &Truth, rate: f64) -> Vec<Label> {
 }
 
 /// Rows of the table `truth_offroad`, in ISO axes.
-pub fn truth_rows(ridden: &Ridden, truth_rate: f64) -> Vec<rows::TruthOffroad> {
+pub fn truth_rows(ridden: &MotocrossRide, truth_rate: f64) -> Vec<rows::TruthOffroad> {
     let session = &ridden.session;
     let t = &ridden.truth;
     let every = (session.rate / truth_rate).round().max(1.0) as usize;

@@ -97,7 +97,7 @@ impl Active {
         touch.peg.0[1] - self.leg + TRUNK[1] - touch.bar.0[1]
     }
 
-    /// Forces and rates.
+    /// Forces on the bike, N, and rates of the pose.
     pub fn react(&self, pose: &Pose, touch: &Touch, hold: f64) -> Reaction {
         let (peg, peg_v) = touch.peg;
         let (bar, bar_v) = touch.bar;

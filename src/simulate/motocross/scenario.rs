@@ -19,8 +19,8 @@ use super::rider::Active;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::model::offroad::machine::Machine;
+use crate::simulate::builtin::text_with_key;
 use crate::simulate::sensors::Sensors;
-use crate::simulate::text_with_key;
 use crate::statistics::random::Random;
 
 /// Built-in motocross scenarios by name.
@@ -146,7 +146,7 @@ pub enum Legs {
 /// A checked scenario.
 #[derive(Debug, Clone)]
 pub struct Motocross {
-    /// Its name.
+    /// Name: the start of the session ids.
     pub name: String,
     /// What it is for.
     pub description: String,

@@ -156,7 +156,7 @@ fn simulated_set(
     let (calm, random) = (Disturbance::default(), Random::new(0, set.words));
     let phases = (set.phases)();
     let simulated =
-        simulate::ridden(&plant, &phases, calm, random, LOGGED, LONGEST, Meta::default());
+        simulate::simulate_phases(&plant, &phases, calm, random, LOGGED, LONGEST, Meta::default());
     let mut ride = simulated.session;
     plant.model_error.measure(&mut ride);
     let lacking: Vec<_> = ride.channels().filter(|c| !session.has(*c)).collect();
