@@ -26,8 +26,8 @@ pub(super) const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uP
 
 /// The folder of the shared files, below that of the pages.
 pub const FOLDER: &str = "assets";
-/// Pages of sessions up to which each holds all it needs, unless somebody says otherwise.
-pub const FEW: usize = 50;
+/// Largest number of pages that each hold all they need, where nothing else is asked for.
+pub const MAX_SELF_CONTAINED: usize = 50;
 /// First bytes of a shared file.
 const ASSET_MARK: &str = "/* roadbench report */\n";
 
@@ -54,7 +54,7 @@ pub(crate) enum Source {
 
 impl Source {
     /// As it stands at the head of a page.
-    pub(super) fn word(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Source::Page => "self-contained",
             Source::Folder => "shared",
@@ -68,13 +68,13 @@ impl Pages {
         match self {
             Pages::SelfContained | Pages::None => Source::Page,
             Pages::Shared => Source::Folder,
-            Pages::Auto if pages > FEW => Source::Folder,
+            Pages::Auto if pages > MAX_SELF_CONTAINED => Source::Folder,
             Pages::Auto => Source::Page,
         }
     }
 
     /// Whether a page of that kind may stay.
-    pub(super) fn takes(self, source: Source) -> bool {
+    pub(super) fn accepts(self, source: Source) -> bool {
         match self {
             Pages::Auto => true,
             Pages::SelfContained => source == Source::Page,
@@ -146,8 +146,8 @@ mod tests {
 
     #[test]
     fn many_pages_share_unless_somebody_says_otherwise() {
-        assert_eq!(Pages::Auto.source(FEW), Source::Page);
-        assert_eq!(Pages::Auto.source(FEW + 1), Source::Folder);
+        assert_eq!(Pages::Auto.source(MAX_SELF_CONTAINED), Source::Page);
+        assert_eq!(Pages::Auto.source(MAX_SELF_CONTAINED + 1), Source::Folder);
         assert_eq!(Pages::SelfContained.source(10_000), Source::Page);
         assert_eq!(Pages::Shared.source(1), Source::Folder);
     }

@@ -73,6 +73,19 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
+/// An RFC 3339 time with a space for the `T`; anything else as it is.
+pub fn timestamp(text: &str) -> String {
+    match text.split_once('T') {
+        Some((date, time)) if date.len() == 10 => format!("{date} {time}"),
+        _ => text.to_owned(),
+    }
+}
+
+/// `1 session`, `3 sessions`.
+pub fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
 /// Robust standard deviation, 1.4826 MAD; `None` of fewer than two.
 pub fn robust_sd(values: &[f64]) -> Option<f64> {
     if values.len() < 2 {

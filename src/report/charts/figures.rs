@@ -9,8 +9,8 @@ use crate::plots::catalogue;
 use crate::plots::plot::{Axis, DATA, Plot, Section, TIMELINE};
 use crate::report::charts::chart::{Chart, Cloud, Line};
 use crate::report::charts::resolution::{PARTS, digits_of};
+use crate::report::labels;
 use crate::report::number_format::round;
-use crate::report::words;
 use crate::tables::rows::{Manoeuvre, PlotPoint};
 
 /// Parts of its range that a panel of the time line resolves: it is low, and the panels are half of
@@ -119,9 +119,9 @@ fn panels(line: &[&PlotPoint]) -> Vec<Chart> {
         let plot = Plot::new(TIMELINE, "", [TIME, nameless], "");
         if let Some(mut chart) = chart(&plot, PANEL_PARTS, &of(&|n| n == name)) {
             chart.title = name.to_owned();
-            chart.y.label = words::spaced(name);
+            chart.y.label = labels::spaced(name);
             let unit = session.column(name).and_then(|c| c.unit.as_deref());
-            chart.y.unit = unit.map(words::unit).unwrap_or_default();
+            chart.y.unit = unit.map(labels::unit).unwrap_or_default();
             out.push(chart);
         }
     }
@@ -214,7 +214,7 @@ fn line(plot: &Plot, name: &str, decimals: [usize; 2], mut points: Vec<&PlotPoin
     let declared = plot.series.iter().find(|s| s.name == name);
     Line {
         name: name.to_owned(),
-        label: declared.map_or_else(|| words::spaced(name), |s| s.label.to_owned()),
+        label: declared.map_or_else(|| labels::spaced(name), |s| s.label.to_owned()),
         x: points.iter().map(|p| x(p.x)).collect(),
         y: points.iter().map(|p| p.y.map(&y)).collect(),
         lo: edge(|p| p.y_low),

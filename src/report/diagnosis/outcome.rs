@@ -3,9 +3,8 @@
 use serde::Serialize;
 
 use crate::contract::verdict::Verdict;
-use crate::report::diagnosis::labels;
-use crate::report::number_format::fixed;
-use crate::report::session::page::when;
+use crate::report::diagnosis::cause_labels;
+use crate::report::number_format::{self, fixed};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// What a ride says, in the end.
@@ -79,7 +78,7 @@ pub fn entry(ident: &Ident, href: &str, causes: &[CauseRow], rows: &[Discrepancy
         href: href.to_owned(),
         session_id: ident.session_id.clone(),
         bike_id: ident.bike_id.clone(),
-        start: ident.start_time.as_deref().map(when).unwrap_or_default(),
+        start: ident.start_time.as_deref().map(number_format::timestamp).unwrap_or_default(),
         outcome,
         verdict: match outcome {
             Outcome::Named => "named",
@@ -118,14 +117,14 @@ pub(super) fn findings(causes: &[CauseRow]) -> Vec<Finding> {
         .iter()
         .filter(|c| is_found(c))
         .map(|c| {
-            let (size, interval) = labels::size(c);
+            let (size, interval) = cause_labels::size(c);
             Finding {
                 name: c.effect.clone(),
-                sentence: labels::effect(&c.effect),
+                sentence: cause_labels::effect(&c.effect),
                 size,
                 interval,
-                or: equivalents(c).into_iter().map(labels::effect).collect(),
-                level: labels::level(&c.level),
+                or: equivalents(c).into_iter().map(cause_labels::effect).collect(),
+                level: cause_labels::level(&c.level),
             }
         })
         .collect()
@@ -190,7 +189,7 @@ pub(super) fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
         out.push(if top.score > 1.0 {
             format!(
                 "The largest score is {score}, of “{}”: beyond 1, but it did not stand up: {}.",
-                labels::effect(&top.effect),
+                cause_labels::effect(&top.effect),
                 top.reason.trim_end_matches('.')
             )
         } else {

@@ -5,14 +5,13 @@ use serde::Serialize;
 
 use crate::contract::verdict::Verdict;
 use crate::report::diagnosis::bars::{self, Axis, Levels};
-use crate::report::diagnosis::labels::{self, sentence};
+use crate::report::diagnosis::cause_labels::{self, sentence};
 use crate::report::diagnosis::misfits::{Change, Misfit, change, levels, misfit, worst_first};
 use crate::report::diagnosis::outcome::{
     Finding, Outcome, equivalents, findings, is_candidate, is_found, outcome, remarks, verdict,
 };
 use crate::report::diagnosis::overlays::Reproduced;
-use crate::report::number_format::{fixed, typeset};
-use crate::report::session::page::when;
+use crate::report::number_format::{self, fixed, typeset};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// Candidates that are shown before the reader asks for the rest.
@@ -110,7 +109,7 @@ pub fn build(
     let levels: Vec<Levels> = sorted.iter().filter_map(|r| levels(r)).collect();
     let axis = Axis::of(&levels);
     let (misfits, others) = sorted.iter().partition::<Vec<&DiscrepancyRow>, _>(|r| r.structured);
-    let tell = |rows: Vec<&DiscrepancyRow>| rows.into_iter().map(|r| misfit(r, axis)).collect();
+    let lines = |rows: Vec<&DiscrepancyRow>| rows.into_iter().map(|r| misfit(r, axis)).collect();
     let mut candidates: Vec<Candidate> = causes
         .iter()
         .filter(|c| is_candidate(c) && c.verdict != Verdict::NotIdentifiable.name())
@@ -122,14 +121,14 @@ pub fn build(
     Page {
         session_id: ident.session_id.clone(),
         bike_id: ident.bike_id.clone(),
-        start: ident.start_time.as_deref().map(when).unwrap_or_default(),
+        start: ident.start_time.as_deref().map(number_format::timestamp).unwrap_or_default(),
         outcome,
         answer,
         verdict,
         remarks: remarks(outcome, causes),
         findings,
-        misfits: tell(misfits),
-        others: tell(others),
+        misfits: lines(misfits),
+        others: lines(others),
         ticks: axis.ticks(),
         extended: discrepancies.iter().any(|r| r.rmse_extended.is_some()),
         candidates,
@@ -142,11 +141,11 @@ pub fn build(
 }
 
 fn candidate(row: &CauseRow) -> Candidate {
-    let (size, interval) = labels::size(row);
+    let (size, interval) = cause_labels::size(row);
     Candidate {
         name: row.effect.clone(),
-        sentence: labels::effect(&row.effect),
-        verdict: labels::verdict(&row.verdict),
+        sentence: cause_labels::effect(&row.effect),
+        verdict: cause_labels::verdict(&row.verdict),
         class: match Verdict::from_name(&row.verdict) {
             Some(Verdict::Named) => "named",
             Some(Verdict::Ambiguous) => "ambiguous",
@@ -158,7 +157,7 @@ fn candidate(row: &CauseRow) -> Candidate {
         size,
         interval,
         alarms: percent(row.false_alarm_rate),
-        level: labels::level(&row.level),
+        level: cause_labels::level(&row.level),
         reason: row.reason.clone(),
     }
 }
@@ -173,7 +172,9 @@ fn rivals(causes: &[CauseRow]) -> Vec<Rivals> {
         .map(|c| {
             let names = std::iter::once(c.effect.as_str()).chain(equivalents(c));
             Rivals {
-                members: names.map(|n| (sentence(&labels::effect(n)), n.to_owned())).collect(),
+                members: names
+                    .map(|n| (sentence(&cause_labels::effect(n)), n.to_owned()))
+                    .collect(),
                 separate_by: c.separate_by.clone().unwrap_or_default(),
             }
         })
@@ -203,7 +204,7 @@ fn unseen(causes: &[CauseRow]) -> Vec<(String, Vec<(String, String)>)> {
     for c in causes.iter().filter(|c| c.verdict == Verdict::NotIdentifiable.name()) {
         let ride =
             c.separate_by.clone().filter(|s| !s.is_empty()).unwrap_or_else(|| c.reason.clone());
-        let item = (labels::effect(&c.effect), c.effect.clone());
+        let item = (cause_labels::effect(&c.effect), c.effect.clone());
         match out.iter_mut().find(|(r, _)| *r == ride) {
             Some((_, items)) => items.push(item),
             None => out.push((ride, vec![item])),

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use crate::contract::coefficient::Coefficient;
+use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::words;
 use crate::tables::rows::{FleetRow, RatioRow, Status};
 
 /// One tyre's ratio.
@@ -22,7 +22,7 @@ pub struct Ratio {
     pub interval: String,
     pub stiffness: String,
     pub status: &'static str,
-    pub status_words: &'static str,
+    pub status_label: &'static str,
     pub sign: &'static str,
     pub reason: String,
 }
@@ -58,15 +58,15 @@ fn ratio(row: &RatioRow) -> Ratio {
         "poorly_determined" => Status::PoorlyDetermined,
         _ => Status::NotAvailable,
     };
-    // a value whose interval is open says nothing
-    let told = status != Status::NotAvailable;
-    let ends = row.ci95_low.zip(row.ci95_high).filter(|_| told);
-    let value = row.side_force_ratio.filter(|_| told);
+    // a value whose interval is open means nothing
+    let available = status != Status::NotAvailable;
+    let ends = row.ci95_low.zip(row.ci95_high).filter(|_| available);
+    let value = row.side_force_ratio.filter(|_| available);
     let digits = |v: f64| number_format::decimals_of(v, ends.map(|(low, high)| 0.5 * (high - low)));
     let show = |v: f64| typeset(&fixed(v, value.map_or(3, digits)));
     Ratio {
         bike: row.bike_id.clone(),
-        tyre: words::tyre(&row.tyre).to_owned(),
+        tyre: labels::tyre(&row.tyre).to_owned(),
         sessions: row.n_sessions,
         first: row.first_session.clone(),
         last: row.last_session.clone(),
@@ -74,12 +74,12 @@ fn ratio(row: &RatioRow) -> Ratio {
         interval: ends.map(|(l, h)| format!("{} to {}", show(l), show(h))).unwrap_or_default(),
         stiffness: row
             .cornering_stiffness_0
-            .filter(|_| told)
+            .filter(|_| available)
             .map(|k| typeset(&fixed(k, number_format::decimals_of(k, Some(0.05 * k.abs())))))
             .unwrap_or_default(),
-        status: words::status_code(status),
-        status_words: words::status(status),
-        sign: words::status_sign(status),
+        status: labels::status_code(status),
+        status_label: labels::status(status),
+        sign: labels::status_sign(status),
         reason: row.reason.clone().unwrap_or_default(),
     }
 }
@@ -120,7 +120,7 @@ mod tests {
             (ratios[0].value.as_str(), ratios[0].interval.as_str()),
             ("0.091", "0.081 to 0.101")
         );
-        assert_eq!(ratios[0].status_words, "determined");
+        assert_eq!(ratios[0].status_label, "determined");
         assert_eq!((ratios[1].value.as_str(), ratios[1].interval.as_str()), ("", ""));
         assert_eq!(ratios[1].reason, "all ride alike");
         assert!(none.starts_with("Not available for c rear:"), "{none}");

@@ -6,15 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::session::page::when;
 use crate::report::tables::RunTables;
-use crate::report::{diagnosis, inline_svg, words};
+use crate::report::{diagnosis, inline_svg, labels};
 use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, WarningRow};
 
 /// The run's page, as its template reads it.
 #[derive(Debug, Serialize)]
-pub struct Index {
+pub struct Page {
     /// Inputs in all.
     pub inputs: usize,
     /// The line that sums it up.
@@ -65,7 +64,7 @@ pub struct TyrePart {
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
 pub struct Overview {
-    pub words: String,
+    pub label: String,
     pub name: String,
     pub unit: String,
     pub median: String,
@@ -103,7 +102,7 @@ pub fn build(
     pages: &[String],
     rejected: Vec<Rejected>,
     fleet: &[FleetRow],
-) -> Index {
+) -> Page {
     let RunTables { sessions, coefficients, warnings } = tables;
     let mut versions: BTreeSet<&str> =
         sessions.iter().map(|s| s.provenance.version.as_str()).collect();
@@ -112,18 +111,18 @@ pub fn build(
     let duration: f64 = sessions.iter().map(|s| s.duration).filter(|d| d.is_finite()).sum();
     let distance: f64 = sessions.iter().filter_map(|s| s.distance).sum();
     let bikes: BTreeSet<&str> = sessions.iter().map(|s| s.ident.bike_id.as_str()).collect();
-    Index {
+    Page {
         inputs,
         verdict: format!(
             "{} of {} came through; {} rejected; {} raised.",
             sessions.len(),
-            count(inputs, "session"),
+            number_format::count(inputs, "session"),
             rejected.len(),
-            count(warnings.len(), "warning")
+            number_format::count(warnings.len(), "warning")
         ),
         ridden: format!(
             "{}, {} ridden, {:.1} km.",
-            count(bikes.len(), "bike"),
+            number_format::count(bikes.len(), "bike"),
             number_format::duration(duration),
             distance / 1000.0
         ),
@@ -137,11 +136,6 @@ pub fn build(
     }
 }
 
-/// `1 session`, `3 sessions`.
-pub fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
 fn bike(
     bike_id: &str,
     sessions: &[SessionRow],
@@ -152,7 +146,7 @@ fn bike(
     // rows come by session; by coefficient here, each still in the sessions' order
     let mut by: BTreeMap<_, Vec<&Coefficient>> = BTreeMap::new();
     for c in coefficients.iter().filter(|c| c.ident.bike_id == bike_id) {
-        by.entry(words::order(&c.tyre, &c.coefficient)).or_default().push(c);
+        by.entry(labels::order(&c.tyre, &c.coefficient)).or_default().push(c);
     }
     let mut tyres: Vec<TyrePart> = Vec::new();
     let mut current = "";
@@ -174,7 +168,7 @@ fn bike(
                 })
                 .collect();
             tyres.push(TyrePart {
-                title: words::tyre(current).to_owned(),
+                title: labels::tyre(current).to_owned(),
                 models: models.into_iter().collect::<Vec<_>>().join(", "),
                 rows: Vec::new(),
             });
@@ -212,9 +206,9 @@ fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
         })
         .collect();
     Overview {
-        words: words::coefficient(&first.coefficient).to_owned(),
+        label: labels::coefficient(&first.coefficient).to_owned(),
         name: first.coefficient.clone(),
-        unit: words::unit(&first.unit),
+        unit: labels::unit(&first.unit),
         median: show(median),
         spread: show(spread),
         within: show(within),
@@ -236,11 +230,11 @@ fn undetermined(rows: &[&Coefficient]) -> String {
     let assumed = rows.iter().find(|c| c.status == Status::Assumed);
     if let Some((c, value)) = assumed.and_then(|c| Some((c, c.value?))) {
         let value = typeset(&fixed(value, number_format::decimals_of(value, None)));
-        return format!("assumed {value} {}", words::unit(&c.unit)).trim_end().to_owned();
+        return format!("assumed {value} {}", labels::unit(&c.unit)).trim_end().to_owned();
     }
     match rows.iter().find_map(|c| c.reason.as_deref()) {
-        Some(reason) => format!("{}: {reason}", words::status(rows[0].status)),
-        None => words::status(rows[0].status).to_owned(),
+        Some(reason) => format!("{}: {reason}", labels::status(rows[0].status)),
+        None => labels::status(rows[0].status).to_owned(),
     }
 }
 
@@ -270,7 +264,12 @@ fn entries(
                 href: href.clone(),
                 session_id: s.ident.session_id.clone(),
                 bike_id: s.ident.bike_id.clone(),
-                start: s.ident.start_time.as_deref().map(when).unwrap_or_default(),
+                start: s
+                    .ident
+                    .start_time
+                    .as_deref()
+                    .map(number_format::timestamp)
+                    .unwrap_or_default(),
                 duration: number_format::duration(s.duration),
                 distance: s.distance.map(|d| format!("{:.1}", d / 1000.0)).unwrap_or_default(),
                 determined: ok,

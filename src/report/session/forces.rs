@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::plots::offroad::rider_label;
+use crate::report::labels;
 use crate::report::number_format::{fixed, typeset};
-use crate::report::words;
 use crate::tables::rows::{ForceRow, Manoeuvre};
 
 /// What several segments of one kind come to, for one rider and force.
@@ -122,7 +122,7 @@ pub struct Table {
 #[derive(Debug, Serialize)]
 pub struct KindRows {
     /// In words.
-    pub words: String,
+    pub label: String,
     /// How many segments.
     pub segments: usize,
     /// One per force.
@@ -144,9 +144,9 @@ pub fn table(rows: &[ForceRow]) -> Table {
                 out.riders.push(name);
             }
         }
-        if out.kinds.last().is_none_or(|k| k.words != words::spaced(&force.kind)) {
+        if out.kinds.last().is_none_or(|k| k.label != labels::spaced(&force.kind)) {
             out.kinds.push(KindRows {
-                words: words::spaced(&force.kind),
+                label: labels::spaced(&force.kind),
                 segments: force.segments,
                 rows: Vec::new(),
             });
@@ -164,7 +164,7 @@ pub fn table(rows: &[ForceRow]) -> Table {
             })
             .collect();
         if let Some(kind) = out.kinds.last_mut() {
-            kind.rows.push((words::spaced(&force.force), words::unit(&force.unit), cells));
+            kind.rows.push((labels::spaced(&force.force), labels::unit(&force.unit), cells));
         }
     }
     out
@@ -192,7 +192,7 @@ pub fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
                 .map_or("-".to_owned(), |s| fixed(s.peak, 0))
         };
         let Some(some) = forces.iter().find(|f| f.kind == kind) else { continue };
-        let what = format!("  {} ({})", words::spaced(kind), some.segments);
+        let what = format!("  {} ({})", labels::spaced(kind), some.segments);
         let names = ["load_front", "load_rear", "brake_front", "brake_rear", "drive_rear"];
         let [a, b, c, d, e] = names.map(own);
         out.push_str(&format!("{what:<34}{a:>9}{b:>9}{c:>9}{d:>9}{e:>9}\n"));
