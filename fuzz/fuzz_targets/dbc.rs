@@ -4,7 +4,7 @@
 use std::io::Write;
 use std::sync::OnceLock;
 
-use roadbench::ingest::foreign::Aids;
+use roadbench::ingest::aids::Aids;
 use roadbench::ingest::survey::survey;
 use tempfile::NamedTempFile;
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use roadbench::ingest;
-use roadbench::ingest::foreign::Aids;
+use roadbench::ingest::aids::Aids;
 use roadbench::ingest::map::{self, ChannelMap};
 use roadbench::ingest::survey::survey;
 use roadbench::pipeline::Pipeline;
@@ -39,7 +39,7 @@ fn given() -> &'static Given {
             *PANIC.lock().unwrap_or_else(PoisonError::into_inner) = panic.to_string();
         }));
         let aids = Aids { dbc: vec![DBC.into()], names: vec!["ride.dbc".into()] };
-        let mut maps = map::shipped().to_vec();
+        let mut maps = map::file::shipped().to_vec();
         for text in MAPS {
             let mut map = ChannelMap::parse(text, "fixtures/formats").expect("ours");
             if !map.dbc.is_empty() {

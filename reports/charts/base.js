@@ -1,5 +1,6 @@
 // What every chart needs: theme, numbers, extents, axes, hints, keys, legends.
 // The files of this folder are one script: base, cloud, fit, timeline, main, in that order.
+// Before them stands KINDS, made from src/contract/manoeuvre.rs: words, letters, sides, rest of each kind.
 // Texts reach the page through textContent alone.
 const store = document.getElementById("data");
 if (!("DecompressionStream" in window)) {
@@ -10,7 +11,7 @@ if (!("DecompressionStream" in window)) {
   }
   return;
 }
-// as src/report/figures/pack.rs writes it: base64 of zlib of JSON, columns as steps of their last decimal
+// as src/report/charts/pack.rs writes it: base64 of zlib of JSON, columns as steps of their last decimal
 const packed = Uint8Array.from(atob(store.textContent), c => c.charCodeAt(0));
 const data = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).json();
 const unstep = column => {
@@ -34,10 +35,6 @@ const make = (tag, name, parent, text) => {
   return e;
 };
 const FONT = '12px system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif';
-const LETTERS = {
-  coasting: "C", front_braking: "F", rear_braking: "R", combined_braking: "FR",
-  driving: "D", cornering: "\u21b6\u21b7", airborne: "A", whoops: "W",
-};
 let theme = {}, printing = false;
 const readTheme = () => {
   const style = getComputedStyle(root);
@@ -73,7 +70,7 @@ const withUnit = (v, range, axis) => figure(v, range) + (axis.unit && axis.unit 
 const day = seconds => new Date(seconds * 1000).toISOString().replace("T", " ").slice(0, 16);
 const dates = (u, splits) => splits.map(s => s == null ? null : u.scales.x.max - u.scales.x.min > 4 * 86400 ? day(s).slice(0, 10) : day(s).slice(5));
 const named = axis => axis.unit ? `${axis.label}, ${axis.unit}` : axis.label;
-const words = name => String(name).replace(/_/g, " ");
+const words = name => KINDS[name]?.words ?? String(name).replace(/_/g, " ");
 
 // Extent of the chart: its lines and the bulk of what the fit used; what lies far off does not
 // set the scale.

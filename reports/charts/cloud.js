@@ -1,10 +1,10 @@
 // Data clouds: the points, their colours, and which manoeuvre is picked out on all charts.
 
 // The picked manoeuvre: its points stay, the others step back; its segment is framed.
-const kinds = new Map(data.segments.map(s => [s.id, s]));
+const segments = new Map(data.segments.map(s => [s.id, s]));
 const picked = { id: null, redraws: [] };
 const called = id => {
-  const s = kinds.get(id);
+  const s = segments.get(id);
   return `${id}${s ? " " + words(s.kind) + (s.direction ? " " + s.direction : "") : ""}`;
 };
 const note = document.getElementById("picked");

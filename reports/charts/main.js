@@ -2,7 +2,7 @@
 const swatches = () => {
   for (const e of document.querySelectorAll(".swatch")) {
     e.style.background = theme.kind(e.dataset.kind);
-    if (e.closest(".kinds")) e.textContent = LETTERS[e.dataset.kind] || "";
+    if (e.closest(".kinds")) e.textContent = KINDS[e.dataset.kind]?.letter || "";
   }
 };
 readTheme();

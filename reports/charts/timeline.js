@@ -14,8 +14,10 @@ const hatch = colour => {
   }
   return hatches.get(colour);
 };
-const letter = s => s.kind !== "cornering" ? LETTERS[s.kind] || ""
-  : s.direction === "left" ? "\u21b6" : s.direction === "right" ? "\u21b7" : "";
+const letter = s => {
+  const kind = KINDS[s.kind];
+  return !kind ? "" : kind.sides ? kind.sides[s.direction] || "" : kind.letter;
+};
 const shade = (u, lane) => {
   const { ctx, bbox } = u, px = devicePixelRatio || 1;
   ctx.save();
@@ -23,7 +25,7 @@ const shade = (u, lane) => {
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
   ctx.clip();
   for (const s of data.segments) {
-    if (s.kind === "other" && !s.used) continue;
+    if (KINDS[s.kind]?.rest && !s.used) continue;
     const a = u.valToPos(s.start, "x", true), b = u.valToPos(s.end, "x", true);
     if (b < bbox.left || a > bbox.left + bbox.width) continue;
     const colour = theme.kind(s.kind), w = Math.max(b - a, px);

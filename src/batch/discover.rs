@@ -11,14 +11,11 @@ use std::collections::BTreeSet;
 
 use super::error::Error;
 use super::settings::Settings;
+use crate::ingest::formats::{extensions, has_log_extension};
 use crate::objects::search::{Folder, MatchKind, find};
 use crate::objects::{Location, source};
 use crate::pipeline::Rejection;
 use crate::tables::registry;
-
-/// Extensions of files that are taken for logs when a folder is searched.
-pub const EXTENSIONS: &[&str] =
-    &["parquet", "csv", "tsv", "txt", "log", "mf4", "mdf", "mcap", "blf", "asc", "ld", "ctrk"];
 
 /// Folders beside an archive's sessions that hold no logs.
 const NOT_LOGS: &[&str] = &["truth", "bikes"];
@@ -111,7 +108,7 @@ pub fn bikes_beside(inputs: &[Location]) -> Result<Option<Location>, Error> {
 /// What is behind one input.
 fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<(), Error> {
     let before = found.len();
-    let is_log = |key: &str| is_log(&Location::Local(key.into()));
+    let is_log = |key: &str| has_log_extension(&Location::Local(key.into()));
     let matches = find(input, is_log).map_err(|e| Error::Usage(e.to_string()))?;
     for one in matches {
         match one.kind {
@@ -155,7 +152,7 @@ fn search_folder(folder: Folder, out: &Location, found: &mut Vec<Found>) -> Resu
         });
     }
     if found.len() == before {
-        let extensions: Vec<String> = EXTENSIONS.iter().map(|e| format!("*.{e}")).collect();
+        let extensions: Vec<String> = extensions().iter().map(|e| format!("*.{e}")).collect();
         let message = format!("{root} holds no logs (looked for {})", extensions.join(", "));
         found.push(Found::problem(root, "no_logs", message));
     }
@@ -197,12 +194,8 @@ fn is_wanted(at: &Location, is_folder: bool, out: &Location) -> bool {
     }
     match is_folder {
         true => !NOT_LOGS.contains(&name.as_ref()) && at.absolute() != *out,
-        false => is_log(at),
+        false => has_log_extension(at),
     }
-}
-
-fn is_log(at: &Location) -> bool {
-    EXTENSIONS.iter().any(|extension| at.has_extension(extension))
 }
 
 #[cfg(test)]

@@ -12,8 +12,9 @@ use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::ingest::foreign::Aids;
-use crate::ingest::map::{self, ChannelMap, TimeSource};
+use crate::ingest::aids::Aids;
+use crate::ingest::map::file::with_aids;
+use crate::ingest::map::{ChannelMap, TimeSource};
 use crate::ingest::{self, Raw};
 use crate::objects::Location;
 
@@ -54,7 +55,7 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
-    let maps = map::with_aids(maps, &aids);
+    let maps = with_aids(maps, &aids);
     let mut config = ingest::Config::default();
     for (name, given, slot) in [
         ("--rate", arguments.rate, &mut config.rate),

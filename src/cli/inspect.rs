@@ -1,30 +1,37 @@
-//! `roadbench inspect`: what there is to say of a log.
+//! `roadbench inspect`: channels, rates and gaps of a log, and what can be estimated from it.
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use clap::ValueHint;
 
 use crate::cli::failure::Failure;
 use crate::cli::inspect_source::{Form, print, show};
+use crate::cli::location::location;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::coefficient::{Coefficient, Requirement, Source};
 use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
-use crate::ingest::foreign::Aids;
-use crate::ingest::map::{self, ChannelMap};
+use crate::ingest::aids::Aids;
+use crate::ingest::map::ChannelMap;
+use crate::ingest::map::file::with_aids;
 use crate::ingest::{self, Raw, Track};
+use crate::objects::Location;
 use crate::pipeline::Pipeline;
 use crate::statistics::order::upper_median_of;
 
+mod facts;
 pub(super) mod text;
+
+use facts::{ChannelFacts, Estimate, Facts, Inspection, Noticed, Reason};
 
 /// Show a log's channels, rates, gaps, and what can be estimated from it
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// The log.
-    log: PathBuf,
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    log: Location,
     /// Folder of bike files; with it units and signs are checked against the bike.
     #[arg(long, value_name = "DIR")]
     bikes: Option<PathBuf>,
@@ -48,79 +55,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Everything there is to say of a log.
-#[derive(Debug, Serialize)]
-struct Inspection {
-    session: Facts,
-    channels: Vec<ChannelFacts>,
-    warnings: Vec<Noticed>,
-    rejected: Option<Reason>,
-    estimates: Vec<Estimate>,
-}
-
-#[derive(Debug, Serialize)]
-struct Facts {
-    session_id: String,
-    bike_id: String,
-    start_time: Option<String>,
-    tyre_front: Option<String>,
-    tyre_rear: Option<String>,
-    site: Option<String>,
-    rider_id: Option<String>,
-    /// s
-    duration: f64,
-    /// Of the common clock, Hz.
-    rate: f64,
-    samples: usize,
-    /// Over what is recorded of the velocity, m.
-    distance: Option<f64>,
-    bike_file: Option<PathBuf>,
-}
-
-#[derive(Debug, Serialize)]
-struct ChannelFacts {
-    channel: &'static str,
-    unit: String,
-    /// Of the source, Hz.
-    rate: Option<f64>,
-    /// Recorded by the source.
-    samples: usize,
-    /// On the common clock, per cent.
-    missing: f64,
-    gaps: usize,
-    /// s
-    longest_gap: f64,
-    min: Option<f64>,
-    median: Option<f64>,
-    max: Option<f64>,
-    verdict: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Noticed {
-    code: &'static str,
-    channel: Option<&'static str>,
-    count: usize,
-    time: Option<f64>,
-    message: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Reason {
-    code: &'static str,
-    message: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Estimate {
-    tyre: &'static str,
-    coefficients: Vec<&'static str>,
-    /// `possible`, `assumed` or `not_available`.
-    status: &'static str,
-    missing_channels: Vec<&'static str>,
-    riding: String,
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -128,7 +62,7 @@ struct Estimate {
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
-    let maps = map::with_aids(maps, &aids);
+    let maps = with_aids(maps, &aids);
     let pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
@@ -262,7 +196,7 @@ fn source_rate(track: &Track) -> Option<f64> {
     Some(1.0 / upper_median_of(&steps)?)
 }
 
-/// What the log itself tells of a channel.
+/// A channel in the log itself.
 struct OfSource {
     samples: usize,
     /// Hz

@@ -2,14 +2,16 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::Path;
 
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
-use crate::ingest::foreign::{Aids, SourceChannel};
-use crate::ingest::survey::{Seen, Survey, survey};
+use crate::cli::number::number;
+use crate::ingest::aids::Aids;
+use crate::ingest::listing::SourceChannel;
+use crate::ingest::survey::{ChannelContents, Survey, survey};
 use crate::ingest::{self, propose::propose};
+use crate::objects::Location;
 
 /// A log's own channels and the map that is proposed for them.
 #[derive(Debug, Serialize)]
@@ -55,29 +57,29 @@ pub enum Form {
 /// # Errors
 /// It cannot be read without a channel map, or stdout not be written.
 pub fn show(
-    path: &Path,
+    log: &Location,
     aids: &Aids,
     form: Form,
     why: Option<ingest::Error>,
 ) -> Result<(), Failure> {
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
-    let Some(survey) = survey(path, aids).map_err(rejected)? else {
+    let Some(survey) = survey(log, aids).map_err(rejected)? else {
         return Err(why.map_or_else(
             || {
                 let what = "is of a format that can only be read through a channel map";
-                Failure::Usage(format!("{} {what}", path.display()))
+                Failure::Usage(format!("{log} {what}"))
             },
             rejected,
         ));
     };
-    let found = SourceInspection::new(path, &survey);
+    let found = SourceInspection::new(log, &survey);
     match form {
         Form::Json => {
             let json = serde_json::to_string_pretty(&found);
             return print(&(json.map_err(|e| Failure::Output(e.to_string()))? + "\n"));
         }
         Form::Draft => return print(&found.proposed_map),
-        Form::Text => print(&found.to_text(path))?,
+        Form::Text => print(&found.to_text(log))?,
     }
     if why.is_some() {
         eprintln!("none of the channel maps that come with roadbench fits this log");
@@ -101,8 +103,8 @@ pub fn print(text: &str) -> Result<(), Failure> {
 
 impl SourceInspection {
     /// Of a log that was looked at.
-    pub fn new(path: &Path, survey: &Survey) -> Self {
-        let Survey { format, own_clock, listing, seen } = survey;
+    pub fn new(log: &Location, survey: &Survey) -> Self {
+        let Survey { format, own_clock, listing, contents } = survey;
         let meta = &listing.meta;
         let known = [
             ("session", Some(&meta.session_id).filter(|t| !t.is_empty())),
@@ -112,26 +114,26 @@ impl SourceInspection {
             ("rider", meta.rider_id.as_ref()),
         ];
         let known = known.into_iter().filter_map(|(k, v)| Some((k.to_owned(), v?.clone())));
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let name = log.file_stem();
         SourceInspection {
             format,
             facts: known.chain(listing.facts.iter().cloned()).collect(),
-            channels: listing.channels.iter().zip(seen).map(|(c, s)| facts(c, s)).collect(),
+            channels: listing.channels.iter().zip(contents).map(|(c, s)| facts(c, s)).collect(),
             warnings: listing.warnings.iter().map(|w| (w.code, w.message.clone())).collect(),
             proposed_map: propose(&name, format, *own_clock, listing),
         }
     }
 
     /// For people.
-    pub fn to_text(&self, path: &Path) -> String {
+    pub fn to_text(&self, log: &Location) -> String {
         let mut out = String::new();
         // writing to a String cannot fail
-        let _ = self.write(path, &mut out);
+        let _ = self.write(log, &mut out);
         out
     }
 
-    fn write(&self, path: &Path, out: &mut String) -> std::fmt::Result {
-        writeln!(out, "{} ({}), {} channels", path.display(), self.format, self.channels.len())?;
+    fn write(&self, log: &Location, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "{log} ({}), {} channels", self.format, self.channels.len())?;
         for (name, value) in &self.facts {
             writeln!(out, "  {name}: {value}")?;
         }
@@ -163,9 +165,9 @@ impl SourceInspection {
                 c.samples,
                 c.missing,
                 c.gaps,
-                super::inspect::text::number(c.min),
-                super::inspect::text::number(c.median),
-                super::inspect::text::number(c.max),
+                number(c.min),
+                number(c.median),
+                number(c.max),
             )?;
         }
         if !self.warnings.is_empty() {
@@ -193,17 +195,17 @@ impl SourceFacts {
     }
 }
 
-fn facts(channel: &SourceChannel, seen: &Seen) -> SourceFacts {
-    let at = |i: usize| seen.extent.map(|e| e[i]);
+fn facts(channel: &SourceChannel, contents: &ChannelContents) -> SourceFacts {
+    let at = |i: usize| contents.extent.map(|e| e[i]);
     SourceFacts {
         group: channel.group.clone(),
         name: channel.name.clone(),
         unit: channel.unit.clone(),
-        rate: seen.rate.or(channel.rate),
-        samples: seen.samples,
-        missing: seen.missing,
-        gaps: seen.gaps,
-        longest_gap: seen.longest_gap,
+        rate: contents.rate.or(channel.rate),
+        samples: contents.samples,
+        missing: contents.missing,
+        gaps: contents.gaps,
+        longest_gap: contents.longest_gap,
         min: at(0),
         median: at(1),
         max: at(2),

@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::diagnose::advice::{ALIKE, Advice};
-use crate::diagnose::null_calibration::SEEN;
-use crate::diagnose::ride;
+use crate::diagnose::road;
+use crate::diagnose::road::advice::{ALIKE, Advice};
+use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
 use crate::effects::ALL;
 use crate::pipeline::Pipeline;
 use crate::simulate;
@@ -68,9 +68,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let machine = scenario.machine(0);
     let session = simulate::session(&scenario, &machine, 0).session;
-    let fitted = ride::fitted(&session, &machine.bike, &pipeline)
+    let fitted = road::fitted(&session, &machine.bike, &pipeline)
         .map_err(|why| Failure::Usage(format!("scenario {}: {}", scenario.name, why.message)))?;
-    let ride::Fitted { session, samples, base, .. } = &fitted;
+    let road::Fitted { session, samples, base, .. } = &fitted;
     let advice = Advice::new(session, samples, base, ALL, &machine.bike, &pipeline);
     let (seen, pairs) = (seen(&advice), pairs(&advice));
     if arguments.json {
@@ -124,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// What is said of an effect that the ride does not show.
 fn hidden(row: &Seen) -> String {
-    if row.limit_usual.is_some_and(|x| x < SEEN) {
+    if row.limit_usual.is_some_and(|x| x < LARGEST_LIMIT) {
         return String::new();
     }
     let base = match (row.base, row.base_cosine) {
@@ -134,7 +134,9 @@ fn hidden(row: &Seen) -> String {
         _ => String::new(),
     };
     match (row.set, row.limit, row.limit_usual, row.limit_after) {
-        (Some(set), Some(limit), Some(usual), Some(after)) if after * usual / limit < SEEN => {
+        (Some(set), Some(limit), Some(usual), Some(after))
+            if after * usual / limit < LARGEST_LIMIT =>
+        {
             format!("{base}{after:.2e} with {set}")
         }
         _ => format!("{base}no set does"),
@@ -147,7 +149,7 @@ fn seen(advice: &Advice) -> Vec<Seen> {
         .map(|(j, effect)| {
             let usual = Some(advice.own.limit(j)).filter(|x| x.is_finite());
             let size = effect.typical.abs();
-            let change = advice.shown(effect.name);
+            let change = advice.best_detection(effect.name);
             let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
             let after = with.map(|(_, known)| known.limit(j) * size).filter(|x| x.is_finite());
             Seen {
@@ -173,7 +175,7 @@ fn pairs(advice: &Advice) -> Vec<Pair> {
                 continue;
             }
             let pair = [ALL[i].name, ALL[j].name];
-            let change = advice.apart(pair[0], &pair[1..]);
+            let change = advice.best_separation(pair[0], &pair[1..]);
             let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
             out.push(Pair {
                 pair,

@@ -20,6 +20,7 @@ use crate::contract::bike::{Axle, Bike};
 use crate::model::kinematics::{FrontWheel, front_wheel};
 use crate::model::tyre::trail_0;
 
+use super::relaxation::SlipLag;
 use super::samples::Samples;
 use super::zeros::Zeros;
 use crate::model::formulation::Formulation;
@@ -120,6 +121,13 @@ impl Inputs {
         Axle::BOTH.map(|axle| {
             let inertia = self.bike.wheel(axle).wheel_inertia.filter(|_| self.is_corrected());
             inertia.map_or(0.0, |inertia| inertia / self.radius[axle as usize].powi(2))
+        })
+    }
+
+    /// Relaxation lengths: the bike file's, else the wheel's radius, m.
+    fn relaxation_lengths(&self) -> [f64; 2] {
+        Axle::BOTH.map(|axle| {
+            self.bike.wheel(axle).relaxation_length.unwrap_or(self.radius[axle as usize])
         })
     }
 
@@ -270,7 +278,7 @@ impl Inputs {
     /// tyre's overturning stiffness (m), where it is known already.
     pub fn corner(&self, x: &Samples, rate: f64, front_k_x: Option<f64>) -> Signals {
         let mut out = Signals::with_room(x.len());
-        let mut lag = SlipLag::new(self, rate);
+        let mut lag = SlipLag::new(self.relaxation_lengths(), rate);
         for i in 0..x.len() {
             let state = self.corner_state(x, i, &mut lag);
             let force = self.lateral_forces(x, i, &state, front_k_x);
@@ -448,64 +456,4 @@ struct CornerState {
     load: [f64; 2],
     /// Lateral acceleration of the mass centre, m/s².
     lateral: f64,
-}
-
-/// The slip angles behind the kinematic ones by the relaxation of each tyre (1).
-struct SlipLag {
-    /// Rate of the samples, Hz.
-    rate: f64,
-    /// Relaxation lengths, m.
-    relaxation: [f64; 2],
-    lagged: [f64; 2],
-    previous: [f64; 2],
-}
-
-impl SlipLag {
-    fn new(inputs: &Inputs, rate: f64) -> Self {
-        let relaxation = Axle::BOTH.map(|axle| {
-            inputs.bike.wheel(axle).relaxation_length.unwrap_or(inputs.radius[axle as usize])
-        });
-        SlipLag { rate, relaxation, lagged: [0.0; 2], previous: [0.0; 2] }
-    }
-
-    /// The slip angles of sample `i` at a speed; each stretch of samples starts without lag.
-    fn next(&mut self, x: &Samples, i: usize, speed: f64, kinematic: [f64; 2]) -> [f64; 2] {
-        let first = i == 0
-            || x.segment[i] != x.segment[i - 1]
-            || (x.time[i] - x.time[i - 1]) * self.rate > 1.5;
-        for k in 0..2 {
-            self.lagged[k] = if first || self.lagged[k].is_nan() {
-                kinematic[k]
-            } else {
-                let span = (speed / self.relaxation[k] / self.rate).max(1e-6);
-                hold(self.lagged[k], self.previous[k], kinematic[k], span) // (1)
-            };
-        }
-        self.previous = kinematic;
-        self.lagged
-    }
-}
-
-/// Exact step of the first-order lag (1) for an input that runs straight from one sample to
-/// the next; `span` is the distance travelled over the relaxation length.
-fn hold(state: f64, from: f64, to: f64, span: f64) -> f64 {
-    let keep = (-span).exp();
-    let mean = (1.0 - keep) / span;
-    keep * state + (1.0 - mean) * to + (mean - keep) * from
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_lag_is_exact_for_a_ramp() {
-        // x' = (u - x)/T with u = t: x = t - T (1 - exp(-t/T))
-        let (mut x, step, lag) = (0.0, 0.3, 0.5_f64);
-        for i in 0..10 {
-            x = hold(x, step * f64::from(i), step * f64::from(i + 1), step / lag);
-        }
-        let t = 3.0;
-        assert!((x - (t - lag * (1.0 - (-t / lag).exp()))).abs() < 1e-12);
-    }
 }

@@ -1,7 +1,7 @@
-//! What the sensors read when there is nothing to read, and how late the velocity is.
+//! Zeros of the sensors, and the latency of the velocity.
 //!
 //! A steering zero of 0.1 degrees is a tenth of a front slip angle at 30 degrees of lean; a
-//! latency of 10 ms under full braking is a slip of 1 %. The ride itself shows them:
+//! latency of 10 ms under full braking is a slip of 1 %. The ride itself determines them:
 //!
 //! - latency and the zero of `acceleration_x`: `v' = a_x + psi' v_y` (inertial unit against
 //!   satellite velocity);
@@ -26,9 +26,9 @@ use crate::model::formulation::Formulation::Corrected;
 /// An error of lateral velocity at an axle, `constant + angle v`, with its covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LateralZero {
-    /// m/s.
+    /// Constant part, m/s.
     pub constant: f64,
-    /// rad.
+    /// Part in proportion to speed, rad.
     pub angle: f64,
     /// Variances and covariance `[cc, ca, aa]`.
     pub covariance: [f64; 3],
@@ -37,25 +37,25 @@ pub struct LateralZero {
 /// The zeros of one session.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Zeros {
-    /// How much the velocity channels lag, s.
+    /// Lag of the velocity channels, s.
     pub latency: f64,
-    /// Its standard error.
+    /// Standard error of the latency, s.
     pub latency_se: f64,
-    /// Of `acceleration_x`, m/s².
+    /// Zero of `acceleration_x`, m/s².
     pub acceleration_x: f64,
-    /// Its standard error.
+    /// Standard error of that zero, m/s².
     pub acceleration_x_se: f64,
-    /// Of `pitch`, rad: what it shows on straights without acceleration.
+    /// Zero of `pitch`, rad: its value on straights without acceleration.
     pub pitch: f64,
-    /// Of `yaw_rate`, rad/s.
+    /// Zero of `yaw_rate`, rad/s.
     pub yaw_rate: f64,
-    /// Of `roll`, rad.
+    /// Zero of `roll`, rad.
     pub roll: f64,
-    /// Its standard error.
+    /// Standard error of that zero, rad.
     pub roll_se: f64,
-    /// Of the lateral velocity over the front wheel, steering zero included.
+    /// Error of the lateral velocity over the front wheel, steering zero included.
     pub front: LateralZero,
-    /// Of the lateral velocity over the rear wheel.
+    /// Error of the lateral velocity over the rear wheel.
     pub rear: LateralZero,
     /// Whether there was enough straight running for the lateral zeros.
     pub lateral_known: bool,
@@ -158,37 +158,78 @@ pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
     let v = delayed(v);
     let roll = get(Channel::Roll);
     let blocks = straight_blocks(&v, &turn, roll.as_deref(), &coarse);
-    if let Some(roll) = &roll {
-        let y: Vec<f64> = blocks
-            .iter()
-            .map(|&(i, _)| roll[i] + 1.08 * (v[i] * turn[i] / GRAVITY).atan())
-            .collect();
-        let ones = vec![1.0; y.len()];
-        if let Some((theta, covariance)) = robust(&[&ones], &y, &blocks) {
-            zeros.roll = theta[0];
-            zeros.roll_se = covariance[0].sqrt();
-        }
+    let velocity_y = velocity_y.map(delayed);
+    if let Some(roll) = &roll
+        && let Some((zero, se)) = roll_zero(&v, &turn, roll, &blocks)
+    {
+        zeros.roll = zero;
+        zeros.roll_se = se;
     }
-    if let (Some(vy), Some(roll), Some(_)) = (velocity_y, &roll, &yaw_rate) {
-        let vy = delayed(vy);
-        let roll_rate = get(Channel::RollRate).unwrap_or_else(|| slope(roll, coarse.rate));
+    if let (Some(vy), Some(roll), Some(_)) = (velocity_y, roll, &yaw_rate) {
+        let roll_rate = get(Channel::RollRate).unwrap_or_else(|| slope(&roll, coarse.rate));
         let steer = get(Channel::SteerAngle);
-        let lean = |i: usize| roll[i] - zeros.roll;
-        // lateral velocity of the contact line below the mass centre
-        let base = |i: usize| {
-            let height = bike.cg_height + bike.velocity_sensor_z;
-            vy[i] + height * lean(i).cos() * roll_rate[i] - bike.velocity_sensor_x * turn[i]
-        };
+        let lean = roll.iter().map(|r| r - zeros.roll).collect();
+        let [front, rear] =
+            Straight { v, vy, turn, lean, roll_rate, steer }.lateral_zeros(bike, &blocks);
+        zeros.lateral_known = rear.is_some();
+        zeros.rear = rear.unwrap_or_default();
+        zeros.front = front.unwrap_or_default();
+    }
+    (zeros, warnings)
+}
+
+/// Zero of `roll` and its standard error, rad: straight running, where the motorcycle leans by what
+/// the turn needs.
+fn roll_zero(
+    v: &[f64],
+    turn: &[f64],
+    roll: &[f64],
+    blocks: &[(usize, usize)],
+) -> Option<(f64, f64)> {
+    let y: Vec<f64> =
+        blocks.iter().map(|&(i, _)| roll[i] + 1.08 * (v[i] * turn[i] / GRAVITY).atan()).collect();
+    let ones = vec![1.0; y.len()];
+    let (theta, covariance) = robust(&[&ones], &y, blocks)?;
+    Some((theta[0], covariance[0].sqrt()))
+}
+
+/// The coarse motion of a ride, whose straight parts show the lateral zeros.
+struct Straight {
+    /// m/s.
+    v: Vec<f64>,
+    /// Lateral velocity, m/s.
+    vy: Vec<f64>,
+    /// Yaw rate, rad/s.
+    turn: Vec<f64>,
+    /// Roll without its zero, rad.
+    lean: Vec<f64>,
+    /// rad/s.
+    roll_rate: Vec<f64>,
+    /// Handlebar angle, rad.
+    steer: Option<Vec<f64>>,
+}
+
+impl Straight {
+    /// Lateral velocity of the contact line below the mass centre, m/s.
+    fn below_mass_centre(&self, bike: &Bike, i: usize) -> f64 {
+        let height = bike.cg_height + bike.velocity_sensor_z;
+        self.vy[i] + height * self.lean[i].cos() * self.roll_rate[i]
+            - bike.velocity_sensor_x * self.turn[i]
+    }
+
+    /// Errors of the lateral velocity over the front (steering zero included) and the rear wheel.
+    fn lateral_zeros(&self, bike: &Bike, blocks: &[(usize, usize)]) -> [Option<LateralZero>; 2] {
+        let base = |i: usize| self.below_mass_centre(bike, i);
         let usable: Vec<(usize, usize)> = blocks
             .iter()
             .copied()
             .filter(|&(i, _)| {
-                base(i).is_finite() && steer.as_ref().is_none_or(|s| s[i].is_finite())
+                base(i).is_finite() && self.steer.as_ref().is_none_or(|s| s[i].is_finite())
             })
             .collect();
         let ones = vec![1.0; usable.len()];
-        let speed: Vec<f64> = usable.iter().map(|&(i, _)| v[i]).collect();
-        let leaning: Vec<f64> = usable.iter().map(|&(i, _)| v[i] * lean(i)).collect();
+        let speed: Vec<f64> = usable.iter().map(|&(i, _)| self.v[i]).collect();
+        let leaning: Vec<f64> = usable.iter().map(|&(i, _)| self.v[i] * self.lean[i]).collect();
         let columns: [&[f64]; 3] = [&ones, &speed, &leaning];
         let fit = |y: &[f64]| {
             robust(&columns, y, &usable).map(|(theta, c)| LateralZero {
@@ -198,20 +239,16 @@ pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
             })
         };
         let rear: Vec<f64> =
-            usable.iter().map(|&(i, _)| base(i) - bike.cg_to_rear() * turn[i]).collect();
-        let known_rear = fit(&rear);
-        let front: Option<Vec<f64>> = steer.map(|steer| {
+            usable.iter().map(|&(i, _)| base(i) - bike.cg_to_rear() * self.turn[i]).collect();
+        let front: Option<Vec<f64>> = self.steer.as_ref().map(|steer| {
             let at = |i: usize| {
-                let delta = kinematic_steer(steer[i], lean(i), bike.caster_angle, Corrected);
-                base(i) + bike.cg_to_front * turn[i] - v[i] * delta
+                let delta = kinematic_steer(steer[i], self.lean[i], bike.caster_angle, Corrected);
+                base(i) + bike.cg_to_front * self.turn[i] - self.v[i] * delta
             };
             usable.iter().map(|&(i, _)| at(i)).collect()
         });
-        zeros.rear = known_rear.unwrap_or_default();
-        zeros.front = front.and_then(|y| fit(&y)).unwrap_or_default();
-        zeros.lateral_known = known_rear.is_some();
+        [front.and_then(|y| fit(&y)), fit(&rear)]
     }
-    (zeros, warnings)
 }
 
 /// Heading over the ride if there is one, else the mean at standstill, else nothing.
@@ -263,51 +300,17 @@ fn longitudinal(
     if (rows.len() as f64) < 20.0 * coarse.rate {
         return;
     }
-    let n = rows.len() as f64;
-    // spread of a(t - tau) - v'(t): least where the two are in step; the mean is the zero
-    let spread = |lag: i64| {
-        let mut sum = 0.0;
-        let mut square = 0.0;
-        for &i in &rows {
-            let d = a[(i as i64 - lag) as usize] - dv[i];
-            sum += d;
-            square += d * d;
-        }
-        (square / n - (sum / n).powi(2), sum / n)
-    };
-    let reach = reach as i64;
-    let best = (-reach..=reach)
-        .map(|lag| (spread(lag).0, lag))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or(0, |(_, lag)| lag);
-    if best.abs() == reach {
-        return; // no dip: the two have nothing in common
-    }
-    let (low, here, high) = (spread(best - 1).0, spread(best).0, spread(best + 1).0);
-    let curvature = low - 2.0 * here + high;
-    if curvature <= 0.0 {
+    let Some(Lag { best, latency, latency_se }) = lag(&a, &dv, &rows, reach as i64, coarse.rate)
+    else {
         return;
-    }
-    let shift = 0.5 * (low - high) / curvature;
-    let latency = (best as f64 + shift) / coarse.rate;
-    // residual noise is correlated over the five-sample window
-    let least = here - 0.125 * (low - high) * (low - high) / curvature;
-    let latency_se = (5.0 * least.max(0.0) / (0.5 * curvature) / n).sqrt() / coarse.rate;
+    };
     if latency.abs() > MIN_LATENCY.max(2.0 * latency_se) {
         zeros.latency = latency;
         zeros.latency_se = latency_se;
         if latency.abs() > 5e-3 {
-            warnings.push(Warning {
-                stage: "estimate",
-                code: "velocity_latency",
-                channel: Some(Channel::VelocityX),
-                count: 1,
-                time: None,
-                message: format!(
-                    "the velocity lags the acceleration by {:.1} ms; corrected",
-                    1e3 * latency
-                ),
-            });
+            let late = 1e3 * latency;
+            let message = format!("the velocity lags the acceleration by {late:.1} ms; corrected");
+            warnings.push(noticed("velocity_latency", Channel::VelocityX, message));
         }
     }
     // the zero from straight running only: in a bend an error of the lateral velocity comes in
@@ -318,20 +321,61 @@ fn longitudinal(
     let seconds = straight.len() as f64 / coarse.rate;
     let zero = straight.iter().map(|&i| a[(i as i64 - best) as usize] - dv[i]).sum::<f64>()
         / straight.len() as f64;
-    // the velocity error at the ends of each straight is what is left of the mean
+    // what remains of the mean is the velocity error at the ends of each straight
     let stretches = 1 + straight.windows(2).filter(|w| w[1] != w[0] + 1).count();
     zeros.acceleration_x = zero;
     zeros.acceleration_x_se = 0.05 * (stretches as f64).sqrt() / seconds;
     if zero.abs() > 0.1 {
-        warnings.push(Warning {
-            stage: "estimate",
-            code: "acceleration_bias",
-            channel: Some(Channel::AccelerationX),
-            count: 1,
-            time: None,
-            message: format!("acceleration_x reads {zero:.3} m/s² too much; corrected"),
-        });
+        let message = format!("acceleration_x reads {zero:.3} m/s² too much; corrected");
+        warnings.push(noticed("acceleration_bias", Channel::AccelerationX, message));
     }
+}
+
+/// How far one signal is behind another.
+struct Lag {
+    /// In whole samples.
+    best: i64,
+    /// s.
+    latency: f64,
+    /// Its standard error.
+    latency_se: f64,
+}
+
+/// The lag, of `reach` samples at most, at which `a(t - lag) - dv(t)` spreads least; `None` where the
+/// two have nothing in common. `rate` in Hz.
+fn lag(a: &[f64], dv: &[f64], rows: &[usize], reach: i64, rate: f64) -> Option<Lag> {
+    let n = rows.len() as f64;
+    let spread = |lag: i64| {
+        let mut sum = 0.0;
+        let mut square = 0.0;
+        for &i in rows {
+            let d = a[(i as i64 - lag) as usize] - dv[i];
+            sum += d;
+            square += d * d;
+        }
+        square / n - (sum / n).powi(2)
+    };
+    let best = (-reach..=reach)
+        .map(|lag| (spread(lag), lag))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(0, |(_, lag)| lag);
+    if best.abs() == reach {
+        return None; // no dip
+    }
+    let (low, here, high) = (spread(best - 1), spread(best), spread(best + 1));
+    let curvature = low - 2.0 * here + high;
+    if curvature <= 0.0 {
+        return None;
+    }
+    let shift = 0.5 * (low - high) / curvature;
+    // residual noise is correlated over the five-sample window
+    let least = here - 0.125 * (low - high) * (low - high) / curvature;
+    let latency_se = (5.0 * least.max(0.0) / (0.5 * curvature) / n).sqrt() / rate;
+    Some(Lag { best, latency: (best as f64 + shift) / rate, latency_se })
+}
+
+fn noticed(code: &'static str, channel: Channel, message: String) -> Warning {
+    Warning { stage: "estimate", code, channel: Some(channel), count: 1, time: None, message }
 }
 
 /// Reads a signal `by` samples later (it lags by that much), linearly.

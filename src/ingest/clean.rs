@@ -8,7 +8,9 @@ use rayon::prelude::*;
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
 use crate::ingest::clock::{Clocked, Timed};
-use crate::ingest::{Config, session_table, warning};
+use crate::ingest::config::Config;
+use crate::ingest::session_schema::session_table;
+use crate::ingest::warning::warning;
 use crate::statistics::order::{SD_PER_MAD, upper_median};
 
 use Channel::*;

@@ -9,7 +9,9 @@ use std::sync::Arc;
 
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
-use crate::ingest::{Error, Track, warning};
+use crate::ingest::error::Error;
+use crate::ingest::raw::Track;
+use crate::ingest::warning::warning;
 use crate::statistics::order::upper_median;
 
 /// Stamps that strictly increase.

@@ -3,11 +3,11 @@
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::ingest::resample::{Kind, between};
-use crate::ingest::warning;
+use crate::ingest::grid::{Interpolation, between};
+use crate::ingest::warning::warning;
 
 /// Fills runs of NaN between two samples that are at most `longest` samples apart.
-pub fn bridge(values: &mut [f64], longest: usize, kind: Kind) {
+pub fn bridge(values: &mut [f64], longest: usize, kind: Interpolation) {
     let Some(mut i) = values.iter().position(|v| v.is_nan()) else { return };
     while i < values.len() {
         if !values[i].is_nan() {
@@ -23,7 +23,7 @@ pub fn bridge(values: &mut [f64], longest: usize, kind: Kind) {
 }
 
 /// Fills `start..end`, whose neighbours on both sides are there.
-fn fill(values: &mut [f64], start: usize, end: usize, kind: Kind) {
+fn fill(values: &mut [f64], start: usize, end: usize, kind: Interpolation) {
     // the sample before, the two at the borders, the sample after
     let places = [start.saturating_sub(2), start - 1, end, (end + 1).min(values.len() - 1)];
     let from = usize::from(start < 2 || values[places[0]].is_nan());
@@ -112,7 +112,7 @@ mod tests {
         for i in [0, 3, 9, 10, 11, 12, 18] {
             values[i] = NAN;
         }
-        bridge(&mut values, 4, Kind::Cubic);
+        bridge(&mut values, 4, Interpolation::Cubic);
         assert!(values[0].is_nan(), "nothing before the first sample");
         assert!((values[3] - 9.0).abs() < 1e-12, "{}", values[3]);
         assert!(values[9..13].iter().all(|v| v.is_nan()));

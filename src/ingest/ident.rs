@@ -1,7 +1,7 @@
 //! Who and when, where the log itself does not say.
 
 use crate::contract::session::Meta;
-use crate::ingest::Error;
+use crate::ingest::error::Error;
 use crate::objects::Location;
 
 /// What the path `bike=<id>/date=<yyyy-mm-dd>/<session_id>.<ext>` says.

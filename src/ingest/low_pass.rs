@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use crate::ingest::resample::{Grid, ON_CLOCK};
+use crate::ingest::grid::{Grid, ON_CLOCK};
 
 /// Half length of the low-pass, in periods of the clock.
 const HALF_LENGTH: f64 = 4.0;

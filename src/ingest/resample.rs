@@ -10,30 +10,21 @@ use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
 use crate::ingest::clock::{Clock, Clocked, Timed};
+use crate::ingest::config::Config;
+use crate::ingest::error::Error;
+use crate::ingest::gaps;
+use crate::ingest::grid::{Grid, Interpolation, ON_CLOCK, between};
 use crate::ingest::low_pass::{CUT_OFF, low_passed};
-use crate::ingest::{Config, Error, gaps, warning};
+use crate::ingest::warning::warning;
 
 /// Fastest clock, Hz.
 const MAX_RATE: f64 = 2000.0;
 /// A rate so near to a whole number is that number.
 const SNAP: f64 = 0.01;
-/// Largest distance from the clock that needs no interpolation, as a share of its period.
-pub const ON_CLOCK: f64 = 0.02;
 /// Channels this much faster than the clock are low-passed.
 const FASTER: f64 = 1.5;
 /// Most samples of a session: as many as are read from one file.
 const MAX_SAMPLES: f64 = 2e7;
-
-/// The common clock.
-#[derive(Debug, Clone, Copy)]
-pub struct Grid {
-    /// Its first point, s.
-    pub start: f64,
-    /// Hz
-    pub rate: f64,
-    /// Points.
-    pub len: usize,
-}
 
 /// Brings all channels onto the pipeline's rate, or the fastest channel's own.
 ///
@@ -124,7 +115,7 @@ fn place(track: Timed, clock: &Clock, grid: Grid, limit: f64) -> Vec<f64> {
             }
             values = spread;
         }
-        gaps::bridge(&mut values, longest, kind(channel));
+        gaps::bridge(&mut values, longest, Interpolation::of(channel));
         return values;
     }
     let (times, samples): (Vec<f64>, Vec<f64>) = clock
@@ -134,28 +125,7 @@ fn place(track: Timed, clock: &Clock, grid: Grid, limit: f64) -> Vec<f64> {
         .filter(|(_, v)| v.is_finite())
         .map(|(t, v)| (*t, *v))
         .unzip();
-    interpolated(&times, &samples, grid, limit, kind(channel))
-}
-
-/// How a channel is read between its samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
-    /// The nearest sample's: whole numbers.
-    Nearest,
-    /// A straight line: bounded quantities that step, where a cubic would overshoot.
-    Linear,
-    /// A cubic.
-    Cubic,
-}
-
-fn kind(channel: Channel) -> Kind {
-    match channel {
-        Channel::Gear => Kind::Nearest,
-        Channel::Throttle | Channel::BrakePressureFront | Channel::BrakePressureRear => {
-            Kind::Linear
-        }
-        _ => Kind::Cubic,
-    }
+    interpolated(&times, &samples, grid, limit, Interpolation::of(channel))
 }
 
 /// Whether every stamp is a point of the grid.
@@ -177,7 +147,13 @@ fn on_clock(clock: &Clock, grid: Grid) -> bool {
 }
 
 /// Interpolation between samples at most `limit` apart, NaN elsewhere.
-fn interpolated(times: &[f64], samples: &[f64], grid: Grid, limit: f64, kind: Kind) -> Vec<f64> {
+fn interpolated(
+    times: &[f64],
+    samples: &[f64],
+    grid: Grid,
+    limit: f64,
+    kind: Interpolation,
+) -> Vec<f64> {
     let slack = ON_CLOCK / grid.rate;
     let mut out = vec![f64::NAN; grid.len];
     let mut right = 1;
@@ -206,38 +182,6 @@ fn interpolated(times: &[f64], samples: &[f64], grid: Grid, limit: f64, kind: Ki
     out
 }
 
-/// Value at `t` between samples `left` and `left + 1`.
-pub fn between(times: &[f64], samples: &[f64], left: usize, t: f64, limit: f64, kind: Kind) -> f64 {
-    let (t0, t1) = (times[left], times[left + 1]);
-    let (y0, y1) = (samples[left], samples[left + 1]);
-    let step = t1 - t0;
-    let u = (t - t0) / step;
-    match kind {
-        Kind::Nearest => return if u < 0.5 { y0 } else { y1 },
-        Kind::Linear => return y0 + u * (y1 - y0),
-        Kind::Cubic => {}
-    }
-    let secant = (y1 - y0) / step;
-    // slope of the parabola through three samples; across a gap, of the straight line
-    let slope = |near: usize, far: Option<usize>| {
-        let Some(far) = far.filter(|&f| f < times.len()) else { return secant };
-        let other = times[near] - times[far];
-        if other.abs() > limit || !samples[far].is_finite() {
-            return secant;
-        }
-        let outer = (samples[near] - samples[far]) / other;
-        let other = other.abs();
-        (secant * other + outer * step) / (step + other)
-    };
-    let m0 = slope(left, left.checked_sub(1)) * step;
-    let m1 = slope(left + 1, Some(left + 2)) * step;
-    let (u2, u3) = (u * u, u * u * u);
-    (2.0 * u3 - 3.0 * u2 + 1.0) * y0
-        + (u3 - 2.0 * u2 + u) * m0
-        + (3.0 * u2 - 2.0 * u3) * y1
-        + (u3 - u2) * m1
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -251,7 +195,7 @@ mod tests {
         let times = [0.0, 0.1, 0.25, 0.3, 0.42, 0.5];
         let f = |t: f64| 3.0 - 2.0 * t + 5.0 * t * t;
         let samples = times.map(f);
-        let out = interpolated(&times, &samples, grid(100.0, 51), 1.0, Kind::Cubic);
+        let out = interpolated(&times, &samples, grid(100.0, 51), 1.0, Interpolation::Cubic);
         for (j, y) in out.iter().enumerate().take(42).skip(10) {
             let t = j as f64 / 100.0;
             assert!((y - f(t)).abs() < 1e-12, "{t}: {y} not {}", f(t));
@@ -261,15 +205,20 @@ mod tests {
     #[test]
     fn gaps_beyond_the_limit_stay() {
         let times = [0.0, 0.1, 0.2, 0.8, 0.9, 1.0];
-        let out = interpolated(&times, &[1.0; 6], grid(20.0, 21), 0.25, Kind::Cubic);
+        let out = interpolated(&times, &[1.0; 6], grid(20.0, 21), 0.25, Interpolation::Cubic);
         let missing: Vec<usize> = (0..21).filter(|&j| out[j].is_nan()).collect();
         assert_eq!(missing, (5..16).collect::<Vec<_>>());
     }
 
     #[test]
     fn gear_stays_whole() {
-        let out =
-            interpolated(&[0.0, 0.13, 0.26], &[1.0, 2.0, 3.0], grid(50.0, 14), 0.3, Kind::Nearest);
+        let out = interpolated(
+            &[0.0, 0.13, 0.26],
+            &[1.0, 2.0, 3.0],
+            grid(50.0, 14),
+            0.3,
+            Interpolation::Nearest,
+        );
         assert!(out.iter().all(|g| g.fract() == 0.0), "{out:?}");
     }
 }

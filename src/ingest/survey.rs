@@ -7,10 +7,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::ingest::foreign::{Aids, Decoded, Listing, Look, SourceChannel};
-use crate::ingest::map::Column;
+use crate::ingest::aids::Aids;
+use crate::ingest::detect::format_of;
+use crate::ingest::error::Error;
+use crate::ingest::format::Decoder;
+use crate::ingest::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::middle::extent;
-use crate::ingest::{Error, reader};
+use crate::ingest::raw::Column;
 use crate::objects::Location;
 use crate::statistics::order::upper_median_of;
 
@@ -36,12 +39,12 @@ pub struct Survey {
     /// The channels, as the log tells them.
     pub listing: Listing,
     /// What each holds.
-    pub seen: Vec<Seen>,
+    pub contents: Vec<ChannelContents>,
 }
 
 /// What a channel holds.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Seen {
+pub struct ChannelContents {
     /// Samples with a number.
     pub samples: usize,
     /// Samples without one.
@@ -64,24 +67,24 @@ pub struct Seen {
 /// The log cannot be read.
 pub fn survey(log: impl Into<Location>, aids: &Aids) -> Result<Option<Survey>, Error> {
     let log = &log.into();
-    let reader = reader(log)?;
-    let Some(Look { list, decode }) = reader.look else { return Ok(None) };
+    let format = format_of(log)?;
+    let Some(Decoder { list, decode }) = format.decoder else { return Ok(None) };
     let mut listing = list(log, aids)?;
-    let mut seen = Vec::with_capacity(listing.channels.len());
+    let mut contents = Vec::with_capacity(listing.channels.len());
     let mut warnings = Vec::new();
     for part in parts(&listing.channels) {
         let wanted: Vec<&SourceChannel> = part.iter().collect();
         let Decoded { columns, warnings: more } = decode(log, aids, &wanted)?;
-        seen.extend(look(&columns));
+        contents.extend(look(&columns));
         for warning in more {
             if !warnings.contains(&warning) {
                 warnings.push(warning);
             }
         }
     }
-    seen.resize(listing.channels.len(), Seen::default());
+    contents.resize(listing.channels.len(), ChannelContents::default());
     listing.warnings.extend(warnings);
-    Ok(Some(Survey { format: reader.name, own_clock: reader.own_clock, listing, seen }))
+    Ok(Some(Survey { format: format.name, own_clock: format.own_clock, listing, contents }))
 }
 
 /// Channels in parts that fit the budget, each of neighbours; a group is not torn apart unless it
@@ -112,21 +115,23 @@ fn parts(channels: &[SourceChannel]) -> Vec<&[SourceChannel]> {
 }
 
 /// What channels hold. Those of one clock share what it tells.
-fn look(columns: &[Column]) -> Vec<Seen> {
+fn look(columns: &[Column]) -> Vec<ChannelContents> {
     let mut clocks: Vec<&Arc<Vec<f64>>> = Vec::new();
     for column in columns {
         if !clocks.iter().any(|c| Arc::ptr_eq(c, &column.time)) {
             clocks.push(&column.time);
         }
     }
-    let told: Vec<Option<Seen>> = clocks.par_iter().map(|c| whole_clock(c)).collect();
+    let told: Vec<Option<ChannelContents>> = clocks.par_iter().map(|c| whole_clock(c)).collect();
     let describe = |column: &Column| {
         let clock = clocks.iter().position(|c| Arc::ptr_eq(c, &column.time));
         let found = extent(&column.values);
         let count = found.map_or(0, |f| f.1);
         let missing = column.values.len() - count;
         match clock.and_then(|i| told[i].as_ref()).filter(|_| missing == 0) {
-            Some(clock) => Seen { samples: count, extent: found.map(|f| f.0), ..clock.clone() },
+            Some(clock) => {
+                ChannelContents { samples: count, extent: found.map(|f| f.0), ..clock.clone() }
+            }
             None => look_closely(column),
         }
     };
@@ -135,15 +140,15 @@ fn look(columns: &[Column]) -> Vec<Seen> {
 
 /// What a clock tells of channels without a missing sample; `None` if stamps of its own are
 /// missing.
-fn whole_clock(time: &[f64]) -> Option<Seen> {
+fn whole_clock(time: &[f64]) -> Option<ChannelContents> {
     time.iter().all(|t| t.is_finite()).then(|| of_stamps(time))
 }
 
-fn look_closely(column: &Column) -> Seen {
+fn look_closely(column: &Column) -> ChannelContents {
     let there = column.time.iter().zip(&column.values);
     let there = there.filter(|(t, v)| t.is_finite() && v.is_finite());
     let (stamps, values): (Vec<f64>, Vec<f64>) = there.map(|(t, v)| (*t, *v)).unzip();
-    Seen {
+    ChannelContents {
         samples: values.len(),
         missing: column.values.len() - values.len(),
         extent: extent(&values).map(|f| f.0),
@@ -152,18 +157,18 @@ fn look_closely(column: &Column) -> Seen {
 }
 
 /// Rate, gaps and span.
-fn of_stamps(stamps: &[f64]) -> Seen {
+fn of_stamps(stamps: &[f64]) -> ChannelContents {
     let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
     steps.retain(|d| *d > 0.0);
     let period = upper_median_of(&steps);
     let least = period.map_or(f64::INFINITY, |p| GAP.max(GAP_STEPS * p));
     let gaps = steps.iter().filter(|d| **d > least);
-    Seen {
+    ChannelContents {
         rate: period.map(|p| 1.0 / p),
         gaps: gaps.clone().count(),
         longest_gap: gaps.copied().fold(0.0, f64::max),
         span: stamps.first().copied().zip(stamps.last().copied()),
-        ..Seen::default()
+        ..ChannelContents::default()
     }
 }
 
@@ -188,7 +193,7 @@ mod tests {
         assert!((seen.rate.expect("a rate") - 100.0).abs() < 1e-6);
         assert_eq!(seen.extent.expect("numbers")[0], 0.0);
         let empty = Column { name: "x".into(), time: Arc::default(), values: Vec::new() };
-        assert_eq!(look(&[empty]), [Seen::default()]);
+        assert_eq!(look(&[empty]), [ChannelContents::default()]);
     }
 
     #[test]

@@ -4,8 +4,10 @@ use arrow::array::RecordBatch;
 use arrow::datatypes::Schema;
 
 use crate::contract::session::Meta;
-use crate::ingest::parquet::{append, check_kinds, meta_from, read_contract};
-use crate::ingest::{Error, Raw, ident};
+use crate::ingest::error::Error;
+use crate::ingest::formats::parquet::{append, check_kinds, meta_from, read_contract};
+use crate::ingest::ident;
+use crate::ingest::raw::Raw;
 use crate::objects::Location;
 
 /// Reads a table by the same rules as a `session.v1` Parquet file: units in the fields' metadata,

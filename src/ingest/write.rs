@@ -14,7 +14,7 @@ use arrow::datatypes::{DataType, Schema};
 use rayon::prelude::*;
 
 use crate::contract::session::{Meta, Session};
-use crate::ingest::session_table;
+use crate::ingest::session_schema::session_table;
 use crate::objects::Location;
 use crate::tables::file;
 

@@ -9,7 +9,7 @@
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::ingest::warning;
+use crate::ingest::warning::warning;
 
 /// Angle from the Euler heading to the trace, rad, positive to the left.
 pub fn trace_angle(roll: f64, pitch: f64) -> f64 {

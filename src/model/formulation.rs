@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Formulation {
-    /// With the corrections of `onroad.md`, section 4.
+    /// With the corrections of the book, Estimation, section 4.
     #[default]
     Corrected,
     /// As printed, for comparison.

@@ -1,7 +1,7 @@
 //! Steering geometry: what handlebar angle and roll make of the front wheel (eqs. 30, 31).
 //!
 //! The wheel's axle is turned about the raked steering axis, then rolled; ISO axes. Both
-//! signs differ from the print (`onroad.md`, section 4).
+//! signs differ from the print (book, Estimation, section 4).
 
 use super::formulation::Formulation;
 

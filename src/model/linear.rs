@@ -1,6 +1,6 @@
 //! A linear tyre whose whole side force lags: the tyre of Sharp (1971).
 
-use super::tir::{Keys, Missing};
+use super::keys::{Keys, Missing};
 use super::tyre::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 

@@ -10,7 +10,7 @@
 //! ```
 #![allow(non_snake_case)] // symbols keep the capitals of the source
 
-use super::tir::{Keys, Missing};
+use super::keys::{Keys, Missing};
 use super::tyre::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
@@ -114,6 +114,53 @@ struct Lateral {
     SHf: f64,
 }
 
+/// Load and slips of a contact, as the formulas want them.
+struct Slips {
+    Fz: f64,
+    /// Relative load beyond the nominal one.
+    dfz: f64,
+    /// Slip ratio.
+    k: f64,
+    /// Tangent of the slip angle.
+    a: f64,
+    /// Sine of the camber angle.
+    g: f64,
+    /// Friction of the road, relative.
+    mu: f64,
+}
+
+impl Scale {
+    /// The file's scaling factors; 1 where it has none.
+    fn from_keys(keys: &Keys) -> Self {
+        let l = |name: &str| keys.or(name, 1.0);
+        Scale {
+            cx: l("LCX"),
+            mux: l("LMUX"),
+            ex: l("LEX"),
+            kx: l("LKX"),
+            hx: l("LHX"),
+            vx: l("LVX"),
+            cy: l("LCY"),
+            muy: l("LMUY"),
+            ey: l("LEY"),
+            ky: l("LKY"),
+            hy: l("LHY"),
+            vy: l("LVY"),
+            kyc: l("LKYC"),
+            kzc: l("LKZC"),
+            tr: l("LTR"),
+            res: l("LRES"),
+            xal: l("LXAL"),
+            yka: l("LYKA"),
+            vyka: l("LVYKA"),
+            s: l("LS"),
+            mx: l("LMX"),
+            vmx: l("LVMX"),
+            my: l("LMY"),
+        }
+    }
+}
+
 impl Mf62 {
     /// From a property file's keys.
     ///
@@ -129,7 +176,6 @@ impl Mf62 {
         // a file that says so has one rolling radius at every load
         let constant = ["DREFF", "FREFF"].iter().all(|k| keys.number(k) == Ok(0.0));
         let share = if constant { 0.0 } else { 1.0 / 3.0 };
-        let l = |name: &str| keys.or(name, 1.0);
         let nominal = keys.or("NOMPRES", 0.0);
         let pressure = if nominal > 0.0 { keys.or("INFLPRES", nominal) / nominal } else { 1.0 };
         // files from before 6.1 have the load factor in place of the fixed 2
@@ -143,7 +189,7 @@ impl Mf62 {
             qsy[6] = 1.0;
         }
         Ok(Mf62 {
-            Fz0: keys.number("FNOMIN")? * l("LFZO"),
+            Fz0: keys.number("FNOMIN")? * keys.or("LFZO", 1.0),
             R0: keys.number("UNLOADED_RADIUS")?,
             V0: keys.or("LONGVL", 16.7),
             dpi: pressure - 1.0,
@@ -195,32 +241,98 @@ impl Mf62 {
             qsx: list(keys, "QSX"),
             ppMx: list(keys, "PPMX"),
             qsy,
-            scale: Scale {
-                cx: l("LCX"),
-                mux: l("LMUX"),
-                ex: l("LEX"),
-                kx: l("LKX"),
-                hx: l("LHX"),
-                vx: l("LVX"),
-                cy: l("LCY"),
-                muy: l("LMUY"),
-                ey: l("LEY"),
-                ky: l("LKY"),
-                hy: l("LHY"),
-                vy: l("LVY"),
-                kyc: l("LKYC"),
-                kzc: l("LKZC"),
-                tr: l("LTR"),
-                res: l("LRES"),
-                xal: l("LXAL"),
-                yka: l("LYKA"),
-                vyka: l("LVYKA"),
-                s: l("LS"),
-                mx: l("LMX"),
-                vmx: l("LVMX"),
-                my: l("LMY"),
-            },
+            scale: Scale::from_keys(keys),
         })
+    }
+
+    /// Longitudinal force under combined slip, N (4.E9 to 4.E18, 4.E50 to 4.E57).
+    fn longitudinal(&self, at: &Slips, Kxk: f64) -> f64 {
+        let &Slips { Fz, dfz, k, a, g, mu } = at;
+        let (s, dpi) = (&self.scale, self.dpi);
+        let Cx = self.pCx[0] * s.cx;
+        let mux = (self.pDx[0] + self.pDx[1] * dfz)
+            * (1.0 + self.ppx[2] * dpi + self.ppx[3] * dpi * dpi)
+            * (1.0 - self.pDx[2] * g * g)
+            * s.mux
+            * mu;
+        let Dx = mux * Fz;
+        let kx = k + (self.pHx[0] + self.pHx[1] * dfz) * s.hx;
+        let Ex = ((self.pEx[0] + self.pEx[1] * dfz + self.pEx[2] * dfz * dfz)
+            * (1.0 - self.pEx[3] * sign(kx))
+            * s.ex)
+            .min(1.0);
+        let Bx = Kxk / (Cx * Dx);
+        let SVx = Fz * (self.pVx[0] + self.pVx[1] * dfz) * s.vx * s.mux * mu;
+        let Fx0 = Dx * (Cx * bent(Ex, Bx * kx).atan()).sin() + SVx;
+        let Bxa = (self.rBx[0] + self.rBx[2] * g * g) * (self.rBx[1] * k).atan().cos() * s.xal;
+        let Exa = (self.rEx[0] + self.rEx[1] * dfz).min(1.0);
+        let Gxa = |a: f64| (self.rCx[0] * bent(Exa, Bxa * a).atan()).cos();
+        Fx0 * Gxa(a + self.rHx[0]) / Gxa(self.rHx[0])
+    }
+
+    /// Aligning moment under combined slip, N m (4.E31 to 4.E49, 4.E71 to 4.E78).
+    fn aligning(&self, at: &Slips, Kxk: f64, y: &Lateral, [Fx, Fy]: [f64; 2]) -> f64 {
+        let &Slips { Fz, dfz, k, a, g, mu } = at;
+        let (s, dpi) = (&self.scale, self.dpi);
+        // the trail works on the side force of the upright wheel (4.E71-4.E78)
+        let upright = self.lateral(Fz, a, 0.0, mu);
+        let Fy_upright = self.weight_y(dfz, a, 0.0, k) * upright.Fy0;
+        let cos_a = 1.0 / (1.0 + a * a).sqrt();
+        let with_slip = |x: f64| sign(x) * x.hypot(Kxk / y.Kya * k);
+        let SHt = self.qHz[0] + self.qHz[1] * dfz + (self.qHz[2] + self.qHz[3] * dfz) * g;
+        let at = with_slip(a + SHt);
+        let Bt = (self.qBz[0] + self.qBz[1] * dfz + self.qBz[2] * dfz * dfz)
+            * (1.0 + self.qBz[3] * g + self.qBz[4] * g.abs() + self.qBz[5] * g * g)
+            * s.ky
+            / (s.muy * mu);
+        let Ct = self.qCz[0];
+        let Dt = Fz
+            * (self.R0 / self.Fz0)
+            * (self.qDz[0] + self.qDz[1] * dfz)
+            * (1.0 - self.ppz[0] * dpi)
+            * (1.0 + self.qDz[2] * g.abs() + self.qDz[3] * g * g)
+            * s.tr;
+        let Et = ((self.qEz[0] + self.qEz[1] * dfz + self.qEz[2] * dfz * dfz)
+            * (1.0
+                + (self.qEz[3] + self.qEz[4] * g)
+                    * std::f64::consts::FRAC_2_PI
+                    * (Bt * Ct * (a + SHt)).atan()))
+        .min(1.0);
+        let t = Dt * (Ct * bent(Et, Bt * at).atan()).cos() * cos_a;
+        let Br = self.qBz[8] * s.ky / (s.muy * mu) + self.qBz[9] * y.ByCy;
+        let Dr = Fz
+            * self.R0
+            * ((self.qDz[5] + self.qDz[6] * dfz) * s.res
+                + ((self.qDz[7] + self.qDz[8] * dfz) * (1.0 + self.ppz[1] * dpi)
+                    + (self.qDz[9] + self.qDz[10] * dfz) * g.abs())
+                    * g
+                    * s.kzc)
+            * s.muy
+            * mu
+            * cos_a;
+        let Mzr = Dr * (Br * with_slip(a + y.SHf)).atan().cos();
+        let arm = self.R0
+            * (self.ssz[0] + self.ssz[1] * Fy / self.Fz0 + (self.ssz[2] + self.ssz[3] * dfz) * g)
+            * s.s;
+        -t * Fy_upright + Mzr + arm * Fx
+    }
+
+    /// Overturning moment, N m (4.E69).
+    fn overturning(&self, Fz: f64, Fy: f64, camber: f64) -> f64 {
+        let (s, dpi) = (&self.scale, self.dpi);
+        let q = &self.qsx;
+        let (f, side) = (Fz / self.Fz0, Fy / self.Fz0);
+        self.R0
+            * Fz
+            * s.mx
+            * (q[0] * s.vmx - q[1] * camber * (1.0 + self.ppMx[0] * dpi)
+                + q[2] * side
+                + q[3]
+                    * (q[4] * (q[5] * f).powi(2).atan()).cos()
+                    * (q[6] * camber + q[7] * (q[8] * side).atan()).sin()
+                + q[9] * (q[10] * f).atan() * camber
+                - q[11] * camber * camber.abs())
+            + self.R0 * Fy * s.mx * (q[12] + q[13] * camber.abs()) // (4.E69)
     }
 
     fn dfz(&self, Fz: f64) -> f64 {
@@ -299,33 +411,15 @@ impl TyreModel for Mf62 {
         if Fz <= 0.0 {
             return Output::default(); // off the ground
         }
-        let (s, dfz, dpi) = (&self.scale, self.dfz(Fz), self.dpi);
+        let (s, dfz) = (&self.scale, self.dfz(Fz));
         let k = slip_ratio.clamp(-1.0, 1e3);
         let mu = mu.max(1e-3); // ice has some
         let a = slip_angle.clamp(-1.5, 1.5).tan();
         let g = camber.sin();
+        let at = Slips { Fz, dfz, k, a, g, mu };
 
-        let Cx = self.pCx[0] * s.cx;
-        let mux = (self.pDx[0] + self.pDx[1] * dfz)
-            * (1.0 + self.ppx[2] * dpi + self.ppx[3] * dpi * dpi)
-            * (1.0 - self.pDx[2] * g * g)
-            * s.mux
-            * mu;
-        let Dx = mux * Fz;
-        let kx = k + (self.pHx[0] + self.pHx[1] * dfz) * s.hx;
-        let Ex = ((self.pEx[0] + self.pEx[1] * dfz + self.pEx[2] * dfz * dfz)
-            * (1.0 - self.pEx[3] * sign(kx))
-            * s.ex)
-            .min(1.0);
         let Kxk = self.Kxk(Fz);
-        let Bx = Kxk / (Cx * Dx);
-        let SVx = Fz * (self.pVx[0] + self.pVx[1] * dfz) * s.vx * s.mux * mu;
-        let Fx0 = Dx * (Cx * bent(Ex, Bx * kx).atan()).sin() + SVx;
-        let Bxa = (self.rBx[0] + self.rBx[2] * g * g) * (self.rBx[1] * k).atan().cos() * s.xal;
-        let Exa = (self.rEx[0] + self.rEx[1] * dfz).min(1.0);
-        let Gxa = |a: f64| (self.rCx[0] * bent(Exa, Bxa * a).atan()).cos();
-        let Fx = Fx0 * Gxa(a + self.rHx[0]) / Gxa(self.rHx[0]);
-
+        let Fx = self.longitudinal(&at, Kxk);
         let y = self.lateral(Fz, a, g, mu);
         let DVyk = y.mu
             * Fz
@@ -333,62 +427,8 @@ impl TyreModel for Mf62 {
             * (self.rVy[3] * a).atan().cos();
         let SVyk = DVyk * (self.rVy[4] * (self.rVy[5] * k).atan()).sin() * s.vyka;
         let Fy = self.weight_y(dfz, a, g, k) * y.Fy0 + SVyk;
-
-        // the trail works on the side force of the upright wheel (4.E71-4.E78)
-        let upright = self.lateral(Fz, a, 0.0, mu);
-        let Fy_upright = self.weight_y(dfz, a, 0.0, k) * upright.Fy0;
-        let cos_a = 1.0 / (1.0 + a * a).sqrt();
-        let with_slip = |x: f64| sign(x) * x.hypot(Kxk / y.Kya * k);
-        let SHt = self.qHz[0] + self.qHz[1] * dfz + (self.qHz[2] + self.qHz[3] * dfz) * g;
-        let at = with_slip(a + SHt);
-        let Bt = (self.qBz[0] + self.qBz[1] * dfz + self.qBz[2] * dfz * dfz)
-            * (1.0 + self.qBz[3] * g + self.qBz[4] * g.abs() + self.qBz[5] * g * g)
-            * s.ky
-            / (s.muy * mu);
-        let Ct = self.qCz[0];
-        let Dt = Fz
-            * (self.R0 / self.Fz0)
-            * (self.qDz[0] + self.qDz[1] * dfz)
-            * (1.0 - self.ppz[0] * dpi)
-            * (1.0 + self.qDz[2] * g.abs() + self.qDz[3] * g * g)
-            * s.tr;
-        let Et = ((self.qEz[0] + self.qEz[1] * dfz + self.qEz[2] * dfz * dfz)
-            * (1.0
-                + (self.qEz[3] + self.qEz[4] * g)
-                    * std::f64::consts::FRAC_2_PI
-                    * (Bt * Ct * (a + SHt)).atan()))
-        .min(1.0);
-        let t = Dt * (Ct * bent(Et, Bt * at).atan()).cos() * cos_a;
-        let Br = self.qBz[8] * s.ky / (s.muy * mu) + self.qBz[9] * y.ByCy;
-        let Dr = Fz
-            * self.R0
-            * ((self.qDz[5] + self.qDz[6] * dfz) * s.res
-                + ((self.qDz[7] + self.qDz[8] * dfz) * (1.0 + self.ppz[1] * dpi)
-                    + (self.qDz[9] + self.qDz[10] * dfz) * g.abs())
-                    * g
-                    * s.kzc)
-            * s.muy
-            * mu
-            * cos_a;
-        let Mzr = Dr * (Br * with_slip(a + y.SHf)).atan().cos();
-        let arm = self.R0
-            * (self.ssz[0] + self.ssz[1] * Fy / self.Fz0 + (self.ssz[2] + self.ssz[3] * dfz) * g)
-            * s.s;
-        let Mz = -t * Fy_upright + Mzr + arm * Fx;
-
-        let q = &self.qsx;
-        let (f, side) = (Fz / self.Fz0, Fy / self.Fz0);
-        let Mx = self.R0
-            * Fz
-            * s.mx
-            * (q[0] * s.vmx - q[1] * camber * (1.0 + self.ppMx[0] * dpi)
-                + q[2] * side
-                + q[3]
-                    * (q[4] * (q[5] * f).powi(2).atan()).cos()
-                    * (q[6] * camber + q[7] * (q[8] * side).atan()).sin()
-                + q[9] * (q[10] * f).atan() * camber
-                - q[11] * camber * camber.abs())
-            + self.R0 * Fy * s.mx * (q[12] + q[13] * camber.abs()); // (4.E69)
+        let Mz = self.aligning(&at, Kxk, &y, [Fx, Fy]);
+        let Mx = self.overturning(Fz, Fy, camber);
         Output { force_x: Fx, force_y: Fy, moment_x: Mx, moment_z: Mz }
     }
 

@@ -15,7 +15,7 @@
 //! overturning moment of its own (`QSX2`, `QSX3`) and an arm of the longitudinal force (`SSZ3`).
 #![allow(non_snake_case)] // symbols keep the capitals of the source
 
-use super::tir::{Keys, Missing};
+use super::keys::{Keys, Missing};
 use super::tyre::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 

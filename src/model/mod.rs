@@ -3,6 +3,7 @@
 
 pub mod custom;
 pub mod formulation;
+pub mod keys;
 pub mod kinematics;
 pub mod linear;
 pub mod magic_formula;

@@ -8,10 +8,10 @@
 //! LENGTH = 'meter'
 //! ```
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::custom::Custom;
+use super::keys::{Keys, Missing};
 use super::linear::Linear;
 use super::mf_62::Mf62;
 use super::mf_mc::MfMc;
@@ -58,43 +58,6 @@ pub enum Error {
         /// Names the key.
         message: String,
     },
-}
-
-/// A key that a model needs and a file lacks.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("missing key `{0}`")]
-pub struct Missing(pub String);
-
-/// The keys of a property file, upper case; numbers in SI.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Keys {
-    numbers: BTreeMap<String, f64>,
-    texts: BTreeMap<String, String>,
-}
-
-impl Keys {
-    /// A number.
-    ///
-    /// # Errors
-    /// The file does not have it.
-    pub fn number(&self, key: &str) -> Result<f64, Missing> {
-        self.numbers.get(key).copied().ok_or_else(|| Missing(key.to_owned()))
-    }
-
-    /// A number, or a default.
-    pub fn or(&self, key: &str, default: f64) -> f64 {
-        self.numbers.get(key).copied().unwrap_or(default)
-    }
-
-    /// A text.
-    pub fn text(&self, key: &str) -> Option<&str> {
-        self.texts.get(key).map(String::as_str)
-    }
-
-    /// All numbers by key.
-    pub fn numbers(&self) -> &BTreeMap<String, f64> {
-        &self.numbers
-    }
 }
 
 /// A published set by name, or a `.tir` or `.toml` file.

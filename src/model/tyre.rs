@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn papers_upright_stiffnesses() {
-        // onroad.md section 4: front 12.5, C 0.095 -> 1.19, c1 -0.0279 -> ct about -0.84;
+        // book, Estimation, section 1: front 12.5, C 0.095 -> 1.19, c1 -0.0279 -> ct about -0.84;
         // rear 13.2, 0.078 -> 1.03, c1 -0.0107 -> about -0.885
         for (k, c, c1, ct, k_gamma) in
             [(12.5, 0.095, -0.0279, -0.84, 1.19), (13.2, 0.078, -0.0107, -0.885, 1.03)]

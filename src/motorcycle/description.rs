@@ -330,12 +330,24 @@ impl Motorcycle {
     }
 }
 
-fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String> {
-    let get = |key: &str| values.number.get(key).copied().unwrap_or(f64::NAN);
-    let opt = |key: &str| values.number.get(key).copied();
-    let point = |x: &str, z: &str| Vector3::new(get(x), 0.0, get(z));
-    let rigid = |name: &str| {
-        let key = |leaf: &str| get(&format!("{name}.{leaf}"));
+/// The numbers of a file by dotted key.
+struct Keys<'a>(&'a Values);
+
+impl Keys<'_> {
+    fn get(&self, key: &str) -> f64 {
+        self.opt(key).unwrap_or(f64::NAN)
+    }
+
+    fn opt(&self, key: &str) -> Option<f64> {
+        self.0.number.get(key).copied()
+    }
+
+    fn point(&self, x: &str, z: &str) -> Vector3<f64> {
+        Vector3::new(self.get(x), 0.0, self.get(z))
+    }
+
+    fn rigid(&self, name: &str) -> Rigid {
+        let key = |leaf: &str| self.get(&format!("{name}.{leaf}"));
         let own = Matrix3::new(
             key("ixx"),
             0.0,
@@ -351,22 +363,20 @@ fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String
         let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -key("tilt")).into_inner();
         let about_centre = turn * own * turn.transpose();
         Rigid::new(key("mass"), Vector3::new(key("x"), 0.0, key("z")), about_centre)
-    };
-    let wheel = |end: &str| {
+    }
+
+    fn wheel(&self, end: &str) -> Rigid {
         let (spin, across) = (
-            get(&format!("{end}.wheel.spin_inertia")),
-            get(&format!("{end}.wheel.diametral_inertia")),
+            self.get(&format!("{end}.wheel.spin_inertia")),
+            self.get(&format!("{end}.wheel.diametral_inertia")),
         );
         let own = Matrix3::from_diagonal(&Vector3::new(across, spin, across));
-        Rigid::new(get(&format!("{end}.wheel.mass")), Vector3::zeros(), own)
-    };
-    let contact = match values.text.get("contact").map(String::as_str) {
-        None | Some("tyre") => Contact::Tyre,
-        Some("rolling") => Contact::Rolling,
-        Some(other) => return Err(format!("`contact` = \"{other}\" is neither tyre nor rolling")),
-    };
-    let tyre = |end: &str| -> Result<Option<Box<dyn TyreModel>>, String> {
-        let Some(name) = values.text.get(&format!("{end}.tyre")) else { return Ok(None) };
+        Rigid::new(self.get(&format!("{end}.wheel.mass")), Vector3::zeros(), own)
+    }
+
+    /// Tyre of one end, from beside the file or published; `None` where the file names none.
+    fn tyre(&self, end: &str, path: &Path) -> Result<Option<Box<dyn TyreModel>>, String> {
+        let Some(name) = self.0.text.get(&format!("{end}.tyre")) else { return Ok(None) };
         let beside = path.parent().unwrap_or(Path::new("")).join(name);
         let tyre = if published::text(name).is_none() && beside.exists() {
             tir::load(&beside.to_string_lossy())
@@ -374,64 +384,88 @@ fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String
             tir::load(name)
         };
         tyre.map(Some).map_err(|e| format!("`{end}.tyre`: {e}"))
+    }
+
+    fn chain(&self) -> Result<Option<Chain>, String> {
+        match (
+            self.opt("chain.engine_x"),
+            self.opt("chain.engine_z"),
+            self.opt("chain.engine_radius"),
+            self.opt("chain.wheel_radius"),
+        ) {
+            (None, None, None, None) => Ok(None),
+            (Some(x), Some(z), Some(engine_radius), Some(wheel_radius)) => {
+                Ok(Some(Chain { engine: Vector3::new(x, 0.0, z), engine_radius, wheel_radius }))
+            }
+            _ => Err("`chain` needs all of engine_x, engine_z, engine_radius, wheel_radius".into()),
+        }
+    }
+
+    /// Spring and damper; without a preload in the file the one that carries the static load.
+    fn suspension(&self, name: &str, static_preload: f64) -> Option<Suspension> {
+        self.opt(&format!("{name}.stiffness")).map(|stiffness| Suspension {
+            stiffness,
+            preload: self.opt(&format!("{name}.preload")).unwrap_or(static_preload),
+            compression: self.get(&format!("{name}.compression")),
+            rebound: self.get(&format!("{name}.rebound")),
+        })
+    }
+}
+
+fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String> {
+    let keys = Keys(values);
+    let contact = match values.text.get("contact").map(String::as_str) {
+        None | Some("tyre") => Contact::Tyre,
+        Some("rolling") => Contact::Rolling,
+        Some(other) => return Err(format!("`contact` = \"{other}\" is neither tyre nor rolling")),
     };
-    let tyres = match (tyre("front")?, tyre("rear")?) {
+    let tyres = match (keys.tyre("front", path)?, keys.tyre("rear", path)?) {
         (Some(front), Some(rear)) => Some([front, rear]),
         _ => None,
     };
-    let centres = [point("front.wheel.x", "front.wheel.z"), point("rear.wheel.x", "rear.wheel.z")];
-    let chain = match (
-        opt("chain.engine_x"),
-        opt("chain.engine_z"),
-        opt("chain.engine_radius"),
-        opt("chain.wheel_radius"),
-    ) {
-        (None, None, None, None) => None,
-        (Some(x), Some(z), Some(engine_radius), Some(wheel_radius)) => {
-            Some(Chain { engine: Vector3::new(x, 0.0, z), engine_radius, wheel_radius })
-        }
-        _ => {
-            return Err(
-                "`chain` needs all of engine_x, engine_z, engine_radius, wheel_radius".into()
-            );
-        }
-    };
-    let frame = rigid("frame");
-    let rider = rigid("rider");
+    let chain = keys.chain()?;
+    let centres =
+        [keys.point("front.wheel.x", "front.wheel.z"), keys.point("rear.wheel.x", "rear.wheel.z")];
+    let frame = keys.rigid("frame");
+    let rider = keys.rigid("rider");
     let mut motorcycle = Motorcycle {
         id: id.to_owned(),
         name: values.text.get("name").cloned().unwrap_or_else(|| id.to_owned()),
         contact,
-        gravity: get("gravity"),
-        caster_angle: get("caster_angle"),
-        aerodynamic_centre: match (opt("aerodynamics.x"), opt("aerodynamics.z")) {
+        gravity: keys.get("gravity"),
+        caster_angle: keys.get("caster_angle"),
+        aerodynamic_centre: match (keys.opt("aerodynamics.x"), keys.opt("aerodynamics.z")) {
             (Some(x), Some(z)) => Vector3::new(x, 0.0, z),
             _ => frame.centre,
         },
         frame,
-        swing_arm: rigid("swing_arm"),
-        pivot: point("swing_arm.pivot_x", "swing_arm.pivot_z"),
+        swing_arm: keys.rigid("swing_arm"),
+        pivot: keys.point("swing_arm.pivot_x", "swing_arm.pivot_z"),
         rear_suspension: None,
-        steering: rigid("steering"),
-        steering_axis: point("steering.axis_x", "steering.axis_z"),
-        steering_damping: get("steering.damping"),
-        fork: rigid("fork"),
+        steering: keys.rigid("steering"),
+        steering_axis: keys.point("steering.axis_x", "steering.axis_z"),
+        steering_damping: keys.get("steering.damping"),
+        fork: keys.rigid("fork"),
         front_suspension: None,
-        twist: opt("frame_twist.stiffness").map(|stiffness| {
-            (point("frame_twist.x", "frame_twist.z"), stiffness, get("frame_twist.damping"))
+        twist: keys.opt("frame_twist.stiffness").map(|stiffness| {
+            (
+                keys.point("frame_twist.x", "frame_twist.z"),
+                stiffness,
+                keys.get("frame_twist.damping"),
+            )
         }),
-        rider: (rider.mass > 0.0).then_some((rider, get("rider.axis_z"))),
-        wheels: [wheel("front"), wheel("rear")],
+        rider: (rider.mass > 0.0).then_some((rider, keys.get("rider.axis_z"))),
+        wheels: [keys.wheel("front"), keys.wheel("rear")],
         centres,
         tyres,
-        brake_gain: [get("brakes.gain_front"), get("brakes.gain_rear")],
-        engine_torque: get("engine.torque"),
-        engine_inertia: get("engine.inertia"),
-        ratios: std::array::from_fn(|i| get(&format!("engine.ratio_{}", i + 1))),
+        brake_gain: [keys.get("brakes.gain_front"), keys.get("brakes.gain_rear")],
+        engine_torque: keys.get("engine.torque"),
+        engine_inertia: keys.get("engine.inertia"),
+        ratios: std::array::from_fn(|i| keys.get(&format!("engine.ratio_{}", i + 1))),
         chain,
-        air_density: get("aerodynamics.air_density"),
+        air_density: keys.get("aerodynamics.air_density"),
         aerodynamics: ["drag_area", "lift_area", "pitch_volume"]
-            .map(|k| get(&format!("aerodynamics.{k}"))),
+            .map(|k| keys.get(&format!("aerodynamics.{k}"))),
     };
     // the preloads that carry the static loads at zero travel
     let g = motorcycle.gravity;
@@ -440,15 +474,7 @@ fn assemble(values: &Values, id: &str, path: &Path) -> Result<Motorcycle, String
     let swing = (rear - m.wheels[1].mass * g) * (m.pivot.x - centres[1].x)
         - m.swing_arm.mass * g * (m.pivot.x - m.swing_arm.centre.x);
     let fork = (front - (m.wheels[0].mass + m.fork.mass) * g) * m.caster_angle.cos();
-    let suspension = |name: &str, static_preload: f64| {
-        opt(&format!("{name}.stiffness")).map(|stiffness| Suspension {
-            stiffness,
-            preload: opt(&format!("{name}.preload")).unwrap_or(static_preload),
-            compression: get(&format!("{name}.compression")),
-            rebound: get(&format!("{name}.rebound")),
-        })
-    };
-    motorcycle.rear_suspension = suspension("swing_arm", swing);
-    motorcycle.front_suspension = suspension("fork", fork);
+    motorcycle.rear_suspension = keys.suspension("swing_arm", swing);
+    motorcycle.front_suspension = keys.suspension("fork", fork);
     Ok(motorcycle)
 }

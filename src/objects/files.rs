@@ -140,30 +140,6 @@ fn write_local(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Only until batch has `Location`.
-///
-/// # Errors
-/// As [`Location::read`].
-pub fn read(path: &Path) -> Result<Vec<u8>> {
-    Location::parse(path)?.read()
-}
-
-/// Only until batch has `Location`.
-///
-/// # Errors
-/// As [`Location::remove`].
-pub fn remove(path: &Path) -> Result<()> {
-    Location::parse(path)?.remove()
-}
-
-/// Only until batch has `Location`.
-///
-/// # Errors
-/// As [`Location::list`].
-pub fn list(folder: &Path) -> Result<Vec<Entry>> {
-    Location::parse(folder)?.list()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,7 +4,6 @@
 
 use std::fmt;
 use std::io::{Error, ErrorKind, Result};
-use std::path::{Path, PathBuf};
 
 /// Whose store it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -80,11 +79,6 @@ impl Url {
         };
         Url { key, ..self.clone() }
     }
-
-    /// As a path: only until batch has `Location`.
-    pub fn path(&self) -> PathBuf {
-        PathBuf::from(self.to_string())
-    }
 }
 
 impl fmt::Display for Url {
@@ -102,28 +96,6 @@ pub(super) fn is_url(text: &str) -> bool {
     text.split_once("://").is_some_and(|(scheme, _)| {
         !scheme.is_empty() && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'+')
     })
-}
-
-/// Only until batch has `Location`.
-pub fn plain(path: &Path) -> PathBuf {
-    match super::location::Location::parse(path) {
-        Ok(super::location::Location::Local(local)) => local,
-        _ => path.to_owned(),
-    }
-}
-
-/// Only until batch has `Location`.
-pub fn is_url_path(path: &Path) -> bool {
-    is_url(&path.to_string_lossy())
-}
-
-/// Only until batch has `Location`.
-///
-/// # Errors
-/// As [`Url::parse`].
-pub fn parse(path: &Path) -> Result<Option<Url>> {
-    let text = path.to_string_lossy();
-    if is_url(&text) { Url::parse(&text).map(Some) } else { Ok(None) }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 use super::plot::{Axis, Panel, Plot, Section, Series};
 use super::sheet::{Sheet, TIMELINE_BINS};
 use crate::contract::session::Session;
-use crate::estimate::offroad::{Estimate, Ridden};
+use crate::estimate::offroad::{Estimate, RiderEstimate};
 use crate::tables::rows::PlotPoint;
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
@@ -161,7 +161,7 @@ fn extremes(places: std::ops::Range<usize>, f: &dyn Fn(usize) -> f64) -> Vec<usi
     found
 }
 
-type Force = fn(&Ridden, usize) -> f64;
+type Force = fn(&RiderEstimate, usize) -> f64;
 
 /// Forces that are drawn, N, by the first part of the series' name on the time line.
 const FORCES: [(&str, Force); 6] = [

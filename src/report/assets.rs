@@ -5,19 +5,25 @@
 //! yet made anew never get those of another version.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use crate::report::error::Error;
+use crate::report::kinds;
 use crate::tables::file;
 
-pub(super) const STYLE: &str = include_str!("../../reports/style.css");
-pub(super) const SCRIPT: &str = concat!(
-    "(async () => {\n\"use strict\";\n",
+/// The style of all pages.
+pub(super) static STYLE: LazyLock<String> =
+    LazyLock::new(|| format!("{}{}", kinds::style(), include_str!("../../reports/style.css")));
+/// The script of all pages with charts.
+pub(super) static SCRIPT: LazyLock<String> = LazyLock::new(|| {
+    format!("(async () => {{\n\"use strict\";\n{}{CHARTS}}})();\n", kinds::script())
+});
+const CHARTS: &str = concat!(
     include_str!("../../reports/charts/base.js"),
     include_str!("../../reports/charts/cloud.js"),
     include_str!("../../reports/charts/fit.js"),
     include_str!("../../reports/charts/timeline.js"),
     include_str!("../../reports/charts/main.js"),
-    "})();\n",
 );
 /// The script of long tables, on the page of the run alone.
 pub(super) const LONG_SCRIPT: &str = include_str!("../../reports/charts/long.js");
@@ -87,8 +93,8 @@ impl Pages {
 /// The files' contents, script first, with their endings.
 fn contents() -> [(&'static str, String); 2] {
     [
-        ("js", format!("{ASSET_MARK}{UPLOT_SCRIPT}\n{SCRIPT}")),
-        ("css", format!("{ASSET_MARK}{UPLOT_STYLE}\n{STYLE}")),
+        ("js", format!("{ASSET_MARK}{UPLOT_SCRIPT}\n{}", *SCRIPT)),
+        ("css", format!("{ASSET_MARK}{UPLOT_STYLE}\n{}", *STYLE)),
     ]
 }
 

@@ -26,6 +26,7 @@ pub mod diagnosis;
 pub mod error;
 pub mod fleet;
 pub mod inline_svg;
+pub mod kinds;
 pub mod labels;
 pub mod markdown;
 pub mod number_format;

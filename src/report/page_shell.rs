@@ -46,8 +46,8 @@ pub(super) fn context(source: Source) -> Value {
     let own = |text: &str| Value::from_safe_string(text.to_owned());
     let embedded = context! {
         mark => own(MARK),
-        style => own(STYLE),
-        script => own(SCRIPT),
+        style => own(&STYLE),
+        script => own(&SCRIPT),
         uplot_script => own(UPLOT_SCRIPT),
         uplot_style => own(UPLOT_STYLE),
         version => crate::VERSION,
@@ -68,7 +68,7 @@ pub(super) fn fingerprint(session: &SessionRow, diagnosis: Option<&str>, bench: 
     }
     hasher.update(session.path.as_bytes()).update(b"\n").update(bench.as_bytes());
     hasher.update(diagnosis.unwrap_or_default().as_bytes()).update(b"\n");
-    let own = [STYLE, SCRIPT, UPLOT_SCRIPT, UPLOT_STYLE];
+    let own = [STYLE.as_str(), SCRIPT.as_str(), UPLOT_SCRIPT, UPLOT_STYLE];
     for text in TEMPLATES.iter().map(|(_, text)| *text).chain(own) {
         hasher.update(text.as_bytes());
     }

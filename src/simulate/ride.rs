@@ -118,7 +118,20 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
             run.observe(&action);
         }
     }
-    let meta = Meta {
+    let mut session = record(meta(tour, id, number, fall.is_some()), tour, &samples);
+    for &channel in &tour.drop {
+        session.remove(channel);
+    }
+    tour.model_error.measure(&mut session);
+    sensors::measure(&mut session, &tour.sensors, tour.seed);
+    super::clamp_physical(&mut session);
+    let labels = super::runs_of(&kinds, tour.rate);
+    Ridden { session, labels, samples, fall, steps }
+}
+
+/// What a logger knows of the session; a log that ends in a fall says so.
+fn meta(tour: &Tour, id: String, number: usize, fell: bool) -> Meta {
+    Meta {
         session_id: id,
         bike_id: tour.bike.bike_id.clone(),
         start_time: Some(format!(
@@ -128,19 +141,9 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> Ridden {
         )),
         tyre_front: tour.bike.front.model.clone(),
         tyre_rear: tour.bike.rear.model.clone(),
-        // a log that ends in a fall says so
-        site: Some(if fall.is_some() { "simulated, partial: fell" } else { "simulated" }.into()),
+        site: Some(if fell { "simulated, partial: fell" } else { "simulated" }.into()),
         rider_id: None,
-    };
-    let mut session = record(meta, tour, &samples);
-    for &channel in &tour.drop {
-        session.remove(channel);
     }
-    tour.model_error.measure(&mut session);
-    sensors::measure(&mut session, &tour.sensors, tour.seed);
-    super::clamp_physical(&mut session);
-    let labels = super::runs_of(&kinds, tour.rate);
-    Ridden { session, labels, samples, fall, steps }
 }
 
 fn sample(run: &Run<'_>, action: &Action, controls: Controls, centre: &Vector3<f64>) -> Sample {

@@ -1,10 +1,11 @@
-//! The reference in the book is generated: from `schemas/`, from the effects and from the program's
+//! The reference in the book is generated: from `schemas/`, the effects, the manoeuvres and the program's
 //! own help. `ROADBENCH_BLESS=1 cargo nextest run -E 'test(book::)'` writes it anew.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use roadbench::contract::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::contract::schema::{Column, Key, KeyTable, Table};
 use roadbench::effects::ALL;
 use roadbench::tables::registry;
@@ -131,6 +132,49 @@ fn effects_are_those_that_are_looked_for() {
         );
     }
     page("effects.md", &text);
+}
+
+/// The kinds' names, as a sentence of a schema lists them.
+fn kind_names() -> String {
+    let names: Vec<&str> = ManoeuvreKind::ALL.iter().map(|k| k.name()).collect();
+    let (last, others) = names.split_last().expect("kinds");
+    format!("{} or {last}.", others.join(", "))
+}
+
+#[test]
+fn manoeuvres_are_those_that_are_declared() {
+    let mut text = String::from(
+        "# Kinds of manoeuvre\n\nAs the column `kind` of the tables `manoeuvres`, `forces`, `discrepancies` and \
+         `replays` has them. Pages, figures and the terminal take words, letters and colours from the same \
+         declaration, `src/contract/manoeuvre.rs`.\n\n| kind | what it is | looked for | direction | letter | colour on \
+         light, on dark |\n|---|---|---|---|---|---|\n",
+    );
+    for d in ManoeuvreKind::ALL.iter().map(|k| k.declaration()) {
+        let terrain = match d.terrain {
+            Terrain::Road => "on the road",
+            Terrain::OffRoad => "off the road",
+            Terrain::Both => "on and off the road",
+        };
+        let direction = match d.course {
+            Course::Straight => "outbound or inbound",
+            Course::Bend => "left or right",
+            Course::Any => "",
+        };
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {terrain} | {direction} | {} | `{}`, `{}` |",
+            d.name,
+            cell(d.description),
+            d.letter,
+            d.colour,
+            d.colour_dark
+        );
+    }
+    page("manoeuvres.md", &text);
+    let listed: Table =
+        toml::from_str(include_str!("../../schemas/manoeuvres.v1.toml")).expect("a table");
+    let kind = listed.columns.iter().find(|c| c.name == "kind").expect("a column");
+    assert_eq!(kind.description, kind_names(), "schemas/manoeuvres.v1.toml");
 }
 
 #[test]

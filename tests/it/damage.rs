@@ -11,7 +11,7 @@ use roadbench::batch::run::RunWork;
 use roadbench::batch::{Finished, Maps, Settings, Watch, engine};
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest::foreign::Aids;
+use roadbench::ingest::aids::Aids;
 use roadbench::ingest::survey::survey;
 use roadbench::ingest::{self, write_session};
 use roadbench::objects::Location;
@@ -289,7 +289,7 @@ fn files_that_claim_without_bounds_end() {
         std::fs::write(&path, bytes).expect("log");
         let began = Instant::now();
         let read = ingest::read(&path, maps.list()).map(|raw| raw.tracks.len());
-        let seen = survey(&path, &Aids::default()).map(|s| s.map_or(0, |s| s.seen.len()));
+        let seen = survey(&path, &Aids::default()).map(|s| s.map_or(0, |s| s.contents.len()));
         let seconds = began.elapsed().as_secs_f64();
         println!("{name}: {read:?}, {seen:?} in {seconds:.2} s");
         assert!(seconds < LONGEST, "{name} took {seconds} s");

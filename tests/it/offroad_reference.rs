@@ -196,7 +196,7 @@ fn rider_a_agrees() {
         let x: [f64; 4] = array(&v["x_A"]);
         let y = [x[0] - u("xd_s"), x[1] - u("zd_s"), x[2] - u("x_s"), x[3] - u("z_s")];
         let pitch = u("mu").sin_cos();
-        let pull = standing.pull(&y, u("mud"), pitch);
+        let pull = standing.limb_forces(&y, u("mud"), pitch);
         close(&pull.on_bike, &list(&v["f_r"]), "f_r");
         close(&[pull.leg, pull.arm], &[number(&v["F_l"]), number(&v["F_a"])], "limbs");
         close(&[pull.hip_torque], &[number(&v["T_hip"])], "hip");
@@ -247,7 +247,7 @@ fn rider_a_integrates_to_the_converged_solution() {
         for i in 0..4 {
             worst = worst.max((y[i] + relative[i] - expected[i]).abs());
         }
-        let f = standing.pull(&y, base(t).0.mud, base(t).1).on_bike;
+        let f = standing.limb_forces(&y, base(t).0.mud, base(t).1).on_bike;
         assert!(error(&f, &list(&simulation["f_r_converged"][k])) < 1e-6);
         for step in 0..80 {
             let at = t + f64::from(step) * h;

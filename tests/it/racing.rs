@@ -323,8 +323,8 @@ fn motecs_sample_log_as_another_reads_it() {
     let raw = ingest::read(&sample, &maps).expect("a log");
     assert_eq!(raw.meta.start_time.as_deref(), Some("2005-11-23T09:53:00Z"));
     assert_eq!((raw.meta.bike_id.as_str(), raw.meta.site.as_deref()), ("11A", Some("Calder")));
-    let look = ingest::reader(&sample).expect("known").look.expect("without a map");
-    let aids = ingest::foreign::Aids::default();
+    let look = ingest::format_of(&sample).expect("known").decoder.expect("without a map");
+    let aids = ingest::aids::Aids::default();
     let listing = (look.list)(&(&sample).into(), &aids).expect("listed");
     let wanted: Vec<_> = listing.channels.iter().collect();
     let ours = (look.decode)(&(&sample).into(), &aids, &wanted).expect("decoded").columns;
@@ -396,7 +396,7 @@ fn damage_is_an_error_or_a_warning() {
                     assert!(!e.message.is_empty());
                 }
             }
-            if let Ok(Some(look)) = ingest::reader(&path).map(|r| r.look)
+            if let Ok(Some(look)) = ingest::format_of(&path).map(|r| r.decoder)
                 && let Ok(listing) = (look.list)(&(&path).into(), &Default::default())
             {
                 let wanted: Vec<_> = listing.channels.iter().collect();

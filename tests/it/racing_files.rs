@@ -17,7 +17,7 @@ pub const DIGITS: usize = 5;
 
 /// A map that comes with the program.
 pub fn shipped(name: &str) -> &'static ChannelMap {
-    map::shipped().iter().find(|m| m.name == name).expect(name)
+    map::file::shipped().iter().find(|m| m.name == name).expect(name)
 }
 
 /// A channel as a logger has it.

@@ -160,7 +160,7 @@ fn the_corrected_form_beats_the_printed_one() {
             100.0 * curve_error(&printed, k)
         );
     }
-    // onroad.md: as printed the moment is half at 30 degrees, the wheels' share is missed and the
+    // book, Estimation, section 4: as printed the moment is half at 30 degrees, the wheels' share is missed and the
     // ratio of widths is turned over. On this bike the first two cancel in the sum, 2 % are left;
     // the tyres are wrong by half and by a third.
     let of = |part| Id { part, coefficient: C::OverturningStiffness };

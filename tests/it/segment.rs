@@ -250,7 +250,7 @@ fn real_recordings_are_covered_without_gaps() {
             println!("{} is not there: skipped", path.display());
             continue;
         }
-        let raw = ingest::read(&path, ingest::map::shipped()).expect(name);
+        let raw = ingest::read(&path, ingest::map::file::shipped()).expect(name);
         let (mut session, _) = ingest::run(raw, &ingest::Config::default()).expect(name);
         filter::run(&mut session, &filter::Config::default());
         let found = cut(&session);

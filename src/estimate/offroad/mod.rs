@@ -11,7 +11,8 @@
 //! on the way in, [`table`] on the way out.
 //!
 //! Source: Vasquez, Lot, Rustighi, Pegoraro (2019), "Rider model for the estimation of tyre forces
-//! in off-road motorcycles", with the corrections of `offroad.md`.
+//! in off-road motorcycles", with the corrections of the book's chapter
+//! "Off the road".
 
 pub mod contact;
 pub mod kinematics;
@@ -121,16 +122,16 @@ pub struct Estimate {
     /// Wheels off the ground.
     pub contact: Contact,
     /// The riders, in the order of the settings, with their forces and the tyres'.
-    pub riders: Vec<Ridden>,
-    /// The first rider's tyre forces were he to take half of his arms' force with his feet: what
-    /// the rider model leaves open, for the intervals.
-    pub on_his_feet: TyreForces,
+    pub riders: Vec<RiderEstimate>,
+    /// The first rider's tyre forces with half of the force at the bar moved to the pegs: what the
+    /// rider model leaves open, for the intervals.
+    pub half_at_pegs: TyreForces,
 }
 
 /// What one rider model gives.
 #[derive(Debug, Clone)]
-pub struct Ridden {
-    /// Which.
+pub struct RiderEstimate {
+    /// The model.
     pub rider: Rider,
     /// On the bike, ground axes.
     pub forces: Forces,
@@ -150,24 +151,47 @@ pub fn run(
     let mut machine = Machine::new(bike)?;
     machine.chain = lever(machine.chain, config.chain);
     let (kinematics, mut warnings) = Kinematics::new(session, &machine);
-    let mut note = |message: String| {
-        let (stage, code) = ("estimate", "bike_file_incomplete");
-        warnings.push(Warning { stage, code, channel: None, count: 1, time: None, message });
-    };
-    machine.notes.iter().for_each(|n| note(format!("bike file: {n}")));
+    let incomplete = |message: String| warning("bike_file_incomplete", 1, None, message);
+    warnings.extend(machine.notes.iter().map(|n| incomplete(format!("bike file: {n}"))));
     if machine.chain == Chain::Ignored && config.chain != ChainLever::Ignored {
-        note("bike file: neither sprockets nor teeth: the chain's pull is left out".to_owned());
+        let message = "bike file: neither sprockets nor teeth: the chain's pull is left out";
+        warnings.push(incomplete(message.to_owned()));
     }
     warnings.extend(synchrony::check(session, &kinematics, &machine, config.max_lag));
     let contact = Contact::detect(&kinematics, &machine, &config.contact);
     if kinematics.lost[3] || kinematics.lost[4] {
-        let (stage, code) = ("estimate", "flights_by_load");
-        let message =
-            "the flights of a wheel without its row of the equations cannot be told: both \
-                       wheels count as off while the bike weighs next to nothing"
-                .to_owned();
-        warnings.push(Warning { stage, code, channel: None, count: 1, time: None, message });
+        let message = "the flights of a wheel without its row of the equations cannot be told: both \
+                       wheels count as off while the bike weighs next to nothing";
+        warnings.push(warning("flights_by_load", 1, None, message.to_owned()));
     }
+    let ridden = rider_forces(&machine, &kinematics, &contact, config, &mut warnings)?;
+    let solver = Solver::new(&machine, kinematics.lost, &config.solve);
+    let unavailable = solver.unavailable();
+    if !unavailable.is_empty() {
+        let message = format!(
+            "the channels that are left do not determine {}; all other forces are estimated",
+            unavailable.join(", ")
+        );
+        warnings.push(warning("force_unavailable", unavailable.len(), None, message));
+    }
+    let (riders, mut forces): (Vec<Rider>, Vec<Forces>) = ridden.into_iter().unzip();
+    forces.push(forces[0].half_at_pegs());
+    let mut tyres = solver.run(&kinematics, &contact, &forces);
+    let half_at_pegs = tyres.pop().unwrap_or_default();
+    let riders = riders.into_iter().zip(forces).zip(tyres);
+    let riders =
+        riders.map(|((rider, forces), tyres)| RiderEstimate { rider, forces, tyres }).collect();
+    Ok((Estimate { machine, kinematics, contact, riders, half_at_pegs }, warnings))
+}
+
+/// The forces of every rider of the settings that can stand on the motorcycle, at least the first.
+fn rider_forces(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    contact: &Contact,
+    config: &Config,
+    warnings: &mut Vec<Warning>,
+) -> Result<Vec<(Rider, Forces)>, String> {
     let p = machine.equations.p;
     let base = Base {
         rate: kinematics.rate,
@@ -184,48 +208,26 @@ pub fn run(
             Ok(forces) => ridden.push((rider, forces)),
             // without the first one there is nothing to make coefficients from
             Err(message) if ridden.is_empty() => return Err(message),
-            Err(message) => warnings.push(Warning {
-                stage: "estimate",
-                code: "rider_left_out",
-                channel: None,
-                count: 1,
-                time: None,
-                message,
-            }),
+            Err(message) => warnings.push(warning("rider_left_out", 1, None, message)),
         }
     }
     for (rider, forces) in &ridden {
-        if let Some(&first) = forces.falls.first() {
-            let count = forces.falls.len();
+        if let Some(&first) = forces.toppled.first() {
+            let count = forces.toppled.len();
             let time = first as f64 / kinematics.rate;
             let message = format!(
                 "rider {} toppled over {count} times, the first at {time:.2} s, and was stood up again: \
                  passive limbs do not hold a rider through this motion",
                 rider.name()
             );
-            let (stage, code) = ("estimate", "rider_toppled");
-            let time = Some(time);
-            warnings.push(Warning { stage, code, channel: None, count, time, message });
+            warnings.push(warning("rider_toppled", count, Some(time), message));
         }
     }
-    let solver = Solver::new(&machine, kinematics.lost, &config.solve);
-    let unavailable = solver.unavailable();
-    if !unavailable.is_empty() {
-        let count = unavailable.len();
-        let message = format!(
-            "the channels that are left do not determine {}; all other forces are estimated",
-            unavailable.join(", ")
-        );
-        let (stage, code) = ("estimate", "force_unavailable");
-        warnings.push(Warning { stage, code, channel: None, count, time: None, message });
-    }
-    let (riders, mut forces): (Vec<Rider>, Vec<Forces>) = ridden.into_iter().unzip();
-    forces.push(forces[0].on_his_feet());
-    let mut tyres = solver.run(&kinematics, &contact, &forces);
-    let on_his_feet = tyres.pop().unwrap_or_default();
-    let riders = riders.into_iter().zip(forces).zip(tyres);
-    let riders = riders.map(|((rider, forces), tyres)| Ridden { rider, forces, tyres }).collect();
-    Ok((Estimate { machine, kinematics, contact, riders, on_his_feet }, warnings))
+    Ok(ridden)
+}
+
+fn warning(code: &'static str, count: usize, time: Option<f64>, message: String) -> Warning {
+    Warning { stage: "estimate", code, channel: None, count, time, message }
 }
 
 fn lever(chain: Chain, wanted: ChainLever) -> Chain {

@@ -9,6 +9,7 @@ use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 use super::Estimate;
 use super::solve::TyreForces;
 use crate::statistics::interval::t95;
+use crate::statistics::order::{median, median_and_spread};
 
 /// A longitudinal force smaller than this engages no friction worth the name, N.
 const ENGAGED: f64 = 100.0;
@@ -168,7 +169,7 @@ impl Estimate {
             .iter()
             .map(|friction| {
                 let found = all(&self.riders[0].tyres, friction);
-                let other = all(&self.on_his_feet, friction);
+                let other = all(&self.half_at_pegs, friction);
                 let force = self.riders[0].tyres.columns()[friction.force];
                 let possible = force.iter().any(|v| v.is_finite());
                 coefficient(friction, possible, &found, &other, ident, provenance)
@@ -210,28 +211,15 @@ fn engaged(
     }
     ratios.sort_by(f64::total_cmp);
     let peak = ratios[(ratios.len() - 1) * 99 / 100];
-    let (_, dispersion) = middle(&mut ratios);
+    let (_, dispersion) = median_and_spread(&mut ratios)?;
     Some(Engaged { mean: sum / weight, dispersion, peak, samples: ratios.len() })
-}
-
-/// Median and robust standard deviation (1.4826 times the median deviation).
-fn middle(x: &mut [f64]) -> (f64, f64) {
-    x.sort_by(f64::total_cmp);
-    let median = |x: &[f64]| {
-        let n = x.len();
-        if n % 2 == 1 { x[n / 2] } else { 0.5 * (x[n / 2 - 1] + x[n / 2]) }
-    };
-    let centre = median(x);
-    let mut off: Vec<f64> = x.iter().map(|v| (v - centre).abs()).collect();
-    off.sort_by(f64::total_cmp);
-    (centre, 1.4826 * median(&off))
 }
 
 /// Standard error of a median per standard deviation over the root of the count: sqrt(pi / 2).
 const MEDIAN: f64 = 1.2533;
 /// Widest half interval over the value that is called determined.
 const WIDEST: f64 = 0.5;
-/// Fewest segments of an interval that can be believed.
+/// Fewest segments of a reliable interval.
 const FEWEST: usize = 4;
 
 fn coefficient(
@@ -244,19 +232,10 @@ fn coefficient(
 ) -> Coefficient {
     let mut means: Vec<f64> = found.iter().map(|e| e.mean).collect();
     let n = means.len();
-    let (value, spread) = match n {
-        0 => (None, None),
-        1 => (Some(means[0]), None),
-        _ => {
-            let (value, spread) = middle(&mut means);
-            (Some(value), Some(spread))
-        }
-    };
+    let (value, spread) = median_and_spread(&mut means).unzip();
+    let spread = spread.filter(|_| n > 1);
     let mut others: Vec<f64> = other.iter().map(|e| e.mean).collect();
-    let model = match (value, others.is_empty()) {
-        (Some(value), false) => middle(&mut others).0 - value,
-        _ => 0.0,
-    };
+    let model = value.zip(median(&mut others)).map_or(0.0, |(value, other)| other - value);
     let sampled = spread.map(|s| MEDIAN * s / (n as f64).sqrt());
     let std_error = sampled.map(|s| s.hypot(model));
     let half = sampled.map(|s| (t95((n - 1) as f64) * s).hypot(1.96 * model));

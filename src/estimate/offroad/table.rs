@@ -48,7 +48,7 @@ pub fn batch(
     let rider = |f: &dyn Fn([f64; 4]) -> f64| each(&|r, i| f(estimate.riders[r].forces.at(i)));
     let off = |off: &[bool], row: usize| {
         each(&|_, i| match (k.lost[row], off[i]) {
-            (true, _) => f64::NAN, // its own row could not tell
+            (true, _) => f64::NAN, // its own row of the equations is missing
             (false, off) => f64::from(u8::from(!off)),
         })
     };
@@ -70,7 +70,7 @@ pub fn batch(
             "force_x_front" => tyre(&|f| -f[2]),
             "force_x_rear" => tyre(&|f| f[4] - f[3]),
             "rider" => {
-                let name = |r: &super::Ridden| vec![r.rider.name(); samples.len()];
+                let name = |r: &super::RiderEstimate| vec![r.rider.name(); samples.len()];
                 Arc::new(StringArray::from(
                     estimate.riders.iter().flat_map(name).collect::<Vec<_>>(),
                 ))

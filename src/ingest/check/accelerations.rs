@@ -5,7 +5,7 @@
 //! ```
 //! (up to the side-slip terms, which are small beside them in a bend).
 
-use super::Finding;
+use super::finding::Finding;
 use super::view::{Median, View};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;

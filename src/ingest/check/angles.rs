@@ -5,11 +5,12 @@
 //! (2)  delta = l (r / v) cos(roll) / cos(epsilon)      a slow bend without tyre slip
 //! ```
 
+use super::finding::Finding;
 use super::view::{Median, View};
-use super::{Error, Finding};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::ingest::error::Error;
 
 /// Degrees per radian.
 const DEGREES: f64 = 57.295_78;

@@ -1,9 +1,10 @@
 //! Velocity and wheel speeds against each other, the bike's radii and the track over ground.
 
+use super::finding::Finding;
 use super::view::{Median, View, quantile};
-use super::{Error, Finding};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
+use crate::ingest::error::Error;
 
 /// What a channel's number is multiplied by when its unit is another one.
 struct Unit {

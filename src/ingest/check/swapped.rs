@@ -5,10 +5,10 @@
 //! ```
 //! Front brake alone slows the front wheel, `D < 0`; drive speeds up the rear wheel, `D < 0`.
 
-use super::Error;
 use super::view::{FEWEST, View, quantile};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::ingest::error::Error;
 use crate::statistics::order::SD_PER_MAD;
 
 /// A slip difference below this is no evidence: tyres grow with speed.

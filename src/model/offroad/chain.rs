@@ -2,8 +2,8 @@
 //!
 //! The upper run pulls with the tension `T = (R_r D_r - I_1 W) / r_s` at a lever `d` about the
 //! swing-arm pivot, `W` the wheel's absolute acceleration about +y. With `kappa = d / r_s` row 5
-//! gains `kappa R_r` in the column of `D_r` and `kappa I_1 W` on the known side (`offroad.md`,
-//! section 5).
+//! gains `kappa R_r` in the column of `D_r` and `kappa I_1 W` on the known side (book, Off the
+//! road, section 5).
 
 use super::equations::Equations;
 

@@ -15,7 +15,7 @@
 //! compression, N m.
 //!
 //! Source: Vasquez, Lot, Rustighi, Pegoraro (2019), appendix A, in the general form (swing arm
-//! with mass) and with the errata of `offroad.md`, sections 3 to 5: the sign of `A_r`, the
+//! with mass) and with the errata of the book, Off the road, sections 3 to 5: the sign of `A_r`, the
 //! `z_f'` of `m_v3`, the `m_4` of `m_v4`, the spin term of `m_v5`, the chain.
 
 /// Masses and geometry, in the paper's axes (z down, from the chassis' mass centre).

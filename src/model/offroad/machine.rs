@@ -140,49 +140,70 @@ const NOISE: [&str; 8] = [
     "rider_force",
 ];
 
-impl Machine {
-    /// The bike file's off-road side.
-    ///
-    /// # Errors
-    /// Keys are missing or contradict each other; a sentence that names them.
-    pub fn new(bike: &Bike) -> Result<Self, String> {
-        let value = |key: &str| bike.value(&format!("offroad.{key}"));
-        let curve = |key: &str| bike.curves.get(&format!("offroad.{key}"));
+/// The keys of `[offroad]` in a bike file.
+struct Section<'a>(&'a Bike);
+
+impl Section<'_> {
+    fn value(&self, key: &str) -> Option<f64> {
+        self.0.value(&format!("offroad.{key}"))
+    }
+
+    fn curve(&self, key: &str) -> Option<&Vec<[f64; 2]>> {
+        self.0.curves.get(&format!("offroad.{key}"))
+    }
+
+    fn get(&self, key: &str) -> f64 {
+        self.value(key).unwrap_or(f64::NAN)
+    }
+
+    /// A point in the paper's axes: X forward, Z down, m.
+    fn at(&self, what: &str) -> [f64; 2] {
+        [self.get(&format!("{what}_x")), -self.get(&format!("{what}_z"))]
+    }
+
+    fn check_complete(&self) -> Result<(), String> {
         let missing: Vec<String> = NEEDED
             .iter()
-            .filter(|k| value(k).is_none())
-            .chain(NEEDED_CURVES.iter().filter(|k| curve(k).is_none()))
+            .filter(|k| self.value(k).is_none())
+            .chain(NEEDED_CURVES.iter().filter(|k| self.curve(k).is_none()))
             .map(|k| format!("offroad.{k}"))
             .collect();
-        if !missing.is_empty() {
-            let number = missing.len();
-            return Err(format!(
-                "the bike file of `{}` lacks {number} of the keys that the off-road estimate needs: \
-                 {}; `roadbench schema bike` describes them",
-                bike.bike_id,
-                missing.join(", ")
-            ));
+        if missing.is_empty() {
+            return Ok(());
         }
-        let get = |key: &str| value(key).unwrap_or(f64::NAN);
-        let at = |what: &str| [get(&format!("{what}_x")), -get(&format!("{what}_z"))];
-        let parameters = Parameters {
-            m: ["rear_wheel", "swing_arm", "chassis", "front_wheel"]
-                .map(|part| get(&format!("mass_{part}"))),
-            i: ["rear_wheel", "swing_arm", "chassis", "front_wheel"]
-                .map(|part| get(&format!("inertia_{part}"))),
-            l_r: get("swing_arm_length"),
-            l_s: get("swing_arm_cg"),
-            a_r0: get("swing_arm_angle"),
+        Err(format!(
+            "the bike file of `{}` lacks {} of the keys that the off-road estimate needs: \
+             {}; `roadbench schema bike` describes them",
+            self.0.bike_id,
+            missing.len(),
+            missing.join(", ")
+        ))
+    }
+
+    fn parameters(&self) -> Parameters {
+        let bike = self.0;
+        let parts = ["rear_wheel", "swing_arm", "chassis", "front_wheel"];
+        Parameters {
+            m: parts.map(|part| self.get(&format!("mass_{part}"))),
+            i: parts.map(|part| self.get(&format!("inertia_{part}"))),
+            l_r: self.get("swing_arm_length"),
+            l_s: self.get("swing_arm_cg"),
+            a_r0: self.get("swing_arm_angle"),
             eps: bike.caster_angle,
-            b: get("chassis_cg_to_rear"),
-            h: get("chassis_cg_height"),
-            w: value("wheelbase").unwrap_or(bike.wheelbase),
+            b: self.get("chassis_cg_to_rear"),
+            h: self.get("chassis_cg_height"),
+            w: self.value("wheelbase").unwrap_or(bike.wheelbase),
             r_f: bike.front.radius,
             r_r: bike.rear.radius,
-            peg: at("peg"),
-            bar: at("bar"),
-        };
-        let whole: f64 = parameters.m.iter().sum::<f64>() + get("rider_mass");
+            peg: self.at("peg"),
+            bar: self.at("bar"),
+        }
+    }
+
+    /// Equations of motion of bodies that can exist and that weigh what the file says.
+    fn equations(&self, parameters: Parameters) -> Result<Equations, String> {
+        let bike = self.0;
+        let whole: f64 = parameters.m.iter().sum::<f64>() + self.get("rider_mass");
         if (whole - bike.mass).abs() > 0.1 * bike.mass {
             return Err(format!(
                 "the bike file of `{}` contradicts itself: `mass` = {} kg, but the four masses of \
@@ -199,31 +220,84 @@ impl Machine {
                 bike.bike_id
             ));
         }
-        let strut = |name: &str| {
-            let lines = |part: &str, beyond| {
-                curve(&format!("{name}_{part}")).map(|rows| Lines::new(rows, beyond))
-            };
-            let empty = || Lines::new(&[[0.0, 0.0], [1.0, 0.0]], Beyond::Both);
-            Strut {
-                spring: lines("spring", Beyond::Both).unwrap_or_else(empty),
-                damper: lines("damper", Beyond::Both).unwrap_or_else(empty),
-                top_out: lines("top_out", Beyond::Below),
-                bump_stop: lines("bump_stop", Beyond::Above),
-                friction: get(&format!("{name}_friction")),
-            }
+        Ok(equations)
+    }
+
+    fn strut(&self, name: &str) -> Strut {
+        let lines = |part: &str, beyond| {
+            self.curve(&format!("{name}_{part}")).map(|rows| Lines::new(rows, beyond))
         };
-        let rider_x = value("rider_cg_x").unwrap_or(parameters.peg[0] - get("hip_x"));
-        let noise = NOISE.map(|key| value(&format!("noise.{key}")));
-        let mut notes = Vec::new();
-        let some_noise = noise.iter().any(Option::is_some);
-        if some_noise && !noise.iter().all(|n| n.is_some_and(|n| n > 0.0)) {
+        let empty = || Lines::new(&[[0.0, 0.0], [1.0, 0.0]], Beyond::Both);
+        Strut {
+            spring: lines("spring", Beyond::Both).unwrap_or_else(empty),
+            damper: lines("damper", Beyond::Both).unwrap_or_else(empty),
+            top_out: lines("top_out", Beyond::Below),
+            bump_stop: lines("bump_stop", Beyond::Above),
+            friction: self.get(&format!("{name}_friction")),
+        }
+    }
+
+    fn rider(&self, parameters: &Parameters) -> Body {
+        let rider_x = self.value("rider_cg_x").unwrap_or(parameters.peg[0] - self.get("hip_x"));
+        Body {
+            mass: self.get("rider_mass"),
+            k_a: self.get("arm_stiffness"),
+            k_l: self.get("leg_stiffness"),
+            c_a: self.get("arm_damping"),
+            c_l: self.get("leg_damping"),
+            cg: [rider_x, -self.get("rider_cg_z")],
+            hip: self.at("hip"),
+            shoulder: self.at("shoulder"),
+        }
+    }
+
+    fn sensors(&self, parameters: &Parameters) -> Sensors {
+        let bike = self.0;
+        Sensors {
+            imu: self.at("imu"),
+            // of the mass centre of bike and rider, and from there by the lever arm
+            velocity: [
+                bike.cg_to_rear() - parameters.b + bike.velocity_sensor_x,
+                parameters.h - bike.cg_height - bike.velocity_sensor_z,
+            ],
+            head: self.at("head"),
+            tail: self.at("tail"),
+            fork_top: self.get("fork_top_distance"),
+            shock: self.get("shock_length"),
+        }
+    }
+
+    /// Standard deviations of the equations' rows, where all are given; what is given in part is noted.
+    fn noise(&self, notes: &mut Vec<String>) -> Option<Noise> {
+        let noise = NOISE.map(|key| self.value(&format!("noise.{key}")));
+        if noise.iter().all(|n| n.is_some_and(|n| n > 0.0)) {
+            let n = noise.map(|n| n.unwrap_or(1.0));
+            return Some(Noise { qdd: [n[0], n[1], n[2], n[3], n[4]], fs: [n[5], n[6]], fr: n[7] });
+        }
+        if noise.iter().any(Option::is_some) {
             notes.push(format!(
                 "[offroad.noise] is used when all of {} are given and positive: the rows are weighted \
                  by lengths",
                 NOISE.join(", ")
             ));
         }
-        let sprockets = SPROCKETS.iter().filter(|k| value(k).is_some()).count();
+        None
+    }
+}
+
+impl Machine {
+    /// The bike file's off-road side.
+    ///
+    /// # Errors
+    /// Keys are missing or contradict each other; a sentence that names them.
+    pub fn new(bike: &Bike) -> Result<Self, String> {
+        let section = Section(bike);
+        section.check_complete()?;
+        let parameters = section.parameters();
+        let equations = section.equations(parameters)?;
+        let mut notes = Vec::new();
+        let noise = section.noise(&mut notes);
+        let sprockets = SPROCKETS.iter().filter(|k| section.value(k).is_some()).count();
         if (1..SPROCKETS.len()).contains(&sprockets) {
             notes.push(format!(
                 "the chain's geometry is used when all of offroad.{} are given",
@@ -232,39 +306,16 @@ impl Machine {
         }
         Ok(Machine {
             notes,
-            chain: chain(&value),
-            fork: strut("fork"),
-            shock: strut("shock"),
+            chain: chain(&|key| section.value(key)),
+            fork: section.strut("fork"),
+            shock: section.strut("shock"),
             linkage: Linkage::new(
-                curve("linkage").map_or(&[[0.0, 0.0], [1.0, 1.0]], Vec::as_slice),
+                section.curve("linkage").map_or(&[[0.0, 0.0], [1.0, 1.0]], Vec::as_slice),
             ),
-            sensors: Sensors {
-                imu: at("imu"),
-                // of the mass centre of bike and rider, and from there by the lever arm
-                velocity: [
-                    bike.cg_to_rear() - parameters.b + bike.velocity_sensor_x,
-                    parameters.h - bike.cg_height - bike.velocity_sensor_z,
-                ],
-                head: at("head"),
-                tail: at("tail"),
-                fork_top: get("fork_top_distance"),
-                shock: get("shock_length"),
-            },
-            rider: Body {
-                mass: get("rider_mass"),
-                k_a: get("arm_stiffness"),
-                k_l: get("leg_stiffness"),
-                c_a: get("arm_damping"),
-                c_l: get("leg_damping"),
-                cg: [rider_x, -get("rider_cg_z")],
-                hip: at("hip"),
-                shoulder: at("shoulder"),
-            },
+            sensors: section.sensors(&parameters),
+            rider: section.rider(&parameters),
             drag: bike.drag,
-            noise: noise.iter().all(|n| n.is_some_and(|n| n > 0.0)).then(|| {
-                let n = noise.map(|n| n.unwrap_or(1.0));
-                Noise { qdd: [n[0], n[1], n[2], n[3], n[4]], fs: [n[5], n[6]], fr: n[7] }
-            }),
+            noise,
             equations,
         })
     }

@@ -32,7 +32,7 @@ pub struct Figures {
 }
 
 /// One segment of the time line.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub struct Segment {
     /// Its number.
     pub id: i64,

@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::report::diagnosis::bars::{self, Axis, Levels};
 use crate::report::diagnosis::cause_labels;
 use crate::report::diagnosis::overlays::Reproduced;
-use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
+use crate::report::{kinds, labels};
 use crate::tables::rows::DiscrepancyRow;
 
 /// One channel while one kind of manoeuvre.
@@ -67,7 +67,7 @@ pub(super) fn misfit(row: &DiscrepancyRow, axis: Axis) -> Misfit {
     Misfit {
         channel: cause_labels::channel(&row.channel, &row.unit),
         name: row.channel.clone(),
-        kind: labels::spaced(&row.kind),
+        kind: kinds::label(&row.kind),
         unit,
         base: show(row.rmse_base),
         extended: row.rmse_extended.map(show).unwrap_or_default(),

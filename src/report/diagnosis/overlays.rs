@@ -8,8 +8,8 @@ use serde::Serialize;
 use crate::report::charts::chart::{Chart, Label, Line};
 use crate::report::charts::resolution::digits;
 use crate::report::diagnosis::cause_labels;
-use crate::report::labels;
 use crate::report::number_format::{self, fixed, round, typeset};
+use crate::report::{kinds, labels};
 use crate::tables::rows::{DiscrepancyRow, SimulatedSample};
 
 /// Most overlays on a page.
@@ -138,7 +138,7 @@ pub fn overlays(
         let Some((run, of)) = representative(&group.runs) else { continue };
         let first = charts.len();
         let pair = pair(run, &format!("overlay-{}", out.len()));
-        let kind = labels::spaced(group.kind);
+        let kind = kinds::label(group.kind);
         let what = cause_labels::channel(group.channel, &run[0].unit);
         out.push(Overlay {
             title: format!("{} · {kind}", cause_labels::sentence(&what)),

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use crate::contract::manoeuvre::{Declaration, ManoeuvreKind, Peak};
 use crate::plots::offroad::rider_label;
-use crate::report::labels;
 use crate::report::number_format::{fixed, typeset};
+use crate::report::{kinds, labels};
 use crate::tables::rows::{ForceRow, Manoeuvre};
 
 /// What several segments of one kind come to, for one rider and force.
@@ -35,21 +36,18 @@ pub struct Force {
     pub riders: Vec<Sum>,
 }
 
-/// Kinds that are worth a row, in reading order.
-const KINDS: [&str; 7] = [
-    "airborne",
-    "whoops",
-    "cornering",
-    "front_braking",
-    "rear_braking",
-    "combined_braking",
-    "driving",
-];
+/// Kinds that have rows, in reading order.
+fn listed() -> Vec<&'static Declaration> {
+    let all = ManoeuvreKind::ALL.iter().map(|k| k.declaration());
+    let mut kinds: Vec<_> = all.filter(|d| d.force_row.is_some()).collect();
+    kinds.sort_by_key(|d| d.force_row);
+    kinds
+}
 
 /// Sums a session's rows up.
 pub fn summarise(rows: &[ForceRow]) -> Vec<Force> {
     let mut out: Vec<Force> = Vec::new();
-    for kind in KINDS {
+    for kind in listed().into_iter().map(|d| d.name) {
         let own: Vec<&ForceRow> = rows.iter().filter(|r| r.kind == kind).collect();
         let distinct = |value: fn(&ForceRow) -> &str| {
             let mut seen: Vec<&str> = Vec::new();
@@ -144,9 +142,9 @@ pub fn table(rows: &[ForceRow]) -> Table {
                 out.riders.push(name);
             }
         }
-        if out.kinds.last().is_none_or(|k| k.label != labels::spaced(&force.kind)) {
+        if out.kinds.last().is_none_or(|k| k.label != kinds::label(&force.kind)) {
             out.kinds.push(KindRows {
-                label: labels::spaced(&force.kind),
+                label: kinds::label(&force.kind),
                 segments: force.segments,
                 rows: Vec::new(),
             });
@@ -183,21 +181,22 @@ pub fn terminal(rows: &[ForceRow], manoeuvres: &[Manoeuvre]) -> String {
         "B_r",
         "D_r"
     );
-    for kind in KINDS.into_iter().filter(|k| *k != "airborne") {
+    for kind in listed().into_iter().filter(|d| d.peak != Peak::Flight) {
         let own = |force: &str| {
             forces
                 .iter()
-                .find(|f| f.kind == kind && f.force == force)
+                .find(|f| f.kind == kind.name && f.force == force)
                 .and_then(|f| f.riders.iter().find(|s| s.rider == first.rider))
                 .map_or("-".to_owned(), |s| fixed(s.peak, 0))
         };
-        let Some(some) = forces.iter().find(|f| f.kind == kind) else { continue };
-        let what = format!("  {} ({})", labels::spaced(kind), some.segments);
+        let Some(some) = forces.iter().find(|f| f.kind == kind.name) else { continue };
+        let what = format!("  {} ({})", kind.words, some.segments);
         let names = ["load_front", "load_rear", "brake_front", "brake_rear", "drive_rear"];
         let [a, b, c, d, e] = names.map(own);
         out.push_str(&format!("{what:<34}{a:>9}{b:>9}{c:>9}{d:>9}{e:>9}\n"));
     }
-    let flights: Vec<&Manoeuvre> = manoeuvres.iter().filter(|m| m.kind == "airborne").collect();
+    let is_flight = |m: &&Manoeuvre| kinds::declaration(&m.kind).peak == Peak::Flight;
+    let flights: Vec<&Manoeuvre> = manoeuvres.iter().filter(is_flight).collect();
     if !flights.is_empty() {
         let largest = |value: fn(&Manoeuvre) -> Option<f64>| {
             let most = flights.iter().filter_map(|m| value(m)).reduce(f64::max);

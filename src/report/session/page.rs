@@ -2,13 +2,14 @@
 
 use serde::Serialize;
 
+use crate::contract::manoeuvre::Peak;
 use crate::plots::catalogue::{FITS, OFFROAD, RIDE};
 use crate::plots::plot::Plot;
 use crate::report::charts::figures::Figures;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::session::bench_values::BenchValues;
-use crate::report::{inline_svg, labels};
+use crate::report::{inline_svg, kinds, labels};
 use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
 
 /// One session's page, as its template reads it.
@@ -165,7 +166,7 @@ pub fn build(
             .filter(|c| c.status == Status::Assumed)
             .map(|c| format!("{} {}", c.tyre, labels::coefficient(&c.coefficient)))
             .collect(),
-        kinds: kinds(manoeuvres),
+        kinds: kind_counts(manoeuvres),
         manoeuvres: manoeuvres.iter().map(manoeuvre).collect(),
         warnings: warnings.iter().map(warning).collect(),
         provenance: vec![
@@ -296,13 +297,13 @@ fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
     out
 }
 
-fn kinds(manoeuvres: &[Manoeuvre]) -> Vec<(String, String, usize, usize)> {
+fn kind_counts(manoeuvres: &[Manoeuvre]) -> Vec<(String, String, usize, usize)> {
     let mut out: Vec<(String, String, usize, usize)> = Vec::new();
     for m in manoeuvres {
         let place = match out.iter().position(|k| k.0 == m.kind) {
             Some(i) => i,
             None => {
-                out.push((m.kind.clone(), labels::spaced(&m.kind), 0, 0));
+                out.push((m.kind.clone(), kinds::label(&m.kind), 0, 0));
                 out.len() - 1
             }
         };
@@ -319,11 +320,11 @@ fn manoeuvre(m: &Manoeuvre) -> ManoeuvreLine {
         (Some(a), Some(b)) => format!("{a} → {b}"),
         _ => number(m.speed_mean, 1).unwrap_or_default(),
     };
-    let peak = match m.kind.as_str() {
-        "cornering" if m.roll_peak.is_some() => {
+    let peak = match kinds::declaration(&m.kind).peak {
+        Peak::Roll if m.roll_peak.is_some() => {
             number(m.roll_peak.map(f64::to_degrees), 1).map(|r| format!("roll {r}°"))
         }
-        "airborne" => {
+        Peak::Flight => {
             let kilo = |v: Option<f64>| number(v.map(|v| v / 1000.0), 1).unwrap_or("–".into());
             let flight = number(m.flight_time, 2).unwrap_or_default();
             let (front, rear) = (kilo(m.landing_load_front), kilo(m.landing_load_rear));
@@ -334,7 +335,7 @@ fn manoeuvre(m: &Manoeuvre) -> ManoeuvreLine {
     ManoeuvreLine {
         id: m.manoeuvre_id,
         kind: m.kind.clone(),
-        label: labels::spaced(&m.kind),
+        label: kinds::label(&m.kind),
         direction: m.direction.clone().unwrap_or_default(),
         start: fixed(m.start, 1),
         length: fixed(m.end - m.start, 1),

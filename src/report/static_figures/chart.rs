@@ -16,6 +16,7 @@ use kuva::render::render::Scene;
 use crate::report::charts::chart::{Chart, Cloud, Label, Line};
 use crate::report::charts::figures::Segment;
 use crate::report::fleet::comparison::Boxes;
+use crate::report::kinds;
 use crate::report::static_figures::panels::COLOURS;
 
 /// Colours from little to much, as on the page.
@@ -106,7 +107,7 @@ pub fn timeline(panels: &[Chart], segments: &[Segment]) -> Scene {
             .with_x_axis_max(to);
         for segment in segments.iter().filter(|s| s.used) {
             let region = ShadedRegion::vertical(segment.start, segment.end)
-                .with_color(COLOURS[kind_place(&segment.kind) % COLOURS.len()])
+                .with_color(kinds::declaration(&segment.kind).colour)
                 .with_opacity(0.12);
             layout = layout.with_shaded_region(region);
         }
@@ -199,14 +200,6 @@ fn in_days(chart: &Chart) -> Chart {
             .collect(),
         ..Chart::default()
     }
-}
-
-/// A place of its own for each kind of manoeuvre.
-fn kind_place(kind: &str) -> usize {
-    ["cornering", "front_braking", "driving", "combined_braking", "rear_braking", "coasting"]
-        .iter()
-        .position(|k| *k == kind)
-        .unwrap_or(5)
 }
 
 fn named(label: &Label) -> String {
@@ -310,6 +303,7 @@ fn stretches(y: &[Option<f64>]) -> Vec<std::ops::Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contract::manoeuvre::ManoeuvreKind;
 
     #[test]
     fn a_chart_becomes_svg_with_its_units_and_no_markup_of_its_texts() {
@@ -343,6 +337,25 @@ mod tests {
         assert!(svg.contains("(wheel load: 100 N light, 300 dark)"));
         assert_eq!(stretches(&drawn.lines[0].y), [0..2, 3..4]);
         assert_eq!((ramp(0.0), ramp(1.0)), ("#3fa7c4".into(), "#3a0f4f".into()));
+    }
+
+    #[test]
+    fn every_kind_of_segment_has_its_declared_colour() {
+        let line = Line { x: vec![0.0, 9.0], y: vec![Some(0.0), Some(1.0)], ..Line::default() };
+        let panel = Chart { lines: vec![line], ..Chart::default() };
+        let segment = |(i, kind): (usize, &ManoeuvreKind)| Segment {
+            kind: kind.name().into(),
+            start: i as f64,
+            end: i as f64 + 1.0,
+            used: true,
+            ..Segment::default()
+        };
+        let segments: Vec<Segment> = ManoeuvreKind::ALL.iter().enumerate().map(segment).collect();
+        let drawn = svg(&timeline(&[panel], &segments));
+        for kind in ManoeuvreKind::ALL {
+            let colour = kind.declaration().colour;
+            assert_eq!(drawn.matches(colour).count(), 1, "{}: {colour}", kind.name());
+        }
     }
 
     /// Pixels that are drawn, row by row.

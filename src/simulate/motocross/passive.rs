@@ -7,7 +7,7 @@
 //! A vertical cut-off of zero and no horizontal one (`x_C'' = x_s''`) are rider B. The low-pass is
 //! causal, as a body is; the estimate's rider C with `zero_phase = false` is this one. He lets go as the tyres unload: nothing acts in flight.
 //!
-//! Source: `offroad.md`, section 9, after Vasquez et al. 2019, eq. 9.
+//! Source: book, Off the road, section 9, after Vasquez et al. 2019, eq. 9.
 
 use std::f64::consts::{SQRT_2, TAU};
 

@@ -1,18 +1,18 @@
 //! Rider A: a mass on the springs and dampers of arms and legs, integrated (Vasquez et al. 2019,
-//! eqs. 7 and 8; the equations behind the words as in `offroad.md`, section 9).
+//! eqs. 7 and 8; the equations behind the words as in the book, Off the road, section 9).
 //!
 //! The state is taken relative to the chassis, `[x', z', x, z]` of the rider's mass centre less
 //! that of the chassis: its accelerations alone drive it, nothing drifts. Runge-Kutta of fourth
 //! order with the motion between two samples by cubics.
 //!
-//! A passive rider can topple over, where a real one would hold himself: he is stood up again, and
-//! that is counted.
+//! A passive rider can topple over, where a real one would hold on: the model is set upright again,
+//! and that is counted.
 //!
 //! The torque at the hip that keeps the torso upright is not passed to the bike, as in the paper.
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::{Base, Forces};
+use super::types::{Base, Forces};
 use crate::GRAVITY;
 use crate::model::offroad::body::Body;
 
@@ -52,9 +52,9 @@ pub struct Instant {
     pub zdd: f64,
 }
 
-/// What the limbs do at one instant.
+/// Forces of the limbs at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pull {
+pub struct LimbForces {
     /// Legs' compression force, N.
     pub leg: f64,
     /// Arms' compression force, N.
@@ -171,7 +171,7 @@ impl Standing {
 
     /// Limb forces from the relative state.
     #[inline]
-    pub fn pull(&self, y: &[f64; 4], mud: f64, (sin, cos): (f64, f64)) -> Pull {
+    pub fn limb_forces(&self, y: &[f64; 4], mud: f64, (sin, cos): (f64, f64)) -> LimbForces {
         let b = &self.body;
         let limb = |point: [f64; 2], joint: [f64; 2], natural: f64, k: f64, c: f64| {
             let p = turned(point, (sin, cos));
@@ -185,13 +185,13 @@ impl Standing {
         let (leg, lx, lz) = limb(self.peg, b.hip, self.leg.natural, b.k_l, b.c_l);
         let (arm, ax, az) = limb(self.bar, b.shoulder, self.arm.natural, b.k_a, b.c_a);
         let hip_torque = -(b.hip[1] * lx - b.hip[0] * lz + b.shoulder[1] * ax - b.shoulder[0] * az);
-        Pull { leg, arm, hip_torque, on_bike: [-lx, -lz, -ax, -az] }
+        LimbForces { leg, arm, hip_torque, on_bike: [-lx, -lz, -ax, -az] }
     }
 
     /// Rate of the relative state.
     #[inline]
     pub fn rate(&self, y: &[f64; 4], base: &Instant, pitch: (f64, f64)) -> [f64; 4] {
-        let [lx, lz, ax, az] = self.pull(y, base.mud, pitch).on_bike;
+        let [lx, lz, ax, az] = self.limb_forces(y, base.mud, pitch).on_bike;
         let per_mass = -1.0 / self.body.mass;
         [per_mass * (lx + ax) - base.xdd, GRAVITY + per_mass * (lz + az) - base.zdd, y[0], y[1]]
     }
@@ -209,7 +209,14 @@ impl Standing {
 
     /// One step of Runge-Kutta from `from` over `mid` to `to`.
     #[inline]
-    pub fn step(&self, y: &[f64; 4], dt: f64, from: Seen, mid: Seen, to: Seen) -> [f64; 4] {
+    pub fn step(
+        &self,
+        y: &[f64; 4],
+        dt: f64,
+        from: Attitude,
+        mid: Attitude,
+        to: Attitude,
+    ) -> [f64; 4] {
         let add = |k: &[f64; 4], h: f64| -> [f64; 4] { std::array::from_fn(|i| y[i] + h * k[i]) };
         let k1 = self.rate(y, &from.0, from.1);
         let k2 = self.rate(&add(&k1, 0.5 * dt), &mid.0, mid.1);
@@ -220,7 +227,7 @@ impl Standing {
 }
 
 /// The chassis at an instant, with sine and cosine of its pitch.
-pub type Seen = (Instant, (f64, f64));
+pub type Attitude = (Instant, (f64, f64));
 
 #[inline]
 fn turned(p: [f64; 2], (sin, cos): (f64, f64)) -> [f64; 2] {
@@ -241,7 +248,7 @@ pub fn forces(
     let n = base.mu.len();
     let mut out = Forces::zeros(n);
     let dt = 1.0 / base.rate;
-    let seen = |i: usize| -> Instant {
+    let motion = |i: usize| -> Instant {
         Instant { mu: base.mu[i], mud: base.mud[i], xdd: base.xdd[i], zdd: base.zdd[i] }
     };
     let known = |x: &Instant| (x.mu + x.mud + x.xdd + x.zdd).is_finite();
@@ -249,7 +256,7 @@ pub fn forces(
     let mut state: Option<[f64; 4]> = None;
     let mut from = (Instant::default(), (0.0, 1.0));
     for i in 0..n {
-        let now = seen(i);
+        let now = motion(i);
         if !known(&now) {
             state = None;
             for x in [&mut out.lx, &mut out.lz, &mut out.ax, &mut out.az] {
@@ -261,17 +268,17 @@ pub fn forces(
         let y = match state {
             None => standing.rest(now.mu),
             Some(y) => {
-                let mid = with(between(&seen, i, n, &from.0, &now));
+                let mid = with(between(&motion, i, n, &from.0, &now));
                 let y = standing.step(&y, dt, from, mid, to);
                 if standing.toppled(&y, to.1) {
-                    out.falls.push(i);
+                    out.toppled.push(i);
                     standing.rest(now.mu)
                 } else {
                     y
                 }
             }
         };
-        let [lx, lz, ax, az] = standing.pull(&y, now.mud, to.1).on_bike;
+        let [lx, lz, ax, az] = standing.limb_forces(&y, now.mud, to.1).on_bike;
         (out.lx[i], out.lz[i], out.ax[i], out.az[i]) = (lx, lz, ax, az);
         state = Some(y);
         from = to;
@@ -282,7 +289,7 @@ pub fn forces(
 /// Half way between samples `i - 1` and `i`, by the cubic through four; by a line at the ends.
 #[inline]
 fn between(
-    seen: &impl Fn(usize) -> Instant,
+    motion: &impl Fn(usize) -> Instant,
     i: usize,
     n: usize,
     a: &Instant,
@@ -297,7 +304,7 @@ fn between(
     if i < 2 || i + 1 >= n {
         return line;
     }
-    let (before, after) = (seen(i - 2), seen(i + 1));
+    let (before, after) = (motion(i - 2), motion(i + 1));
     let cubic = |m: f64, p: f64, q: f64| m + (2.0 * m - p - q) / 16.0;
     let out = Instant {
         mu: cubic(line.mu, before.mu, after.mu),

@@ -3,7 +3,7 @@
 //! `f_r = [0, m_r g, -m_r x_s'', 0]`: the weight on the pegs, the horizontal inertia at the bar;
 //! nothing while both wheels are off.
 
-use super::{Base, Config, Forces, hold};
+use super::types::{Base, Config, Forces, hold};
 use crate::GRAVITY;
 
 /// One sample of eq. 9.

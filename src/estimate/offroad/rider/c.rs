@@ -1,16 +1,16 @@
-//! Rider C: B with the slow part of the chassis' vertical motion (`offroad.md`, section 9, after
-//! the paper's last remark in section 4).
+//! Rider C: B with the slow part of the chassis' vertical motion (book, Off the road, section 9,
+//! after the paper's last remark in section 4).
 //!
 //! `L_z = m_r (g - z_C'')`, `z_C''` the chassis' vertical acceleration through a second-order
-//! Butterworth low-pass: the rider follows the jump, not the bump. The cut-off towards zero is
-//! B, towards infinity a rider who is part of the chassis.
+//! Butterworth low-pass: the rider moves with the jump, not with the bump. The cut-off towards
+//! zero is B, towards infinity a rider who is part of the chassis.
 //!
-//! With a `horizontal_cut_off` he follows fore and aft likewise: `A_x = -m_r x_C''`. There the
+//! With a `horizontal_cut_off` the rider moves fore and aft likewise: `A_x = -m_r x_C''`. There the
 //! cut-off towards infinity is B.
 
 use std::f64::consts::{PI, SQRT_2};
 
-use super::{Base, Config, Forces, hold};
+use super::types::{Base, Config, Forces, hold};
 use crate::GRAVITY;
 
 /// Coefficients `b` and `a` of the low-pass, bilinear with the cut-off pre-warped.
@@ -47,7 +47,7 @@ impl Biquad {
 
 /// `z_C''` of a session from `z_s''` (or `x_C''` from `x_s''`), m/s²; missing samples start the filter
 /// afresh. `cut_off` in Hz, `rate` in samples per second.
-pub fn follow(chassis: &[f64], rate: f64, cut_off: f64, zero_phase: bool) -> Vec<f64> {
+pub fn low_passed(chassis: &[f64], rate: f64, cut_off: f64, zero_phase: bool) -> Vec<f64> {
     let coefficients = butterworth(cut_off.min(0.45 * rate), rate);
     let mut out = chassis.to_vec();
     let pass = |x: &mut dyn Iterator<Item = &mut f64>| {
@@ -71,10 +71,10 @@ pub fn follow(chassis: &[f64], rate: f64, cut_off: f64, zero_phase: bool) -> Vec
 pub fn forces(mass: f64, base: &Base<'_>, config: &Config) -> Forces {
     let mut out = Forces::zeros(base.mu.len());
     let hold = hold(base, config.crossfade);
-    let vertical = follow(base.zdd, base.rate, config.cut_off, config.zero_phase);
+    let vertical = low_passed(base.zdd, base.rate, config.cut_off, config.zero_phase);
     let horizontal = config
         .horizontal_cut_off
-        .map(|cut_off| follow(base.xdd, base.rate, cut_off, config.zero_phase));
+        .map(|cut_off| low_passed(base.xdd, base.rate, cut_off, config.zero_phase));
     let forward = horizontal.as_deref().unwrap_or(base.xdd);
     for i in 0..base.mu.len() {
         let push = mass * (GRAVITY - vertical[i]);

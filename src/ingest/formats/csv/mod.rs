@@ -1,0 +1,308 @@
+//! Delimited text, through a channel map.
+
+use std::io::{BufRead, BufReader, Read};
+
+use ::csv::{ByteRecord, ReaderBuilder};
+
+use crate::contract::session::Meta;
+use crate::ingest::error::Error;
+use crate::ingest::fit::fit;
+use crate::ingest::format::{HEAD_LEN, Head, LogFormat};
+use crate::ingest::ident;
+use crate::ingest::listing::{Listing, SourceChannel};
+use crate::ingest::map::{ChannelMap, CsvLayout, Maps, TimeSource, shipped_map};
+use crate::ingest::raw::Raw;
+use crate::ingest::warning::warning;
+use crate::objects::Location;
+use crate::objects::source::{self, Source};
+
+pub(super) mod cells;
+pub(super) mod clocks;
+mod plain;
+pub(super) mod table;
+pub(super) mod text;
+
+use text::{Text, decoded};
+
+/// The format.
+pub const FORMAT: LogFormat = LogFormat {
+    name: "csv",
+    description: "Delimited text",
+    channel_names: "column",
+    extensions: &["csv", "tsv", "txt"],
+    maps: &[
+        shipped_map!("session_csv"),
+        shipped_map!("indy_av21_car"),
+        shipped_map!("tudelft_bicycle"),
+    ],
+    own_clock: false,
+    sniff,
+    identify,
+    read,
+    map,
+    decoder: Some(plain::DECODER),
+};
+
+/// Text of any encoding: no control characters but tabs and line ends.
+fn sniff(head: &Head<'_>) -> bool {
+    let plain = |b: &u8| !b.is_ascii_control() || matches!(b, b'\t' | b'\r' | b'\n');
+    text::is_utf16(head.bytes) || head.bytes.iter().all(plain)
+}
+
+fn identify(log: &Location, maps: Maps<'_>) -> Result<Meta, Error> {
+    let (map, header) = choose(log, maps)?;
+    let mut meta = ident::or(ident::from_path(log), map.meta.clone());
+    if let TimeSource::Column { name, factor, epoch: true } = &map.time {
+        let mut rows = open(log, &map.csv)?;
+        let at = header.names.iter().position(|c| c == name);
+        if let Some(at) = at {
+            let writing = rows.writing(map);
+            let first = cells::read(log, &mut rows.reader, &[(name, at)], writing, 1);
+            let stamp = first.ok().and_then(|r| r.columns.first()?.first().copied());
+            meta.start_time = stamp.and_then(|t| start_time(t * factor)).or(meta.start_time);
+        }
+    }
+    Ok(meta)
+}
+
+/// Unix seconds as RFC 3339, to the millisecond.
+pub(super) fn start_time(seconds: f64) -> Option<String> {
+    let ms = (seconds * 1e3).round();
+    if !(0.0..4e12).contains(&ms) {
+        return None;
+    }
+    jiff::Timestamp::from_millisecond(ms as i64).ok().map(|t| t.to_string())
+}
+
+fn map(log: &Location, maps: Maps<'_>) -> Result<Option<ChannelMap>, Error> {
+    let (map, header) = choose(log, maps)?;
+    fitted(map, &header).map(Some)
+}
+
+/// The map as it is for this log; where the log has a row of units, they are checked.
+fn fitted(map: &ChannelMap, header: &Header) -> Result<ChannelMap, Error> {
+    if header.units.is_empty() {
+        return Ok(map.fitted(&header.names));
+    }
+    let channel = |(place, name): (usize, &String)| SourceChannel {
+        name: name.clone(),
+        unit: header.units.get(place).cloned().filter(|u| !u.is_empty()),
+        place: [place, 0, 0],
+        ..SourceChannel::default()
+    };
+    let channels = header.names.iter().enumerate().map(channel).collect();
+    fit(map, &Listing { channels, ..Listing::default() })
+}
+
+fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
+    let (map, header) = choose(log, maps)?;
+    let map = fitted(map, &header)?;
+    let needed = map.needed();
+    let place = |name: &str| header.names.iter().position(|h| h == name);
+    let places = needed
+        .iter()
+        .map(|name| place(name).map(|p| (*name, p)).ok_or_else(|| map.missing(name, &header.names)))
+        .collect::<Result<Vec<cells::Wanted<'_>>, Error>>()?;
+    let mut rows = open(log, &map.csv)?;
+    let writing = rows.writing(&map);
+    let cells::Cells { columns: mut decoded, mut warnings } =
+        cells::read(log, &mut rows.reader, &places, writing, usize::MAX)?;
+    let rows = decoded.first().map_or(0, Vec::len);
+    let time = match &map.time {
+        TimeSource::Rate(rate) => (0..rows).map(|i| i as f64 / rate).collect(),
+        TimeSource::Column { factor, .. } => {
+            let mut stamps = decoded.remove(0);
+            stamps.iter_mut().for_each(|t| *t *= factor);
+            stamps
+        }
+        TimeSource::Own => {
+            return Err(Error::new("no_time", format!("channel map {}: no `[time]`", map.name)));
+        }
+    };
+    let names = if matches!(map.time, TimeSource::Rate(_)) { &needed[..] } else { &needed[1..] };
+    let columns = names.iter().map(|n| (*n).to_owned()).zip(decoded).collect();
+    // what is averaged shares a clock
+    let together = |a: usize, b: usize| {
+        let both = |from: &[String]| [a, b].iter().all(|&i| from.iter().any(|f| *f == names[i]));
+        a != b && map.entries.iter().any(|e| both(&e.from))
+    };
+    let columns = clocks::apart(time, columns, together);
+    let unread: Vec<&str> =
+        header.names.iter().map(String::as_str).filter(|h| !needed.contains(h)).collect();
+    if !unread.is_empty() {
+        warnings.push(warning(
+            "unknown_column",
+            None,
+            unread.len(),
+            None,
+            format!("not read by channel map {}: {}", map.name, unread.join(", ")),
+        ));
+    }
+    Ok(Raw {
+        meta: identify(log, maps)?,
+        tracks: map.apply(columns)?,
+        warnings,
+        euler_yaw: map.euler_yaw,
+    })
+}
+
+/// The map for a file and the file's header under that map's layout.
+fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<(&'a ChannelMap, Header), Error> {
+    let candidates = maps.of_format("csv");
+    let mut seen = Header::default();
+    for &map in &candidates {
+        let header = open(log, &map.csv)?.header;
+        if map.detects(&header.names) {
+            return Ok((map, header));
+        }
+        seen = header;
+    }
+    // a single map that was asked for is used even if it does not claim the file
+    if let ([map], true) = (&candidates[..], maps.given) {
+        return Ok((map, seen));
+    }
+    let tried: Vec<&str> = candidates.iter().map(|m| m.name.as_str()).collect();
+    Err(Error::new(
+        "no_channel_map",
+        format!(
+            "no channel map fits {} (tried {}); its header is `{}`; `roadbench inspect` proposes a \
+             map for it, `roadbench schema channel_map` lists every key",
+            log,
+            tried.join(", "),
+            seen.names.join(", ").chars().take(300).collect::<String>()
+        ),
+    ))
+}
+
+/// The names and the units of a file's columns.
+#[derive(Debug, Default)]
+struct Header {
+    names: Vec<String>,
+    /// Empty if the layout knows no row of them.
+    units: Vec<String>,
+}
+
+/// A file that is open at its first row of data.
+struct Rows {
+    header: Header,
+    reader: ::csv::Reader<BufReader<Text<Source>>>,
+}
+
+impl Rows {
+    fn writing<'a>(&self, map: &'a ChannelMap) -> cells::Writing<'a> {
+        cells::Writing {
+            decimal: map.csv.decimal,
+            missing: &map.csv.missing,
+            first_line: (map.csv.skip_rows + map.csv.rows_after_header + 2) as u64,
+            width: self.header.names.len(),
+        }
+    }
+}
+
+fn open(log: &Location, layout: &CsvLayout) -> Result<Rows, Error> {
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let file = source::open(log).map_err(fail)?;
+    let mut file = BufReader::new(Text::new(file).map_err(fail)?);
+    let mut line = Vec::new();
+    let mut next = |line: &mut Vec<u8>| -> Result<(), Error> {
+        line.clear();
+        (&mut file).take(HEAD_LEN).read_until(b'\n', line).map_err(fail)?;
+        Ok(())
+    };
+    for _ in 0..=layout.skip_rows {
+        next(&mut line)?;
+    }
+    let text = decoded(&line);
+    let text = text.trim();
+    let names = cells_of(text.strip_prefix(layout.header_prefix.as_str()).unwrap_or(text), layout);
+    let mut units = Vec::new();
+    for row in 1..=layout.rows_after_header {
+        next(&mut line)?;
+        if row == layout.units_row {
+            units = cells_of(decoded(&line).trim_end_matches(['\r', '\n']), layout);
+        }
+    }
+    Ok(Rows { header: Header { names, units }, reader: builder(layout).from_reader(file) })
+}
+
+fn cells_of(line: &str, layout: &CsvLayout) -> Vec<String> {
+    let mut record = ByteRecord::new();
+    let mut reader = builder(layout).from_reader(line.as_bytes());
+    match reader.read_byte_record(&mut record) {
+        Ok(true) => record.iter().map(|cell| decoded(cell).trim().to_owned()).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn builder(layout: &CsvLayout) -> ReaderBuilder {
+    let mut builder = ReaderBuilder::new();
+    builder.has_headers(false).flexible(true).delimiter(layout.delimiter as u8);
+    builder
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::channel::Channel;
+    use crate::ingest::map::file::or_shipped;
+
+    const MAP: &str = "name = 'x'\nformat = 'csv'\n[csv]\ndelimiter = ';'\ndecimal = ','\n\
+         skip_rows = 1\nrows_after_header = 1\nmissing = ['n/a']\n[detect]\ncolumns = ['v']\n\
+         [time]\ncolumn = 't'\nunit = 'ms'\n[channel.velocity_x]\nfrom = 'v'\nunit = 'km/h'\n";
+
+    fn log(text: &str) -> (tempfile::TempDir, Location) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("ride.csv");
+        std::fs::write(&path, text).expect("written");
+        (folder, path.into())
+    }
+
+    fn maps() -> Vec<ChannelMap> {
+        vec![ChannelMap::parse(MAP, "x.toml").expect("a map")]
+    }
+
+    #[test]
+    fn decimal_comma_units_row_prefix_and_missing_cells() {
+        let (_folder, path) =
+            log("logger 3\n# t;extra;v\nms;;km/h\n0;1;36,0\n10;;n/a\n20;2;\n30;2\n40;1;7,2e1\n");
+        let raw = read(&path, or_shipped(&maps())).expect("read");
+        let track = &raw.tracks[0];
+        assert_eq!(track.channel, Channel::VelocityX);
+        assert_eq!(*track.time, [0.0, 0.01, 0.02, 0.03, 0.04]);
+        assert_eq!(track.values[0], 10.0);
+        assert!(track.values[1..4].iter().all(|v| v.is_nan()));
+        assert_eq!(track.values[4], 20.0);
+        assert_eq!(raw.warnings[0].code, "unknown_column");
+        assert!(raw.warnings[0].message.contains("extra"));
+    }
+
+    #[test]
+    fn unreadable_cells_name_column_and_line() {
+        let (_folder, path) = log("l\nt;v\n;\n0;1\n10;oops\n20;3\n");
+        let error = read(&path, or_shipped(&maps())).expect_err("a third is bad");
+        assert_eq!(error.code, "bad_cell");
+        assert!(error.message.contains("`v`") && error.message.contains("line 5"), "{error}");
+        let mut text = "l\nt;v\n;\n".to_owned();
+        (0..500).for_each(|i| text += &format!("{i};{}\n", if i == 7 { "oops" } else { "1" }));
+        let (_folder, path) = log(&text);
+        let raw = read(&path, or_shipped(&maps())).expect("rare enough");
+        assert!(raw.tracks[0].values[7].is_nan());
+        assert!(raw.warnings.iter().any(|w| w.code == "bad_cell" && w.message.contains("line 11")));
+    }
+
+    #[test]
+    fn an_unknown_header_says_what_was_tried() {
+        let (_folder, path) = log("a,b\n1,2\n");
+        let error = read(&path, or_shipped(&[])).expect_err("no map");
+        assert_eq!(error.code, "no_channel_map");
+        assert!(error.message.contains("session_csv") && error.message.contains("a, b"), "{error}");
+        let error = read(&path, or_shipped(&maps())).expect_err("forced map");
+        assert_eq!(error.code, "missing_column");
+    }
+
+    #[test]
+    fn unix_stamps_give_the_start_time() {
+        assert_eq!(start_time(1_692_117_187.464).as_deref(), Some("2023-08-15T16:33:07.464Z"));
+        assert_eq!(start_time(f64::NAN), None);
+    }
+}

@@ -1,0 +1,231 @@
+//! The records of an MCAP file, chunks unpacked.
+//!
+//! The file is read from its start, so that one without an end is read as far as it goes; every
+//! length is held against what is there. A chunk whose checksum is wrong is left out.
+
+use std::io::{BufReader, Read};
+
+use mcap::records::{Record, op};
+
+use crate::ingest::error::Error;
+use crate::objects::{Location, source};
+
+/// What a file begins (and ends) with.
+pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
+/// Largest chunk after unpacking, bytes.
+const LARGEST: u64 = 1 << 30;
+
+/// One thing that the file says.
+pub enum Event<'a> {
+    /// How messages are built.
+    Schema {
+        /// Its number.
+        id: u16,
+        /// The message's type.
+        name: String,
+        /// The definition's language.
+        encoding: String,
+        /// The definition.
+        data: &'a [u8],
+    },
+    /// A topic.
+    Channel {
+        /// Its number.
+        id: u16,
+        /// Its name.
+        topic: String,
+        /// How its messages are written.
+        encoding: String,
+        /// Number of its schema.
+        schema: u16,
+    },
+    /// A message.
+    Message {
+        /// Number of its topic.
+        channel: u16,
+        /// ns
+        log_time: u64,
+        /// Its bytes.
+        data: &'a [u8],
+    },
+    /// Words about the log.
+    Metadata {
+        /// What they are about.
+        name: String,
+        /// The words.
+        entries: Vec<(String, String)>,
+    },
+}
+
+/// What is known at the end.
+#[derive(Debug, Default)]
+pub struct Scan {
+    /// Chunks that could not be used.
+    pub bad_chunks: usize,
+    /// Time in them, s.
+    pub lost: f64,
+    /// Where the file ends or makes no sense, if it does before its end.
+    pub cut: Option<u64>,
+}
+
+/// Everything that is said before the summary, in turn.
+pub fn each(log: &Location, take: &mut dyn FnMut(Event<'_>)) -> Result<Scan, Error> {
+    let fail = |e: std::io::Error| Error::unreadable(log, &e);
+    let file = source::open(log).map_err(fail)?;
+    let size = file.size().map_err(fail)?;
+    let mut file = BufReader::with_capacity(1 << 18, file);
+    let mut scan = Scan::default();
+    let mut at = MAGIC.len() as u64;
+    std::io::copy(&mut file.by_ref().take(at), &mut std::io::sink()).map_err(fail)?;
+    let mut body = Vec::new();
+    loop {
+        let left = size.saturating_sub(at);
+        let mut head = [0; 9];
+        if left < 9 {
+            scan.cut = Some(at);
+            break;
+        }
+        file.read_exact(&mut head).map_err(fail)?;
+        let length = u64::from_le_bytes(head[1..].try_into().unwrap_or_default());
+        if length > left - 9 {
+            scan.cut = Some(at);
+            // a chunk that was being written is of use as far as it goes, if it is not packed
+            if head[0] == op::CHUNK {
+                body.clear();
+                file.by_ref().take(left).read_to_end(&mut body).map_err(fail)?;
+                torn_chunk(&body, take);
+            }
+            break;
+        }
+        body.clear();
+        file.by_ref().take(length).read_to_end(&mut body).map_err(fail)?;
+        match head[0] {
+            op::CHUNK => chunk(&body, &mut scan, take),
+            // behind it is the summary
+            op::DATA_END | op::FOOTER => break,
+            0 => {
+                scan.cut = Some(at);
+                break;
+            }
+            code => record(code, &body, take),
+        }
+        at += 9 + length;
+    }
+    Ok(scan)
+}
+
+/// A record that stands by itself; what is not of interest or makes no sense is passed over.
+fn record(code: u8, body: &[u8], take: &mut dyn FnMut(Event<'_>)) {
+    if code == op::MESSAGE {
+        // channel 2, sequence 4, log time 8, publish time 8
+        let (Some(channel), Some(time), Some(data)) =
+            (body.get(..2), body.get(6..14), body.get(22..))
+        else {
+            return;
+        };
+        take(Event::Message {
+            channel: u16::from_le_bytes(channel.try_into().unwrap_or_default()),
+            log_time: u64::from_le_bytes(time.try_into().unwrap_or_default()),
+            data,
+        });
+        return;
+    }
+    if !matches!(code, op::SCHEMA | op::CHANNEL | op::METADATA) {
+        return;
+    }
+    match mcap::parse_record(code, body) {
+        Ok(Record::Schema { header, data }) => take(Event::Schema {
+            id: header.id,
+            name: header.name,
+            encoding: header.encoding,
+            data: &data,
+        }),
+        Ok(Record::Channel(channel)) => take(Event::Channel {
+            id: channel.id,
+            topic: channel.topic,
+            encoding: channel.message_encoding,
+            schema: channel.schema_id,
+        }),
+        Ok(Record::Metadata(words)) => {
+            take(Event::Metadata {
+                name: words.name,
+                entries: words.metadata.into_iter().collect(),
+            });
+        }
+        _ => {}
+    }
+}
+
+fn chunk(body: &[u8], scan: &mut Scan, take: &mut dyn FnMut(Event<'_>)) {
+    let Ok(Record::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
+        scan.bad_chunks += 1;
+        return;
+    };
+    let unpacked = unpack(&header.compression, &data).filter(|unpacked| {
+        header.uncompressed_crc == 0 || crc32fast::hash(unpacked) == header.uncompressed_crc
+    });
+    match unpacked {
+        Some(unpacked) => within(&unpacked, take),
+        None => {
+            scan.bad_chunks += 1;
+            let span = header.message_end_time.saturating_sub(header.message_start_time);
+            scan.lost += span as f64 * 1e-9;
+        }
+    }
+}
+
+fn unpack(compression: &str, data: &[u8]) -> Option<Vec<u8>> {
+    let mut out = Vec::new();
+    match compression {
+        "" => out.extend_from_slice(data),
+        "zstd" => {
+            let decoder = zstd::stream::read::Decoder::new(data).ok()?;
+            decoder.take(LARGEST).read_to_end(&mut out).ok()?;
+        }
+        "lz4" => {
+            let decoder = lz4_flex::frame::FrameDecoder::new(data);
+            decoder.take(LARGEST).read_to_end(&mut out).ok()?;
+        }
+        _ => return None,
+    }
+    Some(out)
+}
+
+/// The records of a chunk.
+fn within(mut rest: &[u8], take: &mut dyn FnMut(Event<'_>)) {
+    while let Some((head, more)) = rest.split_at_checked(9) {
+        let length = u64::from_le_bytes(head[1..].try_into().unwrap_or_default());
+        let Some((body, behind)) =
+            usize::try_from(length).ok().and_then(|length| more.split_at_checked(length))
+        else {
+            return;
+        };
+        record(head[0], body, take);
+        rest = behind;
+    }
+}
+
+/// What is there of a chunk that has no end.
+fn torn_chunk(body: &[u8], take: &mut dyn FnMut(Event<'_>)) {
+    // start 8, end 8, size 8, checksum 4, length of the name of the compression 4
+    let Some(length) = body.get(28..32) else { return };
+    let length = u32::from_le_bytes(length.try_into().unwrap_or_default()) as usize;
+    let Some(name) = length.checked_add(32).and_then(|end| body.get(32..end)) else { return };
+    let Some(data) = body.get(32 + length + 8..) else { return };
+    let mut out = Vec::new();
+    // what was unpacked before the end is in `out`
+    let _ = match name {
+        b"" => {
+            out.extend_from_slice(data);
+            Ok(0)
+        }
+        b"zstd" => match zstd::stream::read::Decoder::new(data) {
+            Ok(decoder) => decoder.take(LARGEST).read_to_end(&mut out),
+            Err(e) => Err(e),
+        },
+        b"lz4" => lz4_flex::frame::FrameDecoder::new(data).take(LARGEST).read_to_end(&mut out),
+        _ => return,
+    };
+    within(&out, take);
+}

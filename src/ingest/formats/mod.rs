@@ -1,0 +1,46 @@
+//! The formats of logs that can be read: a file and a line in [`FORMATS`] each.
+
+use crate::ingest::format::{LogFormat, format};
+use crate::objects::Location;
+
+mod can;
+mod csv;
+mod ctrk;
+mod kiro;
+mod mcap;
+mod mdf;
+mod motec;
+pub(super) mod parquet;
+mod text_export;
+
+/// Every format, the most particular first: a log is of the first that takes it.
+pub const FORMATS: &[LogFormat] = &[
+    parquet::FORMAT,
+    format::<mdf::Mdf>(),
+    format::<mcap::Mcap>(),
+    format::<can::Can>(),
+    format::<motec::Ld>(),
+    format::<ctrk::Ctrk>(),
+    format::<text_export::Motec>(),
+    format::<text_export::Aim>(),
+    format::<text_export::RaceChrono>(),
+    format::<text_export::xsens::Xsens>(),
+    kiro::FORMAT,
+    csv::FORMAT,
+];
+
+/// The extensions of logs, each once, in the order of [`FORMATS`].
+pub fn extensions() -> Vec<&'static str> {
+    let mut all: Vec<&str> = Vec::new();
+    for extension in FORMATS.iter().flat_map(|format| format.extensions) {
+        if !all.contains(extension) {
+            all.push(extension);
+        }
+    }
+    all
+}
+
+/// Whether a file is taken for a log by its name when a folder is searched.
+pub fn has_log_extension(file: &Location) -> bool {
+    FORMATS.iter().flat_map(|format| format.extensions).any(|e| file.has_extension(e))
+}

@@ -1,0 +1,110 @@
+//! What is in a log: its channels, and what it says of itself.
+
+use crate::contract::schema;
+use crate::contract::session::Meta;
+use crate::contract::warning::Warning;
+use crate::ingest::error::Error;
+use crate::ingest::raw::Column;
+
+/// What is in a log.
+#[derive(Debug, Clone, Default)]
+pub struct Listing {
+    /// Its channels, those of one group one after the other.
+    pub channels: Vec<SourceChannel>,
+    /// Who and when, as far as the log says it in these words.
+    pub meta: Meta,
+    /// What else it says of itself (vehicle, logger, comment, ...), for people.
+    pub facts: Vec<(String, String)>,
+    /// What was noticed.
+    pub warnings: Vec<Warning>,
+    /// TOML that a channel map for such a log needs besides its channels: the layout of a text,
+    /// say. Empty for most formats.
+    pub layout: String,
+}
+
+/// A channel as the log tells it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SourceChannel {
+    /// What it was logged with (a group, topic or message); empty if the format knows none.
+    pub group: String,
+    /// Its name.
+    pub name: String,
+    /// Its unit, as it is written there; `None` where the log gives none.
+    pub unit: Option<String>,
+    /// Samples, where that is known without decoding.
+    pub samples: Option<u64>,
+    /// Rate, Hz, where the log gives it.
+    pub rate: Option<f64>,
+    /// Where the format finds it again: its own business.
+    pub place: [usize; 3],
+}
+
+/// Decoded channels.
+#[derive(Debug, Default)]
+pub struct Decoded {
+    /// As asked for. Channels that were logged together share their clock.
+    pub columns: Vec<Column>,
+    /// What was noticed beyond what [`Listing::warnings`] says.
+    pub warnings: Vec<Warning>,
+}
+
+impl SourceChannel {
+    /// Group and name.
+    pub fn full(&self) -> String {
+        if self.group.is_empty() {
+            self.name.clone()
+        } else {
+            format!("{}/{}", self.group, self.name)
+        }
+    }
+
+    /// Whether a map means this channel by `text`: its name, or group and name with `/` or `.`
+    /// between.
+    pub(super) fn is_called(&self, text: &str) -> bool {
+        let with_group = || {
+            let rest = text.strip_prefix(self.group.as_str())?.strip_prefix(['/', '.'])?;
+            Some(rest == self.name)
+        };
+        text == self.name || (!self.group.is_empty() && with_group() == Some(true))
+    }
+}
+
+impl Listing {
+    /// The one channel that is called so.
+    ///
+    /// # Errors
+    /// `missing_column`, `ambiguous_column`: a sentence about the name.
+    pub fn find(&self, name: &str) -> Result<&SourceChannel, Error> {
+        if let Some(exact) = self.channels.iter().find(|c| c.full() == name) {
+            return Ok(exact);
+        }
+        let mut called = self.channels.iter().filter(|c| c.is_called(name));
+        let Some(first) = called.next() else {
+            return Err(Error::new("missing_column", self.unknown(name)));
+        };
+        let others: Vec<String> = called.map(SourceChannel::full).collect();
+        if others.is_empty() {
+            return Ok(first);
+        }
+        let message = format!(
+            "`{name}` is in the log several times: {}, {}; say which",
+            first.full(),
+            others.join(", ")
+        );
+        Err(Error::new("ambiguous_column", message))
+    }
+
+    fn unknown(&self, name: &str) -> String {
+        let full: Vec<String> = self.channels.iter().map(SourceChannel::full).collect();
+        let names = self.channels.iter().map(|c| c.name.as_str());
+        let near = schema::nearest(name, names.chain(full.iter().map(String::as_str)));
+        let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        format!("`{name}` is not in the log{near}")
+    }
+
+    /// The first 300 characters of the channels' names, for messages.
+    pub(super) fn names(&self) -> String {
+        let names: Vec<String> = self.channels.iter().map(SourceChannel::full).collect();
+        names.join(", ").chars().take(300).collect()
+    }
+}

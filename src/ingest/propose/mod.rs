@@ -1,0 +1,247 @@
+//! A draft of a channel map for a log that none fits.
+//!
+//! Channels are recognised by the words of their names and by what their units measure. What is
+//! sure enough is an entry; what could be meant is one too, commented out, with the reason.
+
+use std::fmt::Write as _;
+
+use crate::ingest::listing::{Listing, SourceChannel};
+use crate::ingest::units;
+
+mod words;
+
+use words::{RULES, Rule, words};
+
+/// Most channels of the log that are offered for one column.
+const MOST: usize = 4;
+
+/// How well a channel of the log suits a column.
+struct Candidate<'a> {
+    channel: &'a SourceChannel,
+    score: usize,
+    /// Why it is only a guess.
+    doubt: Option<String>,
+}
+
+/// The text of a channel map for such a log: ready to save, and to be checked by its owner.
+///
+/// `name` becomes the map's.
+pub fn propose(name: &str, format: &str, own_clock: bool, listing: &Listing) -> String {
+    let mut out = String::new();
+    // writing to a String cannot fail
+    let _ = write_map(&mut out, name, format, own_clock, listing);
+    out
+}
+
+fn write_map(
+    out: &mut String,
+    name: &str,
+    format: &str,
+    own_clock: bool,
+    listing: &Listing,
+) -> std::fmt::Result {
+    let found: Vec<(&Rule, Vec<Candidate<'_>>)> =
+        RULES.iter().map(|rule| (rule, candidates(rule, listing))).collect();
+    let sure: Vec<&SourceChannel> = found
+        .iter()
+        .filter_map(|(_, c)| c.first().filter(|c| c.doubt.is_none()).map(|c| c.channel))
+        .collect();
+    writeln!(
+        out,
+        "# A draft: names and units were recognised, nothing else is known. Check each entry, its\n\
+         # sign above all: x is forward, y left, z up; in a left-hand corner roll is negative and\n\
+         # yaw rate positive (`sign = -1` turns a channel round). `roadbench schema channel_map`\n\
+         # lists every key.\n\
+         name = {}\nformat = {}",
+        quoted(name),
+        quoted(format)
+    )?;
+    if !listing.layout.is_empty() {
+        writeln!(out, "\n{}", listing.layout.trim_end())?;
+    }
+    writeln!(out, "\n# a log with these channels is taken for one of this source\n[detect]")?;
+    let mut named: Vec<String> = sure.iter().map(|c| quoted(&called(c, listing))).collect();
+    named.dedup();
+    named.truncate(6);
+    writeln!(out, "columns = [{}]", named.join(", "))?;
+    writeln!(out, "\n[meta]\n# bike_id = \"...\" # its bike file is bikes/<bike_id>.toml")?;
+    if !own_clock {
+        write_time(out, listing)?;
+    }
+    if sure.is_empty() {
+        writeln!(out, "\n[channel]")?;
+    }
+    for (rule, candidates) in &found {
+        for candidate in candidates.iter().take(MOST) {
+            write_entry(out, rule, candidate, listing)?;
+        }
+    }
+    let missing: Vec<&str> =
+        found.iter().filter(|(_, c)| c.is_empty()).map(|(r, _)| r.channel.name()).collect();
+    if !missing.is_empty() {
+        writeln!(out, "\n# nothing was recognised as {}", missing.join(", "))?;
+    }
+    Ok(())
+}
+
+/// Whether a channel seems to hold the stamps of the others.
+pub(super) fn is_time(channel: &SourceChannel) -> bool {
+    let known = channel.unit.as_deref().and_then(units::dimension);
+    let words = words(&channel.name);
+    let named = words.iter().any(|w| matches!(w.as_str(), "time" | "timestamp" | "t"));
+    named && known.is_none_or(|d| d == "time")
+}
+
+fn write_time(out: &mut String, listing: &Listing) -> std::fmt::Result {
+    let Some(time) = listing.channels.iter().find(|c| is_time(c)) else {
+        return writeln!(out, "\n# [time]\n# column = \"...\"\n# unit = \"s\" # or rate = 100");
+    };
+    writeln!(out, "\n[time]\ncolumn = {}", quoted(&called(time, listing)))?;
+    match &time.unit {
+        Some(unit) => writeln!(out, "unit = {}", quoted(unit)),
+        None => writeln!(out, "# unit = \"s\""),
+    }
+}
+
+fn write_entry(
+    out: &mut String,
+    rule: &Rule,
+    candidate: &Candidate<'_>,
+    listing: &Listing,
+) -> std::fmt::Result {
+    let Candidate { channel, doubt, .. } = candidate;
+    let mark = if doubt.is_some() { "# " } else { "" };
+    writeln!(out)?;
+    if let Some(doubt) = doubt {
+        writeln!(out, "# not sure: {doubt}")?;
+    }
+    if let Some(hint) = rule.hint {
+        writeln!(out, "# {hint}")?;
+    }
+    writeln!(out, "{mark}[channel.{}]", rule.channel)?;
+    writeln!(out, "{mark}from = {}", quoted(&called(channel, listing)))?;
+    match &channel.unit {
+        Some(unit) => writeln!(out, "{mark}unit = {}", quoted(unit))?,
+        None if rule.dimension == "ratio" => {}
+        None => writeln!(out, "{mark}unit = \"?\"")?,
+    }
+    if needs_radius(rule, channel) {
+        writeln!(out, "{mark}radius = 0.3 # m, that the source computed it with")?;
+    }
+    Ok(())
+}
+
+/// A surface speed where a spin is wanted.
+fn needs_radius(rule: &Rule, channel: &SourceChannel) -> bool {
+    rule.dimension == "angular rate"
+        && channel.unit.as_deref().and_then(units::dimension) == Some("speed")
+}
+
+/// The channels that could feed a column, the best first; only the first can be without doubt.
+fn candidates<'a>(rule: &Rule, listing: &'a Listing) -> Vec<Candidate<'a>> {
+    let mut found: Vec<Candidate<'a>> =
+        listing.channels.iter().filter_map(|c| candidate(rule, c)).collect();
+    found.sort_by_key(|c| std::cmp::Reverse((c.doubt.is_none(), c.score)));
+    let best = found.first().map(|c| (c.doubt.is_none(), c.score));
+    let equals = found.iter().filter(|c| Some((c.doubt.is_none(), c.score)) == best).count();
+    for (i, candidate) in found.iter_mut().enumerate() {
+        if candidate.doubt.is_none() && (i > 0 || equals > 1) {
+            candidate.doubt = Some("there is more than one such channel".to_owned());
+        }
+    }
+    found
+}
+
+fn candidate<'a>(rule: &Rule, channel: &'a SourceChannel) -> Option<Candidate<'a>> {
+    let exact = channel.name == rule.channel.name();
+    let score = if exact { 100 } else { rule.score(&words(&channel.name))? };
+    let dimension = channel.unit.as_deref().map(units::dimension);
+    let doubt = match dimension {
+        Some(Some(d)) if d == rule.dimension => None,
+        Some(Some("speed")) if rule.dimension == "angular rate" && rule.is_wheel() => {
+            Some("it is a speed: with which radius was it computed?".to_owned())
+        }
+        // a count or a share without unit
+        Some(Some(_)) => return None,
+        Some(None) => Some("its unit is not known to roadbench".to_owned()),
+        None if rule.dimension == "ratio" => None,
+        None => Some("the log does not say its unit".to_owned()),
+    };
+    Some(Candidate { channel, score, doubt })
+}
+
+/// How a map calls a channel: by its name, and its group where that is needed.
+fn called(channel: &SourceChannel, listing: &Listing) -> String {
+    let alone = listing.channels.iter().filter(|c| c.name == channel.name).count() == 1;
+    if alone { channel.name.clone() } else { channel.full() }
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::channel::Channel;
+    use crate::ingest::fit::fit;
+    use crate::ingest::map::ChannelMap;
+
+    fn listing(channels: &[(&str, &str, &str)]) -> Listing {
+        let channel = |&(group, name, unit): &(&str, &str, &str)| SourceChannel {
+            group: group.into(),
+            name: name.into(),
+            unit: (!unit.is_empty()).then(|| unit.to_owned()),
+            ..SourceChannel::default()
+        };
+        Listing { channels: channels.iter().map(channel).collect(), ..Listing::default() }
+    }
+
+    #[test]
+    fn a_draft_is_a_map_that_fits() {
+        let log = listing(&[
+            ("GPS", "GPS Speed", "km/h"),
+            ("GPS", "Speed Accuracy", "km/h"),
+            ("ABS", "WheelSpeed_Front", "km/h"),
+            ("ABS", "WheelSpeed_Rear", "rpm"),
+            ("IMU", "LeanAngle", "deg"),
+            ("IMU", "YawRate", "deg/s"),
+            ("ECU", "Gear", ""),
+            ("ECU", "TPS", "%"),
+            ("ECU", "BrakePressF", "bar"),
+            ("ECU", "EngineSpeed", "rpm"),
+            ("ECU", "Steering \"angle\"", ""),
+        ]);
+        let text = propose("my \"logger\"", "kiro", true, &log);
+        let map = ChannelMap::parse(&text, "draft").expect(&text);
+        let fitted = fit(&map, &log).expect(&text);
+        let taken =
+            |c: Channel| fitted.entries.iter().find(|e| e.channel == c).map(|e| e.from[0].as_str());
+        assert_eq!(taken(Channel::VelocityX), Some("GPS/GPS Speed"));
+        assert_eq!(taken(Channel::WheelSpeedFront), None, "a radius is needed:\n{text}");
+        assert!(text.contains("# from = \"WheelSpeed_Front\""), "{text}");
+        assert_eq!(taken(Channel::WheelSpeedRear), Some("ABS/WheelSpeed_Rear"));
+        assert_eq!(taken(Channel::Roll), Some("IMU/LeanAngle"));
+        assert_eq!(taken(Channel::YawRate), Some("IMU/YawRate"));
+        assert_eq!(taken(Channel::Gear), Some("ECU/Gear"));
+        assert_eq!(taken(Channel::Throttle), Some("ECU/TPS"));
+        assert_eq!(taken(Channel::BrakePressureFront), Some("ECU/BrakePressF"));
+        assert_eq!(taken(Channel::SteerAngle), None);
+        assert!(text.contains("# unit = \"?\""), "{text}");
+    }
+
+    #[test]
+    fn doubles_are_guesses_and_text_logs_get_a_clock() {
+        let log = listing(&[
+            ("", "Time", "s"),
+            ("A", "roll", "deg"),
+            ("B", "roll", "deg"),
+            ("", "pitch", "parsec"),
+        ]);
+        let text = propose("x", "csv", false, &log);
+        assert!(text.contains("[time]\ncolumn = \"Time\"\nunit = \"s\""), "{text}");
+        assert!(text.contains("# [channel.roll]\n# from = \"A/roll\""), "{text}");
+        assert!(text.contains("# unit = \"parsec\""), "{text}");
+        ChannelMap::parse(&text, "draft").expect(&text);
+    }
+}

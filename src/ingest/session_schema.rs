@@ -1,0 +1,34 @@
+//! `session.v1`, the table that every log becomes, and the keys of its metadata.
+
+use std::sync::OnceLock;
+
+use crate::contract::channel::Channel;
+use crate::contract::schema::Table;
+use crate::contract::session::Meta;
+
+/// The contract's input table, parsed once.
+pub fn session_table() -> &'static Table {
+    static TABLE: OnceLock<Table> = OnceLock::new();
+    TABLE.get_or_init(|| Table::embedded("session"))
+}
+
+/// Takes what a log says of who and when in the contract's words; whether it is one of them.
+pub fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
+    let value = || Some(value.trim().to_owned());
+    match key.trim() {
+        "session_id" => meta.session_id = value().unwrap_or_default(),
+        "bike_id" => meta.bike_id = value().unwrap_or_default(),
+        "start_time" => meta.start_time = value(),
+        "tyre_front" => meta.tyre_front = value(),
+        "tyre_rear" => meta.tyre_rear = value(),
+        "site" => meta.site = value(),
+        "rider_id" => meta.rider_id = value(),
+        _ => return false,
+    }
+    true
+}
+
+/// Unit of a channel in `session.v1`; `1` for a channel without dimension.
+pub fn si_unit(channel: Channel) -> &'static str {
+    session_table().column(channel.name()).and_then(|c| c.unit.as_deref()).unwrap_or("1")
+}

@@ -1,0 +1,167 @@
+//! No cause is half known: every effect acts in the residuals, on the reduced-order motorcycle and on
+//! the multibody one.
+
+use rayon::prelude::*;
+use roadbench::contract::channel::Channel;
+use roadbench::contract::manoeuvre::Direction;
+use roadbench::contract::session::{Meta, Session};
+use roadbench::diagnose::road;
+use roadbench::diagnose::road::attitude::Posture;
+use roadbench::diagnose::road::parameters::{BASE, Parameter, Parameters};
+use roadbench::diagnose::road::residuals::{Blocks, Curves, attitudes, blocks, blocks_at};
+use roadbench::diagnose::road::samples::Samples;
+use roadbench::effects::physics::Multibody;
+use roadbench::effects::{ALL, Effect, ModelError};
+use roadbench::pipeline::Pipeline;
+use roadbench::simulate::hidden::{Case, Kind};
+use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
+use roadbench::simulate::motorcycle::Plant;
+use roadbench::simulate::pilot::Skill;
+use roadbench::simulate::plan::Phase;
+use roadbench::simulate::rider::Disturbance;
+use roadbench::simulate::scenario::{Machine, Scenario};
+use roadbench::simulate::tour::Tour;
+use roadbench::simulate::{multibody, ridden};
+use roadbench::statistics::random::Random;
+
+/// A difference of a signal, over its largest value, that is no rounding.
+const CHANGED: f64 = 1e-6;
+
+/// A stop with both brakes, coasting on warm brakes, a bend.
+const RIDE: [Manoeuvre; 3] = [
+    Manoeuvre::Brake { wheels: Braked::Both, from: 14.0, rise: 2e6, slip: -0.08, until: 8.0 },
+    Manoeuvre::Coast { from: 12.0, until: 11.0 },
+    Manoeuvre::Corner { direction: Direction::Left, radius: 25.0, speed: 10.0, turn: 1.2 },
+];
+
+/// A machine whose bike file is true.
+fn machine() -> (Scenario, Machine) {
+    let mut scenario = Scenario::builtin("perfect").expect("scenario").certain();
+    scenario.rate = 50.0;
+    let machine = scenario.machine(0);
+    (scenario, machine)
+}
+
+fn planted(effect: &Effect) -> ModelError {
+    let mut error = ModelError::default();
+    (effect.set)(&mut error, effect.typical);
+    error
+}
+
+/// Largest change of any channel, over the channel's largest value.
+fn change(a: &Session, b: &Session) -> f64 {
+    assert!(a.len > 500 && b.len > 500, "{} and {} samples", a.len, b.len);
+    let of = |channel: Channel| {
+        let (Some(x), Some(y)) = (a.get(channel), b.get(channel)) else { return 0.0 };
+        let largest = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let most = x.iter().zip(y).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
+        if largest > 0.0 { most / largest } else { most }
+    };
+    Channel::ALL.iter().map(|c| of(*c)).fold(0.0, f64::max)
+}
+
+/// The ride on the reduced-order motorcycle.
+fn reduced(plant: &Plant) -> Session {
+    let mut random = Random::new(1, "phases");
+    let phases: Vec<Phase> = RIDE.iter().flat_map(|m| m.phases(&mut random)).collect();
+    let random = Random::new(1, "ride");
+    let meta = Meta::default();
+    let mut session =
+        ridden(plant, &phases, Disturbance::default(), random, 50.0, 120.0, meta).session;
+    plant.model_error.measure(&mut session);
+    session
+}
+
+/// The ride on the multibody motorcycle.
+fn tour(scenario: &Scenario, machine: &Machine) -> Tour {
+    let mut tour = multibody::tour(scenario, machine, 0).expect("stands");
+    tour.manoeuvres = RIDE.to_vec();
+    tour.start_speed = 12.0;
+    tour
+}
+
+/// Fails for an effect that either simulator lacks without its file saying why.
+#[test]
+fn every_effect_changes_a_ride_on_both_motorcycles() {
+    let (scenario, machine) = machine();
+    let nominal = tour(&scenario, &machine);
+    let skill = Skill::learn(&nominal.model, roadbench::simulate::ride::period(nominal.rate))
+        .expect("runs straight");
+    let multibody = |machine: &Machine| {
+        let ridden = roadbench::simulate::ride::ride(&tour(&scenario, machine), &skill, 0);
+        assert!(ridden.fall.is_none(), "{:?}", ridden.fall);
+        ridden.session
+    };
+    let [usual, usual_multibody] = [reduced(&machine.plant), multibody(&machine)];
+    let faults: Vec<String> = ALL
+        .par_iter()
+        .flat_map_iter(|effect| {
+            let plant = machine.plant.clone().with(&planted(effect));
+            let own = change(&usual, &reduced(&plant));
+            let many = change(&usual_multibody, &multibody(&Machine { plant, ..machine.clone() }));
+            let mut faults = Vec::new();
+            if own < CHANGED {
+                faults.push(format!("{}: not on the reduced-order motorcycle", effect.name));
+            }
+            match effect.multibody {
+                Multibody::Hooks if many < CHANGED => {
+                    faults.push(format!("{}: not on the multibody motorcycle", effect.name));
+                }
+                Multibody::Inherent(why) if many >= CHANGED || why.is_empty() => {
+                    faults.push(format!("{}: its hooks act on the multibody one", effect.name));
+                }
+                _ => {}
+            }
+            faults
+        })
+        .collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// Samples and fitted base parameters of a ride with nothing hidden.
+fn base() -> (Samples, Parameters) {
+    let (kind, plan) = (Kind::Null, "paper");
+    let case = Case { seed: 0, number: 2, kind, plan, hidden: Vec::new(), foreign: None };
+    let (session, machine) = case.ride().expect("ridden");
+    let fitted = road::fitted(&session, &machine.bike, &Pipeline::onroad()).expect("fitted");
+    (fitted.samples, fitted.base.values)
+}
+
+/// Parameters with one of them a step away.
+fn moved(parameters: &Parameters, parameter: &Parameter) -> Parameters {
+    let mut near = parameters.clone();
+    parameter.set(&mut near, parameter.get(parameters) + 0.003 * parameter.scale);
+    near
+}
+
+fn bits(blocks: &Blocks) -> Vec<u64> {
+    blocks.iter().flatten().map(|x| x.to_bits()).collect()
+}
+
+/// Fails for an effect or a parameter without a residual, and where a posture leaves out what attitudes
+/// depend on: then the attitudes of other parameters give other residuals than their own.
+#[test]
+fn every_effect_changes_residuals_and_equal_postures_have_equal_attitudes() {
+    let (samples, parameters) = base();
+    let (usual, posture) = (blocks(&samples, &parameters), Posture::of(&parameters));
+    let known = attitudes(&samples, &parameters);
+    let all: Vec<Parameter> =
+        BASE.iter().copied().chain(ALL.iter().map(Effect::parameter)).collect();
+    let shared: usize = all
+        .par_iter()
+        .map(|parameter| {
+            let near = moved(&parameters, parameter);
+            let own = blocks(&samples, &near);
+            assert!(bits(&own) != bits(&usual), "{} changes no residual", parameter.name);
+            if Posture::of(&near) != posture {
+                return 0;
+            }
+            assert!(attitudes(&samples, &near) == known, "attitudes over {}", parameter.name);
+            let shared = blocks_at(&samples, &near, Some(&known), &mut Curves::Unknown);
+            assert!(bits(&own) == bits(&shared), "residuals over {}", parameter.name);
+            1
+        })
+        .sum();
+    // what the cache is for: most share
+    assert!(2 * shared > all.len(), "{shared} of {}", all.len());
+}
