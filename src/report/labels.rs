@@ -1,4 +1,4 @@
-//! What the names of the contract are called when people read them.
+//! Labels: the contract's names as people read them.
 
 use crate::contract::coefficient::{Coefficient, Id, Part};
 use crate::tables::rows::Status;
@@ -51,7 +51,7 @@ pub fn status_code(status: Status) -> &'static str {
     }
 }
 
-/// A sign that tells statuses apart without colour.
+/// A sign that differs between statuses without colour.
 pub fn status_sign(status: Status) -> &'static str {
     match status {
         Status::Ok => "●",

@@ -1,4 +1,4 @@
-//! Numbers for people: as many digits as the uncertainty leaves meaning.
+//! Number formats: as many digits as the uncertainty leaves meaning.
 
 use crate::statistics::order::{SD_PER_MAD, median_of_finite};
 
@@ -39,7 +39,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// The same with the typographic minus, for the page.
+/// A number's text with the typographic minus (U+2212), for pages.
 pub fn typeset(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }

@@ -1,5 +1,4 @@
-//! What a run prints on stdout: tables a person likes to read. Plain text, at most 100
-//! columns, the same on every terminal.
+//! Tables that a run prints on stdout: plain text, at most 100 columns, no control characters.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -180,7 +179,7 @@ fn heading(session: &SessionRow) -> String {
     parts.join("  ")
 }
 
-/// Text from a log without control characters: a terminal must not be steered by a file.
+/// Text from a log without control characters, which would act on the terminal.
 fn clean(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -27,33 +27,33 @@ pub struct Figures {
     pub charts: Vec<Chart>,
     /// Panels of the time line.
     pub panels: Vec<Chart>,
-    /// Its segments.
+    /// Manoeuvres, shaded on the time line.
     pub segments: Vec<Segment>,
 }
 
 /// One segment of the time line.
 #[derive(Debug, Default, Serialize)]
 pub struct Segment {
-    /// Its number.
+    /// Number of the manoeuvre in its session.
     pub id: i64,
-    /// What.
+    /// Name of its kind.
     pub kind: String,
-    /// s.
+    /// Start, s from the start of the session.
     pub start: f64,
-    /// s.
+    /// End, s from the start of the session.
     pub end: f64,
-    /// Which way.
+    /// Left, right, outbound or inbound, where the kind has a direction.
     pub direction: Option<String>,
-    /// 0 to 1.
+    /// Quality score, 0 to 1.
     pub quality: Option<f64>,
     /// Whether estimation used it.
     pub used: bool,
-    /// Why not.
+    /// Why it was not used.
     pub reason: Option<String>,
 }
 
-/// Leaves away the time line's abscissae that are those of its first line: the script puts them
-/// back. They would be an eighth of the page.
+/// Removes the abscissae of the time line's lines that equal those of its first line: the script
+/// restores them. They would be an eighth of the page.
 pub fn share_time(panels: &mut [Chart]) {
     let Some(first) = panels.first().and_then(|p| p.lines.first()).map(|l| l.x.clone()) else {
         return;

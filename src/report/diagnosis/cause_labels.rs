@@ -1,4 +1,4 @@
-//! What the names of a diagnosis are called when people read them.
+//! Labels of a diagnosis: effects, channels, verdicts and sizes as people read them.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::tables::rows::CauseRow;
 
-/// What an effect says happens; a name that this version does not know is read as it stands.
+/// What an effect does, as a clause; a name that this version does not know is read as it stands.
 pub fn effect(name: &str) -> String {
     match Effect::named(name) {
         Ok(effect) => effect.sentence.to_owned(),
@@ -23,7 +23,7 @@ pub fn sentence(text: &str) -> String {
     rest.next().map_or(String::new(), |c| c.to_uppercase().chain(rest).collect())
 }
 
-/// A residual or a signal; the roll balance is named like the roll and told apart by its unit.
+/// A residual or a signal; the roll balance has the name of the roll but another unit.
 pub fn channel(name: &str, unit: &str) -> String {
     match name {
         "force_x" => "force along the bike",
@@ -86,8 +86,8 @@ pub fn level(name: &str) -> String {
     }
 }
 
-/// Value with its unit, and the 95 % interval, in the digits that mean something; empty where there
-/// is none. Angles are also told in degrees.
+/// Value with its unit, and the 95 % interval, with as many digits as its width leaves meaning; empty
+/// where there is none. Angles are also given in degrees.
 pub fn size(row: &CauseRow) -> (String, String) {
     let Some(value) = row.value else { return (String::new(), String::new()) };
     let u = number_format::uncertainty(None, row.ci95_low, row.ci95_high);

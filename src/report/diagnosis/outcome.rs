@@ -30,7 +30,7 @@ pub enum Outcome {
 pub struct Finding {
     /// Name in the table.
     pub name: String,
-    /// What happens.
+    /// What the effect does, as a clause.
     pub sentence: String,
     /// Its size with unit.
     pub size: String,

@@ -20,9 +20,9 @@ const LOW: u32 = 150;
 /// An overlay: the chart over its residual.
 #[derive(Debug, Serialize)]
 pub struct Overlay {
-    /// Heading.
+    /// Channel and kind of manoeuvre.
     pub title: String,
-    /// What is seen.
+    /// Which manoeuvre is drawn, and its error under each model.
     pub caption: String,
     /// The misfit that it stands for, where a residual led to it.
     pub note: String,
@@ -35,7 +35,7 @@ pub struct Overlay {
 /// How a signal is reproduced over the whole ride.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reproduced {
-    /// The signal.
+    /// Name of the channel, as in the table.
     pub channel: String,
     /// Its unit in the table.
     pub unit: String,

@@ -1,5 +1,5 @@
-//! What the page of a diagnosed session says: the rows of `causes` and `discrepancies` in words, in
-//! the order of the questions they answer.
+//! The content of a diagnosed session's page: the rows of `causes` and `discrepancies`, in the order
+//! of the questions that they answer.
 
 use serde::Serialize;
 
@@ -20,17 +20,17 @@ const SHOWN: usize = 8;
 /// One diagnosed session's page, as its template reads it.
 #[derive(Debug, Serialize)]
 pub struct Page {
-    /// The session.
+    /// Id of the session, as in the tables.
     pub session_id: String,
-    /// The bike.
+    /// Id of the bike, as in the tables.
     pub bike_id: String,
     /// Start of the session.
     pub start: String,
     /// What the ride says.
     pub outcome: Outcome,
-    /// Yes or no.
+    /// Whether the model reproduces the ride, in one sentence.
     pub answer: &'static str,
-    /// The verdict.
+    /// What is wrong, as far as it is known.
     pub verdict: String,
     /// Further sentences.
     pub remarks: Vec<String>,
@@ -38,7 +38,7 @@ pub struct Page {
     pub findings: Vec<Finding>,
     /// Misfits that are structured, the worst first.
     pub misfits: Vec<Misfit>,
-    /// The others.
+    /// Misfits within what null simulations show.
     pub others: Vec<Misfit>,
     /// Ticks of the misfits' axis.
     pub ticks: String,
@@ -58,7 +58,7 @@ pub struct Page {
     pub unseen: Vec<(String, Vec<(String, String)>)>,
 }
 
-/// One candidate.
+/// One line of the list of candidates.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
 pub struct Candidate {
@@ -95,7 +95,8 @@ pub struct Gain {
     pub share: String,
 }
 
-/// Puts a diagnosis in words. `reproduced` are the channels before and after.
+/// The content of one page. `reproduced` are the errors of each channel with the base model and with
+/// the causes.
 pub fn build(
     ident: &Ident,
     causes: &[CauseRow],
@@ -115,7 +116,7 @@ pub fn build(
         .filter(|c| is_candidate(c) && c.verdict != Verdict::NotIdentifiable.name())
         .map(candidate)
         .collect();
-    // whoever is over the threshold is shown, however many
+    // every candidate over the threshold is shown, however many they are
     let over = candidates.iter().filter(|c| c.class != "rest").count();
     let more = candidates.split_off(SHOWN.max(over).min(candidates.len()));
     Page {

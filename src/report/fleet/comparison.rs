@@ -13,11 +13,11 @@ use crate::tables::rows::FleetRow;
 /// One coefficient over the bikes.
 #[derive(Debug, Serialize)]
 pub struct Compared {
-    /// In words.
+    /// What the coefficient is called.
     pub label: String,
     /// Name in the tables.
     pub name: String,
-    /// Unit.
+    /// SI unit; empty for pure numbers.
     pub unit: String,
     /// Ends of the common axis.
     pub axis: (String, String),
@@ -49,9 +49,9 @@ pub struct Row {
 pub struct Boxes {
     /// Tyre and coefficient, as in the tables.
     pub name: String,
-    /// Heading.
+    /// Tyre and coefficient, as people read them.
     pub title: String,
-    /// Unit.
+    /// SI unit; empty for pure numbers.
     pub unit: String,
     /// Bikes with their values.
     pub groups: Vec<(String, Vec<f64>)>,

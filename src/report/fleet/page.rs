@@ -21,7 +21,7 @@ const UNFOLDED: usize = 12;
 /// The fleet's page, as its template reads it.
 #[derive(Debug, Serialize)]
 pub struct Page {
-    /// Bikes.
+    /// Number of bikes.
     pub bikes: usize,
     /// The line that sums it up.
     pub verdict: String,
@@ -42,11 +42,11 @@ pub struct Page {
 pub struct Link {
     /// Its page; empty where it has none.
     pub href: String,
-    /// Its name.
+    /// Id of the session.
     pub name: String,
 }
 
-/// One event.
+/// One line of the list of events.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
 pub struct Event {

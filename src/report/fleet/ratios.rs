@@ -1,4 +1,4 @@
-//! What the fleet's page says of the side force ratios: each tyre's, or why it has none.
+//! Side force ratios on the fleet's page: each tyre's, or why it has none.
 
 use std::collections::BTreeSet;
 
@@ -28,7 +28,7 @@ pub struct Ratio {
 }
 
 /// The ratios that there are, in the fleet's order, and a sentence on the tyres that have none; `None`
-/// where no ride told the lateral friction that they are of.
+/// where no session determined the lateral friction that they are estimated from.
 pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, String)> {
     let had: BTreeSet<(&str, &str)> =
         rows.iter().map(|r| (r.bike_id.as_str(), r.tyre.as_str())).collect();

@@ -1,5 +1,5 @@
-//! What the run's first page says: counts, each bike's tyres over its sessions, what was
-//! rejected and why.
+//! The content of the run's page: counts, each bike's tyres over its sessions, what was rejected
+//! and why.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,15 +14,15 @@ use crate::tables::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, W
 /// The run's page, as its template reads it.
 #[derive(Debug, Serialize)]
 pub struct Page {
-    /// Inputs in all.
+    /// Number of inputs, used and rejected.
     pub inputs: usize,
     /// The line that sums it up.
     pub verdict: String,
     /// Sum of durations and distances.
     pub ridden: String,
-    /// Each bike.
+    /// One per bike, by its id.
     pub bikes: Vec<BikePart>,
-    /// Each session.
+    /// One per session, by bike and id.
     pub sessions: Vec<Entry>,
     /// Whether there is a page of the fleet, and how many events it tells of.
     pub fleet: Option<usize>,
@@ -39,20 +39,20 @@ pub struct Page {
 /// One bike's coefficients over its sessions.
 #[derive(Debug, Serialize)]
 pub struct BikePart {
-    /// The bike.
+    /// Id of the bike, as in the tables.
     pub bike_id: String,
     /// How many sessions.
     pub sessions: usize,
     /// Whether the table `fleet` says more than the medians.
     pub fleet: bool,
-    /// Its tyres.
+    /// Front, rear and vehicle, as far as there are coefficients.
     pub tyres: Vec<TyrePart>,
 }
 
 /// One tyre of a bike.
 #[derive(Debug, Serialize)]
 pub struct TyrePart {
-    /// Heading.
+    /// Heading over the tyre's coefficients.
     pub title: String,
     /// Tyre models ridden.
     pub models: String,
@@ -96,7 +96,8 @@ pub struct Entry {
     pub warnings: usize,
 }
 
-/// Puts a run's tables in words. `pages` are the sessions' files, in the sessions' order.
+/// The content of the page but for fleet and diagnoses. `pages` are the sessions' pages, in the
+/// sessions' order.
 pub fn build(
     tables: &RunTables,
     pages: &[String],

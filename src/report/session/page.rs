@@ -1,4 +1,5 @@
-//! What a session's page says: the rows of the tables, put in words and digits.
+//! The content of a session's page: the rows of the tables as text, with as many digits as the
+//! uncertainty leaves meaning.
 
 use serde::Serialize;
 
@@ -15,9 +16,9 @@ use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow
 /// One session's page, as its template reads it.
 #[derive(Debug, Serialize)]
 pub struct Page {
-    /// The session.
+    /// Id of the session, as in the tables.
     pub session_id: String,
-    /// The bike.
+    /// Id of the bike, as in the tables.
     pub bike_id: String,
     /// The line that sums it up.
     pub verdict: String,
@@ -33,11 +34,11 @@ pub struct Page {
     pub missing: Vec<Missing>,
     /// Coefficients taken from the bike file.
     pub assumed: Vec<String>,
-    /// Segments.
+    /// Every manoeuvre, used or not, in time order.
     pub manoeuvres: Vec<ManoeuvreLine>,
-    /// Kinds of segment: name, words, how many, how many used.
+    /// Kinds of manoeuvre in this session: name, label, how many, how many used.
     pub kinds: Vec<(String, String, usize, usize)>,
-    /// Warnings.
+    /// Warnings of every stage, in the order of the table.
     pub warnings: Vec<WarningLine>,
     /// Hashes and version.
     pub provenance: Vec<(String, String)>,
@@ -48,7 +49,7 @@ pub struct Page {
 pub struct Tyre {
     /// `front`, `rear` or `vehicle`.
     pub name: String,
-    /// Heading.
+    /// Heading over the tyre's coefficients.
     pub title: String,
     /// Its coefficients.
     pub rows: Vec<Row>,
@@ -59,13 +60,13 @@ pub struct Tyre {
 pub struct Row {
     /// Name in the tables.
     pub name: String,
-    /// In words.
+    /// What the coefficient is called.
     pub label: String,
-    /// Symbol.
+    /// Symbol in the paper.
     pub symbol: String,
-    /// Estimate.
+    /// Estimate in SI, with the digits that its uncertainty leaves meaning; empty where there is none.
     pub value: String,
-    /// Unit.
+    /// SI unit; empty for pure numbers.
     pub unit: String,
     /// 95 % interval.
     pub interval: String,
@@ -77,13 +78,13 @@ pub struct Row {
     pub manoeuvres: i64,
     /// Samples that took part.
     pub samples: i64,
-    /// What else the fit says, for those who hover.
+    /// R², share of outliers and residual scale of the fit; shown on hovering.
     pub fit: String,
     /// As in the tables.
     pub status: &'static str,
-    /// Status in words.
+    /// Status as people read it.
     pub status_label: &'static str,
-    /// Status as a sign.
+    /// A sign for the status, which differs without colour.
     pub sign: &'static str,
     /// Why not determined.
     pub reason: String,
@@ -96,13 +97,13 @@ pub struct Row {
 /// Coefficients that one kind of riding would supply.
 #[derive(Debug, Serialize)]
 pub struct Missing {
-    /// The riding.
+    /// The riding that would determine them.
     pub ride: String,
     /// Tyre and coefficient, status, reason.
     pub items: Vec<(String, &'static str, String)>,
 }
 
-/// One manoeuvre.
+/// One line of the list of manoeuvres.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in the schema file, in words
 pub struct ManoeuvreLine {
@@ -119,7 +120,7 @@ pub struct ManoeuvreLine {
     pub reason: String,
 }
 
-/// One warning.
+/// One line of the list of warnings.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in the schema file, in words
 pub struct WarningLine {
@@ -131,7 +132,7 @@ pub struct WarningLine {
     pub message: String,
 }
 
-/// Puts a session's rows in words.
+/// The content of one session's page, without bench values.
 pub fn build(
     session: &SessionRow,
     coefficients: &[Coefficient],
