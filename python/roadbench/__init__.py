@@ -8,29 +8,38 @@ Example:
     >>> tables = roadbench.run_session("ride.parquet", bike="bikes/mt07.toml")
     >>> pl.DataFrame(tables["coefficients"]).filter(pl.col("status") == "ok")
 
-On a Spark cluster, over whole archives: :func:`roadbench.spark.run`.
+Over whole archives: :func:`run` and :func:`diagnose`; on a Spark cluster :func:`roadbench.spark.run`.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from roadbench import _roadbench
 from roadbench._errors import Rejected
 from roadbench._roadbench import Schema, Table, __version__
 
 __all__ = [
+    "Diagnosed",
     "Rejected",
     "Schema",
     "Simulated",
     "Table",
     "__version__",
+    "diagnose",
+    "diagnose_session",
+    "export",
+    "plan",
+    "run",
     "run_session",
     "schema",
     "simulate",
 ]
+
+_Path = str | os.PathLike[str]
 
 
 def run_session(
@@ -78,6 +87,235 @@ def run_session(
     return _roadbench.run_session(
         path_or_table, bike, os.fspath(pipeline), [os.fspath(m) for m in maps], signals, session_id
     )
+
+
+class Diagnosed(NamedTuple):
+    """What ``roadbench diagnose`` finds in a session."""
+
+    tables: dict[str, Table]
+    """``causes``, ``discrepancies``, ``diagnoses`` (one row) and, on the road, ``replays``."""
+    summary: str
+    """The verdict in words."""
+    model: str | None
+    """The extended model, as ``roadbench run --model`` takes it; ``None`` off-road."""
+
+
+def diagnose_session(
+    path_or_table: Any,
+    bike: _Path,
+    pipeline: _Path = "onroad",
+    maps: Sequence[_Path] = (),
+    *,
+    nulls: int = 24,
+    advise: bool = False,
+    session_id: str | None = None,
+) -> Diagnosed:
+    """What the model of one session gets wrong, and why, as ``roadbench diagnose`` finds it; nothing is
+    written.
+
+    The other threads go on meanwhile: the GIL is released. A ride takes some tens of seconds.
+
+    Args:
+        path_or_table: as of :func:`run_session`.
+        bike: path of the bike file, or what such a file says.
+        pipeline: ``onroad``, ``offroad``, ``paper``, or path of a pipeline file.
+        maps: paths of channel maps; none means those that come with roadbench.
+        nulls: simulated nulls, from which the thresholds come; 8 to 1000.
+        advise: also simulate riding for every cause that the ride cannot show.
+        session_id: name of a table that does not name itself.
+
+    Raises:
+        Rejected: the log cannot be used, or does not hold what a diagnosis needs.
+        ValueError: the bike, the pipeline, a map or ``nulls`` is not what it should be.
+
+    Example:
+        >>> found = roadbench.diagnose_session("ride.parquet", bike="bikes/mt07.toml")
+        >>> print(found.summary)
+        >>> polars.DataFrame(found.tables["causes"]).filter(polars.col("verdict") == "named")
+    """
+    given = [os.fspath(m) for m in maps]
+    return Diagnosed(
+        *_roadbench.diagnose_session(
+            path_or_table, bike, os.fspath(pipeline), given, (nulls, advise), session_id
+        )
+    )
+
+
+def run(
+    inputs: _Path | Sequence[_Path],
+    out: _Path,
+    bikes: _Path | None = None,
+    pipeline: _Path = "onroad",
+    *,
+    maps: Sequence[_Path] = (),
+    jobs: int = 0,
+    force: bool = False,
+    since: float | None = None,
+    signals: bool = False,
+) -> dict[str, Any]:
+    """``roadbench run``: the sessions of an archive into tables and a report.
+
+    Sessions that ``out`` holds already and that were made from the same are kept. After Ctrl-C the
+    sessions under way are finished; the same call carries on.
+
+    Args:
+        inputs: logs, folders of logs or archives, glob patterns; here or in an object store.
+        out: folder or URL of the tables.
+        bikes: folder of bike files; ``None`` takes the ``bikes`` beside an archive's sessions.
+        pipeline: ``onroad``, ``offroad``, ``paper``, or path of a pipeline file.
+        maps: paths of channel maps; none means those that come with roadbench.
+        jobs: sessions that are worked on at the same time; 0 takes one per core.
+        force: compute sessions again that are there already.
+        since: only logs that were written since then, as ``time.time()`` counts.
+        signals: also write the estimated time series.
+
+    Returns:
+        What is also in ``run.json`` beside the tables: ``inputs``, ``computed``, ``unchanged``,
+        ``rejected``, ``rejected_by_code``, ``seconds`` and so on.
+
+    Raises:
+        ValueError: there is nothing to read, an option is not what it should be, or another run is
+            writing to ``out``.
+        OSError: ``out`` cannot be written.
+
+    Example:
+        >>> roadbench.run("/archive", "/tables")["computed"]
+        1200
+    """
+    options = _batch(inputs, out, bikes, pipeline, maps, jobs, force, since)
+    return json.loads(_roadbench.run(json.dumps(options | {"signals": signals})))
+
+
+def diagnose(
+    inputs: _Path | Sequence[_Path],
+    out: _Path,
+    bikes: _Path | None = None,
+    pipeline: _Path = "onroad",
+    *,
+    maps: Sequence[_Path] = (),
+    jobs: int = 0,
+    force: bool = False,
+    since: float | None = None,
+    nulls: int = 24,
+    advise: bool = False,
+) -> dict[str, Any]:
+    """``roadbench diagnose``: what the model of each session of an archive gets wrong, and why.
+
+    Sessions that were diagnosed with the same settings are kept; what several sessions share is worked
+    out from all that ``out`` holds. ``out`` may be the folder of :func:`run`.
+
+    Args:
+        inputs, out, bikes, pipeline, maps, jobs, force, since: as of :func:`run`.
+        nulls: simulated nulls of each ride, from which the thresholds come; 8 to 1000.
+        advise: also simulate riding for every cause that a ride cannot show.
+
+    Returns:
+        ``inputs``, ``computed``, ``unchanged``, ``rejected``, ``rejected_by_code``, ``seconds`` and so on.
+
+    Raises:
+        ValueError, OSError: as of :func:`run`.
+
+    Example:
+        >>> roadbench.diagnose("/archive", "/tables")["computed"]
+        1200
+        >>> polars.read_parquet("/tables/causes/**/*.parquet").filter(polars.col("verdict") == "named")
+    """
+    options = _batch(inputs, out, bikes, pipeline, maps, jobs, force, since)
+    return json.loads(_roadbench.diagnose(json.dumps(options | {"nulls": nulls, "advise": advise})))
+
+
+def _batch(
+    inputs: _Path | Sequence[_Path],
+    out: _Path,
+    bikes: _Path | None,
+    pipeline: _Path,
+    maps: Sequence[_Path],
+    jobs: int,
+    force: bool,
+    since: float | None,
+) -> dict[str, Any]:
+    """What ``run`` and ``diagnose`` have in common, as the compiled part takes it."""
+    if isinstance(inputs, str | os.PathLike):
+        inputs = [inputs]
+    return {
+        "inputs": [os.fspath(i) for i in inputs],
+        "bikes": None if bikes is None else os.fspath(bikes),
+        "out": os.fspath(out),
+        "pipeline": os.fspath(pipeline),
+        "maps": [os.fspath(m) for m in maps],
+        "jobs": jobs,
+        "force": force,
+        "since": since,
+    }
+
+
+def plan(scenario: _Path, pipeline: _Path = "onroad") -> dict[str, Any]:
+    """What a ride would show of the causes that :func:`diagnose` looks for, before it is ridden.
+
+    Args:
+        scenario: a built-in one (``archive``, ``perfect``, ``paper``, ...) or path of a scenario file; its
+            first session is simulated.
+        pipeline: ``onroad``, or path of a pipeline file.
+
+    Returns:
+        ``scenario``, ``duration`` (s), ``effects`` and ``pairs``: a dict each of the effects, with the
+        smallest size that is named half of the time (``limit``, in ``unit``; ``None`` where the ride does
+        not show it), and of the pairs of effects that the ride can hardly tell apart.
+
+    Raises:
+        ValueError: there is no such scenario, or its ride does not hold what a diagnosis needs.
+
+    Example:
+        >>> {e["effect"]: e["limit"] for e in roadbench.plan("paper")["effects"]}
+    """
+    return json.loads(_roadbench.plan(os.fspath(scenario), os.fspath(pipeline)))
+
+
+def export(
+    out: _Path,
+    session: str,
+    format: Literal["tir", "toml", "csv", "c", "simulator"],
+    *,
+    tyre: Literal["front", "rear"] | None = None,
+    bike: str | None = None,
+    bikes: _Path | None = None,
+    set: Literal["motorcycle", "reduced"] = "motorcycle",
+    friction: float = 1.0,
+    load: float | None = None,
+) -> str:
+    """A session's fitted tyres as the text of a file for other programs, as ``roadbench export`` writes it.
+
+    Args:
+        out: the folder that :func:`run` wrote.
+        session: the session's id.
+        format: ``tir`` (Magic Formula property file), ``toml`` (coefficients with intervals), ``csv``
+            (look-up tables), ``c`` (a C99 header) or ``simulator`` (as ``roadbench simulate`` takes it).
+        tyre: which tyre; a ``tir`` or ``simulator`` file holds one, the others both where it is ``None``.
+        bike: the session's bike, where two bikes have a session of that name.
+        bikes: folder of bike files, for what no ride gives; ``c`` and ``simulator`` need it.
+        set: which set of coefficients a ``tir`` file has.
+        friction: road friction of the ride.
+        load: nominal load instead of the bike's static one, N.
+
+    Raises:
+        ValueError: the session is not there, or what the format needs is missing.
+
+    Example:
+        >>> text = roadbench.export("/tables", "ride_01", "tir", tyre="front", bikes="bikes")
+        >>> pathlib.Path("front.tir").write_text(text)
+    """
+    options = {
+        "out": os.fspath(out),
+        "session": session,
+        "bike": bike,
+        "format": format,
+        "tyre": tyre,
+        "bikes": None if bikes is None else os.fspath(bikes),
+        "set": set,
+        "friction": friction,
+        "load": load,
+    }
+    return _roadbench.export(json.dumps(options))
 
 
 class Simulated(NamedTuple):

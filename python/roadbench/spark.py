@@ -84,18 +84,19 @@ def run(
         raise ValueError("batch: a task has at least one session")
     if isinstance(inputs, str | os.PathLike):
         inputs = [inputs]
-    driver = _roadbench.Driver(
-        [_absolute(path) for path in inputs],
-        None if bikes is None else _absolute(bikes),
-        _absolute(out),
-        os.fspath(pipeline),
-        [os.fspath(m) for m in maps],
-        force,
-        since,
-        signals,
-    )
+    options = {
+        "inputs": [_absolute(path) for path in inputs],
+        "bikes": None if bikes is None else _absolute(bikes),
+        "out": _absolute(out),
+        "pipeline": os.fspath(pipeline),
+        "maps": [os.fspath(m) for m in maps],
+        "force": force,
+        "since": since,
+        "signals": signals,
+    }
+    driver = _roadbench.Driver(json.dumps(options))
     try:
-        answers = _spread(spark, driver.terms(), driver.tasks(), batch)
+        answers = _distribute(spark, driver.terms(), driver.tasks(), batch)
         return json.loads(driver.close(answers))
     finally:
         driver.abandon()  # of the output's lock
@@ -107,16 +108,16 @@ def _absolute(path: str | os.PathLike[str]) -> str:
     return text if "://" in text else os.path.abspath(text)
 
 
-def _spread(spark: SparkSession, terms: str, tasks: list[tuple[str, str]], batch: int) -> list[str]:
+def _distribute(spark: SparkSession, terms: str, tasks: list[tuple[str, str]], batch: int) -> list[str]:
     if not tasks:
         return []
     context = spark.sparkContext
     count = max(-(-len(tasks) // batch), min(len(tasks), context.defaultParallelism))
-    # the largest logs come first: dealt out like cards, so that tasks are alike
-    hands = [tasks[i::count] for i in range(count)]
-    # an RDD with a hand in each partition: nothing is shuffled, so nothing is lost with a worker
+    # the largest logs come first: every task takes each count-th one, so that tasks are alike
+    shares = [tasks[i::count] for i in range(count)]
+    # an RDD with a share in each partition: nothing is shuffled, so nothing is lost with a worker
     # but the task it was at
-    given = context.parallelize(hands, count).flatMap(list)
+    given = context.parallelize(shares, count).flatMap(list)
     answered = spark.createDataFrame(given, _GIVEN).mapInArrow(partial(_work, terms), _ANSWERED)
     return [row.answer for row in answered.collect()]
 

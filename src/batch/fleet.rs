@@ -19,6 +19,7 @@ use super::dispersion;
 use super::error::Error;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
 use super::kind;
+use crate::contract::status::Status;
 use crate::fleet::Observation;
 use crate::tables::file;
 use crate::tables::names::file_name;
@@ -89,7 +90,8 @@ fn scan(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
         hive_options: polars::io::HiveOptions::new_disabled(),
         ..ScanArgsParquet::default()
     };
-    let estimated = col("status").eq(lit("ok")).or(col("status").eq(lit("poorly_determined")));
+    let is = |status: Status| col("status").eq(lit(status.name()));
+    let estimated = is(Status::Ok).or(is(Status::PoorlyDetermined));
     let columns = KEYS.iter().chain(&["session_id", "start_time", "value", "std_error", "status"]);
     LazyFrame::scan_parquet_sources(ScanSources::Paths(paths.into_iter().collect()), arguments)?
         .filter(estimated.and(col("value").is_finite()))
@@ -104,7 +106,7 @@ fn aggregate(frame: &DataFrame) -> PolarsResult<DataFrame> {
     frame
         .clone()
         .lazy()
-        .filter(col("status").eq(lit("ok")))
+        .filter(col("status").eq(lit(Status::Ok.name())))
         .group_by_stable(KEYS.map(col))
         .agg([
             value().median().alias("median"),
@@ -138,7 +140,7 @@ fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
             day: start.get(i).and_then(days),
             value: value.get(i).unwrap_or(f64::NAN),
             error: error.get(i).unwrap_or(f64::NAN),
-            sure: status.get(i) == Some("ok"),
+            determined: status.get(i) == Some(Status::Ok.name()),
         });
     }
     Ok((rows, units))

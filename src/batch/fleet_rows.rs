@@ -8,7 +8,7 @@ use crate::fleet::BikeAnalysis;
 use crate::fleet::events::{Event, Moved};
 use crate::fleet::ratio::Ratio;
 use crate::fleet::threshold::FALSE_ALARMS;
-use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow};
+use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, Status};
 
 /// Unit by tyre and coefficient.
 pub type Units = BTreeMap<(String, String), String>;
@@ -31,7 +31,7 @@ pub fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
         row.drift_settled_per_day = drift.map(|d| d.slope);
         row.drift_ci95_low = drift.map(|d| d.low);
         row.drift_ci95_high = drift.map(|d| d.high);
-        row.n_events = bike.events.iter().filter(|e| e.moves(c)).count() as i64;
+        row.n_events = bike.events.iter().filter(|e| e.affects(c)).count() as i64;
     }
 }
 
@@ -42,10 +42,10 @@ pub fn pooled_rows(bike: &BikeAnalysis, units: &Units) -> Vec<PooledRow> {
     for (c, key) in history.keys.iter().enumerate() {
         for (i, pooled) in bike.pooled[c].iter().enumerate() {
             let Some(pooled) = pooled else { continue };
-            let sure = history.values[c][i].is_finite();
-            let (value, error, status) = match sure {
-                true => (history.values[c][i], history.errors[c][i], "ok"),
-                false => (history.unsure[c][i], history.unsure_errors[c][i], "poorly_determined"),
+            let determined = history.values[c][i].is_finite();
+            let (value, error, status) = match determined {
+                true => (history.values[c][i], history.errors[c][i], Status::Ok),
+                false => (history.poor[c][i], history.poor_errors[c][i], Status::PoorlyDetermined),
             };
             rows.push(PooledRow {
                 bike_id: bike.bike.clone(),
@@ -53,7 +53,7 @@ pub fn pooled_rows(bike: &BikeAnalysis, units: &Units) -> Vec<PooledRow> {
                 tyre: key.0.clone(),
                 coefficient: key.1.clone(),
                 unit: units.get(key).cloned().unwrap_or_default(),
-                status: status.to_owned(),
+                status,
                 value,
                 std_error: error,
                 pooled: pooled.value,
@@ -82,7 +82,7 @@ pub fn event_rows(bike: &BikeAnalysis) -> Vec<EventRow> {
         EventRow {
             bike_id: bike.bike.clone(),
             kind: event.kind.name().to_owned(),
-            tyre: event.tyre.to_owned(),
+            tyre: event.affected.name().to_owned(),
             coefficients: moved.iter().map(named).collect::<Vec<_>>().join(", "),
             first_session: history.sessions[sessions.start].clone(),
             last_session: history.sessions[sessions.end - 1].clone(),
@@ -103,7 +103,7 @@ pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
     let known = |x: f64| x.is_finite().then_some(x);
     let row = |r: &Ratio| {
         let status = r.status();
-        let reason = (status != "ok").then(|| {
+        let reason = (status != Status::Ok).then(|| {
             format!(
                 "the side force per camber differs between sessions by {:.3}, of which it is known to {:.3}; \
                  riders who lean off differently, or wide and tight bends, would tell",
@@ -112,7 +112,7 @@ pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
         });
         RatioRow {
             bike_id: bike.bike.clone(),
-            tyre: r.tyre.to_owned(),
+            tyre: r.axle.name().to_owned(),
             first_session: name(r.sessions.first()),
             last_session: name(r.sessions.last()),
             n_sessions: r.n as i64,
@@ -123,7 +123,7 @@ pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
             scatter: known(r.scatter),
             variety: r.variety,
             noise: r.noise,
-            status: status.to_owned(),
+            status,
             reason,
         }
     };
@@ -146,7 +146,7 @@ mod tests {
             day: Some(20_000.0 + i as f64),
             value: [1.0, 1.02, 0.99, 1.01, 0.98][i % 5] + if i == 7 { 1.0 } else { 0.0 },
             error: if i == 3 { 0.1 } else { 0.01 },
-            sure: i != 9,
+            determined: i != 9,
         };
         let bikes = analyse(&(0..20).map(row).collect::<Vec<_>>());
         let mut fleet = vec![FleetRow {
@@ -165,7 +165,7 @@ mod tests {
         let pooled = pooled_rows(&bikes[0], &Units::new());
         assert_eq!(pooled.len(), 20);
         assert!(pooled[3].shrinkage > pooled[2].shrinkage && pooled[7].shrinkage == 0.0);
-        assert_eq!(pooled[9].status, "poorly_determined");
+        assert_eq!(pooled[9].status, Status::PoorlyDetermined);
         batch(&fleet).expect("fleet");
         batch(&events).expect("events");
         batch(&pooled).expect("pooled");

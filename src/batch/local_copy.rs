@@ -42,13 +42,13 @@ impl LocalCopy {
         let copy = tempfile::tempdir()
             .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;
         let folder = copy.path().to_owned();
-        for spec in registry::read_by_reports() {
-            let prefix = url.join(spec.name);
+        for name in registry::read_by_reports() {
+            let prefix = url.join(name);
             let entries = client::list(&prefix).map_err(fail)?;
             for some in entries.chunks(SOME) {
                 let urls: Vec<Url> = some.iter().map(|e| prefix.join(&e.key)).collect();
                 for (entry, bytes) in some.iter().zip(client::get_many(&urls)) {
-                    let path = folder.join(spec.name).join(&entry.key);
+                    let path = folder.join(name).join(&entry.key);
                     let parent = path.parent().unwrap_or(&folder);
                     std::fs::create_dir_all(parent)
                         .and_then(|()| std::fs::write(&path, bytes?))

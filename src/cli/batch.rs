@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
 
+use clap::ValueHint;
 use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
@@ -13,6 +14,7 @@ use jiff::tz::TimeZone;
 use crate::batch::engine::{self, Accounts, Intended};
 use crate::batch::{self, Maps, Settings, State, Work};
 use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::objects::Location;
 use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;
@@ -26,13 +28,16 @@ const LISTED: usize = 20;
 pub struct Options {
     /// Logs, folders of logs or archives, glob patterns; here or in an object store (s3://, gs://, az://).
     #[arg(required = true, value_name = "INPUT")]
-    inputs: Vec<PathBuf>,
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    inputs: Vec<Location>,
     /// Folder of bike files, `<bike_id>.toml`; by default the `bikes` beside an archive's sessions.
     #[arg(long, value_name = "DIR")]
-    bikes: Option<PathBuf>,
+    #[arg(value_parser = location(), value_hint = ValueHint::DirPath)]
+    bikes: Option<Location>,
     /// Folder or URL for the tables and the report; sessions that it holds already are kept.
     #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(value_parser = location(), value_hint = ValueHint::DirPath)]
+    out: Location,
     /// Settings of the stages; a file, or a built-in one: onroad (the default), offroad, paper.
     #[arg(long, value_name = "FILE")]
     pipeline: Option<PathBuf>,
@@ -87,9 +92,9 @@ impl Options {
     /// An archive into an output folder, without a word on stdout.
     pub fn quietly(archive: PathBuf, out: PathBuf) -> Self {
         Options {
-            inputs: vec![archive],
+            inputs: vec![archive.into()],
             bikes: None,
-            out,
+            out: out.into(),
             pipeline: None,
             map: Vec::new(),
             jobs: 0,
@@ -109,17 +114,16 @@ impl Options {
     /// Reads what the options name.
     ///
     /// # Errors
-    /// A file cannot be read, or an address not be used.
+    /// A file cannot be read, or is not what it should be.
     pub fn read(&self) -> Result<Given, Failure> {
-        let at = |path: &PathBuf| Location::parse(path).map_err(|e| Failure::Usage(e.to_string()));
         let pipeline = match &self.pipeline {
             Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
             None => Pipeline::onroad(),
         };
         Ok(Given {
-            inputs: self.inputs.iter().map(at).collect::<Result<_, _>>()?,
-            bikes: self.bikes.as_ref().map(at).transpose()?,
-            out: at(&self.out)?,
+            inputs: self.inputs.clone(),
+            bikes: self.bikes.clone(),
+            out: self.out.clone(),
             pipeline,
             maps: Maps::read(&self.map).map_err(Failure::Usage)?,
             jobs: self.jobs,

@@ -129,7 +129,7 @@ fn tyres(scenario: &Scenario, out: &Path, colours: bool) -> Result<(), Failure> 
     Ok(())
 }
 
-/// What was hidden, and what `diagnose` says.
+/// The hidden faults, and the causes that `diagnose` named.
 fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
     let hidden = hidden(scenario);
     let rows = diagnosis::causes(out).map_err(|e| Failure::Output(e.to_string()))?;
@@ -181,7 +181,7 @@ fn hidden(scenario: &str) -> Vec<(Effect, f64)> {
     found
 }
 
-/// Opens the report where there is somebody to see it.
+/// Opens the report on an interactive terminal with a display.
 fn open(report: &Path) {
     let has = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
     let display = !cfg!(target_os = "linux") || has("DISPLAY") || has("WAYLAND_DISPLAY");

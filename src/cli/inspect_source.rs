@@ -93,7 +93,7 @@ pub fn show(
 /// It cannot be written.
 pub fn print(text: &str) -> Result<(), Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
-        // whoever reads may stop reading
+        // a pipe that was closed is no error
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Failure::Output(format!("cannot write to stdout: {e}")))
         }

@@ -1,16 +1,11 @@
 //! `roadbench plan`.
 
-use serde::Serialize;
-
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::diagnose::road;
-use crate::diagnose::road::advice::{ALIKE, Advice};
+use crate::diagnose::ride_plan::{EffectLimit, RidePlan, plan};
+use crate::diagnose::road::advice::ALIKE;
 use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
-use crate::effects::ALL;
 use crate::pipeline::Pipeline;
-use crate::simulate;
-use crate::simulate::scenario::Scenario;
 
 /// What a ride would and would not tell of the causes that `diagnose` looks for, before it is ridden
 #[derive(Debug, clap::Args)]
@@ -26,62 +21,25 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What the ride tells of one effect.
-#[derive(Debug, Serialize)]
-struct Seen {
-    effect: &'static str,
-    /// Smallest size that is named half of the time, in `unit`; none where the ride says nothing.
-    limit: Option<f64>,
-    unit: &'static str,
-    /// The same in the effect's usual size.
-    limit_usual: Option<f64>,
-    /// The parameter of the base model most like it, and the cosine of their responses.
-    base: Option<&'static str>,
-    base_cosine: Option<f64>,
-    /// What more riding would lower the limit most, and to what.
-    set: Option<&'static str>,
-    limit_after: Option<f64>,
-}
-
-/// Two effects of which the ride shows nearly the same.
-#[derive(Debug, Serialize)]
-struct Pair {
-    pair: [&'static str; 2],
-    cosine: f64,
-    /// Standard deviations of a usual size of the first from the second, of whatever size.
-    separation: f64,
-    /// What more riding would take them apart best, and how far.
-    set: Option<&'static str>,
-    cosine_after: Option<f64>,
-    separation_after: Option<f64>,
-}
-
 /// Runs the command.
 ///
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let scenario = Scenario::load(&arguments.scenario).map_err(Failure::Usage)?;
     let pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
-    let machine = scenario.machine(0);
-    let session = simulate::session(&scenario, &machine, 0).session;
-    let fitted = road::fitted(&session, &machine.bike, &pipeline)
-        .map_err(|why| Failure::Usage(format!("scenario {}: {}", scenario.name, why.message)))?;
-    let road::Fitted { session, samples, base, .. } = &fitted;
-    let advice = Advice::new(session, samples, base, ALL, &machine.bike, &pipeline);
-    let (seen, pairs) = (seen(&advice), pairs(&advice));
+    let RidePlan { scenario, duration, effects, pairs } =
+        plan(&arguments.scenario, &pipeline).map_err(Failure::Usage)?;
     if arguments.json {
-        let lines = seen.iter().map(serde_json::to_string);
+        let lines = effects.iter().map(serde_json::to_string);
         for line in lines.chain(pairs.iter().map(serde_json::to_string)) {
             say!("{}", line.map_err(|e| Failure::Output(e.to_string()))?);
         }
         return Ok(());
     }
-    let duration = session.duration();
-    say!("{}: what a ride of {duration:.0} s would tell, at best\n", scenario.name);
+    say!("{scenario}: what a ride of {duration:.0} s would tell, at best\n");
     say!(
         "{:24} {:>10} {:8} {:>6}  {}",
         "effect",
@@ -90,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         "usual",
         "what would show it, beyond 4 usual sizes"
     );
-    for row in &seen {
+    for row in &effects {
         let figure = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
         let usual = row.limit_usual.map_or("-".to_owned(), |x| format!("{x:.1}"));
         say!(
@@ -123,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// What is said of an effect that the ride does not show.
-fn hidden(row: &Seen) -> String {
+fn hidden(row: &EffectLimit) -> String {
     if row.limit_usual.is_some_and(|x| x < LARGEST_LIMIT) {
         return String::new();
     }
@@ -141,51 +99,4 @@ fn hidden(row: &Seen) -> String {
         }
         _ => format!("{base}no set does"),
     }
-}
-
-fn seen(advice: &Advice) -> Vec<Seen> {
-    ALL.iter()
-        .enumerate()
-        .map(|(j, effect)| {
-            let usual = Some(advice.own.limit(j)).filter(|x| x.is_finite());
-            let size = effect.typical.abs();
-            let change = advice.best_detection(effect.name);
-            let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
-            let after = with.map(|(_, known)| known.limit(j) * size).filter(|x| x.is_finite());
-            Seen {
-                effect: effect.name,
-                limit: usual.map(|x| x * size),
-                unit: effect.unit,
-                limit_usual: usual,
-                base: advice.own.taken[j].map(|t| t.0),
-                base_cosine: advice.own.taken[j].map(|t| t.1),
-                set: change.map(|c| c.set),
-                limit_after: after,
-            }
-        })
-        .collect()
-}
-
-fn pairs(advice: &Advice) -> Vec<Pair> {
-    let mut out = Vec::new();
-    for i in 0..ALL.len() {
-        for j in i + 1..ALL.len() {
-            let cosine = advice.own.cosine(i, j);
-            if cosine.abs() <= ALIKE {
-                continue;
-            }
-            let pair = [ALL[i].name, ALL[j].name];
-            let change = advice.best_separation(pair[0], &pair[1..]);
-            let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
-            out.push(Pair {
-                pair,
-                cosine,
-                separation: advice.own.separation(i, &[j]),
-                set: change.map(|c| c.set),
-                cosine_after: with.map(|(_, known)| known.cosine(i, j)),
-                separation_after: change.map(|c| c.separation[1]),
-            });
-        }
-    }
-    out
 }

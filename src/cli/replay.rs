@@ -17,8 +17,7 @@ use crate::objects::Location;
 use crate::pipeline::{self, Pipeline};
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::segment::Segment;
-use crate::simulate::replay::{self, Replay};
-use crate::tables::rows::BrakingReplay;
+use crate::simulate::replay::{self, Braking, Replay};
 use crate::{ingest, tables::file};
 
 /// Ride the brakings of a log again: measured pressures in, deceleration and slip out
@@ -55,22 +54,15 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let usage = |e: String| Failure::Usage(e);
     let model = model(arguments)?;
-    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
-    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
-    let pipeline = Pipeline::onroad();
-    let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
-    let file = arguments.bikes.join(format!("{}.toml", raw.meta.bike_id));
-    let bike = Bike::read(&file).map_err(|e| usage(e.to_string()))?;
-    let (mut session, _) = pipeline::prepare_raw(raw, &bike, &pipeline)
-        .map_err(|e| Failure::Rejected(format!("{} ({})", e.message, e.code)))?;
-    let (segments, _) = pipeline::segmented(&mut session, &bike, &pipeline);
-    let brakings: Vec<_> = segments.iter().filter(|s| s.used && s.kind.is_braking()).collect();
+    let (session, segments) = session(arguments)?;
+    let brakings: Vec<&Segment> =
+        segments.iter().filter(|s| s.used && s.kind.is_braking()).collect();
     if brakings.is_empty() {
         return Err(Failure::Rejected(format!("{}: no usable braking in the log", arguments.log)));
     }
-    let steering = replay::steering(&model, session.rate).map_err(|e| usage(e.to_string()))?;
+    let steering =
+        replay::steering(&model, session.rate).map_err(|e| Failure::Usage(e.to_string()))?;
     say!(
         "{:16} {:>8} {:>17} {:>8} {:>17} {:>8} {:>8}",
         "braking",
@@ -84,55 +76,31 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     say!("{:25} {:>17} {:>8} {:>17}", "", "measured / sim", "", "measured / sim");
     let mut rows = Vec::new();
     let mut drawn: Option<Replay> = None;
-    for s in &brakings {
-        // a little of the coasting before, so that the start is steady
-        let from = s.start.saturating_sub((0.3 * session.rate) as usize);
-        let wheel = usize::from(s.kind == ManoeuvreKind::RearBraking);
-        let replay = match replay::braking(&model, &steering, &session, from..s.end) {
-            Ok(replay) => replay,
-            Err(e) => {
-                say!("{:16} {:8.2} {e}", s.kind.name(), session.time(s.start));
-                continue;
-            }
-        };
-        let p = replay.peaks(wheel);
-        let error = |x: [f64; 2]| 100.0 * (x[1] / x[0] - 1.0);
-        say!(
-            "{:16} {:8.2} {:8.2} {:8.2} {:7.1}% {:8.3} {:8.3} {:7.1}% {:8.3}",
-            s.kind.name(),
-            session.time(s.start),
-            p.deceleration[0],
-            p.deceleration[1],
-            error(p.deceleration),
-            p.slip[0],
-            p.slip[1],
-            error(p.slip),
-            p.delay
-        );
-        rows.push(row(&session, s, &replay, wheel));
-        if drawn.is_none() && s.kind == ManoeuvreKind::FrontBraking {
-            drawn = Some(replay);
+    for braking in replay::brakings(&model, &steering, &session, &brakings) {
+        print(&braking);
+        rows.extend(braking.row(&session.meta));
+        if drawn.is_none() && braking.kind == ManoeuvreKind::FrontBraking {
+            drawn = braking.replay.ok();
         }
     }
     let Some(out) = &arguments.out else { return Ok(()) };
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(&out.join("replay.parquet"), &rows).map_err(fail)?;
+    file::write(out.join("replay.parquet"), &rows).map_err(fail)?;
     if let Some(replay) = drawn {
         let path = out.join("replay.svg");
         file::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;
-        say!("figure: {}", path);
+        say!("figure: {path}");
     }
     Ok(())
 }
 
-/// The motorcycle with the tyres and on the road that were given.
+/// The motorcycle on its tyres and road.
 fn model(arguments: &Arguments) -> Result<Model, Failure> {
-    let usage = |e: String| Failure::Usage(e);
     let mut motorcycle =
-        Motorcycle::load(&arguments.motorcycle).map_err(|e| usage(e.to_string()))?;
+        Motorcycle::load(&arguments.motorcycle).map_err(|e| Failure::Usage(e.to_string()))?;
     let tyre = |name: &Option<String>| match name {
         None => Ok(None),
-        Some(name) => tir::load(name).map(Some).map_err(|e| usage(e.to_string())),
+        Some(name) => tir::load(name).map(Some).map_err(|e| Failure::Usage(e.to_string())),
     };
     if let Some([front, rear]) = motorcycle.tyres.clone() {
         let (given_front, given_rear) = (tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
@@ -140,26 +108,45 @@ fn model(arguments: &Arguments) -> Result<Model, Failure> {
             motorcycle.with_tyres(given_front.unwrap_or(front), given_rear.unwrap_or(rear));
     }
     let road = Road { friction: arguments.friction, ..Road::default() };
-    road.check().map_err(usage)?;
+    road.check().map_err(Failure::Usage)?;
     Ok(Model::new(motorcycle, road))
 }
 
-fn row(session: &Session, segment: &Segment, replay: &Replay, wheel: usize) -> BrakingReplay {
-    let p = replay.peaks(wheel);
-    let [rms_acceleration, rms_slip] = replay.rms(wheel);
-    BrakingReplay {
-        session_id: session.meta.session_id.clone(),
-        bike_id: session.meta.bike_id.clone(),
-        kind: segment.kind.name().to_owned(),
-        start: session.time(segment.start),
-        measured_deceleration: p.deceleration[0],
-        simulated_deceleration: p.deceleration[1],
-        measured_slip: p.slip[0],
-        simulated_slip: p.slip[1],
-        delay: Some(p.delay).filter(|d| d.is_finite()),
-        rms_acceleration,
-        rms_slip,
-    }
+/// The log up to its manoeuvres.
+fn session(arguments: &Arguments) -> Result<(Session, Vec<Segment>), Failure> {
+    let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
+    let pipeline = Pipeline::onroad();
+    let raw = ingest::read(&arguments.log, &maps)
+        .map_err(|e| Failure::Rejected(format!("{e} ({})", e.code)))?;
+    let file = arguments.bikes.join(format!("{}.toml", raw.meta.bike_id));
+    let bike = Bike::read(&file).map_err(|e| Failure::Usage(e.to_string()))?;
+    let (mut session, _) = pipeline::prepare_raw(raw, &bike, &pipeline)
+        .map_err(|e| Failure::Rejected(format!("{} ({})", e.message, e.code)))?;
+    let (segments, _) = pipeline::segmented(&mut session, &bike, &pipeline);
+    Ok((session, segments))
+}
+
+/// One line: peaks measured and simulated, their errors and the delay.
+fn print(braking: &Braking) {
+    let (kind, start) = (braking.kind.name(), braking.start);
+    let p = match &braking.replay {
+        Ok(replay) => replay.peaks(braking.wheel()),
+        Err(e) => {
+            say!("{kind:16} {start:8.2} {e}");
+            return;
+        }
+    };
+    let error = |x: [f64; 2]| 100.0 * (x[1] / x[0] - 1.0);
+    say!(
+        "{kind:16} {start:8.2} {:8.2} {:8.2} {:7.1}% {:8.3} {:8.3} {:7.1}% {:8.3}",
+        p.deceleration[0],
+        p.deceleration[1],
+        error(p.deceleration),
+        p.slip[0],
+        p.slip[1],
+        error(p.slip),
+        p.delay
+    );
 }
 
 fn figure(r: &Replay) -> String {

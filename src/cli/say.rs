@@ -1,9 +1,9 @@
-//! Results on stdout: whoever reads them may stop reading.
+//! Results on stdout, where a closed pipe is no error.
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
 
-/// Writes to stdout. A reader that has seen enough is no error; any other trouble is told on
+/// Writes to stdout. A closed pipe is no error; any other failure is reported on
 /// stderr, once per line.
 pub fn write(text: Arguments<'_>) {
     match std::io::stdout().write_fmt(text) {

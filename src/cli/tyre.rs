@@ -6,10 +6,9 @@ use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::{put, say};
 use crate::model::tir;
-use crate::model::tyre::Input;
-use crate::model::tyre_model::TyreModel;
 use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
+use crate::simulate::lateral_bench::LateralBench;
 use crate::simulate::tyre_truth::{Bench, bench};
 use crate::tables::file;
 use crate::tables::rows::BenchRow;
@@ -54,7 +53,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(name) = &arguments.against {
         tyres.push((name.clone(), read(name)?));
     }
-    let found: Vec<Bench> = tyres.iter().map(|(_, t)| bench(t.as_ref(), load, friction)).collect();
+    let benches: Vec<LateralBench<'_>> = tyres
+        .iter()
+        .map(|(_, tyre)| LateralBench { tyre: tyre.as_ref(), load, friction })
+        .collect();
+    print_upright(&benches);
+    print_lateral(&benches);
+    let Some(out) = &arguments.out else { return Ok(()) };
+    let names: Vec<&str> = tyres.iter().map(|(name, _)| name.as_str()).collect();
+    let rows: Vec<BenchRow> =
+        names.iter().zip(&benches).flat_map(|(name, bench)| bench.rows(name)).collect();
+    let fail = |e: file::Error| Failure::Output(e.to_string());
+    file::write(out.join("bench.parquet"), &rows).map_err(fail)?;
+    let path = out.join("bench.svg");
+    file::write_bytes(&path, figure(&names, &benches).as_bytes()).map_err(fail)?;
+    say!("figure: {path}");
+    Ok(())
+}
+
+/// Stiffnesses, peak, radius and relaxation length upright; of two tyres their ratio too.
+fn print_upright(benches: &[LateralBench<'_>]) {
+    let Some(LateralBench { load, friction, .. }) = benches.first() else { return };
+    let found: Vec<Bench> = benches.iter().map(|b| bench(b.tyre, b.load, b.friction)).collect();
     say!("at {load} N and friction {friction}, upright:");
     let line = |what: &str, unit: &str, f: fn(&Bench) -> f64| {
         put!("  {what:26} {unit:>6}");
@@ -78,17 +98,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     line("slip of that peak", "1", |b| b.peak_slip);
     line("rolling radius", "m", |b| b.rolling_radius);
     line("relaxation length", "m", |b| b.relaxation_length);
+}
 
-    let lateral = |tyre: &dyn TyreModel, slip: f64, camber: f64| {
-        let input = Input {
-            slip_ratio: 0.0,
-            slip_angle: slip.to_radians(),
-            camber: camber.to_radians(),
-            load,
-            friction,
-        };
-        tyre.forces(&input).force_y / load
-    };
+/// Lateral friction over slip angle and camber; of two tyres their difference too.
+fn print_lateral(benches: &[LateralBench<'_>]) {
     say!("\nlateral friction Fy/Fz; leaning left (camber -), slip angle across:");
     put!("{:>9}", "camber");
     for slip in SLIPS {
@@ -98,73 +111,32 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for camber in CAMBERS {
         put!("{:5} deg", -camber);
         for slip in SLIPS {
-            let values: Vec<String> = tyres
-                .iter()
-                .map(|(_, t)| format!("{:8.3}", lateral(t.as_ref(), slip, -camber)))
-                .collect();
+            let values: Vec<String> =
+                benches.iter().map(|b| format!("{:8.3}", b.at(slip, -camber))).collect();
             put!(" {:>18}", values.join(" /"));
         }
         say!();
     }
-    if tyres.len() == 2 {
-        say!("\nlargest and rms difference over slip angles of -3 to 3 deg:");
-        for camber in CAMBERS {
-            let off: Vec<f64> = (-30..=30)
-                .map(|i| f64::from(i) * 0.1)
-                .map(|slip| {
-                    lateral(tyres[0].1.as_ref(), slip, -camber)
-                        - lateral(tyres[1].1.as_ref(), slip, -camber)
-                })
-                .collect();
-            let most = off.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-            let rms = (off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64).sqrt();
-            say!("{:5} deg  largest {most:.3}  rms {rms:.3}", -camber);
-        }
+    let [one, other] = benches else { return };
+    say!("\nlargest and rms difference over slip angles of -3 to 3 deg:");
+    for camber in CAMBERS {
+        let [most, rms] = one.difference(other, -camber);
+        say!("{:5} deg  largest {most:.3}  rms {rms:.3}", -camber);
     }
+}
 
-    let Some(out) = &arguments.out else { return Ok(()) };
-    let mut rows = Vec::new();
-    for (name, tyre) in &tyres {
-        for camber in (-60..=60).step_by(5).map(f64::from) {
-            for slip in (-20..=20).map(|i| f64::from(i) * 0.5) {
-                rows.push(BenchRow {
-                    tyre: name.clone(),
-                    load,
-                    camber: camber.to_radians(),
-                    slip_angle: slip.to_radians(),
-                    friction_y: lateral(tyre.as_ref(), slip, camber),
-                });
-            }
-        }
-    }
-    let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(&out.join("bench.parquet"), &rows).map_err(fail)?;
-    let curve = |tyre: &dyn TyreModel, camber: f64| -> Vec<(f64, f64)> {
-        (-60..=60)
-            .map(|i| f64::from(i) * 0.1)
-            .map(|slip| (slip, lateral(tyre, slip, -camber)))
-            .collect()
+fn figure(names: &[&str], benches: &[LateralBench<'_>]) -> String {
+    let series = |(k, (name, bench)): (usize, (&&str, &LateralBench<'_>)), camber: f64| Series {
+        label: name.rsplit('/').next().unwrap_or(name).to_owned(),
+        points: bench.curve(-camber),
+        colour: k,
+        style: if k == 0 { Style::Line } else { Style::Dashed },
     };
-    let drawn: Vec<Panel> = [0.0, 10.0, 20.0, 30.0]
-        .into_iter()
-        .map(|camber| Panel {
-            title: format!("Camber {} deg", -camber),
-            x: "slip angle, deg".into(),
-            y: "Fy/Fz".into(),
-            series: tyres
-                .iter()
-                .enumerate()
-                .map(|(k, (name, tyre))| Series {
-                    label: name.rsplit('/').next().unwrap_or(name).to_owned(),
-                    points: curve(tyre.as_ref(), camber),
-                    colour: k,
-                    style: if k == 0 { Style::Line } else { Style::Dashed },
-                })
-                .collect(),
-        })
-        .collect();
-    let path = out.join("bench.svg");
-    file::write_bytes(&path, panels(&drawn, 2).as_bytes()).map_err(fail)?;
-    say!("figure: {}", path);
-    Ok(())
+    let panel = |camber: f64| Panel {
+        title: format!("Camber {} deg", -camber),
+        x: "slip angle, deg".into(),
+        y: "Fy/Fz".into(),
+        series: names.iter().zip(benches).enumerate().map(|one| series(one, camber)).collect(),
+    };
+    panels(&[0.0, 10.0, 20.0, 30.0].map(panel), 2)
 }

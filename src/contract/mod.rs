@@ -5,8 +5,11 @@
 pub mod bike;
 pub mod channel;
 pub mod coefficient;
+pub mod fleet_event;
 pub mod manoeuvre;
+pub mod residual_channel;
 pub mod schema;
 pub mod session;
+pub mod status;
 pub mod verdict;
 pub mod warning;

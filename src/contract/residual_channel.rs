@@ -17,6 +17,11 @@ macro_rules! channels {
             /// All of them, in their order.
             pub const ALL: [ResidualChannel; [$($name),*].len()] = [$(ResidualChannel::$variant),*];
 
+            /// Their names, in their order.
+            pub const NAMES: [&str; Self::ALL.len()] = [$($name),*];
+            /// Their units, in their order.
+            pub const UNITS: [&str; Self::ALL.len()] = [$($unit),*];
+
             /// As in the tables.
             pub fn name(self) -> &'static str {
                 match self {

@@ -1,5 +1,5 @@
 //! Calibration against null simulations, rides on which the model leaves nothing out: what every candidate
-//! scores there, and what residuals are left (`diagnosis.md`, section 2.4).
+//! scores there, and what residuals are left (`book/src/diagnosis.md`, section 2.4).
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
 //! The diagnosis engine: what road and off-road implement, and the naming of causes that both share
-//! (`diagnosis.md`, section 2.5).
+//! (`book/src/diagnosis.md`, section 2.5).
 //!
 //! An alarm is a score beyond what null simulations show. Of the candidates that share in it and whose
 //! size is within its bounds the one whose joint fit with the model gains most is named; those that gain

@@ -8,7 +8,7 @@
 //! levels               what several sessions share
 //! ```
 //!
-//! The method is that of `diagnosis.md`, section 2. A [`Candidate`](cause::Candidate) is held against null
+//! The method is that of `book/src/diagnosis.md`, section 2. A [`Candidate`](cause::Candidate) is held against null
 //! simulations ([`calibration`]): the ride again on the model as it is, in which nothing is left out. The
 //! constants that decide are in [`tuning`].
 
@@ -19,6 +19,7 @@ pub mod engine;
 pub mod held_out;
 pub mod levels;
 pub mod offroad;
+pub mod ride_plan;
 pub mod road;
 pub mod settings;
 pub mod summary;

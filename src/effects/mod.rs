@@ -171,7 +171,6 @@ mod tests {
         }
     }
 
-    /// Planted omission: an effect without a hook would be a name without physics.
     #[test]
     fn sizes_are_read_and_put_by_name() {
         for effect in ALL {

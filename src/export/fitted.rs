@@ -8,7 +8,7 @@ use serde::ser::{SerializeMap, Serializer};
 use super::ranges::Ranges;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
-use crate::report::{labels, tables};
+use crate::report::tables;
 use crate::tables::rows::{Coefficient, SessionRow, Status};
 
 /// One session's coefficients, as the tables have them.
@@ -91,7 +91,7 @@ impl Fitted {
                     None => "it is not in the coefficients table".to_owned(),
                     Some(c) => format!(
                         "{}{}",
-                        labels::status(c.status),
+                        c.status.words(),
                         c.reason.as_ref().map(|r| format!(": {r}")).unwrap_or_default()
                     ),
                 };

@@ -8,7 +8,7 @@
 //! | [`csv`] | `csv`: look-up tables |
 //! | [`header`] | `c`: a header that evaluates the tyre |
 //!
-//! All are written from the output tables alone (and, for what no ride gives, the bike file).
+//! [`text`] is the one call for all of them. All are written from the output tables alone (and, for what no ride gives, the bike file).
 
 pub mod check;
 pub mod csv;
@@ -20,4 +20,5 @@ pub mod header;
 pub mod motorcycle;
 pub mod ranges;
 pub mod reduced;
+pub mod text;
 pub mod tyre;

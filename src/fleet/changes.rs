@@ -2,7 +2,7 @@
 //!
 //! Of all shapes (one session, a stretch, a step, a line) and all coefficients the largest score is
 //! taken, if chance alone does not make one so large ([`super::threshold`]); its coefficients'
-//! levels are fitted anew, and the rest is searched again. Where several coefficients move, they all say when.
+//! levels are fitted anew, and the rest is searched again. All coefficients that move decide together when.
 
 use super::events::{Event, Moved, classify};
 use super::history::History;
@@ -78,8 +78,8 @@ fn next(
     };
     let joined = moved(first);
     let gain = |shape: Shape| joined.iter().map(|k| sums[*k].1.score(shape).powi(2)).sum::<f64>();
-    // each end that is found costs what finding it gains by chance (Schwarz); so of two ways
-    // to say the same the shorter is taken
+    // each end that is found costs what finding it gains by chance (Schwarz): of two descriptions
+    // of the same change the one with fewer ends is taken
     let ends = 2.0 * (history.sessions.len() as f64).ln();
     let gain = |shape: Shape| gain(shape) - ends * shape.ends(history.sessions.len());
     let shape = shapes.iter().copied().max_by(|a, b| gain(*a).total_cmp(&gain(*b)))?;
@@ -96,7 +96,7 @@ fn next(
         let tau = sums[scanned.iter().position(|c| *c == m.coefficient)?].0;
         m.size = size(history, events, m.coefficient, shape, tau);
     }
-    event.reason = event.say(history, limit);
+    event.reason = event.describe(history, limit);
     Some(event)
 }
 
@@ -107,7 +107,7 @@ fn sums(history: &History, events: &[Event], c: usize, times: &[f64]) -> (f64, S
     let residuals = |tau: f64| -> Vec<f64> {
         let variances: Vec<f64> = errors.iter().map(|e| tau * tau + e * e).collect();
         match levels::fit(values, &variances, &columns) {
-            // a value with a level of its own has nothing left to say
+            // a value with a level of its own leaves no residual
             Some(level) => (0..values.len())
                 .map(|i| match level.variance[i] > 0.999 * variances[i] {
                     true => f64::NAN,

@@ -15,7 +15,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::levels::{self, Level};
 
-/// Fewest degrees of freedom that a spread is told from.
+/// Fewest degrees of freedom that a spread is estimated from.
 const FREEDOM: usize = 3;
 
 /// Spread between sessions of one coefficient.

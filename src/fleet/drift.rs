@@ -8,7 +8,7 @@ use super::history::History;
 use super::levels;
 use crate::statistics::order::median;
 
-/// Fewest values that a drift is told from.
+/// Fewest values that a drift is estimated from.
 const DRIFT_FROM: usize = 5;
 
 /// Above so many values all pairs are too many.
@@ -40,10 +40,10 @@ pub fn slope(history: &History, c: usize, columns: &[Vec<f64>], tau: f64) -> Opt
         return None;
     }
     let line = *level.theta.last()?;
-    // a value that has a level of its own says nothing of the slope
-    let alone = |i: usize| level.variance[i] > 0.999 * variances[i];
+    // a value with a level of its own does not determine the slope
+    let has_own_level = |i: usize| level.variance[i] > 0.999 * variances[i];
     let points: Vec<(f64, f64)> = (0..values.len())
-        .filter(|i| values[*i].is_finite() && !alone(*i))
+        .filter(|i| values[*i].is_finite() && !has_own_level(*i))
         .map(|i| (times[i], values[i] - level.fitted[i]))
         .collect();
     if points.len() < DRIFT_FROM {

@@ -1,6 +1,6 @@
 //! Events of one bike and what each of them is.
 //!
-//! What tells a tyre from a bike file is physics, seen by refitting simulated sessions with wrong files:
+//! A tyre differs from a bike file by its physics, found by refitting simulated sessions with wrong files:
 //! the effective rolling radius is measured (wheel speed against speed) and no key of the file
 //! moves it, while a wrong mass centre or wheelbase moves stiffness, friction or moments of *both*
 //! axles, and a wrong mass the drag. A tyre moves its own axle, mostly with the radius.
@@ -10,37 +10,10 @@ use std::ops::Range;
 use super::history::History;
 use super::scan::Shape;
 use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::contract::fleet_event::{Affected, EventKind};
 
 /// From so many sessions on it can be a tyre.
 const SWAP_FROM: usize = 3;
-
-/// What an event is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
-    /// Another tyre.
-    TyreSwap,
-    /// The bike file was not this bike's, or had a wrong figure.
-    BikeFile,
-    /// Slow change.
-    Drift,
-    /// One or two sessions unlike the others.
-    Outlier,
-    /// Another level, for a reason that the coefficients do not tell.
-    Change,
-}
-
-impl Kind {
-    /// As in the table.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::TyreSwap => "tyre_swap",
-            Kind::BikeFile => "bike_file",
-            Kind::Drift => "drift",
-            Kind::Outlier => "outlier",
-            Kind::Change => "change",
-        }
-    }
-}
 
 /// A coefficient that takes part in an event.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,27 +29,27 @@ pub struct Moved {
 /// Something that happened to a bike.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// What.
-    pub kind: Kind,
-    /// `front`, `rear`, `both` or `vehicle`.
-    pub tyre: &'static str,
-    /// When: which sessions.
+    /// What happened.
+    pub kind: EventKind,
+    /// The part whose coefficients moved.
+    pub affected: Affected,
+    /// The sessions concerned.
     pub shape: Shape,
     /// Sessions in the history.
     pub n: usize,
     /// Coefficients that show it.
     pub moved: Vec<Moved>,
-    /// The largest score.
+    /// The largest score of a coefficient, in standard deviations.
     pub score: f64,
-    /// For people.
+    /// The evidence as a sentence, as the column `reason` has it.
     pub reason: String,
 }
 
 impl Event {
-    /// Whether a coefficient's level is fitted with this event. What a wrong file does not visibly
-    /// move is not to be believed either.
-    pub fn moves(&self, c: usize) -> bool {
-        self.kind == Kind::BikeFile || self.moved.iter().any(|m| m.coefficient == c)
+    /// Whether a coefficient's level is fitted with this event. A wrong bike file affects all
+    /// coefficients, also those that it does not visibly move.
+    pub fn affects(&self, c: usize) -> bool {
+        self.kind == EventKind::BikeFile || self.moved.iter().any(|m| m.coefficient == c)
     }
 
     /// The sessions concerned.
@@ -87,8 +60,9 @@ impl Event {
         }
     }
 
-    /// The event in words.
-    pub fn say(&self, history: &History, limit: f64) -> String {
+    /// The evidence as a sentence: the coefficients that moved most, and the score against `limit`,
+    /// the largest that chance alone makes.
+    pub fn describe(&self, history: &History, limit: f64) -> String {
         let mut moved: Vec<&Moved> = self.moved.iter().collect();
         moved.sort_by(|a, b| b.score.abs().total_cmp(&a.score.abs()));
         let list: Vec<String> = moved
@@ -101,18 +75,9 @@ impl Event {
             .collect();
         let more =
             if moved.len() > 4 { format!(" and {} more", moved.len() - 4) } else { String::new() };
-        let why = match self.kind {
-            Kind::TyreSwap => "one axle has another level from here on: another tyre",
-            Kind::BikeFile => {
-                "both axles or the drag moved together and no rolling radius, which the bike file cannot \
-                 change: a wrong mass, wheelbase or mass centre"
-            }
-            Kind::Drift => "a steady change over time explains it better than any step",
-            Kind::Outlier => "unlike the bike's other sessions",
-            Kind::Change => "another level, but not as a tyre or a bike file would make it",
-        };
         format!(
-            "{why}; {}{more} ({:.1} standard deviations, chance stays below {limit:.1})",
+            "{}; {}{more} ({:.1} standard deviations, chance stays below {limit:.1})",
+            self.kind.evidence(),
             list.join(", "),
             self.score
         )
@@ -129,11 +94,11 @@ pub fn classify(history: &History, shape: Shape, moved: Vec<Moved>, score: f64) 
     };
     let drag = moved.iter().any(|m| key(m).0 == Part::Vehicle.name() && key(m).1 == C::Drag.name());
     let (front, rear) = (count("front"), count("rear"));
-    let tyre = match (front > 0, rear > 0) {
-        (true, true) => "both",
-        (true, false) => "front",
-        (false, true) => "rear",
-        (false, false) => "vehicle",
+    let affected = match (front > 0, rear > 0) {
+        (true, true) => Affected::Both,
+        (true, false) => Affected::Front,
+        (false, true) => Affected::Rear,
+        (false, false) => Affected::Vehicle,
     };
     let radii = radius("front") || radius("rear");
     let file = !radii && ((front > 0 && rear > 0) || (drag && front + rear > 0));
@@ -141,26 +106,17 @@ pub fn classify(history: &History, shape: Shape, moved: Vec<Moved>, score: f64) 
         Shape::Stretch(a, b) => b - a >= SWAP_FROM,
         Shape::Line => true,
     };
-    let own = match tyre {
-        "both" => radius("front") && radius("rear"),
-        "vehicle" => false,
-        _ => radii || front + rear >= 2,
+    let like_a_tyre = match affected {
+        Affected::Both => radius("front") && radius("rear"),
+        Affected::Vehicle => false,
+        Affected::Front | Affected::Rear => radii || front + rear >= 2,
     };
     let kind = match shape {
-        Shape::Line => Kind::Drift,
-        _ if file => Kind::BikeFile,
-        _ if !lasts => Kind::Outlier,
-        _ if own && !drag => Kind::TyreSwap,
-        _ => Kind::Change,
+        Shape::Line => EventKind::Drift,
+        _ if file => EventKind::BikeFile,
+        _ if !lasts => EventKind::Outlier,
+        _ if like_a_tyre && !drag => EventKind::TyreSwap,
+        _ => EventKind::Change,
     };
-    Event { kind, tyre, shape, n, moved, score, reason: String::new() }
-}
-
-/// Sessions that events set apart from the others of a coefficient: outlying, or with a wrong file.
-pub fn apart(events: &[Event], c: usize) -> Vec<usize> {
-    let apart = |e: &&Event| matches!(e.kind, Kind::BikeFile | Kind::Outlier) && e.moves(c);
-    let mut sessions: Vec<usize> = events.iter().filter(apart).flat_map(Event::sessions).collect();
-    sessions.sort_unstable();
-    sessions.dedup();
-    sessions
+    Event { kind, affected, shape, n, moved, score, reason: String::new() }
 }

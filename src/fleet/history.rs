@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Observation;
+use super::observation::Observation;
 
 /// Sessions by coefficients; NaN where a session has no value.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -13,14 +13,14 @@ pub struct History {
     pub days: Vec<Option<f64>>,
     /// Tyre and coefficient.
     pub keys: Vec<(String, String)>,
-    /// Values that are sure, by coefficient and session; NaN where there is none.
+    /// Determined values, by coefficient and session; NaN where there is none.
     pub values: Vec<Vec<f64>>,
     /// Their standard errors.
     pub errors: Vec<Vec<f64>>,
-    /// Values that are not sure, which are only pooled; NaN where there is none.
-    pub unsure: Vec<Vec<f64>>,
+    /// Poorly determined values, which are only pooled; NaN where there is none.
+    pub poor: Vec<Vec<f64>>,
     /// Their standard errors.
-    pub unsure_errors: Vec<Vec<f64>>,
+    pub poor_errors: Vec<Vec<f64>>,
 }
 
 impl History {
@@ -52,15 +52,15 @@ impl History {
             keys: keys.iter().map(|(t, c)| ((*t).to_owned(), (*c).to_owned())).collect(),
             values: empty(),
             errors: empty(),
-            unsure: empty(),
-            unsure_errors: empty(),
+            poor: empty(),
+            poor_errors: empty(),
         };
         for o in rows.iter().filter(usable) {
             let Ok(c) = keys.binary_search(&(&*o.tyre, &*o.coefficient)) else { continue };
             let i = place[&*o.session];
-            let (value, error) = match o.sure {
+            let (value, error) = match o.determined {
                 true => (&mut history.values, &mut history.errors),
-                false => (&mut history.unsure, &mut history.unsure_errors),
+                false => (&mut history.poor, &mut history.poor_errors),
             };
             value[c][i] = o.value;
             error[c][i] = o.error;

@@ -11,7 +11,7 @@ use super::scan::Shape;
 pub fn regressors(history: &History, events: &[Event], c: usize, lines: bool) -> Vec<Vec<f64>> {
     let n = history.sessions.len();
     let mut columns = vec![vec![1.0; n]];
-    let concerned = events.iter().filter(|e| e.moves(c));
+    let concerned = events.iter().filter(|e| e.affects(c));
     columns.extend(
         concerned.filter(|e| lines || e.shape != Shape::Line).map(|e| column(history, e.shape)),
     );

@@ -1,6 +1,6 @@
 //! The side force ratio `C` from the variety of a bike's sessions.
 //!
-//! One steady course cannot tell it: slip angle, camber and side force grow together. But each
+//! One steady course does not determine it: slip angle, camber and side force grow together. But each
 //! session has a point (`ct`, `c1`), and for one tyre they all lie on a line, (39) for vanishing camber:
 //!
 //! ```text
@@ -20,11 +20,14 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::components::{self, Part};
-use super::events::{Event, Kind};
+use super::events::Event;
 use super::history::History;
 use super::levels;
 use super::scan::Shape;
+use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
+use crate::contract::fleet_event::EventKind;
+use crate::contract::status::Status;
 
 /// Fewest sessions that a line is laid through.
 const SESSIONS: usize = 6;
@@ -36,8 +39,8 @@ const DETERMINED: f64 = 0.5;
 /// The ratio of one tyre.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ratio {
-    /// `front` or `rear`.
-    pub tyre: &'static str,
+    /// The tyre.
+    pub axle: Axle,
     /// Sessions on that tyre, as positions in the history, those left out too.
     pub sessions: Vec<usize>,
     /// How many the line goes through.
@@ -59,13 +62,13 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// `ok`, `poorly_determined` or `not_available`, as in the coefficient table.
-    pub fn status(&self) -> &'static str {
+    /// Whether the interval is within half the value, wider, or open.
+    pub fn status(&self) -> Status {
         let half = 0.5 * (self.high - self.low);
         match () {
-            () if !half.is_finite() || !self.value.is_finite() => "not_available",
-            () if half <= DETERMINED * self.value.abs() => "ok",
-            () => "poorly_determined",
+            () if !half.is_finite() || !self.value.is_finite() => Status::NotAvailable,
+            () if half <= DETERMINED * self.value.abs() => Status::Ok,
+            () => Status::PoorlyDetermined,
         }
     }
 }
@@ -73,9 +76,9 @@ impl Ratio {
 /// The ratios of a bike's tyres, each tyre that was swapped for itself; none of fewer than six sessions.
 pub fn ratios(history: &History, events: &[Event]) -> Vec<Ratio> {
     let mut out = Vec::new();
-    for tyre in ["front", "rear"] {
+    for axle in Axle::BOTH {
         let column = |coefficient: C| {
-            let key = |k: &(String, String)| k.0 == tyre && k.1 == coefficient.name();
+            let key = |k: &(String, String)| k.0 == axle.name() && k.1 == coefficient.name();
             let c = history.keys.iter().position(key)?;
             Some((&history.values[c], &history.errors[c]))
         };
@@ -84,7 +87,7 @@ pub fn ratios(history: &History, events: &[Event]) -> Vec<Ratio> {
         else {
             continue;
         };
-        for sessions in tyres(history, events, tyre) {
+        for sessions in tyres(history, events, axle) {
             let take = |column: &[f64], sign: f64| -> Vec<f64> {
                 sessions.iter().map(|&i| sign * column[i]).collect()
             };
@@ -95,7 +98,7 @@ pub fn ratios(history: &History, events: &[Event]) -> Vec<Ratio> {
                 y_error: take(c1_error, 1.0),
             };
             if let Some(line) = points.line() {
-                out.push(Ratio { tyre, sessions, ..line });
+                out.push(Ratio { axle, sessions, ..line });
             }
         }
     }
@@ -104,14 +107,14 @@ pub fn ratios(history: &History, events: &[Event]) -> Vec<Ratio> {
 
 /// The sessions of each tyre that was on an axle: those that the same swaps concern. A change without
 /// the radius is no other tyre here: another rider moves `ct` too, and that is what is wanted.
-fn tyres(history: &History, events: &[Event], tyre: &str) -> Vec<Vec<usize>> {
+fn tyres(history: &History, events: &[Event], axle: Axle) -> Vec<Vec<usize>> {
     let swaps: Vec<(usize, usize)> = events
         .iter()
-        .filter(|e| e.kind == Kind::TyreSwap && [tyre, "both"].contains(&e.tyre))
+        .filter(|e| e.kind == EventKind::TyreSwap && e.affected.includes(axle))
         .filter(|e| {
             e.moved.iter().any(|m| {
                 let (of, name) = &history.keys[m.coefficient];
-                of == tyre && name == C::EffectiveRollingRadius.name()
+                of == axle.name() && name == C::EffectiveRollingRadius.name()
             })
         })
         .filter_map(|e| match e.shape {
@@ -150,17 +153,18 @@ struct Line {
 }
 
 impl Points {
-    /// The line and what it says of `C`; once more without what is far off it.
+    /// The line and the `C` that follows from it, fitted once more without sessions far off it; its
+    /// `axle` and `sessions` are the caller's.
     fn line(mut self) -> Option<Ratio> {
         for i in 0..self.x.len() {
             if !(self.x[i] * self.y[i] * self.x_error[i] * self.y_error[i]).is_finite() {
-                self.leave_out(i);
+                self.exclude(i);
             }
         }
         let first = self.at(self.variety()?.sd.max(f64::MIN_POSITIVE))?;
         for (i, far) in first.residuals.iter().enumerate() {
             if far.abs() > FAR {
-                self.leave_out(i);
+                self.exclude(i);
             }
         }
         let n = self.x.iter().filter(|x| x.is_finite()).count();
@@ -171,7 +175,7 @@ impl Points {
         let noise = self.x_error.iter().zip(&self.x).filter(|(_, x)| x.is_finite());
         let noise = (noise.map(|(e, _)| e * e).sum::<f64>() / n as f64).sqrt();
         let mut ratio = Ratio {
-            tyre: "",
+            axle: Axle::Front,
             sessions: Vec::new(),
             n,
             variety: variety.sd,
@@ -197,7 +201,7 @@ impl Points {
         Some(ratio)
     }
 
-    fn leave_out(&mut self, i: usize) {
+    fn exclude(&mut self, i: usize) {
         self.x[i] = f64::NAN;
         self.y[i] = f64::NAN;
     }
@@ -231,10 +235,10 @@ impl Points {
             let found = components::sd(&part)?;
             let variances: Vec<f64> = errors.iter().map(|e| e * e + found * found).collect();
             let level = levels::fit(&y, &variances, &columns)?;
-            let settled = (level.theta[1] - slope).abs() <= 1e-4 * slope.abs();
+            let converged = (level.theta[1] - slope).abs() <= 1e-4 * slope.abs();
             (slope, scatter) = (level.theta[1], found);
             line = Some((level, variances));
-            if settled {
+            if converged {
                 break;
             }
         }
@@ -257,6 +261,7 @@ mod tests {
     use rand_pcg::Pcg64;
 
     use super::*;
+    use crate::contract::fleet_event::Affected;
 
     /// Sessions of a tyre with `C` 0.11 and `k_alpha0` 13, their true `ct` spread by `variety`.
     fn points(seed: u64, n: usize, variety: f64) -> Points {
@@ -302,10 +307,10 @@ mod tests {
     fn the_same_riding_every_time_says_nothing() {
         for seed in 0..30 {
             let found = points(seed, 40, 0.0).line().expect("looked at");
-            assert_ne!(found.status(), "ok", "{seed}: {found:?}");
+            assert_ne!(found.status(), Status::Ok, "{seed}: {found:?}");
         }
         let none = (0..30).filter_map(|seed| points(seed, 40, 0.0).line());
-        assert!(none.filter(|r| r.status() == "not_available").count() >= 26);
+        assert!(none.filter(|r| r.status() == Status::NotAvailable).count() >= 26);
         assert_eq!(points(1, 5, 0.1).line(), None, "too few");
     }
 
@@ -329,8 +334,8 @@ mod tests {
         };
         let moved = super::super::events::Moved { coefficient: 0, size: 0.01, score: 30.0 };
         let swap = Event {
-            kind: Kind::TyreSwap,
-            tyre: "rear",
+            kind: EventKind::TyreSwap,
+            affected: Affected::Rear,
             shape: Shape::Stretch(20, 40),
             n: 40,
             moved: vec![moved],
@@ -342,7 +347,7 @@ mod tests {
         assert_eq!((found[0].sessions.len(), found[0].n), (20, 19));
         for (ratio, truth) in found.iter().zip([0.11, 0.16]) {
             assert!(ratio.low < truth && truth < ratio.high, "{ratio:?}");
-            assert_eq!(ratio.status(), "ok", "{ratio:?}");
+            assert_eq!(ratio.status(), Status::Ok, "{ratio:?}");
         }
         assert_eq!(ratios(&history, &[]).len(), 1);
     }

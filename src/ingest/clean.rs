@@ -210,7 +210,7 @@ impl Job<'_> {
         for i in suspects {
             let (a, b) = (x[i] - x[i - 1], x[i] - x[i + 1]);
             let jump = a.abs().min(b.abs());
-            let Some(around) = liveliness(x, i) else { continue };
+            let Some(around) = change_around(x, i) else { continue };
             if jump > 0.5 * threshold * around && (x[i + 1] - x[i - 1]).abs() < 0.3 * jump {
                 if count == 0 {
                     first = i;
@@ -356,8 +356,8 @@ fn least_jump(x: &[f64], threshold: f64) -> Option<f64> {
 }
 
 /// Largest change between neighbours near `i` that does not involve `i`; `None` where too few
-/// samples are around to tell.
-fn liveliness(x: &[f64], i: usize) -> Option<f64> {
+/// samples are around it.
+fn change_around(x: &[f64], i: usize) -> Option<f64> {
     let before = x[i.saturating_sub(5)..i].windows(2);
     let after = x[i + 1..x.len().min(i + 6)].windows(2);
     let (mut largest, mut count) = (0.0_f64, 0);
@@ -431,7 +431,7 @@ fn unwrap(yaw: &mut [f64]) {
     }
 }
 
-/// When the bike moves; `None` when nothing tells its speed.
+/// Spans in which the bike moves, s; `None` without any channel of its speed.
 fn moving_times(log: &Clocked) -> Option<Vec<(f64, f64)>> {
     // a wheel of any size: a rough speed is enough to know whether it turns
     let gauges = [(VelocityX, 1.0), (WheelSpeedRear, 0.3), (WheelSpeedFront, 0.3)];

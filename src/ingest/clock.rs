@@ -28,7 +28,7 @@ pub struct Clock {
 /// A channel on a repaired clock.
 #[derive(Debug, Clone)]
 pub struct Timed {
-    /// Which.
+    /// The channel.
     pub channel: Channel,
     /// Index of its clock.
     pub clock: usize,

@@ -21,7 +21,7 @@ impl Error {
     }
 
     pub(super) fn unreadable(log: &Location, error: &std::io::Error) -> Self {
-        // a store that does not answer says nothing of the log
+        // no answer from a store does not mean that the log is bad
         let code = if log.is_remote() { UNREACHABLE } else { "unreadable" };
         Error::new(code, format!("cannot read {log}: {error}"))
     }

@@ -77,7 +77,7 @@ fn entry_for(entry: &Entry, found: &[&SourceChannel]) -> Result<Entry, Error> {
     Ok(agreed)
 }
 
-/// The unit of a channel, by the map and the log: where both say one they must not contradict.
+/// The unit of a channel, by the map and the log: where both give one they must agree.
 fn agreed_unit(entry: &Entry, channel: &SourceChannel) -> Result<String, Error> {
     let own = channel.unit.as_deref().map(str::trim).filter(|u| !u.is_empty());
     let name = channel.full();

@@ -43,7 +43,7 @@ pub struct LogFormat {
     pub own_clock: bool,
     /// Whether a file is of this format, from its name and first bytes.
     pub sniff: fn(&Head<'_>) -> bool,
-    /// Who and when, without decoding samples.
+    /// Session, bike and start time, without decoding samples.
     pub identify: fn(&Location, Maps<'_>) -> Result<Meta, Error>,
     /// The whole log.
     pub read: fn(&Location, Maps<'_>) -> Result<Raw, Error>,

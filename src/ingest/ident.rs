@@ -1,10 +1,10 @@
-//! Who and when, where the log itself does not say.
+//! Session, bike and start time from a log's path, and the check of ids.
 
 use crate::contract::session::Meta;
 use crate::ingest::error::Error;
 use crate::objects::Location;
 
-/// What the path `bike=<id>/date=<yyyy-mm-dd>/<session_id>.<ext>` says.
+/// Metadata from a path of the form `bike=<id>/date=<yyyy-mm-dd>/<session_id>.<ext>`.
 pub fn from_path(log: &Location) -> Meta {
     let mut meta = Meta::default();
     for part in log.folders() {
@@ -39,7 +39,7 @@ pub fn or(mut meta: Meta, other: Meta) -> Meta {
 /// Ids become file names: refuses those that could lead elsewhere.
 ///
 /// # Errors
-/// `bad_bike_id`, `bad_session_id`. An empty bike id is let through: the batch knows what to say.
+/// `bad_bike_id`, `bad_session_id`. An empty bike id passes: the batch rejects it.
 pub fn checked(meta: Meta) -> Result<Meta, Error> {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
     if meta.bike_id.starts_with('.') || !meta.bike_id.chars().all(plain) {

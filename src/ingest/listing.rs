@@ -1,4 +1,4 @@
-//! What is in a log: its channels, and what it says of itself.
+//! The contents of a log: its channels and its own metadata.
 
 use crate::contract::schema;
 use crate::contract::session::Meta;
@@ -11,23 +11,23 @@ use crate::ingest::raw::Column;
 pub struct Listing {
     /// Its channels, those of one group one after the other.
     pub channels: Vec<SourceChannel>,
-    /// Who and when, as far as the log says it in these words.
+    /// Session metadata, as far as the log has it.
     pub meta: Meta,
-    /// What else it says of itself (vehicle, logger, comment, ...), for people.
+    /// Further metadata (vehicle, logger, comment, ...), for people.
     pub facts: Vec<(String, String)>,
-    /// What was noticed.
+    /// Damage and doubts that were found.
     pub warnings: Vec<Warning>,
     /// TOML that a channel map for such a log needs besides its channels: the layout of a text,
     /// say. Empty for most formats.
     pub layout: String,
 }
 
-/// A channel as the log tells it.
+/// A channel as the log lists it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SourceChannel {
-    /// What it was logged with (a group, topic or message); empty if the format knows none.
+    /// What it was logged with (a group, topic or message); empty if the format has none.
     pub group: String,
-    /// Its name.
+    /// Its name within the group.
     pub name: String,
     /// Its unit, as it is written there; `None` where the log gives none.
     pub unit: Option<String>,
@@ -44,7 +44,7 @@ pub struct SourceChannel {
 pub struct Decoded {
     /// As asked for. Channels that were logged together share their clock.
     pub columns: Vec<Column>,
-    /// What was noticed beyond what [`Listing::warnings`] says.
+    /// Warnings beyond [`Listing::warnings`].
     pub warnings: Vec<Warning>,
 }
 

@@ -21,6 +21,7 @@ mod clock;
 mod config;
 mod detect;
 mod error;
+mod extent;
 mod fit;
 pub mod format;
 pub mod formats;
@@ -30,7 +31,6 @@ mod ident;
 pub mod listing;
 mod low_pass;
 pub mod map;
-mod middle;
 pub mod propose;
 mod raw;
 mod resample;
@@ -46,7 +46,7 @@ pub use check::check;
 pub use config::Config;
 pub use detect::format_of;
 pub use error::{Error, UNREACHABLE};
-pub use middle::extent;
+pub use extent::extent;
 pub use raw::{Column, Raw, Track};
 pub use table::read_table;
 pub use write::{session_batch, write_session};
@@ -54,7 +54,7 @@ pub use write::{session_batch, write_session};
 use map::ChannelMap;
 use map::file::or_shipped;
 
-/// Who and when, without reading the samples.
+/// Session, bike and start time, without reading the samples.
 ///
 /// `maps` are the channel maps to choose from; an empty slice means [`map::file::shipped`].
 ///

@@ -9,7 +9,7 @@ use crate::contract::warning::Warning;
 /// One channel as recorded, on its own clock.
 #[derive(Debug, Clone)]
 pub struct Track {
-    /// Which.
+    /// The channel of `session.v1`.
     pub channel: Channel,
     /// Stamps as recorded, s: may repeat, jump back or jitter. Channels that were logged
     /// together share one clock.
@@ -21,11 +21,11 @@ pub struct Track {
 /// A log as read: units are SI, the clocks are still the source's.
 #[derive(Debug, Clone, Default)]
 pub struct Raw {
-    /// Who, when, on what.
+    /// Session, bike, start time.
     pub meta: Meta,
     /// The channels.
     pub tracks: Vec<Track>,
-    /// What the reader noticed.
+    /// Damage and doubts that the reader found.
     pub warnings: Vec<Warning>,
     /// Whether velocities, accelerations and yaw are along the Euler yaw instead of the
     /// frame's trace on the road.

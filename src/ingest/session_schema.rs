@@ -12,7 +12,7 @@ pub fn session_table() -> &'static Table {
     TABLE.get_or_init(|| Table::embedded("session"))
 }
 
-/// Takes what a log says of who and when in the contract's words; whether it is one of them.
+/// Takes an entry of a log's own metadata whose key is one of `session.v1`; `false` if it is none.
 pub fn session_meta(meta: &mut Meta, key: &str, value: &str) -> bool {
     let value = || Some(value.trim().to_owned());
     match key.trim() {

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use crate::ingest::aids::Aids;
 use crate::ingest::detect::format_of;
 use crate::ingest::error::Error;
+use crate::ingest::extent::extent;
 use crate::ingest::format::Decoder;
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::middle::extent;
 use crate::ingest::raw::Column;
 use crate::objects::Location;
 use crate::statistics::order::upper_median_of;
@@ -20,8 +20,8 @@ use crate::statistics::order::upper_median_of;
 /// Samples that are decoded at a time, about.
 const BUDGET: u64 = 32 << 20;
 
-/// Samples of a channel that does not tell.
-const UNTOLD: u64 = 1 << 20;
+/// Samples assumed of a channel whose number of samples is not known.
+const ASSUMED_SAMPLES: u64 = 1 << 20;
 
 /// A step between samples is a gap when it is as long as so many usual ones, and ...
 const GAP_STEPS: f64 = 2.5;
@@ -36,7 +36,7 @@ pub struct Survey {
     pub format: &'static str,
     /// Whether its logs bring their own clocks.
     pub own_clock: bool,
-    /// The channels, as the log tells them.
+    /// The channels, as the log lists them.
     pub listing: Listing,
     /// What each holds.
     pub contents: Vec<ChannelContents>,
@@ -87,10 +87,10 @@ pub fn survey(log: impl Into<Location>, aids: &Aids) -> Result<Option<Survey>, E
     Ok(Some(Survey { format: format.name, own_clock: format.own_clock, listing, contents }))
 }
 
-/// Channels in parts that fit the budget, each of neighbours; a group is not torn apart unless it
-/// does not fit alone, since what it holds lies mixed in the file.
+/// Channels in parts that fit the budget, each of neighbours; a group is only split if it
+/// is larger than the budget, since its channels are interleaved in the file.
 fn parts(channels: &[SourceChannel]) -> Vec<&[SourceChannel]> {
-    let size = |channel: &SourceChannel| channel.samples.unwrap_or(UNTOLD);
+    let size = |channel: &SourceChannel| channel.samples.unwrap_or(ASSUMED_SAMPLES);
     let mut parts = Vec::new();
     let (mut start, mut end, mut sum) = (0, 0, 0_u64);
     for group in channels.chunk_by(|a, b| a.group == b.group) {
@@ -114,7 +114,7 @@ fn parts(channels: &[SourceChannel]) -> Vec<&[SourceChannel]> {
     parts
 }
 
-/// What channels hold. Those of one clock share what it tells.
+/// Contents of channels. Those of one clock share the results that depend on the clock only.
 fn look(columns: &[Column]) -> Vec<ChannelContents> {
     let mut clocks: Vec<&Arc<Vec<f64>>> = Vec::new();
     for column in columns {

@@ -11,7 +11,7 @@ use crate::ingest::raw::Raw;
 use crate::objects::Location;
 
 /// Reads a table by the same rules as a `session.v1` Parquet file: units in the fields' metadata,
-/// who and when in the schema's. `known` fills what that does not say.
+/// who and when in the schema's. `known` fills what those lack.
 ///
 /// # Errors
 /// It lacks what every session needs, or a column holds no numbers; `name` is for messages.

@@ -25,10 +25,10 @@ use object_store::{
 use tokio::runtime::{Builder, Runtime};
 
 use super::connector::Counting;
-use super::counts::{Kind, add};
+use super::counts::{Counter, add};
+use super::errors;
 use super::stat::{Entry, Stat};
 use super::url::{Scheme, Url};
-use super::words;
 
 /// How one request is repeated: up to ten times within three minutes, after 0.1 s, 0.2 s, ... at
 /// most 15 s, with some chance in it. An answer that takes longer than 30 s counts as failed (the
@@ -87,7 +87,7 @@ fn connect(url: &Url) -> Result<Client> {
     let made: object_store::Result<Client> = match url.scheme {
         Scheme::S3 => {
             let builder = AmazonS3Builder::from_env().with_bucket_name(bucket);
-            words::credentials_at_hand(&|key: AmazonS3ConfigKey| builder.get_config_value(&key))?;
+            errors::credentials_at_hand(&|key: AmazonS3ConfigKey| builder.get_config_value(&key))?;
             builder
                 .with_retry(RETRY)
                 .with_http_connector(Counting)
@@ -107,7 +107,7 @@ fn connect(url: &Url) -> Result<Client> {
             .build()
             .map(|c| Arc::new(c) as Client),
     };
-    made.map_err(|e| words::explain(url, e))
+    made.map_err(|e| errors::explain(url, e))
 }
 
 fn key(url: &Url) -> Result<Key> {
@@ -129,10 +129,10 @@ where
                 Ok(done) => return Ok(done),
                 Err(error) => error,
             };
-            if !words::passing(&error) || begun.elapsed() > AGAIN {
-                return Err(words::explain(url, error));
+            if !errors::is_transient(&error) || begun.elapsed() > AGAIN {
+                return Err(errors::explain(url, error));
             }
-            add(Kind::Failed, 1);
+            add(Counter::Failed, 1);
             tracing::debug!("{url}: asking again: {error}");
             tokio::time::sleep(pause).await;
             pause = (pause * 2).min(Duration::from_secs(5));
@@ -184,7 +184,7 @@ pub fn list(prefix: &Url) -> Result<Vec<Entry>> {
 /// It is not there (`NotFound`), or the store does not give it.
 pub fn get(url: &Url) -> Result<Bytes> {
     let bytes = again(url, |client, key| async move { client.get(&key).await?.bytes().await })?;
-    add(Kind::Read, bytes.len() as u64);
+    add(Counter::Read, bytes.len() as u64);
     Ok(bytes)
 }
 
@@ -208,11 +208,11 @@ pub fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
         Ok(answers
             .map(|(answer, url)| match answer {
                 Ok(bytes) => {
-                    add(Kind::Read, bytes.len() as u64);
+                    add(Counter::Read, bytes.len() as u64);
                     Ok(bytes)
                 }
-                Err(e) if words::passing(&e) => get(url),
-                Err(e) => Err(words::explain(url, e)),
+                Err(e) if errors::is_transient(&e) => get(url),
+                Err(e) => Err(errors::explain(url, e)),
             })
             .collect())
     };
@@ -246,7 +246,7 @@ pub fn get_ranges(
         }
     })?;
     for (part, range) in parts.iter().zip(&merged) {
-        add(Kind::Read, part.len() as u64);
+        add(Counter::Read, part.len() as u64);
         if part.len() as u64 != range.end - range.start {
             let what = format!("{url}: {} bytes came instead of {range:?}", part.len());
             return Err(Error::new(ErrorKind::UnexpectedEof, what));
@@ -280,7 +280,7 @@ pub fn put(url: &Url, bytes: &[u8]) -> Result<()> {
         let bytes = bytes.clone();
         async move { client.put(&key, bytes.into()).await }
     })?;
-    add(Kind::Written, bytes.len() as u64);
+    add(Counter::Written, bytes.len() as u64);
     Ok(())
 }
 
@@ -302,7 +302,7 @@ pub fn put_if(url: &Url, bytes: &[u8], over: Option<&str>) -> Result<Option<Stri
         };
         async move { client.put_opts(&key, bytes.into(), PutOptions::from(mode)).await }
     })?;
-    add(Kind::Written, bytes.len() as u64);
+    add(Counter::Written, bytes.len() as u64);
     Ok(done.e_tag.map(|e| e.trim_matches('"').to_owned()))
 }
 

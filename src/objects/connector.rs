@@ -8,7 +8,7 @@ use object_store::client::{
     HttpClient, HttpConnector, HttpError, HttpRequest, HttpResponse, HttpService, ReqwestConnector,
 };
 
-use super::counts::{Kind, add};
+use super::counts::{Counter, add};
 
 /// Makes clients that count.
 #[derive(Debug, Default)]
@@ -25,16 +25,16 @@ impl HttpConnector for Counting {
 struct Counted(HttpClient);
 
 /// What a request is for. A listing is a GET like others, but for its query.
-fn kind(method: &str, query: &str) -> Kind {
+fn kind(method: &str, query: &str) -> Counter {
     let lists = ["list-type=", "comp=list", "prefix=", "max-keys=", "maxResults="];
     match method {
-        "GET" if lists.iter().any(|l| query.contains(l)) => Kind::List,
-        "GET" => Kind::Get,
-        "HEAD" => Kind::Head,
-        "PUT" => Kind::Put,
-        "DELETE" => Kind::Delete,
-        "POST" if query.split('&').any(|q| q == "delete" || q == "delete=") => Kind::Delete,
-        _ => Kind::Other,
+        "GET" if lists.iter().any(|l| query.contains(l)) => Counter::List,
+        "GET" => Counter::Get,
+        "HEAD" => Counter::Head,
+        "PUT" => Counter::Put,
+        "DELETE" => Counter::Delete,
+        "POST" if query.split('&').any(|q| q == "delete" || q == "delete=") => Counter::Delete,
+        _ => Counter::Other,
     }
 }
 
@@ -58,7 +58,7 @@ impl HttpService for Counted {
                 Err(_) => true,
             };
             if failed {
-                add(Kind::Failed, 1);
+                add(Counter::Failed, 1);
             }
             answer
         })

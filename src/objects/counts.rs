@@ -1,4 +1,4 @@
-//! Requests to object stores, counted as they leave: repeated ones count again.
+//! Requests to object stores, counted as they are sent: repeated ones count again.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -35,9 +35,9 @@ impl Counts {
     }
 }
 
-/// What is counted.
+/// The counters of [`Counts`].
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Kind {
+pub(super) enum Counter {
     Get,
     Head,
     List,
@@ -52,23 +52,23 @@ pub(super) enum Kind {
 static TALLY: [AtomicU64; 9] = [const { AtomicU64::new(0) }; 9];
 
 #[cfg_attr(not(feature = "cloud"), allow(dead_code))] // nothing leaves then
-pub(super) fn add(kind: Kind, n: u64) {
+pub(super) fn add(kind: Counter, n: u64) {
     TALLY[kind as usize].fetch_add(n, Ordering::Relaxed);
 }
 
 /// Everything since the process began.
 pub fn so_far() -> Counts {
-    let of = |kind: Kind| TALLY[kind as usize].load(Ordering::Relaxed);
+    let of = |kind: Counter| TALLY[kind as usize].load(Ordering::Relaxed);
     Counts {
-        get: of(Kind::Get),
-        head: of(Kind::Head),
-        list: of(Kind::List),
-        put: of(Kind::Put),
-        delete: of(Kind::Delete),
-        other: of(Kind::Other),
-        failed: of(Kind::Failed),
-        bytes_read: of(Kind::Read),
-        bytes_written: of(Kind::Written),
+        get: of(Counter::Get),
+        head: of(Counter::Head),
+        list: of(Counter::List),
+        put: of(Counter::Put),
+        delete: of(Counter::Delete),
+        other: of(Counter::Other),
+        failed: of(Counter::Failed),
+        bytes_read: of(Counter::Read),
+        bytes_written: of(Counter::Written),
     }
 }
 

@@ -24,7 +24,7 @@ const TERM: u64 = 120;
 /// How often a lock that changes under our hands is looked at again.
 const TRIES: usize = 5;
 
-/// What the lock object says.
+/// Contents of the lock object.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Held {
     /// Machine, process and a number drawn for the run.
@@ -175,7 +175,7 @@ impl Drop for Lease {
     }
 }
 
-/// What is there, and its etag; `None` if it went or changed meanwhile, or says nothing.
+/// What is there, and its etag; `None` if it went or changed meanwhile, or is not readable.
 fn look(url: &Url) -> Result<Option<(Held, Option<String>)>> {
     let seen = client::stat(url).and_then(|stat| {
         let range = 0..stat.size;

@@ -30,7 +30,7 @@ pub mod client;
 #[cfg(feature = "cloud")]
 mod connector;
 #[cfg(feature = "cloud")]
-mod words;
+mod errors;
 
 pub use location::Location;
 pub use stat::{Entry, Stat};

@@ -18,7 +18,7 @@ use super::{client, source};
 /// Something that is there.
 #[derive(Debug)]
 pub struct Match {
-    /// Where.
+    /// Its location.
     pub location: Location,
     /// What it is.
     pub kind: MatchKind,

@@ -62,7 +62,7 @@ fn known() -> &'static Known {
     KNOWN.get_or_init(Mutex::default)
 }
 
-/// Keeps what a listing told of a log, until it is listed again.
+/// Keeps a listing's entry of a log, until it is listed again.
 pub fn remember(url: Url, stat: Stat) {
     known().lock().unwrap_or_else(PoisonError::into_inner).insert(url, stat);
 }

@@ -8,7 +8,7 @@ use crate::tables::registry::{self, Row, TableSpec};
 use crate::tables::{file, rows};
 
 /// Everything one session gives to the tables.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Outcome {
     /// Its row in `sessions`.
     pub session: rows::SessionRow,

@@ -81,7 +81,7 @@ pub fn manoeuvres(
                 start: session.time(start),
                 end: session.time(end),
                 direction: s.direction.map(|d| d.name().to_owned()),
-                quality: finite(Some(s.quality)),
+                quality: s.quality,
                 used: s.used,
                 reason: s.reason.clone(),
                 speed_start: finite(cut(v, start, end).and_then(|v| v.first().copied())),

@@ -1,21 +1,18 @@
 //! The two ends of a batch on a cluster, for `roadbench.spark`; tasks and answers cross as JSON.
 
-use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::Instant;
 
 use jiff::Timestamp;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
-use super::pipeline;
+use super::archive::{Given, json, read};
+use crate::batch;
 use crate::batch::distributed::{self, Answer, Terms};
 use crate::batch::summary::Summary;
-use crate::batch::{Error, Maps, Settings, Stages};
 use crate::pipeline::Pipeline;
-use crate::report;
+use crate::report::Pages;
 
 /// Plans a batch, holds its output, and keeps the accounts.
 #[pyclass(frozen, module = "roadbench._roadbench")]
@@ -28,36 +25,13 @@ pub struct Driver {
 #[pymethods]
 impl Driver {
     #[new]
-    #[pyo3(signature = (inputs, bikes, out, pipeline, maps, force, since, signals))]
-    #[expect(clippy::too_many_arguments, reason = "they are the command's options")]
-    fn new(
-        py: Python<'_>,
-        inputs: Vec<PathBuf>,
-        bikes: Option<PathBuf>,
-        out: PathBuf,
-        pipeline: PathBuf,
-        maps: Vec<PathBuf>,
-        force: bool,
-        since: Option<f64>,
-        signals: bool,
-    ) -> PyResult<Self> {
+    fn new(py: Python<'_>, options: &str) -> PyResult<Self> {
         let began = (Instant::now(), Timestamp::now());
-        let pipeline = self::pipeline(&pipeline)?;
-        let texts = Maps::texts(&maps).map_err(PyValueError::new_err)?;
-        let maps = Maps::parse(&texts).map_err(PyValueError::new_err)?;
-        let settings = Settings {
-            inputs: &inputs,
-            bikes: bikes.as_deref(),
-            out: &out,
-            pipeline: &pipeline,
-            maps: &maps,
-            jobs: 0,
-            force,
-            since: since.map(moment).transpose()?,
-            signals,
-        };
-        let driver = py.detach(|| distributed::Driver::open(&settings, texts, &Stages))?;
-        Ok(Driver { driver: Mutex::new(Some(driver)), pipeline, began })
+        let given = Given::read(options)?;
+        let (settings, work) = (given.settings(), given.run_work());
+        let texts = given.map_texts.clone();
+        let driver = py.detach(|| distributed::Driver::open(&settings, texts, &work))?;
+        Ok(Driver { driver: Mutex::new(Some(driver)), pipeline: given.pipeline, began })
     }
 
     /// What every worker has to know.
@@ -78,15 +52,12 @@ impl Driver {
         let answers: Vec<Answer> = answers.iter().map(|a| read(a)).collect::<PyResult<_>>()?;
         let driver = self.lock().take().ok_or_else(closed)?;
         py.detach(|| {
-            let (run, store) = driver.close(answers)?;
-            let out = store.root();
-            #[cfg(feature = "fleet")]
-            crate::batch::fleet::write(out)?;
-            report::write(out).map_err(|e| Error::Output(e.to_string()))?;
+            let (accounts, store) = driver.close(answers)?;
+            batch::run::finish(&store, Pages::Auto, |_| Ok(()))?;
             let (start, started) = self.began;
             let seconds = start.elapsed().as_secs_f64();
-            let summary = Summary::of(&run, &self.pipeline, started, seconds);
-            summary.write(out)?;
+            let summary = Summary::of(&accounts, &self.pipeline, started, seconds);
+            summary.write(store.root())?;
             json(&summary)
         })
     }
@@ -122,26 +93,10 @@ impl Worker {
     /// A task's answer.
     fn run(&self, py: Python<'_>, task: &str) -> PyResult<String> {
         let task = read(task)?;
-        py.detach(|| json(&self.0.run(task, &Stages)?))
+        py.detach(|| json(&self.0.run(task)?))
     }
 }
 
 fn closed() -> PyErr {
     PyRuntimeError::new_err("this run is closed")
-}
-
-fn moment(seconds: f64) -> PyResult<SystemTime> {
-    let after = Duration::try_from_secs_f64(seconds)
-        .map_err(|e| PyValueError::new_err(format!("since: {e}")))?;
-    Ok(SystemTime::UNIX_EPOCH + after)
-}
-
-fn json<T: Serialize>(value: &T) -> PyResult<String> {
-    serde_json::to_string(value).map_err(|e| PyRuntimeError::new_err(e.to_string()))
-}
-
-fn read<T: DeserializeOwned>(text: &str) -> PyResult<T> {
-    serde_json::from_str(text).map_err(|e| {
-        PyValueError::new_err(format!("not what another roadbench of this version sends: {e}"))
-    })
 }

@@ -1,4 +1,4 @@
-//! `roadbench.run_session`.
+//! `roadbench.run_session` and `roadbench.diagnose_session`.
 
 use std::path::{Path, PathBuf};
 
@@ -9,17 +9,20 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use pyo3_arrow::PyRecordBatchReader;
 
+use super::errors::{self, rejected};
 use super::table::Table;
-use super::{pipeline, rejected};
 use crate::batch::Maps;
 use crate::batch::bikes::{BikeFile, hash_settings};
-use crate::batch::in_memory::{self, Log, NO_PATH};
-use crate::batch::work::guarded;
+use crate::batch::diagnose::DiagnoseWork;
+use crate::batch::in_memory::{self, Log, NO_PATH, Tables};
+use crate::batch::work::{Work, guarded};
 use crate::contract::session::Meta;
+use crate::diagnose::Settings;
 use crate::ingest;
+use crate::objects::Location;
 use crate::pipeline::Rejection;
 
-/// See `python/roadbench/__init__.pyi`.
+/// A session's tables by name, as `roadbench run` would write them.
 #[pyfunction]
 #[pyo3(signature = (path_or_table, bike, pipeline, maps, signals, session_id))]
 pub fn run_session<'py>(
@@ -31,30 +34,44 @@ pub fn run_session<'py>(
     signals: bool,
     session_id: Option<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let pipeline = self::pipeline(&pipeline)?;
+    let pipeline = errors::pipeline(&pipeline)?;
     let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
     let bike = bike_file(bike, &hash_settings(&pipeline, &maps, "")?)?;
     let source = Source::of(path_or_table)?;
-    let tables = py.detach(|| {
-        let log = match &source {
-            Source::File(path) => Log::File(path),
-            Source::Table(schema, batches) => {
-                let session_id = session_id.unwrap_or_default();
-                let known = Meta { session_id, ..Meta::default() };
-                let read = || {
-                    ingest::read_table(NO_PATH, schema, batches, known).map_err(|e| Rejection {
-                        stage: "ingest",
-                        code: e.code,
-                        message: e.message,
-                    })
-                };
-                Log::Table(Box::new(guarded("ingest", read)?))
-            }
-        };
-        in_memory::run(log, &bike, &pipeline, &maps, signals)
-    });
+    let found =
+        py.detach(|| in_memory::run(source.log(session_id)?, &bike, &pipeline, &maps, signals));
+    dict(py, found.map_err(|why| rejected(py, &why))?)
+}
+
+/// What `roadbench diagnose` finds in a session: its tables by name, its verdict in words, and the
+/// extended model as TOML; none off-road. `settings` are the number of nulls and whether to advise.
+#[pyfunction]
+#[pyo3(signature = (path_or_table, bike, pipeline, maps, settings, session_id))]
+pub fn diagnose_session<'py>(
+    py: Python<'py>,
+    path_or_table: &Bound<'py, PyAny>,
+    bike: &Bound<'py, PyAny>,
+    pipeline: PathBuf,
+    maps: Vec<PathBuf>,
+    settings: (usize, bool),
+    session_id: Option<String>,
+) -> PyResult<(Bound<'py, PyDict>, String, Option<String>)> {
+    let pipeline = errors::pipeline(&pipeline)?;
+    let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
+    let (nulls, advise) = settings;
+    let work = DiagnoseWork::new(Settings { nulls, advise, ..Settings::default() })
+        .map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
+    let bike = bike_file(bike, &hash_settings(&pipeline, &maps, &work.settings())?)?;
+    let source = Source::of(path_or_table)?;
+    let found =
+        py.detach(|| in_memory::diagnose(source.log(session_id)?, &bike, &pipeline, &maps, &work));
+    let (d, tables) = found.map_err(|why| rejected(py, &why))?;
+    Ok((dict(py, tables)?, d.summary, d.model.map(|model| model.to_toml())))
+}
+
+fn dict(py: Python<'_>, tables: Tables) -> PyResult<Bound<'_, PyDict>> {
     let out = PyDict::new(py);
-    for (name, batch) in tables.map_err(|why| rejected(py, &why))? {
+    for (name, batch) in tables {
         out.set_item(name, Table::new(name, batch))?;
     }
     Ok(out)
@@ -62,7 +79,7 @@ pub fn run_session<'py>(
 
 /// What was given as the log.
 enum Source {
-    File(PathBuf),
+    File(Location),
     Table(arrow::datatypes::SchemaRef, Vec<RecordBatch>),
 }
 
@@ -76,9 +93,24 @@ impl Source {
                 .map_err(|e| PyValueError::new_err(format!("the table cannot be read: {e}")))?;
             return Ok(Source::Table(schema, batches));
         }
-        given.extract().map(Source::File).map_err(|_| {
+        let path: PathBuf = given.extract().map_err(|_| {
             PyTypeError::new_err("the log must be a path or have __arrow_c_stream__, as tables do")
-        })
+        })?;
+        let at = Location::parse(path).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(Source::File(at))
+    }
+
+    /// As the library takes it; `session_id` names a table that does not name itself.
+    fn log(&self, session_id: Option<String>) -> Result<Log<'_>, Rejection> {
+        let (schema, batches) = match self {
+            Source::File(at) => return Ok(Log::File(at)),
+            Source::Table(schema, batches) => (schema, batches),
+        };
+        let known = Meta { session_id: session_id.unwrap_or_default(), ..Meta::default() };
+        let refuse =
+            |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
+        let read = || ingest::read_table(NO_PATH, schema, batches, known).map_err(refuse);
+        Ok(Log::Table(Box::new(guarded("ingest", read)?)))
     }
 }
 

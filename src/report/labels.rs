@@ -31,36 +31,6 @@ pub fn tyre(name: &str) -> &str {
     }
 }
 
-/// A status in words.
-pub fn status(status: Status) -> &'static str {
-    match status {
-        Status::Ok => "determined",
-        Status::Assumed => "assumed",
-        Status::PoorlyDetermined => "poorly determined",
-        Status::NotAvailable => "not available",
-    }
-}
-
-/// A status as the tables write it.
-pub fn status_code(status: Status) -> &'static str {
-    match status {
-        Status::Ok => "ok",
-        Status::Assumed => "assumed",
-        Status::PoorlyDetermined => "poorly_determined",
-        Status::NotAvailable => "not_available",
-    }
-}
-
-/// A sign that differs between statuses without colour.
-pub fn status_sign(status: Status) -> &'static str {
-    match status {
-        Status::Ok => "●",
-        Status::Assumed => "◇",
-        Status::PoorlyDetermined => "◐",
-        Status::NotAvailable => "○",
-    }
-}
-
 /// A snake-case name as words: `front_braking` is `front braking`.
 pub fn spaced(name: &str) -> String {
     name.replace('_', " ")

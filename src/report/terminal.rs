@@ -68,7 +68,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
                 shown.std_error,
                 shown.interval(" to "),
                 clean(&labels::unit(&c.unit)),
-                labels::status(c.status)
+                c.status.words()
             ),
         );
         // once under those that share it

@@ -14,6 +14,7 @@ pub mod compare;
 pub mod hidden;
 pub mod hidden_offroad;
 pub mod imu;
+pub mod lateral_bench;
 pub mod manoeuvre;
 pub mod motocross;
 pub mod motorcycle;

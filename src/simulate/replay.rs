@@ -4,10 +4,13 @@ use std::ops::Range;
 
 use super::preview::{Preview, Target};
 use crate::contract::channel::Channel;
-use crate::contract::session::Session;
+use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::contract::session::{Meta, Session};
 use crate::motorcycle::run::{Fall, Run};
 use crate::motorcycle::trim::{self, NoTrim};
 use crate::motorcycle::{Action, Model};
+use crate::segment::Segment;
+use crate::tables::rows::BrakingReplay;
 
 /// Longest integration step, s.
 const STEP: f64 = 1e-3;
@@ -52,6 +55,59 @@ pub struct Peaks {
     pub slip: [f64; 2],
     /// How much later the simulation comes to half the deepest measured slip, s.
     pub delay: f64,
+}
+
+/// A braking of a session, ridden again.
+#[derive(Debug)]
+pub struct Braking {
+    /// Which brakes.
+    pub kind: ManoeuvreKind,
+    /// Since the start of the session, s.
+    pub start: f64,
+    /// What came of it.
+    pub replay: Result<Replay, Error>,
+}
+
+impl Braking {
+    /// The wheel whose slip counts: 0 front, 1 rear.
+    pub fn wheel(&self) -> usize {
+        usize::from(self.kind == ManoeuvreKind::RearBraking)
+    }
+
+    /// Its row of the table `replay`; `None` where it could not be ridden again.
+    pub fn row(&self, meta: &Meta) -> Option<BrakingReplay> {
+        let replay = self.replay.as_ref().ok()?;
+        let peaks = replay.peaks(self.wheel());
+        let [rms_acceleration, rms_slip] = replay.rms(self.wheel());
+        Some(BrakingReplay {
+            session_id: meta.session_id.clone(),
+            bike_id: meta.bike_id.clone(),
+            kind: self.kind.name().to_owned(),
+            start: self.start,
+            measured_deceleration: peaks.deceleration[0],
+            simulated_deceleration: peaks.deceleration[1],
+            measured_slip: peaks.slip[0],
+            simulated_slip: peaks.slip[1],
+            delay: Some(peaks.delay).filter(|d| d.is_finite()),
+            rms_acceleration,
+            rms_slip,
+        })
+    }
+}
+
+/// Rides brakings again, each when it is asked for, from 0.3 s before its start so that the run
+/// begins steady.
+pub fn brakings<'a>(
+    model: &'a Model,
+    steering: &'a Preview,
+    session: &'a Session,
+    segments: &'a [&Segment],
+) -> impl Iterator<Item = Braking> + 'a {
+    segments.iter().map(move |s| {
+        let from = s.start.saturating_sub((0.3 * session.rate) as usize);
+        let replay = braking(model, steering, session, from..s.end);
+        Braking { kind: s.kind, start: session.time(s.start), replay }
+    })
 }
 
 /// Rides the samples of `range` again.

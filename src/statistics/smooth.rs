@@ -1,5 +1,5 @@
 //! One smoother for every signal: derivatives are gradients of the smoothed signal, so that signals and
-//! their derivatives have lost the same (`diagnosis.md`, section 5, pitfall 4).
+//! their derivatives have lost the same (`book/src/diagnosis.md`, section 5, pitfall 4).
 
 use std::ops::Range;
 

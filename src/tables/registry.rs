@@ -195,13 +195,13 @@ pub fn of_fleet() -> impl Iterator<Item = &'static TableSpec> {
     ALL.iter().copied().filter(|spec| spec.scope == Scope::Fleet)
 }
 
-/// The tables that reports and fleet statistics are made from.
-pub fn read_by_reports() -> impl Iterator<Item = &'static TableSpec> {
-    let read = |spec: &&TableSpec| {
+/// The folders that reports and fleet statistics are made from.
+pub fn read_by_reports() -> impl Iterator<Item = &'static str> {
+    let read = |spec: &&&TableSpec| {
         matches!(spec.scope, Scope::Session | Scope::Log | Scope::Fleet)
             && spec.presence != Presence::OnRequest
     };
-    ALL.iter().copied().filter(read)
+    ALL.iter().filter(read).map(|spec| spec.name).chain(["models"])
 }
 
 /// The output table of that name, with or without its version (`causes`, `causes.v1`).

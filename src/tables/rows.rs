@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::contract::session::Meta;
 
+pub use crate::contract::status::Status;
+
 /// Stands for what is not one thing in a pooled row.
 pub const POOLED: &str = "(pooled)";
 
@@ -47,22 +49,6 @@ pub struct Provenance {
     pub pipeline_hash: String,
     /// Of roadbench.
     pub version: String,
-}
-
-/// How far a coefficient is to be believed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Status {
-    /// Estimated, with an interval that can be believed.
-    Ok,
-    /// Not estimated: taken from the bike file.
-    Assumed,
-    /// Estimated, but the ride does not pin it down.
-    PoorlyDetermined,
-    /// The ride cannot give it; read back, also a status that this version does not know.
-    #[default]
-    #[serde(other)]
-    NotAvailable,
 }
 
 /// A row of `coefficients`.
@@ -119,7 +105,7 @@ pub struct Manoeuvre {
     pub start: f64,
     pub end: f64,
     pub direction: Option<String>,
-    pub quality: Option<f64>,
+    pub quality: f64,
     pub used: bool,
     pub reason: Option<String>,
     pub speed_start: Option<f64>,
@@ -262,7 +248,7 @@ pub struct PooledRow {
     pub tyre: String,
     pub coefficient: String,
     pub unit: String,
-    pub status: String,
+    pub status: Status,
     pub value: f64,
     pub std_error: f64,
     pub pooled: f64,
@@ -306,7 +292,7 @@ pub struct RatioRow {
     pub scatter: Option<f64>,
     pub variety: f64,
     pub noise: f64,
-    pub status: String,
+    pub status: Status,
     pub reason: Option<String>,
 }
 

@@ -206,7 +206,6 @@ fn bad_usage_writes_nothing() {
     usage("nothing does not exist", &|s| s.inputs = vec![path("nothing")]);
     usage("holds no logs", &|s| s.inputs = vec![path("empty")]);
     usage("nothing matches", &|s| s.inputs = vec![path("logs/*.mcap")]);
-    usage("`ftp`", &|s| s.inputs = vec!["ftp://bucket/logs".into()]);
 }
 
 #[test]

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use roadbench::contract::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::contract::schema::{Column, Key, KeyTable, Table};
+use roadbench::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
 use roadbench::effects::ALL;
+use roadbench::ingest::formats::FORMATS;
 use roadbench::tables::registry;
 
 fn book(path: &str) -> PathBuf {
@@ -110,6 +112,17 @@ fn files_and_tables_are_those_of_the_schemas() {
     page("tables.md", &tables);
 }
 
+/// The page is written by `--example constants`, which may count changed verdicts on its lines too.
+#[test]
+fn constants_are_those_of_the_naming() {
+    let text = std::fs::read_to_string(book("reference/constants.md")).expect("page");
+    let road = ROAD.iter().map(|c| tuning::row(c, &RoadTuning::default()));
+    let offroad = OFFROAD.iter().map(|c| tuning::row(c, &OffroadTuning::default()));
+    for row in road.chain(offroad) {
+        assert!(text.lines().any(|line| line.starts_with(&row)), "stale: {row}");
+    }
+}
+
 #[test]
 fn effects_are_those_that_are_looked_for() {
     let mut text = format!(
@@ -175,6 +188,30 @@ fn manoeuvres_are_those_that_are_declared() {
         toml::from_str(include_str!("../../schemas/manoeuvres.v1.toml")).expect("a table");
     let kind = listed.columns.iter().find(|c| c.name == "kind").expect("a column");
     assert_eq!(kind.description, kind_names(), "schemas/manoeuvres.v1.toml");
+}
+
+#[test]
+fn formats_are_those_of_the_registry() {
+    let mut text = String::from(
+        "# Formats of logs\n\nWhat `format` of a channel map may be, in the order in which a log's format is looked for. Of the maps \
+         that come with the program the first that fits is taken where none is given.\n\n| `format` | what it is | files | channels \
+         are named by | maps that come with the program |\n|---|---|---|---|---|\n",
+    );
+    let list = |names: Vec<String>| names.join(", ");
+    for format in FORMATS {
+        let extensions = format.extensions.iter().map(|e| format!("`.{e}`")).collect();
+        let maps = format.maps.iter().map(|(name, _)| format!("`{name}`")).collect();
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} | {} |",
+            format.name,
+            cell(format.description),
+            list(extensions),
+            cell(format.channel_names),
+            list(maps)
+        );
+    }
+    page("formats.md", &text);
 }
 
 #[test]

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use roadbench::contract::bike::Bike;
 use roadbench::contract::coefficient::Id;
+use roadbench::contract::fleet_event::EventKind;
 use roadbench::fit;
 use roadbench::fit::Data;
 use roadbench::fit::chain::solve;
-use roadbench::fleet::events::Kind;
 use roadbench::fleet::{self, Observation};
 use roadbench::ingest::write_session;
 use roadbench::pipeline::{self, Input, Pipeline};
@@ -52,7 +52,7 @@ const SESSIONS: usize = 50;
 struct Deed {
     bike: usize,
     sessions: std::ops::Range<usize>,
-    kind: Kind,
+    kind: EventKind,
     tyre: &'static str,
 }
 
@@ -102,12 +102,12 @@ fn fleet(known: &[Known], seed: u64) -> (Vec<Observation>, Vec<f64>, Vec<Deed>) 
         Deed { bike, sessions: from..to, kind, tyre }
     };
     let deeds = vec![
-        place(Kind::TyreSwap, 2, "front", None),
-        place(Kind::TyreSwap, 5, "rear", None),
-        place(Kind::BikeFile, 8, "both", Some(6)),
-        place(Kind::BikeFile, 11, "both", Some(1)),
-        place(Kind::BikeFile, 14, "both", None),
-        Deed { bike: 17, sessions: 0..SESSIONS, kind: Kind::Drift, tyre: "rear" },
+        place(EventKind::TyreSwap, 2, "front", None),
+        place(EventKind::TyreSwap, 5, "rear", None),
+        place(EventKind::BikeFile, 8, "both", Some(6)),
+        place(EventKind::BikeFile, 11, "both", Some(1)),
+        place(EventKind::BikeFile, 14, "both", None),
+        Deed { bike: 17, sessions: 0..SESSIONS, kind: EventKind::Drift, tyre: "rear" },
     ];
     let (mut rows, mut truths) = (Vec::new(), Vec::new());
     for bike in 0..BIKES {
@@ -132,11 +132,11 @@ fn fleet(known: &[Known], seed: u64) -> (Vec<Observation>, Vec<f64>, Vec<Deed>) 
                 for deed in deeds.iter().filter(|d| d.bike == bike && d.sessions.contains(&session))
                 {
                     match deed.kind {
-                        Kind::TyreSwap if deed.tyre == k.key.0 => truth += k.base * swap[c],
-                        Kind::Drift if k.key == drifting() => {
+                        EventKind::TyreSwap if deed.tyre == k.key.0 => truth += k.base * swap[c],
+                        EventKind::Drift if k.key == drifting() => {
                             truth -= 4.0 * k.tau * session as f64 / SESSIONS as f64;
                         }
-                        Kind::BikeFile => {
+                        EventKind::BikeFile => {
                             let wrong =
                                 k.wrong[[8, 11, 14].iter().position(|b| *b == bike).expect("one")];
                             seen = (wrong - k.base) * model[c];
@@ -157,7 +157,7 @@ fn fleet(known: &[Known], seed: u64) -> (Vec<Observation>, Vec<f64>, Vec<Deed>) 
                     day: Some(20_000.0 + 3.0 * session as f64),
                     value,
                     error,
-                    sure: !(short && precision > 3.0),
+                    determined: !(short && precision > 3.0),
                 });
                 truths.push(truth);
             }
@@ -197,11 +197,12 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
                 let there = deed.is_some_and(|d| {
                     d.sessions.start.abs_diff(event.sessions().start) <= 1
                         && d.sessions.end.abs_diff(event.sessions().end) <= 1
-                        && (d.kind == Kind::Drift) == (event.kind == Kind::Drift)
+                        && (d.kind == EventKind::Drift) == (event.kind == EventKind::Drift)
                 });
-                let named =
-                    there && deed.is_some_and(|d| d.kind == event.kind && d.tyre == event.tyre);
-                if there && event.kind != Kind::Drift {
+                let named = there
+                    && deed
+                        .is_some_and(|d| d.kind == event.kind && d.tyre == event.affected.name());
+                if there && event.kind != EventKind::Drift {
                     total.found += 1;
                     total.named += usize::from(named);
                 }
@@ -252,7 +253,7 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
             let bike = &bikes[row.bike[4..].parse::<usize>().expect("number")];
             let i = bike.history.sessions.iter().position(|s| *s == row.session).expect("session");
             let wrong = deeds.iter().any(|d| {
-                d.kind == Kind::BikeFile && d.bike == number(bike) && d.sessions.contains(&i)
+                d.kind == EventKind::BikeFile && d.bike == number(bike) && d.sessions.contains(&i)
             });
             if row.error < 1.5 * k.tau || wrong {
                 continue;
@@ -325,7 +326,7 @@ fn the_side_force_ratio_comes_out_of_riders_that_differ() {
                     day: None,
                     value: c.value?,
                     error: c.std_error?,
-                    sure: c.status == Status::Ok,
+                    determined: c.status == Status::Ok,
                 })
             }));
         }
@@ -336,9 +337,9 @@ fn the_side_force_ratio_comes_out_of_riders_that_differ() {
     assert_eq!(ratios.len(), 2, "{ratios:?}");
     for (k, more) in [0.04, 0.03].into_iter().enumerate() {
         let (ratio, truth) = (&ratios[k], plant.tyres[k].side_force_ratio + more);
-        println!("{} {truth:.3}: {ratio:?}", ratio.tyre);
+        println!("{} {truth:.3}: {ratio:?}", ratio.axle.name());
         assert!(ratio.low <= truth && truth <= ratio.high, "{truth}: {ratio:?}");
         assert!((ratio.value / truth - 1.0).abs() < 0.3, "{truth}: {ratio:?}");
-        assert_ne!(ratio.status(), "not_available");
+        assert_ne!(ratio.status(), Status::NotAvailable);
     }
 }

@@ -9,6 +9,7 @@ mod coefficients;
 mod commands;
 mod damage;
 mod diagnose;
+mod diagnose_batch;
 mod diagnose_offroad;
 mod diagnose_report;
 mod dirt;

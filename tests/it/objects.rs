@@ -125,7 +125,7 @@ fn command(server: &Server, arguments: &[&str]) -> Command {
     command
 }
 
-fn run(server: &Server, arguments: &[&str]) -> (i32, String) {
+pub fn run(server: &Server, arguments: &[&str]) -> (i32, String) {
     let Output { status, stdout, stderr } =
         command(server, arguments).output().expect("roadbench starts");
     let text = String::from_utf8_lossy(&stdout).into_owned() + &String::from_utf8_lossy(&stderr);

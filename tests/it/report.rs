@@ -160,7 +160,7 @@ fn manoeuvres(ident: &Ident, note: &str) -> Vec<Manoeuvre> {
                     (_, true) => "outbound".into(),
                     (_, false) => "inbound".into(),
                 }),
-                quality: Some(if used { 0.93 } else { 0.41 }),
+                quality: if used { 0.93 } else { 0.41 },
                 used,
                 reason: (!used).then(|| format!("too short: 1.1 s of 2 s {note}")),
                 speed_start: Some(22.0),

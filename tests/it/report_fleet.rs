@@ -86,7 +86,7 @@ fn generate(out: &Path) {
             tyre: "rear".into(),
             coefficient: "mf_d".into(),
             unit: "1".into(),
-            status: "ok".into(),
+            status: Status::Ok,
             value,
             std_error: 0.02,
             pooled: value - 0.003,
@@ -122,7 +122,7 @@ fn generate(out: &Path) {
             kind: "rear_braking".into(),
             start: 1.0,
             end: 4.0,
-            quality: Some(0.9),
+            quality: 0.9,
             used: true,
             ..Manoeuvre::default()
         };
@@ -179,7 +179,7 @@ fn generate(out: &Path) {
         ci95_low: ends.map(|e| e.0),
         ci95_high: ends.map(|e| e.1),
         cornering_stiffness_0: Some(12.4),
-        status: if ends.is_some() { "ok" } else { "not_available" }.into(),
+        status: if ends.is_some() { Status::Ok } else { Status::NotAvailable },
         reason: ends.is_none().then(|| format!("all sessions are alike {HOSTILE}")),
         ..RatioRow::default()
     };

@@ -126,8 +126,6 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
             rider_id: None,
             provenance: provenance.clone(),
         },
-        manoeuvres: Vec::new(),
-        forces: Vec::new(),
         coefficients: vec![Coefficient {
             ident,
             tyre: "front".into(),
@@ -148,7 +146,6 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
             reason: None,
             provenance,
         }],
-        warnings: Vec::new(),
         plots: (0..200)
             .map(|i| PlotPoint {
                 session_id: session_id.to_owned(),
@@ -168,6 +165,7 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
         signals: input
             .signals
             .then(|| roadbench::tables::file::batch::<PlotPoint>(&[]).expect("empty batch")),
+        ..Outcome::default()
     }
 }
 

@@ -12,7 +12,7 @@
 //! is known ([`candidates`]). What a candidate must gain to be named is measured on null simulations of
 //! the same ride ([`calibration`]).
 //!
-//! Source: `diagnosis.md`, section 2, with the equations of `offroad.md`.
+//! Source: `book/src/diagnosis.md`, section 2, with the equations of `book/src/offroad.md`.
 
 pub mod calibration;
 pub mod candidates;

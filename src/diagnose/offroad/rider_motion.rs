@@ -3,7 +3,7 @@
 //! Rider B stands still against the bike's going up and down (`L_z = m g`) and goes with it fore and
 //! aft (`A_x = -m x_s''`). A body on legs and arms does neither: it follows what is slow. Both
 //! motions are low-passes of the chassis' acceleration, causal, of second order (rider C,
-//! book, Off the road, section 9); the cut-off towards zero is B for the vertical one, towards infinity for
+//! `book/src/offroad.md`, section 9); the cut-off towards zero is B for the vertical one, towards infinity for
 //! the horizontal one.
 
 use super::curve::Curve;

@@ -1,5 +1,5 @@
 //! The base fit: robust Gauss-Newton on block means whose noise is that of correlated samples
-//! (`diagnosis.md`, section 2.2).
+//! (`book/src/diagnosis.md`, section 2.2).
 //!
 //! The loss is Huber's at 2.5 standard deviations of a channel's block residual, plus weak Gaussian
 //! priors about the start. The standard deviation is the *long-run* one (Newey and West 1987): block
@@ -182,8 +182,8 @@ impl Base {
     /// A large effect drags the base to where no motorcycle is, and what is linear about that place is
     /// not about the truth. Where a parameter is that strained, extensions are looked for from where
     /// the candidate that gains most leaves the base, and noise is what that candidate leaves. Where
-    /// the base alone is better off from there it was in a local optimum (`diagnosis.md`, section
-    /// 2.5.5).
+    /// the base alone is better off from there it was in a local optimum (`book/src/diagnosis.md`, section
+    /// 2.5).
     #[must_use]
     pub fn starting_point(self, samples: &Samples, effects: &[Effect]) -> Start {
         let as_it_is =

@@ -1,5 +1,5 @@
 //! Calibration on the road: what candidates and residual structure show on null simulations
-//! (`diagnosis.md`, section 2.4).
+//! (`book/src/diagnosis.md`, section 2.4).
 //!
 //! The measured ride is simulated on the fitted model, the base or one with the causes that are named
 //! already ([`NullSimulation`]), given all the noise it has, and put through the whole of fit and scan.

@@ -1,5 +1,5 @@
 //! The loss that models are fitted by: Huber's on block means in standard deviations of their
-//! channels, with weak priors (`diagnosis.md`, section 2.2), and its Gauss-Newton steps.
+//! channels, with weak priors (`book/src/diagnosis.md`, section 2.2), and its Gauss-Newton steps.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The base model as residuals that vanish when it is right (`diagnosis.md`, section 2.1).
+//! The base model as residuals that vanish when it is right (`book/src/diagnosis.md`, section 2.1).
 //!
 //! | channel | residual | where |
 //! |---|---|---|
@@ -18,23 +18,15 @@ use super::samples::{BLOCK, Samples};
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::contract::residual_channel::{PerChannel, ResidualChannel};
 use crate::effects::physics::Rolling;
 use crate::model::magic_formula::MagicFormula;
 
-/// The channels, in their order.
-pub const CHANNELS: [&str; 8] = [
-    "force_x",
-    "slip_front",
-    "slip_rear",
-    "lateral_front",
-    "lateral_rear",
-    "roll",
-    "kinematic_x",
-    "kinematic_y",
-];
+/// Names of the channels, in their order.
+pub const CHANNELS: [&str; 8] = ResidualChannel::NAMES;
 
 /// Their units; slips are in standard deviations.
-pub const UNITS: [&str; 8] = ["m/s2", "1", "1", "rad", "rad", "m/s2", "m/s2", "m/s2"];
+pub const UNITS: [&str; 8] = ResidualChannel::UNITS;
 
 /// Deeper slip is sliding: the curve beyond its peak belongs to the stop, not to the tyre.
 const DEEPEST: f64 = -0.16;
@@ -105,7 +97,7 @@ pub fn blocks_at(
     let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
     for (kind, range) in &samples.manoeuvres {
         let mut lagged = [Lag::default(), Lag::default()];
-        let mut sums = [0.0; 8];
+        let mut sums = PerChannel::<f64>::default();
         let cornering = *kind == ManoeuvreKind::Cornering;
         for (k, i) in range.clone().enumerate() {
             let attitude = match known {
@@ -128,7 +120,8 @@ pub fn blocks_at(
             for wheel in 0..2 {
                 // the residual holds everything but the lagged slip angle
                 let [decay, share] = attitude.lag[wheel];
-                residual[3 + wheel] += lagged[wheel].next(attitude.alpha[wheel], decay, share);
+                residual[ResidualChannel::LATERAL[wheel]] +=
+                    lagged[wheel].next(attitude.alpha[wheel], decay, share);
             }
             for (sum, r) in sums.iter_mut().zip(residual) {
                 *sum += r;
@@ -362,7 +355,7 @@ impl Instant<'_> {
 
     /// Every channel's residual, without the lagged slip angles.
     #[inline(always)]
-    fn residuals(&self, curves: &mut Curves<'_>) -> [f64; 8] {
+    fn residuals(&self, curves: &mut Curves<'_>) -> PerChannel<f64> {
         let &Instant { s, p, a, i, ax, ay, .. } = self;
         let error = &p.model_error;
         let x = self.longitudinal();
@@ -370,16 +363,16 @@ impl Instant<'_> {
         let lateral = self.lateral(&x);
         let vd = error.velocity(s.vd[i], s.vdd[i]);
         let vyd = error.velocity_y(error.velocity(s.vyd[i], s.vydd[i]), s.yaw_rated[i]);
-        [
-            x.residual,
-            slip[0],
-            slip[1],
-            lateral[0],
-            lateral[1],
-            self.roll(&x),
-            vd - ax - a.r * a.vy,
-            ay - vyd - a.v * a.r,
-        ]
+        let mut out = PerChannel::default();
+        out[ResidualChannel::ForceX] = x.residual;
+        out[ResidualChannel::SlipFront] = slip[0];
+        out[ResidualChannel::SlipRear] = slip[1];
+        out[ResidualChannel::LateralFront] = lateral[0];
+        out[ResidualChannel::LateralRear] = lateral[1];
+        out[ResidualChannel::Roll] = self.roll(&x);
+        out[ResidualChannel::KinematicX] = vd - ax - a.r * a.vy;
+        out[ResidualChannel::KinematicY] = ay - vyd - a.v * a.r;
+        out
     }
 }
 

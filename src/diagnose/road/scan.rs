@@ -1,5 +1,5 @@
 //! Every candidate's score at the base optimum, the base re-fitted along with it to first order
-//! (`diagnosis.md`, section 2.3).
+//! (`book/src/diagnosis.md`, section 2.3).
 //!
 //! ```text
 //! K = S_bb^-1 S_bj,   I_j = S_jj - S_jb K,   u_g = b_gj - K' b_gb

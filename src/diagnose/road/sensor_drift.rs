@@ -16,13 +16,12 @@ use super::samples::{BLOCK, RATE, Samples};
 use super::white_noise::white_noise;
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::contract::residual_channel::ResidualChannel;
 use crate::contract::session::Session;
 use crate::statistics::order::{SD_PER_MAD, upper_median};
 use crate::statistics::random::{Coloured, Random};
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
-/// The roll residual's place among the channels.
-const ROLL: usize = 5;
 /// Spans over which drift is looked at, s; the first is for the white noise.
 const SPANS: [f64; 3] = [0.1, 0.8, 3.0];
 /// Bounds of the correlation time, s.
@@ -66,7 +65,7 @@ pub fn drifts(
             out.extend(of_signal(vy, rate, walk, session.rate, segments, Channel::VelocityY));
         }
     }
-    if let Some((sd, time)) = correlated(samples, &found[ROLL]) {
+    if let Some((sd, time)) = correlated(samples, &found[ResidualChannel::Roll as usize]) {
         out.push(Drift { channel: Channel::Roll, sd, time });
     }
     out

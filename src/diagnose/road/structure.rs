@@ -1,5 +1,5 @@
 //! Structure that no candidate explains: what is left of a channel over a variable of the ride
-//! (`diagnosis.md`, section 2.6).
+//! (`book/src/diagnosis.md`, section 2.6).
 //!
 //! A term is a channel's residual as a straight line and a parabola of a covariate (Legendre
 //! polynomials on its range), the model's parameters re-fitted along with it to first order. Its gain

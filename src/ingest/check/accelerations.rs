@@ -1,4 +1,4 @@
-//! Accelerations against what velocity and yaw rate say of the same motion.
+//! Accelerations against those that follow from velocity and yaw rate.
 //!
 //! ```text
 //! (1)  a_x = dv/dt       (2)  a_y = v r

@@ -1,7 +1,7 @@
 //! Channels against physics and against each other.
 //!
-//! A wrong unit or sign gives coefficients that look fine and are not. Here each channel is held
-//! against what the others say of the same motion: wheel speeds against velocity and the bike's
+//! A wrong unit or sign gives coefficients that look fine and are not. Here each channel is
+//! compared with the others' account of the same motion: wheel speeds against velocity and the bike's
 //! radii, lean against yaw rate, accelerations against velocity, driven against free wheel.
 //! Medians of ratios over 0.2 s means while the bike moves: vibration, spikes and short faults
 //! do not matter, nor does the cost.
@@ -79,7 +79,7 @@ pub fn check(session: &mut Session, bike: &Bike, _config: &Config) -> Result<Vec
     }
     let mut findings = Vec::new();
     speeds::check(&view, bike, &mut findings)?;
-    // what is left out is no witness
+    // a channel that is taken out must not be used in further checks
     findings.iter().filter(|f| f.remove).for_each(|f| view.remove(f.channel));
     angles::check(&view, bike, &mut findings)?;
     accelerations::check(&view, &mut findings);

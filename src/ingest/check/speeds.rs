@@ -19,7 +19,7 @@ const VELOCITY_UNITS: [Unit; 4] = [
     Unit { factor: 1.0 / 3.6, name: "m/s divided by 3.6 once too often" },
 ];
 
-/// Per rad/s; the speed of the tread is handled apart, it depends on the radius.
+/// Per rad/s; the speed of the tread depends on the radius and is handled in [`unit_candidates`].
 const SPIN_UNITS: [Unit; 3] = [
     Unit { factor: 1.0 / std::f64::consts::TAU, name: "revolutions per second" },
     Unit { factor: 60.0 / std::f64::consts::TAU, name: "revolutions per minute" },
@@ -122,26 +122,14 @@ fn stuck(view: &View, v: &[f64], omega: &[f64], channel: Channel) -> Option<Find
     })
 }
 
+/// Wheel speeds against velocity: small deviations are findings, large ones an error that names the
+/// likeliest wrong unit.
 fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Vec<Finding>) -> Result<(), Error> {
     let bad = |w: &Wheel| off(w.ratio.value, 1.0) > (1.0 + RADIUS_REJECT).ln();
     let suspects: Vec<&Wheel> = wheels.iter().filter(|w| bad(w)).collect();
     if suspects.is_empty() {
-        for w in wheels.iter().filter(|w| (w.ratio.value - 1.0).abs() > RADIUS_WARN) {
-            out.push(Finding {
-                code: "implausible_radius",
-                channel: w.channel,
-                remove: false,
-                count: w.ratio.n,
-                message: format!(
-                    "velocity_x per {} gives a rolling radius of {:.3} m, {:+.0} % off the bike \
-                     file's {:.3} m; check the tyre there and the calibration of both channels",
-                    w.channel,
-                    w.ratio.value * w.radius,
-                    100.0 * (w.ratio.value - 1.0),
-                    w.radius
-                ),
-            });
-        }
+        let deviating = wheels.iter().filter(|w| (w.ratio.value - 1.0).abs() > RADIUS_WARN);
+        out.extend(deviating.map(implausible_radius));
         return Ok(());
     }
     if let Some(w) = suspects.iter().find(|w| w.ratio.value < 0.0) {
@@ -154,25 +142,39 @@ fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Vec<Finding>) -> Resul
             ),
         });
     }
-    let seen = suspects
-        .iter()
-        .map(|w| {
-            format!(
-                "velocity_x / {} = {:.3} m against the radius {:.3} m of the bike file",
-                w.channel,
-                w.ratio.value * w.radius,
-                w.radius
-            )
-        })
-        .collect::<Vec<_>>()
-        .join(", ");
     // a unit of the velocity is seen on every wheel
-    let all = suspects.len() == wheels.len();
+    let velocity_suspect = suspects.len() == wheels.len() && !velocity_good;
+    Err(wrong_unit(&suspects, velocity_suspect))
+}
+
+fn implausible_radius(w: &Wheel) -> Finding {
+    Finding {
+        code: "implausible_radius",
+        channel: w.channel,
+        remove: false,
+        count: w.ratio.n,
+        message: format!(
+            "velocity_x per {} gives a rolling radius of {:.3} m, {:+.0} % off the bike \
+             file's {:.3} m; check the tyre there and the calibration of both channels",
+            w.channel,
+            w.ratio.value * w.radius,
+            100.0 * (w.ratio.value - 1.0),
+            w.radius
+        ),
+    }
+}
+
+/// The units that would explain the suspects' ratios: distance (natural logarithm), code, name;
+/// the nearest first.
+fn unit_candidates(
+    suspects: &[&Wheel],
+    velocity_suspect: bool,
+) -> Vec<(f64, &'static str, &'static str)> {
     let worst = |expected: &dyn Fn(&Wheel) -> f64| {
         suspects.iter().map(|w| off(w.ratio.value, expected(w))).fold(0.0, f64::max)
     };
-    let mut candidates: Vec<(f64, &'static str, &'static str)> = Vec::new();
-    if all && !velocity_good {
+    let mut candidates = Vec::new();
+    if velocity_suspect {
         for unit in &VELOCITY_UNITS {
             candidates.push((worst(&|_| unit.factor), "unit_velocity", unit.name));
         }
@@ -186,10 +188,28 @@ fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Vec<Finding>) -> Resul
         "m/s (the speed of the tread, not rad/s)",
     ));
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    candidates
+}
+
+/// The error for wheel speeds that do not fit the velocity, with the likeliest wrong unit.
+fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Error {
+    let seen = suspects
+        .iter()
+        .map(|w| {
+            format!(
+                "velocity_x / {} = {:.3} m against the radius {:.3} m of the bike file",
+                w.channel,
+                w.ratio.value * w.radius,
+                w.radius
+            )
+        })
+        .collect::<Vec<_>>()
+        .join(", ");
     let what = |code: &str| match code {
         "unit_velocity" => "velocity_x".to_owned(),
         _ => suspects.iter().map(|w| w.channel.name()).collect::<Vec<_>>().join(" and "),
     };
+    let candidates = unit_candidates(suspects, velocity_suspect);
     if let [(near, code, unit), (next, code2, unit2), ..] = candidates[..]
         && near < NEAR
     {
@@ -198,19 +218,19 @@ fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Vec<Finding>) -> Resul
         } else {
             String::new()
         };
-        return Err(Error {
+        return Error {
             code,
             message: format!(
                 "{} looks like {unit}{or}: {seen}; give the unit in the channel map",
                 what(code)
             ),
-        });
+        };
     }
-    Err(Error {
+    Error {
         code: "implausible_radius",
         message: format!(
             "wheel and forward speed do not fit each other: {seen}; check the bike file's \
              `front.radius` and `rear.radius`, and both channels' units and calibration"
         ),
-    })
+    }
 }

@@ -90,7 +90,7 @@ fn evidence(mut d: Vec<f64>) -> Option<f64> {
     sure.then_some(median)
 }
 
-/// A predicate: upright at sample `i`, as far as the channels tell.
+/// A predicate: upright at sample `i`, by the channels that are there.
 fn straight(view: &View) -> impl Fn(usize) -> bool + '_ {
     let roll = view.get(Channel::Roll);
     let r = view.get(Channel::YawRate);

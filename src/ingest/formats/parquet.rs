@@ -408,7 +408,7 @@ fn meta_of(log: &Location, metadata: &ParquetMetaData) -> Meta {
     ident::or(own, ident::from_path(log))
 }
 
-/// Who and when, from metadata by key.
+/// Session metadata by key.
 pub fn meta_from(get: impl Fn(&str) -> Option<String>) -> Meta {
     let get = |key: &str| get(key).filter(|v| !v.is_empty());
     Meta {

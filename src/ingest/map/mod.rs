@@ -37,7 +37,7 @@ pub struct ChannelMap {
     pub csv: CsvLayout,
     /// Source columns that must be there for the map to be chosen by itself.
     pub detect: Vec<String>,
-    /// What is used where neither the log nor its path says it.
+    /// Metadata for what neither the log nor its path gives.
     pub meta: Meta,
     /// The clock.
     pub time: TimeSource,
@@ -94,11 +94,11 @@ impl Default for CsvLayout {
 pub enum TimeSource {
     /// A column of the source.
     Column {
-        /// Its name.
+        /// The column's name in the source.
         name: String,
         /// Seconds per unit of the column.
         factor: f64,
-        /// Whether it counts from 1970 (UTC) and so also tells the start time.
+        /// Whether it counts from 1970 (UTC) and so also gives the start time.
         epoch: bool,
     },
     /// No column: one row every `1 / rate` seconds.

@@ -90,7 +90,7 @@ fn segment(m: &Manoeuvre) -> Segment {
         start: round(m.start, 3),
         end: round(m.end, 3),
         direction: m.direction.clone(),
-        quality: m.quality.map(|q| round(q, 3)),
+        quality: Some(m.quality).filter(|q| q.is_finite()).map(|q| round(q, 3)),
         used: m.used,
         reason: m.reason.clone(),
     }

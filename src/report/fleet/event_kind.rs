@@ -1,11 +1,9 @@
 //! Kinds of events between sessions.
 
-/// A kind of event as people read it, by its name in the table `fleet_events`.
+use crate::contract::fleet_event::EventKind;
+
+/// A kind of event as people read it, by its name in the table `fleet_events`; the name itself where
+/// this version does not know it.
 pub fn label(name: &str) -> &str {
-    match name {
-        "tyre_swap" => "tyre swap",
-        "bike_file" => "wrong bike file",
-        "outlier" => "outlying session",
-        other => other,
-    }
+    EventKind::from_name(name).map_or(name, |kind| kind.words())
 }

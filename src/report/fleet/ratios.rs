@@ -53,11 +53,7 @@ pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, Strin
 }
 
 fn ratio(row: &RatioRow) -> Ratio {
-    let status = match row.status.as_str() {
-        "ok" => Status::Ok,
-        "poorly_determined" => Status::PoorlyDetermined,
-        _ => Status::NotAvailable,
-    };
+    let status = row.status;
     // a value whose interval is open means nothing
     let available = status != Status::NotAvailable;
     let ends = row.ci95_low.zip(row.ci95_high).filter(|_| available);
@@ -77,9 +73,9 @@ fn ratio(row: &RatioRow) -> Ratio {
             .filter(|_| available)
             .map(|k| typeset(&fixed(k, number_format::decimals_of(k, Some(0.05 * k.abs())))))
             .unwrap_or_default(),
-        status: labels::status_code(status),
-        status_label: labels::status(status),
-        sign: labels::status_sign(status),
+        status: status.name(),
+        status_label: status.words(),
+        sign: status.sign(),
         reason: row.reason.clone().unwrap_or_default(),
     }
 }
@@ -88,7 +84,7 @@ fn ratio(row: &RatioRow) -> Ratio {
 mod tests {
     use super::*;
 
-    fn row(tyre: &str, status: &str, ends: Option<(f64, f64)>) -> RatioRow {
+    fn row(tyre: &str, status: Status, ends: Option<(f64, f64)>) -> RatioRow {
         RatioRow {
             bike_id: "b".into(),
             tyre: tyre.into(),
@@ -97,15 +93,18 @@ mod tests {
             ci95_low: ends.map(|e| e.0),
             ci95_high: ends.map(|e| e.1),
             cornering_stiffness_0: Some(12.34),
-            status: status.into(),
-            reason: (status != "ok").then(|| "all ride alike".into()),
+            status,
+            reason: (status != Status::Ok).then(|| "all ride alike".into()),
             ..RatioRow::default()
         }
     }
 
     #[test]
     fn a_ratio_has_its_interval_or_its_reason() {
-        let rows = [row("front", "ok", Some((0.081, 0.1014))), row("rear", "not_available", None)];
+        let rows = [
+            row("front", Status::Ok, Some((0.081, 0.1014))),
+            row("rear", Status::NotAvailable, None),
+        ];
         let of = |bike: &str, tyre: &str, n_sessions| FleetRow {
             bike_id: bike.into(),
             tyre: tyre.into(),

@@ -8,7 +8,7 @@ use crate::report::error::Error;
 use crate::report::labels;
 use crate::tables::read;
 use crate::tables::registry::Row;
-use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow};
+use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow, Status};
 
 /// Every `fleet` row, by bike, then in the contract's order.
 ///
@@ -88,7 +88,7 @@ pub fn histories(out: &Path, sessions: &[SessionRow]) -> Result<Histories, Error
             };
             let estimate = SessionEstimate {
                 session: *place as u32,
-                determined: row.status == "ok",
+                determined: row.status == Status::Ok,
                 value: row.value as f32,
                 error: row.std_error as f32,
                 pooled: row.pooled as f32,

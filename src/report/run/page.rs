@@ -234,8 +234,8 @@ fn undetermined(rows: &[&Coefficient]) -> String {
         return format!("assumed {value} {}", labels::unit(&c.unit)).trim_end().to_owned();
     }
     match rows.iter().find_map(|c| c.reason.as_deref()) {
-        Some(reason) => format!("{}: {reason}", labels::status(rows[0].status)),
-        None => labels::status(rows[0].status).to_owned(),
+        Some(reason) => format!("{}: {reason}", rows[0].status.words()),
+        None => rows[0].status.words().to_owned(),
     }
 }
 

@@ -257,9 +257,9 @@ fn row(c: &Coefficient) -> Row {
         manoeuvres: c.n_manoeuvres,
         samples: c.n_samples,
         fit: fit.join(", "),
-        status: labels::status_code(c.status),
-        status_label: labels::status(c.status),
-        sign: labels::status_sign(c.status),
+        status: c.status.name(),
+        status_label: c.status.words(),
+        sign: c.status.sign(),
         reason: c.reason.clone().unwrap_or_default(),
         bench: String::new(),
         estimate: c.value,
@@ -287,7 +287,7 @@ fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
         let ride = labels::riding(&c.tyre, &c.coefficient).unwrap_or("see the reason");
         let item = (
             format!("{} {}", c.tyre, labels::coefficient(&c.coefficient)),
-            labels::status(c.status),
+            c.status.words(),
             c.reason.clone().unwrap_or_default(),
         );
         match out.iter_mut().find(|m| m.ride == ride) {
@@ -342,7 +342,7 @@ fn manoeuvre(m: &Manoeuvre) -> ManoeuvreLine {
         length: fixed(m.end - m.start, 1),
         speed,
         peak: peak.unwrap_or_default(),
-        quality: number(m.quality, 2).unwrap_or_default(),
+        quality: number(Some(m.quality).filter(|q| q.is_finite()), 2).unwrap_or_default(),
         used: m.used,
         reason: m.reason.clone().unwrap_or_default(),
     }

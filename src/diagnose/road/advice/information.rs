@@ -1,5 +1,5 @@
 //! What rides know of effects, once the base is fitted along: small dense algebra on sums over
-//! manoeuvres (`diagnosis.md`, section 2.7).
+//! manoeuvres (`book/src/diagnosis.md`, section 2.7).
 //!
 //! ```text
 //! I = S_ee - S_eb (S_bb + priors)^-1 S_be          S = sum of J'J over manoeuvres

@@ -16,7 +16,7 @@ use super::frame::{Frame, Scan};
 
 /// Length of an object's first part.
 const BASE: usize = 16;
-/// Largest object that is believed, bytes.
+/// Largest object that is accepted, bytes; a larger length is damage.
 const LARGEST: usize = 64 << 20;
 /// Largest container after unpacking.
 const LARGEST_UNPACKED: u64 = 256 << 20;

@@ -1,10 +1,10 @@
-//! CAN logs: Vector BLF and ASC, and candump's text. What the frames mean is told by CAN
+//! CAN logs: Vector BLF and ASC, and candump's text. Frames are decoded with CAN
 //! databases (DBC), which the channel map names.
 //!
 //! Channels are `Message/Signal` (or `Message.Signal`), each message on its own clock, each
 //! multiplexed signal too. A message that came over several buses is `Message@1`, `Message@2`.
 //! The readers are our own because a log with broken frames must be read on behind them, from
-//! wherever it is, and its claims of length must not be believed.
+//! wherever it is, and the lengths in it must not be trusted.
 
 use crate::ingest::aids::Aids;
 use crate::ingest::error::Error;

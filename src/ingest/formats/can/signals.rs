@@ -33,7 +33,7 @@ impl FrameCounts {
         seen.length = seen.length.max(frame.data.len());
     }
 
-    /// The channels that the databases see in what was counted.
+    /// The signals that the databases define for the counted frames.
     pub fn listing(&self, database: &Database) -> Listing {
         let mut listing = Listing::default();
         let mut unknown = Vec::new();
@@ -44,7 +44,7 @@ impl FrameCounts {
                 let rate = rate.map(|r| format!(" at {r:.1} Hz")).unwrap_or_default();
                 unknown.push(format!(
                     "{} ({} frames{rate}, {} bytes)",
-                    shown(id, extended),
+                    hex_id(id, extended),
                     seen.count,
                     seen.length
                 ));
@@ -79,7 +79,7 @@ impl FrameCounts {
 }
 
 /// An identifier as people write it.
-fn shown(id: u32, extended: bool) -> String {
+fn hex_id(id: u32, extended: bool) -> String {
     if extended { format!("0x{id:08X}") } else { format!("0x{id:03X}") }
 }
 

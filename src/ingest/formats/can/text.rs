@@ -10,7 +10,7 @@ const LONGEST: u64 = 4096;
 /// More buses than any logger has; the name of a further one is damage.
 const MOST_BUSES: usize = 256;
 
-/// What an ASC log's second line says.
+/// The second line of an ASC log: base of numbers and kind of stamps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Base {
     radix: u32,
@@ -187,7 +187,7 @@ pub fn each_candump(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> 
     Ok(scan)
 }
 
-/// A line of candump, taken apart.
+/// The parts of a candump line.
 #[derive(Debug, PartialEq)]
 pub struct Dumped<'a> {
     seconds: i64,
@@ -196,7 +196,7 @@ pub struct Dumped<'a> {
     id: u32,
     extended: bool,
     rest: &'a str,
-    /// Whether the bytes stand apart, with their number in front, as on the screen.
+    /// Whether the bytes are separated by spaces with their number in front, as on the screen.
     screen: bool,
 }
 

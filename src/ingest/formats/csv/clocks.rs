@@ -12,14 +12,14 @@ use crate::statistics::order::upper_median;
 /// A channel is slower than its table when its samples are so many rows apart.
 const SLOWER: f64 = 1.5;
 
-/// Fewer samples than this tell nothing of a channel's rate.
+/// A channel's rate is not estimated from fewer samples than this.
 const FEW: usize = 6;
 
 /// Columns of one table, each on its own clock.
 ///
 /// `together` says which columns must share a clock whatever their samples (those that are
 /// averaged); it gets two places in `columns`.
-pub fn apart(
+pub fn separate(
     time: Vec<f64>,
     columns: Vec<(String, Vec<f64>)>,
     together: impl Fn(usize, usize) -> bool,
@@ -107,7 +107,7 @@ mod tests {
             ("none", vec![NAN; n as usize]),
         ];
         let columns = columns.map(|(name, values)| (name.to_owned(), values)).to_vec();
-        let out = apart(time.clone(), columns.clone(), |_, _| false);
+        let out = separate(time.clone(), columns.clone(), |_, _| false);
         let lengths: Vec<usize> = out.iter().map(|c| c.time.len()).collect();
         assert_eq!(lengths, [200, 20, 20, 8, 200]);
         assert!(Arc::ptr_eq(&out[1].time, &out[2].time), "logged together");
@@ -116,7 +116,7 @@ mod tests {
         assert_eq!(out[3].values[1], 28.0);
         // averaged columns keep one clock
         let mean = |a: usize, b: usize| a != b && a + b == 4; // gps and obd
-        let out = apart(time, columns, mean);
+        let out = separate(time, columns, mean);
         assert!(Arc::ptr_eq(&out[1].time, &out[3].time));
         assert_eq!((out[1].time.len(), out[1].values[1].is_nan()), (28, true));
     }

@@ -126,7 +126,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         let both = |from: &[String]| [a, b].iter().all(|&i| from.iter().any(|f| *f == names[i]));
         a != b && map.entries.iter().any(|e| both(&e.from))
     };
-    let columns = clocks::apart(time, columns, together);
+    let columns = clocks::separate(time, columns, together);
     let unread: Vec<&str> =
         header.names.iter().map(String::as_str).filter(|h| !needed.contains(h)).collect();
     if !unread.is_empty() {
@@ -178,7 +178,7 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<(&'a ChannelMap, Header)
 #[derive(Debug, Default)]
 struct Header {
     names: Vec<String>,
-    /// Empty if the layout knows no row of them.
+    /// Empty if the layout has no row of units.
     units: Vec<String>,
 }
 

@@ -62,7 +62,7 @@ fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded
         None => (0..read.columns.first().map_or(0, Vec::len)).map(|i| i as f64).collect(),
     };
     let columns = names.into_iter().zip(read.columns).collect();
-    Ok(Decoded { columns: clocks::apart(time, columns, |_, _| false), warnings: read.warnings })
+    Ok(Decoded { columns: clocks::separate(time, columns, |_, _| false), warnings: read.warnings })
 }
 
 /// What a text seems to be.

@@ -21,7 +21,7 @@ const MOST_NOTES: usize = 4;
 
 /// A text that is open at its first row of numbers.
 pub struct Table {
-    /// The lines above the names, taken apart.
+    /// The lines above the names, split into cells.
     pub above: Vec<Vec<String>>,
     /// The names as written, one per cell.
     pub names: Vec<String>,

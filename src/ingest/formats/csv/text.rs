@@ -1,6 +1,6 @@
 //! Text of whatever encoding as UTF-8 bytes.
 //!
-//! A byte order mark says UTF-8 or UTF-16; without one the bytes are passed on as they are, for
+//! A byte order mark stands for UTF-8 or UTF-16; without one the bytes are passed on as they are, for
 //! numbers look the same in every encoding that is left, and [`decoded`] takes names and units
 //! that are not UTF-8 for Latin-1.
 

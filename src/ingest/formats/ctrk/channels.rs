@@ -67,7 +67,7 @@ const GPS: [(&str, &str); 4] = [
     ("gps_course_deg", "deg"),
 ];
 
-/// The column that counts: each frame tells how much since the last one.
+/// A counter: each frame holds the increment since the last one.
 const COUNTED: &str = "fuel_cc";
 
 /// All columns with their units, each on the clock of its frames, from the first record on.
@@ -118,7 +118,7 @@ pub fn columns(contents: &Contents<'_>) -> Vec<(Column, &'static str)> {
     out
 }
 
-/// The first moment that the GPS tells, as ms since 1970 of the record that everything counts from.
+/// The first GPS time, as ms since 1970 of the record that everything counts from.
 pub fn start_by_gps(contents: &Contents<'_>) -> Option<i64> {
     let start = contents.records.first()?.stamp;
     contents.records.iter().find_map(|r| match r.payload {
@@ -127,7 +127,7 @@ pub fn start_by_gps(contents: &Contents<'_>) -> Option<i64> {
     })
 }
 
-/// What a `$GPRMC` sentence tells.
+/// Contents of a `$GPRMC` sentence.
 struct Fix {
     /// ms since 1970.
     when: Option<i64>,

@@ -16,7 +16,7 @@ pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// Largest chunk after unpacking, bytes.
 const LARGEST: u64 = 1 << 30;
 
-/// One thing that the file says.
+/// A record of the file.
 pub enum Event<'a> {
     /// How messages are built.
     Schema {

@@ -93,7 +93,7 @@ impl Definition {
     /// Every number of a message by its path.
     ///
     /// # Errors
-    /// The message is shorter than its definition says.
+    /// The message is shorter than its definition requires.
     pub fn numbers(&self, data: &[u8], take: &mut dyn FnMut(&str, f64)) -> Result<(), String> {
         let (data, big_endian, widest) = match self.wire {
             Wire::Ros1 => (data, false, 1),

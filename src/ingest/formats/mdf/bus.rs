@@ -1,4 +1,4 @@
-//! CAN frames in an MDF 4 file, as bus loggers write them; databases (DBC) say what they mean.
+//! CAN frames in an MDF 4 file, as bus loggers write them; decoded with databases (DBC).
 
 use falcon_mdf::Mf4File;
 
@@ -16,7 +16,7 @@ pub fn is_signal(channel: &SourceChannel) -> bool {
     channel.place[2] >= FRAMES
 }
 
-/// Adds the signals that the databases see in the file's frames.
+/// Adds the signals that the databases define for the file's frames.
 pub fn list(file: &Mf4File, database: &Database, listing: &mut Listing) {
     let mut counts = FrameCounts::default();
     let mut warnings = Vec::new();
@@ -42,7 +42,7 @@ pub fn decode(file: &Mf4File, database: &Database, wanted: &[&SourceChannel]) ->
         .collect();
     let places: Vec<&SourceChannel> = places.iter().collect();
     let mut collector = Collector::new(database, &places);
-    // what there is to say was said by `list`
+    // `list` has given the warnings already
     each(file, &mut |frame| collector.take(frame), &mut Vec::new());
     Decoded { columns: collector.columns(&places), warnings: Vec::new() }
 }

@@ -7,7 +7,7 @@ use falcon_mdf::Mf4Error;
 use crate::contract::warning::Warning;
 use crate::ingest::warning::warning;
 
-/// Names for groups that tell them apart.
+/// Unique names for groups: repeated ones are numbered.
 pub fn group_names(named: Vec<String>) -> Vec<String> {
     let only = named.len() == 1;
     let mut seen: HashMap<String, usize> = HashMap::new();

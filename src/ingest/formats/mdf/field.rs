@@ -27,7 +27,7 @@ pub struct Field<'a> {
     /// Its first byte.
     at: usize,
     number: Number,
-    /// Byte and mask of the bit that says it is invalid.
+    /// Byte and mask of the invalidation bit.
     invalid: Option<(usize, u8)>,
 }
 

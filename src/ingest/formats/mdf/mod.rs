@@ -26,8 +26,8 @@ mod columns;
 mod common;
 mod field;
 mod file;
-mod mend;
 mod patched;
+mod repair;
 mod unpack;
 mod v3;
 mod v4;
@@ -117,9 +117,9 @@ fn open(log: &Location) -> Result<(File, Vec<Warning>), Error> {
         if !unfinished && let Ok(file) = Mf4File::from_source(Arc::clone(&bytes) as _) {
             return Ok((File::Four(Box::new(file), bytes), Vec::new()));
         }
-        let mended = mend::mend(bytes.as_ref(), unfinished)?;
-        let warnings = mended.warnings(unfinished);
-        let patches = mended.patches.into_iter().collect();
+        let repaired = repair::repair(bytes.as_ref(), unfinished)?;
+        let warnings = repaired.warnings(unfinished);
+        let patches = repaired.patches.into_iter().collect();
         let patched: Arc<dyn Bytes> = Arc::new(Patched { bytes, patches });
         let file = Mf4File::from_source(Arc::clone(&patched) as _).map_err(|e| e.to_string())?;
         Ok((File::Four(Box::new(file), patched), warnings))

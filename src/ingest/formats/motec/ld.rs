@@ -28,7 +28,7 @@ const MOST_CHANNELS: usize = 10_000;
 /// Samples that are read at a time, bytes.
 const BLOCK: usize = 1 << 16;
 
-/// What the file says of itself and what is in it.
+/// Header and channels of a file.
 #[derive(Debug, Default, PartialEq)]
 pub struct Log {
     /// Day, as written: day/month/year.
@@ -69,7 +69,7 @@ pub struct Channel {
     pub unit: String,
     /// Samples per second.
     pub rate: u16,
-    /// How many samples it says it has.
+    /// Number of samples by its header.
     pub samples: u32,
     /// Where they begin.
     place: u64,
@@ -79,7 +79,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// How many samples a file of that size has of those it says.
+    /// How many of the header's samples a file of that size holds.
     pub fn there(&self, size: u64) -> u64 {
         let room = size.saturating_sub(self.place) / self.kind.bytes() as u64;
         u64::from(self.samples).min(room)
@@ -157,7 +157,7 @@ pub fn list(file: &mut (impl Read + Seek), size: u64) -> Result<Option<Log>> {
     Ok(Some(log))
 }
 
-/// What else the file says of itself, for people.
+/// Further entries of the header, for people.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -212,7 +212,7 @@ fn channel(block: &[u8; CHANNEL]) -> std::result::Result<Channel, String> {
     })
 }
 
-/// Channels of one name get a number from the second on, or they could not be told apart.
+/// Channels of one name get a number from the second on, so that names are unique.
 fn number_twins(channels: &mut [Channel]) {
     let mut seen = std::collections::HashMap::new();
     for channel in channels {
@@ -224,7 +224,7 @@ fn number_twins(channels: &mut [Channel]) {
     }
 }
 
-/// A channel's samples, as many as the file has of those it says.
+/// A channel's samples, as many of the header's number as the file holds.
 ///
 /// # Errors
 /// The file cannot be read.

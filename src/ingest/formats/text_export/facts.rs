@@ -1,12 +1,12 @@
-//! What the lines above a table say of the log.
+//! The header of a text export: keys and values above the table.
 
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
 use crate::ingest::warning::warning;
 
-/// Which of a source's words mean what.
+/// The header keys of one source.
 #[derive(Debug)]
-pub struct Words {
+pub struct HeaderKeys {
     /// The vehicle: the bike.
     pub vehicle: &'static str,
     /// Who rode; the first that is there.
@@ -24,7 +24,7 @@ pub struct Words {
 pub struct Facts(pub Vec<(String, String)>);
 
 impl Facts {
-    /// Of lines taken apart: a key and its values, then after an empty cell perhaps another.
+    /// From lines split into cells: a key and its values, then after an empty cell perhaps another.
     pub fn of_cells(lines: &[Vec<String>]) -> Self {
         let mut facts = Vec::new();
         for line in lines {
@@ -62,14 +62,14 @@ impl Facts {
         (number > 0.0 && number.is_finite()).then_some(number)
     }
 
-    /// Who and when.
-    pub fn meta(&self, words: &Words) -> Meta {
+    /// Session metadata.
+    pub fn meta(&self, keys: &HeaderKeys) -> Meta {
         let text = |key: &str| self.get(key).map(str::to_owned);
-        let start: Option<Vec<&str>> = words.start.iter().map(|key| self.get(key)).collect();
+        let start: Option<Vec<&str>> = keys.start.iter().map(|key| self.get(key)).collect();
         Meta {
-            bike_id: self.get(words.vehicle).map(name).unwrap_or_default(),
-            rider_id: words.driver.iter().find_map(|key| text(key)),
-            site: text(words.venue),
+            bike_id: self.get(keys.vehicle).map(name).unwrap_or_default(),
+            rider_id: keys.driver.iter().find_map(|key| text(key)),
+            site: text(keys.venue),
             start_time: start.filter(|s| !s.is_empty()).and_then(|s| moment(&s.join(" "))),
             ..Meta::default()
         }

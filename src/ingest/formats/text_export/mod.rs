@@ -1,7 +1,7 @@
 //! Text exports of racing loggers: a block of `key, value`, a row of names, rows of units and
 //! sources, then the numbers.
 //!
-//! Each source is a [`Dialect`], some words of its own and no code; what they have in common is
+//! Each source is a [`Dialect`], a set of header keys and no code; what they have in common is
 //! here and in `csv::table`. Inertial units ([`xsens`]) bring more and have a file of their own.
 //!
 //! | dialect | known by | clock | units |
@@ -29,7 +29,7 @@ pub(super) mod facts;
 mod level;
 pub mod xsens;
 
-use facts::{Facts, Words, wall_clock};
+use facts::{Facts, HeaderKeys, wall_clock};
 
 /// One source's way of writing a table.
 #[derive(Debug)]
@@ -43,7 +43,7 @@ struct Dialect {
     /// Rows of units (and sources) between names and numbers.
     notes: usize,
     /// The keys that matter.
-    words: Words,
+    keys: HeaderKeys,
 }
 
 const MOTEC: Dialect = Dialect {
@@ -51,7 +51,7 @@ const MOTEC: Dialect = Dialect {
     clock: &["Time"],
     epoch: false,
     notes: 1,
-    words: Words {
+    keys: HeaderKeys {
         vehicle: "Vehicle",
         driver: &["Driver"],
         venue: "Venue",
@@ -65,7 +65,7 @@ const AIM: Dialect = Dialect {
     clock: &["Time"],
     epoch: false,
     notes: 1,
-    words: Words {
+    keys: HeaderKeys {
         vehicle: "Vehicle",
         driver: &["Racer", "User"],
         venue: "Venue",
@@ -79,7 +79,7 @@ const RACECHRONO: Dialect = Dialect {
     clock: &["timestamp", "Time (s)"],
     epoch: true,
     notes: 2,
-    words: Words {
+    keys: HeaderKeys {
         vehicle: "",
         driver: &["Driver name"],
         venue: "Track name",
@@ -152,7 +152,7 @@ impl Dialect {
         let mut table = table::open(log, self.clock, self.notes)?;
         let facts = Facts::of_cells(&table.above);
         let clock = self.clock(log, &table, &facts)?;
-        let mut meta = facts.meta(&self.words);
+        let mut meta = facts.meta(&self.keys);
         let mut warnings = Vec::new();
         if let (Clock::Column(place, factor), true) = (clock, self.epoch) {
             let first = rows(log, &mut table, &[("time", place)], 1)?;
@@ -186,7 +186,7 @@ impl Dialect {
             };
             return Ok(Clock::Column(place, factor));
         }
-        facts.number(self.words.rate).map(Clock::Rate).ok_or_else(|| {
+        facts.number(self.keys.rate).map(Clock::Rate).ok_or_else(|| {
             let message = format!(
                 "{} has no column `{}` and its header gives no rate; export it again with time",
                 log,
@@ -199,7 +199,7 @@ impl Dialect {
     fn channels(&self, table: &Table, clock: Clock, facts: &Facts) -> Vec<SourceChannel> {
         let rate = match clock {
             Clock::Rate(rate) => Some(rate),
-            Clock::Column(..) => facts.number(self.words.rate),
+            Clock::Column(..) => facts.number(self.keys.rate),
         };
         let note = |row: usize, place: usize| {
             table.notes.get(row).and_then(|r| r.get(place)).map_or("", |c| c.trim())
@@ -226,9 +226,9 @@ impl Dialect {
             if table.notes.is_empty() {
                 in_name(&mut channel);
             }
-            channel.unit = channel.unit.map(|u| spelt(&u)).filter(|u| !u.is_empty());
+            channel.unit = channel.unit.map(|u| standard_unit(&u)).filter(|u| !u.is_empty());
             if taken.contains(&channel.full()) {
-                // two receivers, say: the source with its number tells them apart
+                // two receivers of one kind: the source with its number is unique
                 channel.group = note(1, place).to_owned();
             }
             let full = channel.full();
@@ -266,7 +266,7 @@ impl Dialect {
             Clock::Column(_, factor) => {
                 let mut time = read.columns.pop().unwrap_or_default();
                 time.iter_mut().for_each(|t| *t *= factor);
-                read.warnings.extend(rate_told(&time, facts.number(self.words.rate)));
+                read.warnings.extend(header_rate_warning(&time, facts.number(self.keys.rate)));
                 time
             }
             Clock::Rate(rate) => {
@@ -275,7 +275,10 @@ impl Dialect {
             }
         };
         let columns = names.into_iter().zip(read.columns).collect();
-        Ok(Decoded { columns: clocks::apart(time, columns, |_, _| false), warnings: read.warnings })
+        Ok(Decoded {
+            columns: clocks::separate(time, columns, |_, _| false),
+            warnings: read.warnings,
+        })
     }
 }
 
@@ -323,7 +326,7 @@ fn in_name(channel: &mut SourceChannel) {
 }
 
 /// Units that a source spells in its own way.
-fn spelt(unit: &str) -> String {
+fn standard_unit(unit: &str) -> String {
     match unit.trim() {
         // RaceChrono has no degree sign, AiM writes a number's name
         ".C" => "degC".to_owned(),
@@ -333,8 +336,8 @@ fn spelt(unit: &str) -> String {
     }
 }
 
-/// Stamps that run at another rate than the header tells.
-fn rate_told(time: &[f64], told: Option<f64>) -> Option<Warning> {
+/// A warning where the stamps' rate is not the header's.
+fn header_rate_warning(time: &[f64], told: Option<f64>) -> Option<Warning> {
     let rate = 1.0 / clocks::median_step(time.iter().copied())?;
     let told = told?;
     // stamps are rounded: only what no rounding explains

@@ -18,9 +18,9 @@
 //! `Update Rate`. The channels of the group `level` are computed ([`super::level`]): what the unit
 //! measures in its own leaning frame and over the ground, in the frame that turns with the yaw.
 
-use super::facts::{Facts, Words};
+use super::facts::{Facts, HeaderKeys};
 use super::level::{self, Derived};
-use super::{beginning, rate_told, rows};
+use super::{beginning, header_rate_warning, rows};
 use crate::contract::session::Meta;
 use crate::ingest::aids::Aids;
 use crate::ingest::error::Error;
@@ -49,8 +49,8 @@ const LEVEL: &str = "level";
 const MOMENT_ROWS: usize = 5000;
 const MOMENT: [&str; 7] =
     ["UTC_Year", "UTC_Month", "UTC_Day", "UTC_Hour", "UTC_Minute", "UTC_Second", "UTC_Nano"];
-const NO_WORDS: Words =
-    Words { vehicle: "", driver: &[], venue: "", start: &[], rate: "Update Rate" };
+const HEADER_KEYS: HeaderKeys =
+    HeaderKeys { vehicle: "", driver: &[], venue: "", start: &[], rate: "Update Rate" };
 
 impl Format for Xsens {
     const NAME: &'static str = "xsens";
@@ -101,7 +101,7 @@ impl Format for Xsens {
         };
         let time = stamps(log, column(TICKS), column(COUNTER), &facts)?;
         let mut warnings = read.warnings.clone();
-        warnings.extend(rate_told(&time, facts.number(NO_WORDS.rate)));
+        warnings.extend(header_rate_warning(&time, facts.number(HEADER_KEYS.rate)));
         let values = |channel: &&SourceChannel| {
             let values = match derived(channel) {
                 Some(derived) => computed(derived, &column, time.len()),
@@ -110,7 +110,7 @@ impl Format for Xsens {
             (channel.full(), values)
         };
         let columns = wanted.iter().map(values).collect();
-        Ok(Decoded { columns: clocks::apart(time.clone(), columns, |_, _| false), warnings })
+        Ok(Decoded { columns: clocks::separate(time.clone(), columns, |_, _| false), warnings })
     }
 }
 
@@ -221,12 +221,12 @@ fn stamps(
     if let Some(ticks) = ticks.filter(filled) {
         return Ok(running_on(ticks, TICKS_WRAP).into_iter().map(|t| t * TICK).collect());
     }
-    if let (Some(packets), Some(rate)) = (packets.filter(filled), facts.number(NO_WORDS.rate)) {
+    if let (Some(packets), Some(rate)) = (packets.filter(filled), facts.number(HEADER_KEYS.rate)) {
         return Ok(running_on(packets, PACKETS_WRAP).into_iter().map(|k| k / rate).collect());
     }
     let message = format!(
         "{}: `{TICKS}` is empty and no comment gives the `{}`; export it again with {TICKS}",
-        log, NO_WORDS.rate
+        log, HEADER_KEYS.rate
     );
     Err(Error::new("no_time", message))
 }
@@ -248,7 +248,7 @@ fn running_on(counts: &[f64], wrap: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The moment of the first row, from the first row that tells one.
+/// The moment of the first row, from the first row that has one.
 fn first_moment(log: &Location, table: &mut Table, facts: &Facts) -> Result<Option<String>, Error> {
     let wanted: Option<Vec<usize>> = MOMENT[..6].iter().map(|n| place(table, n)).collect();
     let Some(mut places) = wanted else { return Ok(None) };

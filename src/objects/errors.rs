@@ -1,4 +1,4 @@
-//! What a store's refusal means to the person at the keyboard, and what to set.
+//! Errors of object stores in plain words, with what to set.
 
 use std::io::{Error, ErrorKind, Result};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -8,7 +8,7 @@ use object_store::aws::AmazonS3ConfigKey;
 
 use super::url::{Scheme, Url};
 
-/// Where a machine at Amazon is told its credentials, and how long it is waited for.
+/// The server from which machines at Amazon get their credentials, and the timeout of its probe.
 const METADATA: (&str, u16, Duration) = ("169.254.169.254", 80, Duration::from_secs(1));
 
 /// Which variables hold the credentials.
@@ -20,8 +20,8 @@ fn variables(scheme: Scheme) -> &'static str {
     }
 }
 
-/// Whether asking again may help.
-pub fn passing(error: &object_store::Error) -> bool {
+/// Whether a repeated request may succeed.
+pub fn is_transient(error: &object_store::Error) -> bool {
     match error {
         object_store::Error::Generic { .. } => {
             // answers that will be the same next time: all that blame the request
@@ -35,13 +35,13 @@ pub fn passing(error: &object_store::Error) -> bool {
     }
 }
 
-/// An error for people, of a kind that says what can be done.
+/// The error with its remedy; its kind is what callers branch on.
 pub fn explain(url: &Url, error: object_store::Error) -> Error {
     use object_store::Error as E;
     let names = variables(url.scheme);
     let text = error.to_string();
     let bucket = format!("{}://{}", url.scheme.name(), url.bucket);
-    // of a listing the crate tells the status in words only
+    // for a listing the crate gives the status in its text only
     let status = |n: &str| text.contains(&format!("status code: {n}"));
     let denied = matches!(error, E::PermissionDenied { .. }) || status("403");
     let unknown = matches!(error, E::Unauthenticated { .. }) || status("401");

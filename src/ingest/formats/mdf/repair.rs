@@ -1,6 +1,6 @@
 //! What is left of an MDF 4 file that was cut off or never closed.
 //!
-//! Every block says its length and its links to others, so the whole graph can be walked without
+//! Every block holds its length and its links to others, so the whole graph can be walked without
 //! knowing what the blocks mean. Links that lead nowhere are cut, and data blocks end where the
 //! file does. The file itself stays as it is: the corrections are laid over its bytes.
 
@@ -20,7 +20,7 @@ const DATA: [&[u8]; 4] = [b"##DT", b"##SD", b"##RD", b"##DV"];
 
 /// What was found.
 #[derive(Debug, Default)]
-pub struct Mended {
+pub struct Repaired {
     /// Place and new value.
     pub patches: BTreeMap<u64, u64>,
     /// Links that lead nowhere.
@@ -31,7 +31,7 @@ pub struct Mended {
     ran_on: bool,
 }
 
-impl Mended {
+impl Repaired {
     /// For people.
     pub fn warnings(&self, unfinished: bool) -> Vec<Warning> {
         let mut warnings = Vec::new();
@@ -74,13 +74,13 @@ impl Block {
 ///
 /// # Errors
 /// Not even its header is there.
-pub fn mend(bytes: &dyn ByteSource, unfinished: bool) -> Result<Mended, String> {
+pub fn repair(bytes: &dyn ByteSource, unfinished: bool) -> Result<Repaired, String> {
     let size = bytes.len();
     let header = block_at(bytes, HEADER, false);
     if !header.is_some_and(|b| &b.id == b"##HD" && HEADER + b.length <= size) {
         return Err("its header is cut off".to_owned());
     }
-    let mut mended = Mended::default();
+    let mut repaired = Repaired::default();
     let mut seen = BTreeSet::from([HEADER]);
     let mut open = vec![HEADER];
     let mut last_data = None;
@@ -100,22 +100,22 @@ pub fn mend(bytes: &dyn ByteSource, unfinished: bool) -> Result<Mended, String> 
                     .to_owned());
             }
             let Some(found) = found else {
-                mended.patches.insert(place, 0);
-                mended.lost += 1;
+                repaired.patches.insert(place, 0);
+                repaired.lost += 1;
                 continue;
             };
             let end = target.saturating_add(found.length);
             if end > size && !found.is_data() {
-                mended.patches.insert(place, 0);
-                mended.lost += 1;
+                repaired.patches.insert(place, 0);
+                repaired.lost += 1;
                 continue;
             }
             if !seen.insert(target) {
                 continue;
             }
             if end > size {
-                mended.patches.insert(target + 8, size - target);
-                mended.missing += end - size;
+                repaired.patches.insert(target + 8, size - target);
+                repaired.missing += end - size;
             }
             if found.is_data() {
                 last_data = last_data.max(Some((target, found.length)));
@@ -130,10 +130,10 @@ pub fn mend(bytes: &dyn ByteSource, unfinished: bool) -> Result<Mended, String> 
         && length == LEAST
         && last == Some(at)
     {
-        mended.patches.insert(at + 8, size - at);
-        mended.ran_on = true;
+        repaired.patches.insert(at + 8, size - at);
+        repaired.ran_on = true;
     }
-    Ok(mended)
+    Ok(repaired)
 }
 
 /// A block's head, if one is there.
@@ -187,25 +187,25 @@ mod tests {
 
     #[test]
     fn whole_files_need_nothing() {
-        let mended = mend(&file(0, None), false).expect("walked");
-        assert!(mended.patches.is_empty() && mended.warnings(false).is_empty());
+        let repaired = repair(&file(0, None), false).expect("walked");
+        assert!(repaired.patches.is_empty() && repaired.warnings(false).is_empty());
     }
 
     #[test]
     fn links_to_nowhere_are_cut_and_data_ends_with_the_file() {
-        let mended = mend(&file(9999, Some(5000)), false).expect("walked");
-        assert_eq!(mended.patches, BTreeMap::from([(64 + 32, 0), (168 + 8, 124)]));
-        let codes: Vec<&str> = mended.warnings(false).iter().map(|w| w.code).collect();
+        let repaired = repair(&file(9999, Some(5000)), false).expect("walked");
+        assert_eq!(repaired.patches, BTreeMap::from([(64 + 32, 0), (168 + 8, 124)]));
+        let codes: Vec<&str> = repaired.warnings(false).iter().map(|w| w.code).collect();
         assert_eq!(codes, ["truncated", "damaged"]);
     }
 
     #[test]
     fn data_that_was_being_written_runs_on_to_the_end() {
         for length in [0, LEAST] {
-            let mended = mend(&file(0, Some(length)), true).expect("walked");
-            assert_eq!(mended.patches, BTreeMap::from([(168 + 8, 124)]));
-            assert_eq!(mended.warnings(true)[0].code, "unfinalised");
+            let repaired = repair(&file(0, Some(length)), true).expect("walked");
+            assert_eq!(repaired.patches, BTreeMap::from([(168 + 8, 124)]));
+            assert_eq!(repaired.warnings(true)[0].code, "unfinalised");
         }
-        assert!(mend(&MemorySource::new(vec![0; 70]), false).is_err());
+        assert!(repair(&MemorySource::new(vec![0; 70]), false).is_err());
     }
 }

@@ -1,0 +1,71 @@
+"""``run``, ``diagnose``, ``plan`` and ``export`` give what the command line gives."""
+
+import json
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+import roadbench
+from conftest import ARCHIVE, files, roadbench as command
+
+NULLS = 8
+
+
+@pytest.fixture(scope="module")
+def diagnosed(log, tmp_path_factory):
+    """What the command line writes of one session's diagnosis."""
+    out = tmp_path_factory.mktemp("diagnosed")
+    command("diagnose", log, "--bikes", ARCHIVE / "bikes", "--out", out, "--nulls", NULLS)
+    return out
+
+
+def test_run_writes_what_the_command_writes(written, log, tmp_path):
+    done = roadbench.run(log, tmp_path, ARCHIVE / "bikes", signals=True)
+    assert (done["inputs"], done["computed"], done["rejected"]) == (1, 1, 0)
+    assert files(tmp_path) == files(written)
+    assert json.loads((tmp_path / "run.json").read_text())["computed"] == 1
+
+
+def test_diagnose_writes_what_the_command_writes(diagnosed, log, tmp_path):
+    done = roadbench.diagnose([log], tmp_path, ARCHIVE / "bikes", nulls=NULLS)
+    assert (done["inputs"], done["computed"]) == (1, 1)
+    assert files(tmp_path) == files(diagnosed)
+
+
+def test_a_session_in_memory_is_diagnosed_as_on_disk(diagnosed, log, bike):
+    found = roadbench.diagnose_session(log, bike, nulls=NULLS)
+    assert set(found.tables) == {"causes", "discrepancies", "replays", "diagnoses"}
+    for name, table in found.tables.items():
+        [path] = (diagnosed / name).rglob(f"{log.stem}.parquet")
+        assert pa.table(table).equals(pq.read_table(path, partitioning=None)), name
+    assert log.stem in found.summary
+    [model] = (diagnosed / "models").rglob("*.toml")
+    assert found.model == model.read_text()
+
+
+def test_too_few_nulls_are_refused(log, bike, tmp_path):
+    with pytest.raises(ValueError, match="fewer than 8"):
+        roadbench.diagnose_session(log, bike, nulls=2)
+    with pytest.raises(ValueError, match="fewer than 8"):
+        roadbench.diagnose(log, tmp_path / "out", ARCHIVE / "bikes", nulls=2)
+    assert not (tmp_path / "out").exists()
+
+
+def test_plan_is_that_of_the_command():
+    plan = roadbench.plan("perfect")
+    lines = [json.loads(line) for line in command("plan", "perfect", "--json").splitlines()]
+    assert lines == plan["effects"] + plan["pairs"]
+    assert plan["duration"] > 60
+    with pytest.raises(ValueError, match="no_such_ride"):
+        roadbench.plan("no_such_ride")
+
+
+def test_export_is_that_of_the_command(written, log):
+    arguments = ["export", written, "--session", log.stem, "--format", "tir", "--tyre", "front"]
+    text = roadbench.export(written, log.stem, "tir", tyre="front", bikes=ARCHIVE / "bikes")
+    assert text == command(*arguments, "--bikes", ARCHIVE / "bikes")
+    with pytest.raises(ValueError, match="--tyre front"):
+        roadbench.export(written, log.stem, "tir")
+    with pytest.raises(ValueError, match="none of tir"):
+        roadbench.export(written, log.stem, "tyre")

@@ -1,0 +1,175 @@
+//! A session's tyres as the text of a file, in whichever format.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+
+use super::fitted::Fitted;
+use super::tyre::{Characterised, Setting};
+use super::{csv, header, motorcycle, reduced};
+use crate::contract::bike::{Axle, Bike};
+
+/// What is written, for whom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Magic Formula property file, fitted over the ridden ranges.
+    Tir,
+    /// Coefficients with intervals, status and ranges.
+    Toml,
+    /// Look-up tables of forces and moments.
+    Csv,
+    /// C99 header that evaluates the tyre.
+    C,
+    /// The tyre as `roadbench simulate --front-tyre` and `--rear-tyre` take it.
+    Simulator,
+}
+
+/// Which set of coefficients a tir file has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Set {
+    /// Motorcycle Magic Formula (FITTYP 52, PAC_MC): right over the ridden camber.
+    Motorcycle,
+    /// A few coefficients of MF 6.2 (FITTYP 62): right at small angles, known to more readers.
+    Reduced,
+}
+
+/// Which tyre of a motorcycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Tyre {
+    /// The front one.
+    Front,
+    /// The rear one.
+    Rear,
+}
+
+impl From<Tyre> for Axle {
+    fn from(tyre: Tyre) -> Self {
+        match tyre {
+            Tyre::Front => Axle::Front,
+            Tyre::Rear => Axle::Rear,
+        }
+    }
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// The folder that `roadbench run --out` wrote.
+    pub out: &'a Path,
+    /// The session whose tyres they are.
+    pub session: &'a str,
+    /// Its bike, where two bikes have a session of that name.
+    pub bike: Option<&'a str>,
+    /// What is written.
+    pub format: Format,
+    /// One tyre, or both.
+    pub tyre: Option<Tyre>,
+    /// Folder of bike files, for what no ride gives.
+    pub bikes: Option<&'a Path>,
+    /// Of a tir file.
+    pub set: Set,
+    /// Road friction of the ride, 0.01 to 3.
+    pub friction: f64,
+    /// Nominal load instead of the bike's static one, N.
+    pub load: Option<f64>,
+}
+
+/// Beyond this share of the peak a property file is not the tyre it was made of.
+const FAITHFUL: f64 = 0.02;
+
+/// The file's text.
+///
+/// # Errors
+/// A sentence: the session or its tyre is not there, or what the format needs is missing.
+pub fn text(request: &Request<'_>) -> Result<String, String> {
+    let axle = request.tyre.map(Axle::from);
+    if let Some(load) = request.load
+        && !(load > 0.0 && load.is_finite())
+    {
+        return Err(format!("--load {load} must be a positive force in N"));
+    }
+    if !(0.01..=3.0).contains(&request.friction) {
+        return Err(format!("--friction {} is not between 0.01 and 3", request.friction));
+    }
+    let fitted = Fitted::read(request.out, request.session, request.bike)?;
+    if request.format == Format::Toml {
+        return fitted.to_toml(axle.map(Axle::name));
+    }
+    let bike = match request.bikes {
+        None => None,
+        Some(folder) => Some(bike_file(folder, &fitted.session.ident.bike_id)?),
+    };
+    let setting = Setting { bike: bike.as_ref(), load: request.load, friction: request.friction };
+    let one = || axle.ok_or("this file holds one tyre: say --tyre front or --tyre rear".to_owned());
+    let needs = |what: &str| match &bike {
+        Some(_) => Ok(()),
+        None => Err(format!("{what} needs the bike file's stiffness and load: say --bikes FOLDER")),
+    };
+    let tyres = || -> Result<Vec<Characterised>, String> {
+        let all = axle.map_or(vec![Axle::Front, Axle::Rear], |one| vec![one]);
+        all.into_iter().map(|axle| Characterised::new(&fitted, axle, &setting)).collect()
+    };
+    match request.format {
+        Format::Toml => fitted.to_toml(axle.map(Axle::name)),
+        Format::Csv => Ok(csv::write(&fitted, &tyres()?)),
+        Format::C => {
+            needs("a C header")?;
+            header::write(&fitted, &tyres()?)
+        }
+        Format::Simulator => {
+            let axle = one()?;
+            needs("a tyre to simulate")?;
+            simulator(&fitted, &Characterised::new(&fitted, axle, &setting)?)
+        }
+        Format::Tir => {
+            let tyre = Characterised::new(&fitted, one()?, &setting)?;
+            property_file(&fitted, &tyre, &setting, request.set)
+        }
+    }
+}
+
+fn property_file(
+    fitted: &Fitted,
+    tyre: &Characterised,
+    setting: &Setting<'_>,
+    set: Set,
+) -> Result<String, String> {
+    let (text, worst) = match (set, tyre.missing_half()) {
+        (Set::Motorcycle, None) => {
+            let (text, worst) = motorcycle::write(fitted, tyre, setting)?;
+            (text, Some(worst))
+        }
+        _ => reduced::write(fitted, tyre, setting)?,
+    };
+    if let Some(off) = worst.map(|w| w.forces()).filter(|off| *off > FAITHFUL) {
+        tracing::warn!(
+            "the file's forces are up to {:.1} % of their peak off the fitted tyre within the ridden \
+             ranges; its head says where",
+            100.0 * off
+        );
+    }
+    Ok(text)
+}
+
+/// The paper's tyre with all that a simulator needs.
+fn simulator(fitted: &Fitted, tyre: &Characterised) -> Result<String, String> {
+    if let Some(half) = tyre.missing_half() {
+        return Err(half);
+    }
+    let text = toml::to_string(&tyre.tyre).map_err(|e| format!("cannot write TOML: {e}"))?;
+    Ok(format!(
+        "# {} tyre of session {} on {}, characterised by roadbench {}. SI units.\n{text}",
+        tyre.axle.name(),
+        fitted.session.ident.session_id,
+        fitted.session.ident.bike_id,
+        crate::VERSION
+    ))
+}
+
+/// The bike's file; an id from a table never leads out of the folder.
+fn bike_file(folder: &Path, bike_id: &str) -> Result<Bike, String> {
+    if bike_id.is_empty() || bike_id.contains(['/', '\\', '\0']) || bike_id.starts_with('.') {
+        return Err(format!("`{bike_id}` cannot be the name of a bike file"));
+    }
+    Bike::read(&folder.join(format!("{bike_id}.toml"))).map_err(|e| e.to_string())
+}

@@ -1,0 +1,22 @@
+//! What the statistics over sessions are made from.
+
+/// One row of the coefficient table that has a value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observation {
+    /// The bike.
+    pub bike: String,
+    /// `front`, `rear` or `vehicle`.
+    pub tyre: String,
+    /// Name of the coefficient.
+    pub coefficient: String,
+    /// The session.
+    pub session: String,
+    /// Start, days since 1970.
+    pub day: Option<f64>,
+    /// Estimate.
+    pub value: f64,
+    /// Its standard error, positive.
+    pub error: f64,
+    /// Status `ok`: takes part in levels and spreads. The others, poorly determined, are only pooled.
+    pub determined: bool,
+}

@@ -1,0 +1,34 @@
+//! The library's errors as Python's, and the arguments that several functions take.
+
+use std::path::Path;
+
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::batch;
+use crate::pipeline::{Pipeline, Rejection};
+
+/// `roadbench.Rejected`: it is Python's own class, so that it can be pickled.
+pub fn rejected(py: Python<'_>, why: &Rejection) -> PyErr {
+    let error = py
+        .import("roadbench._errors")
+        .and_then(|module| module.getattr("Rejected"))
+        .and_then(|class| class.call1((why.stage, why.code, why.message.as_str())));
+    error.map_or_else(|e| e, PyErr::from_value)
+}
+
+impl From<batch::Error> for PyErr {
+    fn from(e: batch::Error) -> Self {
+        let message = e.to_string();
+        match e {
+            batch::Error::Usage(_) => PyValueError::new_err(message),
+            batch::Error::Output(_) => PyOSError::new_err(message),
+            batch::Error::Internal(_) => PyRuntimeError::new_err(message),
+        }
+    }
+}
+
+/// A pipeline by the name of a built-in one, or from a file.
+pub fn pipeline(name: &Path) -> PyResult<Pipeline> {
+    Pipeline::read(name).map_err(PyValueError::new_err)
+}

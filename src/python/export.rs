@@ -1,0 +1,52 @@
+//! `roadbench.export`.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use serde::Deserialize;
+
+use super::archive::read;
+use crate::export::text::{Request, text};
+
+/// What is asked for, as JSON.
+#[derive(Debug, Deserialize)]
+struct Options {
+    out: PathBuf,
+    session: String,
+    bike: Option<String>,
+    format: String,
+    tyre: Option<String>,
+    bikes: Option<PathBuf>,
+    set: String,
+    friction: f64,
+    load: Option<f64>,
+}
+
+/// A session's tyres as the text of a file.
+#[pyfunction]
+pub fn export(py: Python<'_>, options: &str) -> PyResult<String> {
+    let options: Options = read(options)?;
+    let request = Request {
+        out: &options.out,
+        session: &options.session,
+        bike: options.bike.as_deref(),
+        format: word("format", &options.format)?,
+        tyre: options.tyre.as_deref().map(|tyre| word("tyre", tyre)).transpose()?,
+        bikes: options.bikes.as_deref(),
+        set: word("set", &options.set)?,
+        friction: options.friction,
+        load: options.load,
+    };
+    py.detach(|| text(&request)).map_err(PyValueError::new_err)
+}
+
+/// One of an option's words.
+fn word<T: ValueEnum>(option: &str, word: &str) -> PyResult<T> {
+    T::from_str(word, false).map_err(|_| {
+        let known = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+        let known: Vec<String> = known.map(|v| v.get_name().to_owned()).collect();
+        PyValueError::new_err(format!("{option}: `{word}` is none of {}", known.join(", ")))
+    })
+}

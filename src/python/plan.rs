@@ -1,0 +1,18 @@
+//! `roadbench.plan`.
+
+use std::path::PathBuf;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use super::archive::json;
+use super::errors;
+use crate::diagnose::ride_plan;
+
+/// What the first session of a scenario would show of each cause, as JSON.
+#[pyfunction]
+pub fn plan(py: Python<'_>, scenario: &str, pipeline: PathBuf) -> PyResult<String> {
+    let pipeline = errors::pipeline(&pipeline)?;
+    let plan = py.detach(|| ride_plan::plan(scenario, &pipeline));
+    json(&plan.map_err(PyValueError::new_err)?)
+}
