@@ -102,7 +102,7 @@ fn bikes(out: &mut String, run: &Run) {
 }
 
 fn events(out: &mut String, fleet: &Fleet) {
-    let _ = writeln!(out, "\n## What happened between the sessions\n\n{}\n", text(&fleet.verdict));
+    let _ = writeln!(out, "\n## Changes between sessions\n\n{}\n", text(&fleet.verdict));
     head(out, &["bike", "what", "since", "sessions", "size", "why"], &[3, 4]);
     for e in fleet.events.iter().take(LISTED) {
         row(

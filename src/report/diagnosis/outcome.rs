@@ -147,7 +147,7 @@ pub(super) fn verdict(
             },
         ),
         Outcome::Ambiguous => (
-            "No, and this ride cannot tell which of several causes it is.",
+            "No, and this ride cannot distinguish between several causes.",
             match findings.len() {
                 1 => "It is one of these:".to_owned(),
                 n => format!("There are {n}, and each is one of these:"),
@@ -161,15 +161,16 @@ pub(super) fn verdict(
             ),
         ),
         Outcome::Null => (
-            "Yes, as far as this ride can tell.",
+            "Yes, as far as this ride can show.",
             "Nothing is wrong that this ride could show.".to_owned(),
         ),
         Outcome::Blind => {
-            ("That cannot be said.", "This ride can show none of the candidates.".to_owned())
+            ("This ride cannot show it.", "It would show none of the candidates.".to_owned())
         }
         Outcome::Unjudged => (
             "There is no verdict.",
-            "The table causes has no row of this ride; what the model leaves is below.".to_owned(),
+            "The table causes has no row of this ride; the residuals of the model are below."
+                .to_owned(),
         ),
     }
 }
@@ -188,7 +189,7 @@ pub(super) fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
         let score = fixed(top.score, 1);
         out.push(if top.score > 1.0 {
             format!(
-                "The largest score is {score}, of “{}”: beyond 1, but it did not stand up: {}.",
+                "The largest score is {score}, of “{}”: beyond 1, but not confirmed: {}.",
                 cause_labels::effect(&top.effect),
                 top.reason.trim_end_matches('.')
             )

@@ -122,7 +122,7 @@ pub fn overlays(
             let with = row
                 .covariate
                 .as_deref()
-                .map_or(String::new(), |c| format!(", which goes with {}", labels::spaced(c)));
+                .map_or(String::new(), |c| format!(", correlated with {}", labels::spaced(c)));
             let note = format!(
                 "Shows the misfit of the {}{with}.",
                 cause_labels::channel(&row.channel, &row.unit)
@@ -177,7 +177,7 @@ fn caption(run: Run<'_>, of: usize) -> String {
         1 => "the only one".to_owned(),
         n => format!("the middle one of {n} by misfit"),
     };
-    format!("Manoeuvre {}, {which}. Root mean square off: {base}{with}.", run[0].manoeuvre)
+    format!("Manoeuvre {}, {which}. Root mean square error: {base}{with}.", run[0].manoeuvre)
 }
 
 /// Measured, base and extended; under it what each leaves.
@@ -220,7 +220,7 @@ fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
             line(BASE, 1, &|r| Some(r.measured? - r.base?)),
             line(EXTENDED, 2, &|r| Some(r.measured? - r.extended?)),
         ],
-        "what is left".to_owned(),
+        "residual".to_owned(),
     );
     under.height = Some(LOW);
     [over, under]
@@ -305,7 +305,7 @@ mod tests {
         };
         let (overlays, _) = overlays(&rows, &[&row]);
         assert!(overlays[0].title.starts_with("Steering angle"), "{overlays:?}");
-        assert!(overlays[0].note.contains("goes with roll"));
+        assert!(overlays[0].note.contains("correlated with roll"));
         assert!(overlays[1].title.starts_with("Speed"));
     }
 

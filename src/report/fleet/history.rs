@@ -110,7 +110,7 @@ impl<'a> History<'a> {
         let some = |v: f32| Some(put(v)).filter(|v| v.is_finite());
         let mut cloud = Cloud {
             name: "sessions".into(),
-            label: "a session alone, 95 % interval".into(),
+            label: "single session, 95 % interval".into(),
             r: Some(3.0),
             ..Cloud::default()
         };
@@ -131,7 +131,7 @@ impl<'a> History<'a> {
         };
         let line = Line {
             name: "pooled".into(),
-            label: "with its siblings' help".into(),
+            label: "pooled with the other sessions".into(),
             x: self.points.iter().map(|(x, _)| *x).collect(),
             y: pooled(|s| s.pooled),
             lo: pooled(|s| s.low),

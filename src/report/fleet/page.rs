@@ -75,13 +75,13 @@ pub fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
     let happened: Vec<String> =
         kinds.iter().map(|(what, n)| number_format::count(*n, what)).collect();
     let verdict = match happened.is_empty() {
-        true => "Nothing but scatter: no bike changed from one session to the next.".to_owned(),
+        true => "No bike changed by more than the scatter between sessions.".to_owned(),
         false => format!("{}.", happened.join(", ")),
     };
     let alarm = events.first().map(|e| e.false_alarm_rate).filter(|a| *a > 0.0);
     let sub = match alarm {
         Some(rate) => format!(
-            "Of bikes to which nothing happened {} % get an event all the same.",
+            "False alarms: {} % of bikes without a change get an event.",
             fixed(100.0 * rate, number_format::decimals_of(100.0 * rate, None).min(1))
         ),
         None => String::new(),

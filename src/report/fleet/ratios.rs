@@ -45,7 +45,7 @@ pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, Strin
     let none = match lacking.is_empty() {
         true => String::new(),
         false => format!(
-            "Not available for {}: a line needs six sessions of one tyre that determine both.",
+            "Not available for {}: a line needs six sessions of one tyre that determine lateral friction and slip angle.",
             lacking.join(", ")
         ),
     };

@@ -115,7 +115,7 @@ pub fn build(
     Page {
         inputs,
         verdict: format!(
-            "{} of {} came through; {} rejected; {} raised.",
+            "{} of {} processed; {} rejected; {}.",
             sessions.len(),
             number_format::count(inputs, "session"),
             rejected.len(),
