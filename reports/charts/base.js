@@ -11,7 +11,7 @@ if (!("DecompressionStream" in window)) {
   }
   return;
 }
-// as src/report/figures/pack.rs writes it: base64 of zlib of JSON, columns as steps of their last decimal
+// as src/report/charts/pack.rs writes it: base64 of zlib of JSON, columns as steps of their last decimal
 const packed = Uint8Array.from(atob(store.textContent), c => c.charCodeAt(0));
 const data = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).json();
 const unstep = column => {

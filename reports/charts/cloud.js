@@ -15,7 +15,7 @@ const pick = id => {
     b.setAttribute("aria-pressed", String(+b.dataset.manoeuvre === picked.id));
   if (!note) return;
   note.hidden = picked.id == null;
-  note.firstElementChild.textContent = picked.id == null ? "" : `Manoeuvre ${called(picked.id)} is picked out on every chart.`;
+  note.firstElementChild.textContent = picked.id == null ? "" : `Manoeuvre ${called(picked.id)} is highlighted on every chart.`;
 };
 
 // Least and largest shade, but for the outermost twentieth: one odd load must not take the ramp.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::report::session::bench;
+use crate::report::session::bench_values;
 use crate::report::static_figures::write::{self, Format};
 use crate::report::{self, Error, summary};
 use crate::tables::file;
@@ -87,8 +87,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if let Some(file) = &arguments.bench {
         let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
         let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
-        bench::parse(&text).map_err(fail)?;
-        file::write_bytes(&out.join(bench::FILE), text.as_bytes())
+        bench_values::parse(&text).map_err(fail)?;
+        file::write_bytes(&out.join(bench_values::FILE), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
     let only = arguments.session.as_deref();

@@ -9,7 +9,7 @@ use crate::model::tyre::{Input, Output};
 
 /// Largest differences over the ridden ranges, over the largest value there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Worst {
+pub struct LargestErrors {
     /// Longitudinal force in pure slip.
     pub force_x: Option<f64>,
     /// Lateral force without slip ratio.
@@ -26,7 +26,11 @@ pub struct Worst {
 ///
 /// # Errors
 /// A sentence: the text is no tyre.
-pub fn worst(text: &str, tyre: &Characterised, with_combined: bool) -> Result<Worst, String> {
+pub fn largest_errors(
+    text: &str,
+    tyre: &Characterised,
+    with_combined: bool,
+) -> Result<LargestErrors, String> {
     let read = tir::parse(text, Path::new("the exported file")).map_err(|e| e.to_string())?;
     let [low, high] = grid::Ends::of(tyre).load;
     let loads = [low, tyre.load(), high];
@@ -45,7 +49,7 @@ pub fn worst(text: &str, tyre: &Characterised, with_combined: bool) -> Result<Wo
     let x = |o: &Output| o.force_x;
     let y = |o: &Output| o.force_y;
     let both = tyre.longitudinal && tyre.lateral && with_combined;
-    Ok(Worst {
+    Ok(LargestErrors {
         force_x: tyre.longitudinal.then(|| over(grid::longitudinal, x)).flatten(),
         force_y: tyre.lateral.then(|| over(grid::lateral, y)).flatten(),
         combined: both
@@ -56,7 +60,7 @@ pub fn worst(text: &str, tyre: &Characterised, with_combined: bool) -> Result<Wo
     })
 }
 
-impl Worst {
+impl LargestErrors {
     /// The pure-slip forces' worst.
     pub fn forces(&self) -> f64 {
         self.force_x.unwrap_or(0.0).max(self.force_y.unwrap_or(0.0))

@@ -16,29 +16,29 @@ const COMBINED: [usize; 4] = [13, 9, 9, 1];
 pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
     let session = &fitted.session;
     let mut out = String::new();
-    let mut say = |line: &str| {
+    let mut comment = |line: &str| {
         let _ = writeln!(out, "# {}", one_line(line));
     };
-    say(&format!(
+    comment(&format!(
         "tyres of {}, session {}, fitted by roadbench {}",
         session.ident.bike_id, session.ident.session_id, session.provenance.version
     ));
-    say(&format!("input {}", session.provenance.input_hash));
-    say(&format!("pipeline {}", session.provenance.pipeline_hash));
-    say(
+    comment(&format!("input {}", session.provenance.input_hash));
+    comment(&format!("pipeline {}", session.provenance.pipeline_hash));
+    comment(
         "ISO 8855: x forward, y left, z up; slip_ratio positive driving; a positive slip angle or camber",
     );
-    say(
+    comment(
         "pulls to the right. Forces act where the wheel plane meets the road; rolling resistance is not in Fx.",
     );
-    say(
+    comment(
         "table: longitudinal (slip ratio, upright), lateral (slip angle and camber, no slip ratio), combined",
     );
-    say("(all three at the nominal load; the model's rule, not ridden).");
-    say("ridden: 1 where the side force is within what the ride reached, 0 beyond");
+    comment("(all three at the nominal load; the model's rule, not ridden).");
+    comment("ridden: 1 where the side force is within what the ride reached, 0 beyond");
     for tyre in tyres {
         let t = &tyre.tyre.tyre;
-        say(&format!(
+        comment(&format!(
             "{}: nominal load {:.1} N, rolling radius {:.5} m, rolling resistance {:.5}, relaxation length \
              {:.4} m, road friction {}",
             tyre.axle.name(),

@@ -54,7 +54,7 @@ impl File {
     ) {
         match value {
             Ok((value, row)) => {
-                let note = format!("from {} = {} ({})", row.coefficient, short(value), said(row));
+                let note = format!("from {} = {} ({})", row.coefficient, short(value), origin(row));
                 self.number(key, value * factor, &note);
             }
             Err(_) => self.number(key, 0.0, "placeholder: not available from this session"),
@@ -129,7 +129,7 @@ pub fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting: &Setti
     let wheel = setting.bike.map(|bike| bike.wheel(c.axle));
     file.section("DIMENSION");
     if let Ok((radius, row)) = fitted.value(c.axle, C::EffectiveRollingRadius) {
-        let note = format!("{}, used as free radius too: DREFF = FREFF = 0", said(row));
+        let note = format!("{}, used as free radius too: DREFF = FREFF = 0", origin(row));
         file.number("UNLOADED_RADIUS", radius, &note);
     }
     match wheel {
@@ -176,27 +176,27 @@ pub fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
         }
     };
     file.section("LONG_SLIP_RANGE");
-    let said = note(r.slip_ratio, false);
-    file.number("KPUMIN", ends.slip_ratio[0], &said);
-    file.number("KPUMAX", ends.slip_ratio[1], &said);
+    let note_text = note(r.slip_ratio, false);
+    file.number("KPUMIN", ends.slip_ratio[0], &note_text);
+    file.number("KPUMAX", ends.slip_ratio[1], &note_text);
     file.section("SLIP_ANGLE_RANGE");
-    let said = note(r.slip_angle, true);
-    file.number("ALPMIN", -ends.slip_angle, &said);
-    file.number("ALPMAX", ends.slip_angle, &said);
+    let note_text = note(r.slip_angle, true);
+    file.number("ALPMIN", -ends.slip_angle, &note_text);
+    file.number("ALPMAX", ends.slip_angle, &note_text);
     file.section("INCLINATION_ANGLE_RANGE");
-    let said = note(r.camber, true);
-    file.number("CAMMIN", -ends.camber, &said);
-    file.number("CAMMAX", ends.camber, &said);
+    let note_text = note(r.camber, true);
+    file.number("CAMMIN", -ends.camber, &note_text);
+    file.number("CAMMAX", ends.camber, &note_text);
     file.section("VERTICAL_FORCE_RANGE");
-    let said = match (with_bike, r.acceleration_x) {
+    let note_text = match (with_bike, r.acceleration_x) {
         (true, Some([low, high])) => {
             format!("from the ridden accelerations, {low:.1} to {high:.1} m/s2, and the bike file")
         }
         (true, None) => "placeholder: the static load".to_owned(),
         (false, _) => "placeholder: half to twice the nominal load; give --bikes".to_owned(),
     };
-    file.number("FZMIN", ends.load[0], &said);
-    file.number("FZMAX", ends.load[1], &said);
+    file.number("FZMIN", ends.load[0], &note_text);
+    file.number("FZMAX", ends.load[1], &note_text);
     if c.lateral {
         let most = c.ridden_side();
         file.comment(&format!(
@@ -211,8 +211,8 @@ pub fn short(value: f64) -> String {
 }
 
 /// Where a coefficient comes from, for its comment.
-pub fn said(row: &Coefficient) -> String {
-    let shown = crate::report::session::page::Shown::of(row).interval(" to ");
+pub fn origin(row: &Coefficient) -> String {
+    let shown = crate::report::coefficient_text::CoefficientText::of(row).interval(" to ");
     let interval = if shown.is_empty() { String::new() } else { format!(", 95 % {shown}") };
     match row.status {
         Status::Ok => format!("fitted{interval}"),

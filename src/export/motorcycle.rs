@@ -7,8 +7,8 @@
 //! are shaped to the characterised tyre ([`super::fit`]). The file tells how far its reader ends up
 //! from the characterised tyre, read back and compared over the ranges in the file.
 
-use super::check::{self, Worst};
-use super::file::{self, File, said, short};
+use super::check::{self, LargestErrors};
+use super::file::{self, File, origin, short};
 use super::fit;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
@@ -23,10 +23,10 @@ pub fn write(
     fitted: &Fitted,
     c: &Characterised,
     setting: &Setting<'_>,
-) -> Result<(String, Worst), String> {
+) -> Result<(String, LargestErrors), String> {
     let set = fit::motorcycle(c)?;
     let body = body(fitted, c, setting, &set);
-    let worst = check::worst(&body, c, c.with_bike)?;
+    let worst = check::largest_errors(&body, c, c.with_bike)?;
     let mut top = File::default();
     file::head(&mut top, fitted, c, "motorcycle Magic Formula");
     top.comment("Largest differences from the characterised tyre over these ranges, read back:");
@@ -37,8 +37,9 @@ pub fn write(
 }
 
 fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -> String {
-    let row =
-        |coefficient: C| fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| said(r));
+    let row = |coefficient: C| {
+        fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| origin(r))
+    };
     let mut f = File::default();
     file::units(&mut f);
 

@@ -16,8 +16,8 @@
 //! `Mz = -k_t Fz gamma` at small angles carry over as written. Source of the target form:
 //! Pacejka (2012), Tire and Vehicle Dynamics, 3rd ed., chapter 4.3.2.
 
-use super::check::{self, Worst};
-use super::file::{self, File, said, short};
+use super::check::{self, LargestErrors};
+use super::file::{self, File, origin, short};
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
@@ -34,12 +34,12 @@ pub fn write(
     fitted: &Fitted,
     c: &Characterised,
     setting: &Setting<'_>,
-) -> Result<(String, Option<Worst>), String> {
+) -> Result<(String, Option<LargestErrors>), String> {
     let body = body(fitted, c, setting);
     let mut top = File::default();
     file::head(&mut top, fitted, c, "Magic Formula 6.2, reduced set");
     let whole = c.longitudinal && c.lateral;
-    let worst = if whole { Some(check::worst(&body, c, false)?) } else { None };
+    let worst = if whole { Some(check::largest_errors(&body, c, false)?) } else { None };
     if let Some(worst) = &worst {
         top.comment(
             "Largest differences from the characterised tyre over these ranges, read back (the",
@@ -81,7 +81,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
     file.section("STRUCTURAL");
     match fitted.value(tyre, C::RelaxationLength) {
         Ok((length, row)) if length > 0.0 => {
-            let note = format!("from relaxation_length = {} m ({})", short(length), said(row));
+            let note = format!("from relaxation_length = {} m ({})", short(length), origin(row));
             file.number("LATERAL_STIFFNESS", k_alpha * load / length, &note);
         }
         _ => {
@@ -112,8 +112,9 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
 
 fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised) {
     let mf = &c.tyre.tyre.friction;
-    let row =
-        |coefficient: C| fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| said(r));
+    let row = |coefficient: C| {
+        fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| origin(r))
+    };
     file.section("LONGITUDINAL_COEFFICIENTS");
     // the form has the odd part as a share of the even one
     let e1 = if mf.e1.abs() < 1e-6 { 1e-6 } else { mf.e1 };
@@ -128,8 +129,9 @@ fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised) {
 }
 
 fn lateral(file: &mut File, fitted: &Fitted, c: &Characterised, k_alpha: f64) {
-    let row =
-        |coefficient: C| fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| said(r));
+    let row = |coefficient: C| {
+        fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| origin(r))
+    };
     let (t, d) = (&c.tyre.tyre, c.tyre.tyre.friction.d);
     file.section("LATERAL_COEFFICIENTS");
     file.number("PCY1", 1.3, "placeholder: the ride does not reach the lateral peak");

@@ -1,8 +1,7 @@
 //! The script and the style of the pages: inside each page, or once in a folder beside them.
 //!
-//! They are 91 KB. A page that holds them can be sent to somebody as it is; a few thousand pages
-//! had better share them. A shared file is named by what is in it, so that pages which were not
-//! yet made anew never get those of another version.
+//! They are 91 KB. A page that holds them can be sent as it is; thousands of pages share them. The
+//! name of a shared file is a hash of its content, so that a page of another version never gets it.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -32,8 +31,8 @@ pub(super) const UPLOT_STYLE: &str = include_str!("../../reports/vendor/uplot/uP
 
 /// The folder of the shared files, below that of the pages.
 pub const FOLDER: &str = "assets";
-/// Pages of sessions up to which each holds all it needs, unless somebody says otherwise.
-pub const FEW: usize = 50;
+/// Largest number of pages that each hold all they need, where nothing else is asked for.
+pub const MAX_SELF_CONTAINED: usize = 50;
 /// First bytes of a shared file.
 const ASSET_MARK: &str = "/* roadbench report */\n";
 
@@ -51,7 +50,7 @@ pub enum Pages {
     None,
 }
 
-/// Where a page has its script and style from.
+/// Where a page has its script and style.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Source {
     Page,
@@ -59,8 +58,8 @@ pub(crate) enum Source {
 }
 
 impl Source {
-    /// As it stands at the head of a page.
-    pub(super) fn word(self) -> &'static str {
+    /// Name in the comment at the head of a page.
+    pub(super) fn name(self) -> &'static str {
         match self {
             Source::Page => "self-contained",
             Source::Folder => "shared",
@@ -69,18 +68,18 @@ impl Source {
 }
 
 impl Pages {
-    /// What a page that is written now has them from, one of so many.
+    /// Where a page that is written now has style and script from, given the number of pages.
     pub(super) fn source(self, pages: usize) -> Source {
         match self {
             Pages::SelfContained | Pages::None => Source::Page,
             Pages::Shared => Source::Folder,
-            Pages::Auto if pages > FEW => Source::Folder,
+            Pages::Auto if pages > MAX_SELF_CONTAINED => Source::Folder,
             Pages::Auto => Source::Page,
         }
     }
 
-    /// Whether a page of that kind may stay.
-    pub(super) fn takes(self, source: Source) -> bool {
+    /// Whether an existing page with that source may be kept.
+    pub(super) fn accepts(self, source: Source) -> bool {
         match self {
             Pages::Auto => true,
             Pages::SelfContained => source == Source::Page,
@@ -90,7 +89,7 @@ impl Pages {
     }
 }
 
-/// The files' contents, script first, with their endings.
+/// Extension and content of the shared files, script first.
 fn contents() -> [(&'static str, String); 2] {
     [
         ("js", format!("{ASSET_MARK}{UPLOT_SCRIPT}\n{}", *SCRIPT)),
@@ -98,7 +97,7 @@ fn contents() -> [(&'static str, String); 2] {
     ]
 }
 
-/// What the files are called, but for their endings.
+/// Name of the shared files without extension.
 fn name() -> String {
     let mut hasher = blake3::Hasher::new();
     for (_, text) in contents() {
@@ -107,7 +106,7 @@ fn name() -> String {
     format!("report-{}", &hasher.finalize().to_hex()[..12])
 }
 
-/// Path of the shared files from a page, but for their endings.
+/// Path of the shared files relative to a page, without extension.
 pub(super) fn stem() -> String {
     format!("{FOLDER}/{}", name())
 }
@@ -125,8 +124,8 @@ pub(super) fn write(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Takes away shared files that no page needs any more: those of other versions, and, of pages
-/// that hold all themselves, all. What cannot be removed is left.
+/// Removes the shared files of other versions, and all of them unless they are `needed`. A file that
+/// cannot be removed stays.
 pub(super) fn remove_stale(folder: &Path, needed: bool) {
     let current = name();
     let assets = folder.join(FOLDER);
@@ -141,7 +140,7 @@ pub(super) fn remove_stale(folder: &Path, needed: bool) {
     let _ = std::fs::remove_dir(assets);
 }
 
-/// Whether a file is one that was written here.
+/// Whether a file is a shared file written by roadbench.
 pub(super) fn is_own(file: &[u8]) -> bool {
     file.starts_with(ASSET_MARK.as_bytes())
 }
@@ -152,8 +151,8 @@ mod tests {
 
     #[test]
     fn many_pages_share_unless_somebody_says_otherwise() {
-        assert_eq!(Pages::Auto.source(FEW), Source::Page);
-        assert_eq!(Pages::Auto.source(FEW + 1), Source::Folder);
+        assert_eq!(Pages::Auto.source(MAX_SELF_CONTAINED), Source::Page);
+        assert_eq!(Pages::Auto.source(MAX_SELF_CONTAINED + 1), Source::Folder);
         assert_eq!(Pages::SelfContained.source(10_000), Source::Page);
         assert_eq!(Pages::Shared.source(1), Source::Folder);
     }

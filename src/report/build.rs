@@ -10,7 +10,7 @@ use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
 use crate::report::fleet::{self, page::PAGE};
 use crate::report::run::page as run;
-use crate::report::session::{bench, write::Writer};
+use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::report::{page_names, page_shell};
 use crate::tables::file;
@@ -37,7 +37,7 @@ pub fn update(out: &Path) -> Result<(), Error> {
 /// As [`write()`].
 pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
     let tables = RunTables::read(out)?;
-    let bench = bench::read(out)?;
+    let bench = bench_values::read(out)?;
     let forces = tables::forces(out)?;
     let stored = SessionTables::read(out)?;
     let mut pages = page_names::sessions(tables.sessions.iter().map(|s| s.ident.key()));

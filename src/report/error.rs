@@ -13,7 +13,7 @@ pub enum Error {
          folder that `roadbench run` or `roadbench diagnose` wrote with --out"
     )]
     NotAnOutput {
-        /// The folder.
+        /// The folder that was given.
         path: PathBuf,
     },
     /// A table, or the file of bench values, cannot be read.
@@ -25,9 +25,9 @@ pub enum Error {
     /// A figure cannot be drawn as PNG.
     #[error("cannot draw {path}: {message}")]
     Figure {
-        /// The file.
+        /// The figure's file.
         path: PathBuf,
-        /// Why not.
+        /// What the encoder says.
         message: String,
     },
     /// A template is wrong: our own mistake.

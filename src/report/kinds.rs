@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde_json::json;
 
 use crate::contract::manoeuvre::{Declaration, ManoeuvreKind};
-use crate::report::words;
+use crate::report::labels;
 
 /// The declaration of a kind by its name in the tables; that of `other` where this version does not
 /// know the name.
@@ -18,7 +18,7 @@ pub fn declaration(name: &str) -> &'static Declaration {
 pub fn label(name: &str) -> String {
     match ManoeuvreKind::from_name(name) {
         Some(kind) => kind.declaration().words.to_owned(),
-        None => words::spaced(name),
+        None => labels::spaced(name),
     }
 }
 

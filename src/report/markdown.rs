@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::report::fleet::page::Page as Fleet;
-use crate::report::run::page::Index;
+use crate::report::run::page::Page as Run;
 use crate::report::session::page::Page;
 
 /// Rows of a list; what is left out is counted.
@@ -11,7 +11,7 @@ const LISTED: usize = 30;
 
 /// The run: coefficients by bike, what happened to the fleet, diagnoses, sessions, rejected
 /// inputs, warnings. With one session its own coefficients take the place of the medians.
-pub fn write(run: &Index, fleet: Option<&Fleet>, only: Option<&Page>) -> String {
+pub fn write(run: &Run, fleet: Option<&Fleet>, only: Option<&Page>) -> String {
     let mut out = String::new();
     heading(&mut out, run);
     match only {
@@ -39,7 +39,7 @@ pub fn write(run: &Index, fleet: Option<&Fleet>, only: Option<&Page>) -> String 
 
 // writing to a String cannot fail: the results of `writeln!` are dropped throughout
 
-fn heading(out: &mut String, run: &Index) {
+fn heading(out: &mut String, run: &Run) {
     let title = match run.inputs {
         0 => format!("Diagnoses of {} riding sessions", run.diagnoses.len()),
         1 => "Tyre coefficients from 1 riding session".to_owned(),
@@ -58,10 +58,10 @@ fn session(out: &mut String, page: &Page) {
         head(out, &["coefficient", "value", "unit", "95 % interval", "status"], &[1, 3]);
         for c in &tyre.rows {
             let status = match c.reason.as_str() {
-                "" => c.status_words.to_owned(),
-                reason => format!("{}: {}", c.status_words, text(reason)),
+                "" => c.status_label.to_owned(),
+                reason => format!("{}: {}", c.status_label, text(reason)),
             };
-            row(out, &[text(&c.words), text(&c.value), text(&c.unit), text(&c.interval), status]);
+            row(out, &[text(&c.label), text(&c.value), text(&c.unit), text(&c.interval), status]);
         }
     }
     if !page.missing.is_empty() {
@@ -73,7 +73,7 @@ fn session(out: &mut String, page: &Page) {
     }
 }
 
-fn bikes(out: &mut String, run: &Index) {
+fn bikes(out: &mut String, run: &Run) {
     for bike in &run.bikes {
         let _ = writeln!(out, "\n## {}, {} sessions", text(&bike.bike_id), bike.sessions);
         for tyre in &bike.tyres {
@@ -88,7 +88,7 @@ fn bikes(out: &mut String, run: &Index) {
                 row(
                     out,
                     &[
-                        text(&c.words),
+                        text(&c.label),
                         text(if c.determined == 0 { &c.note } else { &c.median }),
                         text(if c.determined == 0 { "" } else { &c.unit }),
                         text(&c.spread),
@@ -102,14 +102,14 @@ fn bikes(out: &mut String, run: &Index) {
 }
 
 fn events(out: &mut String, fleet: &Fleet) {
-    let _ = writeln!(out, "\n## What happened between the sessions\n\n{}\n", text(&fleet.verdict));
+    let _ = writeln!(out, "\n## Changes between sessions\n\n{}\n", text(&fleet.verdict));
     head(out, &["bike", "what", "since", "sessions", "size", "why"], &[3, 4]);
     for e in fleet.events.iter().take(LISTED) {
         row(
             out,
             &[
                 text(&e.bike),
-                format!("{}, {}", text(&e.words), text(&e.tyre)),
+                format!("{}, {}", text(&e.label), text(&e.tyre)),
                 text(&e.first.name),
                 e.sessions.to_string(),
                 text(&e.size),
@@ -120,7 +120,7 @@ fn events(out: &mut String, fleet: &Fleet) {
     more(out, fleet.events.len());
 }
 
-fn diagnoses(out: &mut String, run: &Index) {
+fn diagnoses(out: &mut String, run: &Run) {
     let _ = writeln!(out, "\n## Diagnoses\n");
     head(out, &["session", "bike", "verdict", "cause"], &[]);
     for d in run.diagnoses.iter().take(LISTED) {
@@ -138,7 +138,7 @@ fn diagnoses(out: &mut String, run: &Index) {
     more(out, run.diagnoses.len());
 }
 
-fn sessions(out: &mut String, run: &Index) {
+fn sessions(out: &mut String, run: &Run) {
     let _ = writeln!(out, "\n## Sessions\n");
     head(out, &["session", "bike", "start", "km", "determined", "warnings"], &[3, 4, 5]);
     for s in run.sessions.iter().take(LISTED) {
@@ -157,7 +157,7 @@ fn sessions(out: &mut String, run: &Index) {
     more(out, run.sessions.len());
 }
 
-fn rejected(out: &mut String, run: &Index) {
+fn rejected(out: &mut String, run: &Run) {
     let _ = writeln!(out, "\n## Rejected\n");
     head(out, &["input", "why"], &[]);
     for r in run.rejected.iter().take(LISTED) {
@@ -166,7 +166,7 @@ fn rejected(out: &mut String, run: &Index) {
     more(out, run.rejected.len());
 }
 
-fn warnings(out: &mut String, run: &Index) {
+fn warnings(out: &mut String, run: &Run) {
     let _ = writeln!(out, "\n## Warnings\n");
     head(out, &["stage", "warning", "sessions", "for example"], &[2]);
     for (stage, code, sessions, _, example) in run.warnings.iter().take(LISTED) {

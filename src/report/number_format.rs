@@ -1,4 +1,4 @@
-//! Numbers for people: as many digits as the uncertainty leaves meaning.
+//! Number formats: as many digits as the uncertainty leaves meaning.
 
 use crate::statistics::order::{SD_PER_MAD, median_of_finite};
 
@@ -39,7 +39,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// The same with the typographic minus, for the page.
+/// A number's text with the typographic minus (U+2212), for pages.
 pub fn typeset(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
@@ -71,6 +71,19 @@ pub fn duration(seconds: f64) -> String {
         60..3600 => format!("{} min {} s", s / 60, s % 60),
         _ => format!("{} h {} min", s / 3600, s % 3600 / 60),
     }
+}
+
+/// An RFC 3339 time with a space for the `T`; anything else as it is.
+pub fn timestamp(text: &str) -> String {
+    match text.split_once('T') {
+        Some((date, time)) if date.len() == 10 => format!("{date} {time}"),
+        _ => text.to_owned(),
+    }
+}
+
+/// `1 session`, `3 sessions`.
+pub fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// Robust standard deviation, 1.4826 MAD; `None` of fewer than two.

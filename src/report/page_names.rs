@@ -1,4 +1,4 @@
-//! File names of the session pages: readable, safe on every system, never the same twice.
+//! File names of pages: readable, valid on every system, unique.
 
 use std::collections::BTreeSet;
 

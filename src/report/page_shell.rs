@@ -77,7 +77,7 @@ pub(super) fn fingerprint(session: &SessionRow, diagnosis: Option<&str>, bench: 
 
 /// Puts a [`fingerprint`] and the source of style and script at the head of a page.
 pub(super) fn stamped(html: &str, fingerprint: &str, source: Source) -> String {
-    html.replacen(MARK, &format!("{MARK}\n{fingerprint}, {} -->", source.word()), 1)
+    html.replacen(MARK, &format!("{MARK}\n{fingerprint}, {} -->", source.name()), 1)
 }
 
 /// Where an existing page has its script and style from, if it has this very [`fingerprint`].
@@ -87,7 +87,7 @@ pub(super) fn source_if_current(page: &Path, fingerprint: &str) -> Option<Source
     std::fs::File::open(page).ok()?.take(most as u64).read_to_end(&mut head).ok()?;
     let rest = head.strip_prefix(MARK.as_bytes())?.strip_prefix(b"\n")?;
     let rest = rest.strip_prefix(fingerprint.as_bytes())?.strip_prefix(b", ")?;
-    [Source::Page, Source::Folder].into_iter().find(|s| rest.starts_with(s.word().as_bytes()))
+    [Source::Page, Source::Folder].into_iter().find(|s| rest.starts_with(s.name().as_bytes()))
 }
 
 /// Removes pages of an earlier build that are not among `pages`. One that cannot be removed stays:

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::report::error::Error;
-use crate::report::words;
+use crate::report::labels;
 use crate::tables::by_session::SessionFiles;
 use crate::tables::read;
 use crate::tables::rows::{
@@ -11,14 +11,14 @@ use crate::tables::rows::{
 };
 
 /// Tables of which one at least makes a folder an output.
-const SIGNS: [&str; 4] = ["sessions", "rejected", "causes", "discrepancies"];
+const OUTPUT_TABLES: [&str; 4] = ["sessions", "rejected", "causes", "discrepancies"];
 
 /// Whether a folder is an output.
 ///
 /// # Errors
 /// [`Error::NotAnOutput`]: it holds none of the tables that a run or a diagnosis writes.
 pub fn check(out: &Path) -> Result<(), Error> {
-    match SIGNS.iter().any(|table| out.join(table).is_dir()) {
+    match OUTPUT_TABLES.iter().any(|table| out.join(table).is_dir()) {
         true => Ok(()),
         false => Err(Error::NotAnOutput { path: out.to_owned() }),
     }
@@ -41,8 +41,8 @@ pub fn sessions(out: &Path) -> Result<Vec<SessionRow>, Error> {
 pub fn coefficients(out: &Path) -> Result<Vec<Coefficient>, Error> {
     let mut rows: Vec<Coefficient> = read::rows(out)?;
     rows.sort_by(|a, b| {
-        (a.ident.key(), words::order(&a.tyre, &a.coefficient))
-            .cmp(&(b.ident.key(), words::order(&b.tyre, &b.coefficient)))
+        (a.ident.key(), labels::order(&a.tyre, &a.coefficient))
+            .cmp(&(b.ident.key(), labels::order(&b.tyre, &b.coefficient)))
     });
     Ok(rows)
 }

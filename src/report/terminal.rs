@@ -1,14 +1,12 @@
-//! What a run prints on stdout: tables a person likes to read. Plain text, at most 100
-//! columns, the same on every terminal.
+//! Tables that a run prints on stdout: plain text, at most 100 columns, no control characters.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use crate::contract::coefficient::Coefficient as C;
+use crate::report::coefficient_text::CoefficientText;
+use crate::report::labels;
 use crate::report::number_format::{self, fixed};
-use crate::report::run::page::count;
-use crate::report::session::page::{Shown, when};
-use crate::report::words;
 use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, Rejected, SessionRow, Status};
 
@@ -32,14 +30,15 @@ const OFFROAD: [(C, &str); 2] =
 pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
     let mut out = String::new();
     line(&mut out, &heading(session));
-    let verdict = words::verdict(coefficients.iter().map(|c| c.status));
+    let verdict = labels::verdict(coefficients.iter().map(|c| c.status));
     let (used, all) = (session.n_used, session.n_manoeuvres);
-    let warnings = count(usize::try_from(session.n_warnings).unwrap_or(0), "warning");
+    let warnings =
+        number_format::count(usize::try_from(session.n_warnings).unwrap_or(0), "warning");
     for text in wrap(&format!("{verdict}; {used} of {all} manoeuvres used; {warnings}"), WIDTH) {
         line(&mut out, &text);
     }
     let mut rows: Vec<&Coefficient> = coefficients.iter().collect();
-    rows.sort_by_key(|c| words::order(&c.tyre, &c.coefficient));
+    rows.sort_by_key(|c| labels::order(&c.tyre, &c.coefficient));
     let mut tyre = "";
     for (i, c) in rows.iter().enumerate() {
         if c.tyre != tyre {
@@ -49,7 +48,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
                 &mut out,
                 &format!(
                     "{:<26}{:>11}   {:<10}{:>22}  {:<6}  status",
-                    clean(words::tyre(tyre)),
+                    clean(labels::tyre(tyre)),
                     "value",
                     "std error",
                     "95 % interval",
@@ -57,7 +56,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
                 ),
             );
         }
-        let shown = Shown::of(c);
+        let shown = CoefficientText::of(c);
         let sign = if shown.std_error.is_empty() { ' ' } else { '±' };
         let value = if shown.value.is_empty() { "-" } else { &shown.value };
         line(
@@ -68,7 +67,7 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
                 value,
                 shown.std_error,
                 shown.interval(" to "),
-                clean(&words::unit(&c.unit)),
+                clean(&labels::unit(&c.unit)),
                 c.status.words()
             ),
         );
@@ -102,7 +101,7 @@ pub fn batch_summary(
         &mut out,
         &format!(
             "{} in, {} out, {} rejected, {}",
-            count(inputs, "session"),
+            number_format::count(inputs, "session"),
             sessions.len(),
             rejected.len(),
             number_format::duration(seconds)
@@ -174,13 +173,13 @@ fn medians(out: &mut String, sessions: &[SessionRow], coefficients: &[Coefficien
 
 fn heading(session: &SessionRow) -> String {
     let mut parts = vec![clean(&session.ident.session_id), clean(&session.ident.bike_id)];
-    parts.extend(session.ident.start_time.as_deref().map(|t| clean(&when(t))));
+    parts.extend(session.ident.start_time.as_deref().map(|t| clean(&number_format::timestamp(t))));
     parts.push(number_format::duration(session.duration));
     parts.extend(session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
     parts.join("  ")
 }
 
-/// Text from a log without control characters: a terminal must not be steered by a file.
+/// Text from a log without control characters, which would act on the terminal.
 fn clean(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -147,7 +147,7 @@ def test_a_manoeuvre_is_picked_out_everywhere(report, browser):
     browser.js("arguments[0].click()", button)
     browser.settle()
     note = browser.driver.find_element(By.ID, "picked")
-    assert note.is_displayed() and "picked out on every chart" in note.text
+    assert note.is_displayed() and "highlighted on every chart" in note.text
     assert ink(browser, holder) != plain
     ActionChains(browser.driver).send_keys(Keys.ESCAPE).perform()
     browser.settle()

@@ -7,7 +7,7 @@ use assert_cmd::Command;
 use roadbench::contract::coefficient::{Coefficient, Id, Source};
 use roadbench::estimate::Config;
 use roadbench::export::fitted::Fitted;
-use roadbench::report::words;
+use roadbench::report::labels;
 use roadbench::simulate::scenario::Scenario;
 use roadbench::simulate::{session, truth};
 use roadbench::tables::rows::Status;
@@ -44,7 +44,7 @@ fn what_inspect_calls_assumed_run_and_the_pages_call_assumed() {
             // the second curvature is assumed where the ride has one side of the curve
             let assumed = row.status == Status::Assumed && id.coefficient != Coefficient::MfE2;
             assert_eq!(assumed, taken, "{id}");
-            let riding = words::riding(&row.tyre, name).expect("known");
+            let riding = labels::riding(&row.tyre, name).expect("known");
             assert_eq!(riding.contains("no riding manoeuvre"), taken, "{id}");
             assert_eq!(group["riding"].as_str(), Some(riding), "{id}");
             seen += 1;

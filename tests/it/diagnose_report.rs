@@ -283,7 +283,7 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
     says(
         &page,
         &[
-            "this ride cannot tell which of several causes it is",
+            "this ride cannot distinguish between several causes",
             "It is one of these:",
             "<strong>the road is banked</strong>",
             "or the roll sensor does not read zero upright",
@@ -295,11 +295,11 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
     says(
         &page,
         &[
-            "Yes, as far as this ride can tell.",
+            "Yes, as far as this ride can show.",
             "Nothing is wrong that this ride could show.",
             "The largest score of any candidate is 0.7",
-            "Nothing is named, so there is nothing to gain.",
-            "What the model leaves",
+            "No cause is named, so there is no improvement to show.",
+            "Residuals of the model",
         ],
     );
     assert!(!page.contains("with the causes<") && !page.contains("id=\"unexplained\""));

@@ -5,14 +5,14 @@ use serde::Serialize;
 use crate::plots::plot::{Axis, Section};
 use crate::report::charts::pack;
 
-/// One chart.
+/// A chart with its data.
 #[derive(Debug, Default, Serialize)]
 pub struct Chart {
     /// Name in the table; also its id on the page.
     pub name: String,
-    /// Heading.
+    /// Heading, above the chart.
     pub title: String,
-    /// A sentence on what is seen.
+    /// A sentence on what is drawn.
     pub caption: String,
     /// Abscissa: label and unit.
     pub x: Label,
@@ -20,7 +20,7 @@ pub struct Chart {
     pub y: Label,
     /// Lines with their bands.
     pub lines: Vec<Line>,
-    /// Data clouds.
+    /// Clouds of samples.
     pub clouds: Vec<Cloud>,
     /// How many data points were drawn.
     pub points: usize,
@@ -49,7 +49,7 @@ pub struct Chart {
     pub height: Option<u32>,
 }
 
-/// A chart without its data: what the page around it says.
+/// A chart without its data: what the template needs.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in [`Chart`]
 pub struct Head<'a> {
@@ -96,7 +96,7 @@ pub fn residuals(charts: &[Chart]) -> Vec<(&str, Vec<Head<'_>>)> {
 /// Label and unit of an axis.
 #[derive(Debug, Default, Serialize)]
 pub struct Label {
-    /// The quantity.
+    /// The quantity along the axis.
     pub label: String,
     /// Unit; empty for pure numbers.
     pub unit: String,
@@ -111,9 +111,9 @@ impl From<Axis> for Label {
 /// A line; `lo` and `hi` are empty where it has no band.
 #[derive(Debug, Default, Serialize)]
 pub struct Line {
-    /// Series.
+    /// Name of the series in the table.
     pub name: String,
-    /// The series in words.
+    /// The series in the legend.
     pub label: String,
     /// Abscissae, rising.
     #[serde(serialize_with = "pack::plain")]
@@ -135,10 +135,10 @@ pub struct Line {
     pub colour: Option<usize>,
 }
 
-/// A data cloud.
+/// A cloud of samples, each property a list in the same order.
 #[derive(Debug, Default, Serialize)]
 pub struct Cloud {
-    /// Series.
+    /// Name of the series in the table.
     pub name: String,
     /// Abscissae.
     #[serde(serialize_with = "pack::plain")]
@@ -179,9 +179,11 @@ pub struct Cloud {
 
 /// A shaded stretch of the abscissa.
 #[derive(Debug, Default, Serialize)]
-#[allow(missing_docs)] // as it says
 pub struct Span {
+    /// Where it starts, in the unit of the abscissa.
     pub from: f64,
+    /// Where it ends.
     pub to: f64,
+    /// Shown when the cursor is in it.
     pub label: String,
 }

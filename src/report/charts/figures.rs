@@ -9,8 +9,8 @@ use crate::plots::catalogue;
 use crate::plots::plot::{Axis, DATA, Plot, Section, TIMELINE};
 use crate::report::charts::chart::{Chart, Cloud, Line};
 use crate::report::charts::resolution::{PARTS, digits_of};
+use crate::report::labels;
 use crate::report::number_format::round;
-use crate::report::words;
 use crate::tables::rows::{Manoeuvre, PlotPoint};
 
 /// Parts of its range that a panel of the time line resolves: it is low, and the panels are half of
@@ -27,33 +27,33 @@ pub struct Figures {
     pub charts: Vec<Chart>,
     /// Panels of the time line.
     pub panels: Vec<Chart>,
-    /// Its segments.
+    /// Manoeuvres, shaded on the time line.
     pub segments: Vec<Segment>,
 }
 
 /// One segment of the time line.
 #[derive(Debug, Default, Serialize)]
 pub struct Segment {
-    /// Its number.
+    /// Number of the manoeuvre in its session.
     pub id: i64,
-    /// What.
+    /// Name of its kind.
     pub kind: String,
-    /// s.
+    /// Start, s from the start of the session.
     pub start: f64,
-    /// s.
+    /// End, s from the start of the session.
     pub end: f64,
-    /// Which way.
+    /// Left, right, outbound or inbound, where the kind has a direction.
     pub direction: Option<String>,
-    /// 0 to 1.
+    /// Quality score, 0 to 1.
     pub quality: Option<f64>,
     /// Whether estimation used it.
     pub used: bool,
-    /// Why not.
+    /// Why it was not used.
     pub reason: Option<String>,
 }
 
-/// Leaves away the time line's abscissae that are those of its first line: the script puts them
-/// back. They would be an eighth of the page.
+/// Removes the abscissae of the time line's lines that equal those of its first line: the script
+/// restores them. They would be an eighth of the page.
 pub fn share_time(panels: &mut [Chart]) {
     let Some(first) = panels.first().and_then(|p| p.lines.first()).map(|l| l.x.clone()) else {
         return;
@@ -119,9 +119,9 @@ fn panels(line: &[&PlotPoint]) -> Vec<Chart> {
         let plot = Plot::new(TIMELINE, "", [TIME, nameless], "");
         if let Some(mut chart) = chart(&plot, PANEL_PARTS, &of(&|n| n == name)) {
             chart.title = name.to_owned();
-            chart.y.label = words::spaced(name);
+            chart.y.label = labels::spaced(name);
             let unit = session.column(name).and_then(|c| c.unit.as_deref());
-            chart.y.unit = unit.map(words::unit).unwrap_or_default();
+            chart.y.unit = unit.map(labels::unit).unwrap_or_default();
             out.push(chart);
         }
     }
@@ -214,7 +214,7 @@ fn line(plot: &Plot, name: &str, decimals: [usize; 2], mut points: Vec<&PlotPoin
     let declared = plot.series.iter().find(|s| s.name == name);
     Line {
         name: name.to_owned(),
-        label: declared.map_or_else(|| words::spaced(name), |s| s.label.to_owned()),
+        label: declared.map_or_else(|| labels::spaced(name), |s| s.label.to_owned()),
         x: points.iter().map(|p| x(p.x)).collect(),
         y: points.iter().map(|p| p.y.map(&y)).collect(),
         lo: edge(|p| p.y_low),

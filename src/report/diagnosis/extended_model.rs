@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::report::diagnosis::labels;
+use crate::report::diagnosis::cause_labels;
+use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::words;
 
 /// The extended model, as `diagnose` wrote it.
 #[derive(Debug, Serialize)]
@@ -29,7 +29,7 @@ pub fn model(text: &str, file: &str) -> Option<Model> {
         let error = error.map(|e| format!(" ± {}", fixed(e, digits))).unwrap_or_default();
         let unit = effect.get("unit").and_then(toml::Value::as_str).unwrap_or_default();
         let size = typeset(&format!("{}{error}", fixed(value, digits)));
-        Some((labels::effect(name), name.clone(), size, words::unit(unit)))
+        Some((cause_labels::effect(name), name.clone(), size, labels::unit(unit)))
     });
     let base = table.get("base").and_then(toml::Value::as_table);
     let base = base.into_iter().flatten().filter_map(|(name, value)| {

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use crate::report::diagnosis::bars::{self, Axis, Levels};
-use crate::report::diagnosis::labels;
+use crate::report::diagnosis::cause_labels;
 use crate::report::diagnosis::overlays::Reproduced;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::{kinds, words};
+use crate::report::{kinds, labels};
 use crate::tables::rows::DiscrepancyRow;
 
 /// One channel while one kind of manoeuvre.
@@ -57,15 +57,15 @@ pub(super) fn levels(row: &DiscrepancyRow) -> Option<Levels> {
 }
 
 pub(super) fn misfit(row: &DiscrepancyRow, axis: Axis) -> Misfit {
-    let (unit, scale) = labels::readable(&row.unit);
+    let (unit, scale) = cause_labels::readable(&row.unit);
     let digits = three(row.noise_floor.min(row.rmse_base) * scale);
     let show = |v: f64| typeset(&fixed(v * scale, digits));
     let with = row.covariate.as_deref().map_or(String::new(), |c| {
         let r = row.correlation.map(|r| format!(" ({})", typeset(&format!("{r:+.2}"))));
-        format!("{}{}", words::spaced(c), r.unwrap_or_default())
+        format!("{}{}", labels::spaced(c), r.unwrap_or_default())
     });
     Misfit {
-        channel: labels::channel(&row.channel, &row.unit),
+        channel: cause_labels::channel(&row.channel, &row.unit),
         name: row.channel.clone(),
         kind: kinds::label(&row.kind),
         unit,
@@ -84,13 +84,13 @@ fn three(value: f64) -> usize {
 }
 
 pub(super) fn change(row: &Reproduced) -> Change {
-    let (unit, scale) = labels::readable(&row.unit);
+    let (unit, scale) = cause_labels::readable(&row.unit);
     let digits = three(row.extended.map_or(row.base, |e| e.min(row.base)) * scale);
     let show = |v: f64| typeset(&fixed(v * scale, digits));
     let longest = row.extended.map_or(row.base, |e| e.max(row.base));
     let change = row.extended.filter(|_| row.base > 0.0).map(|e| 100.0 * (e / row.base - 1.0));
     Change {
-        channel: labels::channel(&row.channel, &row.unit),
+        channel: cause_labels::channel(&row.channel, &row.unit),
         name: row.channel.clone(),
         unit,
         base: show(row.base),

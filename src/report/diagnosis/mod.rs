@@ -1,8 +1,8 @@
 //! The pages of diagnosed sessions.
 
 pub mod bars;
+pub mod cause_labels;
 pub mod extended_model;
-pub mod labels;
 pub mod misfits;
 pub mod outcome;
 pub mod overlays;

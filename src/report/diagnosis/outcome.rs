@@ -3,9 +3,8 @@
 use serde::Serialize;
 
 use crate::contract::verdict::Verdict;
-use crate::report::diagnosis::labels;
-use crate::report::number_format::fixed;
-use crate::report::session::page::when;
+use crate::report::diagnosis::cause_labels;
+use crate::report::number_format::{self, fixed};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// What a ride says, in the end.
@@ -31,7 +30,7 @@ pub enum Outcome {
 pub struct Finding {
     /// Name in the table.
     pub name: String,
-    /// What happens.
+    /// What the effect does, as a clause.
     pub sentence: String,
     /// Its size with unit.
     pub size: String,
@@ -79,7 +78,7 @@ pub fn entry(ident: &Ident, href: &str, causes: &[CauseRow], rows: &[Discrepancy
         href: href.to_owned(),
         session_id: ident.session_id.clone(),
         bike_id: ident.bike_id.clone(),
-        start: ident.start_time.as_deref().map(when).unwrap_or_default(),
+        start: ident.start_time.as_deref().map(number_format::timestamp).unwrap_or_default(),
         outcome,
         verdict: match outcome {
             Outcome::Named => "named",
@@ -118,14 +117,14 @@ pub(super) fn findings(causes: &[CauseRow]) -> Vec<Finding> {
         .iter()
         .filter(|c| is_found(c))
         .map(|c| {
-            let (size, interval) = labels::size(c);
+            let (size, interval) = cause_labels::size(c);
             Finding {
                 name: c.effect.clone(),
-                sentence: labels::effect(&c.effect),
+                sentence: cause_labels::effect(&c.effect),
                 size,
                 interval,
-                or: equivalents(c).into_iter().map(labels::effect).collect(),
-                level: labels::level(&c.level),
+                or: equivalents(c).into_iter().map(cause_labels::effect).collect(),
+                level: cause_labels::level(&c.level),
             }
         })
         .collect()
@@ -148,7 +147,7 @@ pub(super) fn verdict(
             },
         ),
         Outcome::Ambiguous => (
-            "No, and this ride cannot tell which of several causes it is.",
+            "No, and this ride cannot distinguish between several causes.",
             match findings.len() {
                 1 => "It is one of these:".to_owned(),
                 n => format!("There are {n}, and each is one of these:"),
@@ -162,15 +161,16 @@ pub(super) fn verdict(
             ),
         ),
         Outcome::Null => (
-            "Yes, as far as this ride can tell.",
+            "Yes, as far as this ride can show.",
             "Nothing is wrong that this ride could show.".to_owned(),
         ),
         Outcome::Blind => {
-            ("That cannot be said.", "This ride can show none of the candidates.".to_owned())
+            ("This ride cannot show it.", "It would show none of the candidates.".to_owned())
         }
         Outcome::Unjudged => (
             "There is no verdict.",
-            "The table causes has no row of this ride; what the model leaves is below.".to_owned(),
+            "The table causes has no row of this ride; the residuals of the model are below."
+                .to_owned(),
         ),
     }
 }
@@ -189,8 +189,8 @@ pub(super) fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
         let score = fixed(top.score, 1);
         out.push(if top.score > 1.0 {
             format!(
-                "The largest score is {score}, of “{}”: beyond 1, but it did not stand up: {}.",
-                labels::effect(&top.effect),
+                "The largest score is {score}, of “{}”: beyond 1, but not confirmed: {}.",
+                cause_labels::effect(&top.effect),
                 top.reason.trim_end_matches('.')
             )
         } else {

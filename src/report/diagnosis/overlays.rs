@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use crate::report::charts::chart::{Chart, Label, Line};
 use crate::report::charts::resolution::digits;
-use crate::report::diagnosis::labels;
+use crate::report::diagnosis::cause_labels;
 use crate::report::number_format::{self, fixed, round, typeset};
-use crate::report::{kinds, words};
+use crate::report::{kinds, labels};
 use crate::tables::rows::{DiscrepancyRow, SimulatedSample};
 
 /// Most overlays on a page.
@@ -20,9 +20,9 @@ const LOW: u32 = 150;
 /// An overlay: the chart over its residual.
 #[derive(Debug, Serialize)]
 pub struct Overlay {
-    /// Heading.
+    /// Channel and kind of manoeuvre.
     pub title: String,
-    /// What is seen.
+    /// Which manoeuvre is drawn, and its error under each model.
     pub caption: String,
     /// The misfit that it stands for, where a residual led to it.
     pub note: String,
@@ -35,7 +35,7 @@ pub struct Overlay {
 /// How a signal is reproduced over the whole ride.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reproduced {
-    /// The signal.
+    /// Name of the channel, as in the table.
     pub channel: String,
     /// Its unit in the table.
     pub unit: String,
@@ -116,16 +116,16 @@ pub fn overlays(
             break;
         }
         let own = |name: &str| open.iter().position(|g| g.kind == row.kind && g.channel == name);
-        let near = labels::seen_in(&row.channel);
+        let near = cause_labels::signals_of(&row.channel);
         let place = own(&row.channel).or_else(|| near.iter().find_map(|name| own(name)));
         if let Some(place) = place {
             let with = row
                 .covariate
                 .as_deref()
-                .map_or(String::new(), |c| format!(", which goes with {}", words::spaced(c)));
+                .map_or(String::new(), |c| format!(", correlated with {}", labels::spaced(c)));
             let note = format!(
                 "Shows the misfit of the {}{with}.",
-                labels::channel(&row.channel, &row.unit)
+                cause_labels::channel(&row.channel, &row.unit)
             );
             picked.push((open.remove(place), note));
         }
@@ -139,9 +139,9 @@ pub fn overlays(
         let first = charts.len();
         let pair = pair(run, &format!("overlay-{}", out.len()));
         let kind = kinds::label(group.kind);
-        let what = labels::channel(group.channel, &run[0].unit);
+        let what = cause_labels::channel(group.channel, &run[0].unit);
         out.push(Overlay {
-            title: format!("{} · {kind}", labels::sentence(&what)),
+            title: format!("{} · {kind}", cause_labels::sentence(&what)),
             caption: caption(run, of),
             note,
             labels: [
@@ -164,7 +164,7 @@ fn representative<'a>(runs: &[Run<'a>]) -> Option<(Run<'a>, usize)> {
 }
 
 fn caption(run: Run<'_>, of: usize) -> String {
-    let (unit, scale) = labels::readable(&run[0].unit);
+    let (unit, scale) = cause_labels::readable(&run[0].unit);
     let gap = if unit.is_empty() || unit == "°" { "" } else { " " };
     let show = |v: f64| {
         let v = v * scale;
@@ -177,12 +177,12 @@ fn caption(run: Run<'_>, of: usize) -> String {
         1 => "the only one".to_owned(),
         n => format!("the middle one of {n} by misfit"),
     };
-    format!("Manoeuvre {}, {which}. Root mean square off: {base}{with}.", run[0].manoeuvre)
+    format!("Manoeuvre {}, {which}. Root mean square error: {base}{with}.", run[0].manoeuvre)
 }
 
 /// Measured, base and extended; under it what each leaves.
 fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
-    let (unit, scale) = labels::readable(&run[0].unit);
+    let (unit, scale) = cause_labels::readable(&run[0].unit);
     let scaled = |v: Option<f64>| v.map(|v| v * scale);
     let all = run.iter().flat_map(|r| [r.measured, r.base, r.extended]).flatten();
     let decimals = digits(all.map(|v| v * scale));
@@ -206,7 +206,7 @@ fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
         lines: lines.into_iter().flatten().collect(),
         ..Chart::default()
     };
-    let what = labels::channel(&run[0].channel, &run[0].unit);
+    let what = cause_labels::channel(&run[0].channel, &run[0].unit);
     let over = chart(
         vec![
             line("measured", 0, &|r| r.measured),
@@ -220,7 +220,7 @@ fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
             line(BASE, 1, &|r| Some(r.measured? - r.base?)),
             line(EXTENDED, 2, &|r| Some(r.measured? - r.extended?)),
         ],
-        "what is left".to_owned(),
+        "residual".to_owned(),
     );
     under.height = Some(LOW);
     [over, under]
@@ -305,7 +305,7 @@ mod tests {
         };
         let (overlays, _) = overlays(&rows, &[&row]);
         assert!(overlays[0].title.starts_with("Steering angle"), "{overlays:?}");
-        assert!(overlays[0].note.contains("goes with roll"));
+        assert!(overlays[0].note.contains("correlated with roll"));
         assert!(overlays[1].title.starts_with("Speed"));
     }
 

@@ -1,18 +1,17 @@
-//! What the page of a diagnosed session says: the rows of `causes` and `discrepancies` in words, in
-//! the order of the questions they answer.
+//! The content of a diagnosed session's page: the rows of `causes` and `discrepancies`, in the order
+//! of the questions that they answer.
 
 use serde::Serialize;
 
 use crate::contract::verdict::Verdict;
 use crate::report::diagnosis::bars::{self, Axis, Levels};
-use crate::report::diagnosis::labels::{self, sentence};
+use crate::report::diagnosis::cause_labels::{self, sentence};
 use crate::report::diagnosis::misfits::{Change, Misfit, change, levels, misfit, worst_first};
 use crate::report::diagnosis::outcome::{
     Finding, Outcome, equivalents, findings, is_candidate, is_found, outcome, remarks, verdict,
 };
 use crate::report::diagnosis::overlays::Reproduced;
-use crate::report::number_format::{fixed, typeset};
-use crate::report::session::page::when;
+use crate::report::number_format::{self, fixed, typeset};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// Candidates that are shown before the reader asks for the rest.
@@ -21,17 +20,17 @@ const SHOWN: usize = 8;
 /// One diagnosed session's page, as its template reads it.
 #[derive(Debug, Serialize)]
 pub struct Page {
-    /// The session.
+    /// Id of the session, as in the tables.
     pub session_id: String,
-    /// The bike.
+    /// Id of the bike, as in the tables.
     pub bike_id: String,
     /// Start of the session.
     pub start: String,
     /// What the ride says.
     pub outcome: Outcome,
-    /// Yes or no.
+    /// Whether the model reproduces the ride, in one sentence.
     pub answer: &'static str,
-    /// The verdict.
+    /// What is wrong, as far as it is known.
     pub verdict: String,
     /// Further sentences.
     pub remarks: Vec<String>,
@@ -39,7 +38,7 @@ pub struct Page {
     pub findings: Vec<Finding>,
     /// Misfits that are structured, the worst first.
     pub misfits: Vec<Misfit>,
-    /// The others.
+    /// Misfits within what null simulations show.
     pub others: Vec<Misfit>,
     /// Ticks of the misfits' axis.
     pub ticks: String,
@@ -59,7 +58,7 @@ pub struct Page {
     pub unseen: Vec<(String, Vec<(String, String)>)>,
 }
 
-/// One candidate.
+/// One line of the list of candidates.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
 pub struct Candidate {
@@ -96,7 +95,8 @@ pub struct Gain {
     pub share: String,
 }
 
-/// Puts a diagnosis in words. `reproduced` are the channels before and after.
+/// The content of one page. `reproduced` are the errors of each channel with the base model and with
+/// the causes.
 pub fn build(
     ident: &Ident,
     causes: &[CauseRow],
@@ -110,26 +110,26 @@ pub fn build(
     let levels: Vec<Levels> = sorted.iter().filter_map(|r| levels(r)).collect();
     let axis = Axis::of(&levels);
     let (misfits, others) = sorted.iter().partition::<Vec<&DiscrepancyRow>, _>(|r| r.structured);
-    let tell = |rows: Vec<&DiscrepancyRow>| rows.into_iter().map(|r| misfit(r, axis)).collect();
+    let lines = |rows: Vec<&DiscrepancyRow>| rows.into_iter().map(|r| misfit(r, axis)).collect();
     let mut candidates: Vec<Candidate> = causes
         .iter()
         .filter(|c| is_candidate(c) && c.verdict != Verdict::NotIdentifiable.name())
         .map(candidate)
         .collect();
-    // whoever is over the threshold is shown, however many
+    // every candidate over the threshold is shown, however many they are
     let over = candidates.iter().filter(|c| c.class != "rest").count();
     let more = candidates.split_off(SHOWN.max(over).min(candidates.len()));
     Page {
         session_id: ident.session_id.clone(),
         bike_id: ident.bike_id.clone(),
-        start: ident.start_time.as_deref().map(when).unwrap_or_default(),
+        start: ident.start_time.as_deref().map(number_format::timestamp).unwrap_or_default(),
         outcome,
         answer,
         verdict,
         remarks: remarks(outcome, causes),
         findings,
-        misfits: tell(misfits),
-        others: tell(others),
+        misfits: lines(misfits),
+        others: lines(others),
         ticks: axis.ticks(),
         extended: discrepancies.iter().any(|r| r.rmse_extended.is_some()),
         candidates,
@@ -142,11 +142,11 @@ pub fn build(
 }
 
 fn candidate(row: &CauseRow) -> Candidate {
-    let (size, interval) = labels::size(row);
+    let (size, interval) = cause_labels::size(row);
     Candidate {
         name: row.effect.clone(),
-        sentence: labels::effect(&row.effect),
-        verdict: labels::verdict(&row.verdict),
+        sentence: cause_labels::effect(&row.effect),
+        verdict: cause_labels::verdict(&row.verdict),
         class: match Verdict::from_name(&row.verdict) {
             Some(Verdict::Named) => "named",
             Some(Verdict::Ambiguous) => "ambiguous",
@@ -158,7 +158,7 @@ fn candidate(row: &CauseRow) -> Candidate {
         size,
         interval,
         alarms: percent(row.false_alarm_rate),
-        level: labels::level(&row.level),
+        level: cause_labels::level(&row.level),
         reason: row.reason.clone(),
     }
 }
@@ -173,7 +173,9 @@ fn rivals(causes: &[CauseRow]) -> Vec<Rivals> {
         .map(|c| {
             let names = std::iter::once(c.effect.as_str()).chain(equivalents(c));
             Rivals {
-                members: names.map(|n| (sentence(&labels::effect(n)), n.to_owned())).collect(),
+                members: names
+                    .map(|n| (sentence(&cause_labels::effect(n)), n.to_owned()))
+                    .collect(),
                 separate_by: c.separate_by.clone().unwrap_or_default(),
             }
         })
@@ -203,7 +205,7 @@ fn unseen(causes: &[CauseRow]) -> Vec<(String, Vec<(String, String)>)> {
     for c in causes.iter().filter(|c| c.verdict == Verdict::NotIdentifiable.name()) {
         let ride =
             c.separate_by.clone().filter(|s| !s.is_empty()).unwrap_or_else(|| c.reason.clone());
-        let item = (labels::effect(&c.effect), c.effect.clone());
+        let item = (cause_labels::effect(&c.effect), c.effect.clone());
         match out.iter_mut().find(|(r, _)| *r == ride) {
             Some((_, items)) => items.push(item),
             None => out.push((ride, vec![item])),

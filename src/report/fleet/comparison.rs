@@ -6,18 +6,18 @@ use serde::Serialize;
 
 use crate::report::fleet::tables::FleetTables;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::{inline_svg, words};
+use crate::report::{inline_svg, labels};
 use crate::statistics::order::median_of_finite;
 use crate::tables::rows::FleetRow;
 
 /// One coefficient over the bikes.
 #[derive(Debug, Serialize)]
 pub struct Compared {
-    /// In words.
-    pub words: String,
+    /// What the coefficient is called.
+    pub label: String,
     /// Name in the tables.
     pub name: String,
-    /// Unit.
+    /// SI unit; empty for pure numbers.
     pub unit: String,
     /// Ends of the common axis.
     pub axis: (String, String),
@@ -49,9 +49,9 @@ pub struct Row {
 pub struct Boxes {
     /// Tyre and coefficient, as in the tables.
     pub name: String,
-    /// Heading.
+    /// Tyre and coefficient, as people read them.
     pub title: String,
-    /// Unit.
+    /// SI unit; empty for pure numbers.
     pub unit: String,
     /// Bikes with their values.
     pub groups: Vec<(String, Vec<f64>)>,
@@ -66,10 +66,10 @@ pub fn boxes(fleet: &FleetTables<'_>) -> Vec<Boxes> {
             name: format!("{}_{}", rows[0].tyre, rows[0].coefficient),
             title: format!(
                 "{} · {}",
-                words::tyre(&rows[0].tyre),
-                words::coefficient(&rows[0].coefficient)
+                labels::tyre(&rows[0].tyre),
+                labels::coefficient(&rows[0].coefficient)
             ),
-            unit: words::unit(&rows[0].unit),
+            unit: labels::unit(&rows[0].unit),
             groups: rows
                 .iter()
                 .flat_map(|row| {
@@ -111,7 +111,7 @@ fn by_model(fleet: &FleetTables<'_>, row: &FleetRow) -> ByModel {
 pub fn by_tyre(fleet: &FleetTables<'_>, open: bool) -> Vec<(String, Vec<Compared>)> {
     let mut out: Vec<(String, Vec<Compared>)> = Vec::new();
     for rows in &fleet.coefficients() {
-        let title = words::tyre(&rows[0].tyre);
+        let title = labels::tyre(&rows[0].tyre);
         if out.last().is_none_or(|(t, _)| t != title) {
             out.push((title.to_owned(), Vec::new()));
         }
@@ -140,9 +140,9 @@ fn coefficient(fleet: &FleetTables<'_>, rows: &[&FleetRow], open: bool) -> Compa
         })
     });
     Compared {
-        words: words::coefficient(&rows[0].coefficient).to_owned(),
+        label: labels::coefficient(&rows[0].coefficient).to_owned(),
         name: rows[0].coefficient.clone(),
-        unit: words::unit(&rows[0].unit),
+        unit: labels::unit(&rows[0].unit),
         axis: (typeset(&fixed(low, digits)), typeset(&fixed(high, digits))),
         open,
         rows: lines.collect(),

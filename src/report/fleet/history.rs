@@ -9,8 +9,8 @@ use crate::report::charts::chart::{Chart, Cloud, Label, Line, Span};
 use crate::report::charts::resolution;
 use crate::report::fleet::event_kind;
 use crate::report::fleet::tables::{FleetTables, SessionEstimate};
+use crate::report::labels;
 use crate::report::number_format::round;
-use crate::report::words;
 
 /// Largest number of charts over time.
 const CHARTS: usize = 40;
@@ -79,7 +79,7 @@ impl<'a> History<'a> {
     fn chart(&self, bike: &str, tyre: &str, name: &str) -> Chart {
         let mut rows = self.fleet.rows.iter();
         let row = rows.find(|r| r.bike_id == bike && r.tyre == tyre && r.coefficient == name);
-        let unit = row.map(|r| words::unit(&r.unit)).unwrap_or_default();
+        let unit = row.map(|r| labels::unit(&r.unit)).unwrap_or_default();
         let spans = self.events(bike, &format!("{tyre} {name}"));
         let happened: Vec<&str> = spans.iter().map(|s| s.label.as_str()).collect();
         let caption = match happened.is_empty() {
@@ -90,7 +90,7 @@ impl<'a> History<'a> {
         let (cloud, line) = self.series();
         Chart {
             name: format!("{bike}_{tyre}_{name}_over_time"),
-            title: format!("{bike} · {tyre} · {}", words::coefficient(name)),
+            title: format!("{bike} · {tyre} · {}", labels::coefficient(name)),
             caption,
             x: Label { label: across.to_owned(), unit: String::new() },
             y: Label { label: "value".to_owned(), unit },
@@ -110,7 +110,7 @@ impl<'a> History<'a> {
         let some = |v: f32| Some(put(v)).filter(|v| v.is_finite());
         let mut cloud = Cloud {
             name: "sessions".into(),
-            label: "a session alone, 95 % interval".into(),
+            label: "single session, 95 % interval".into(),
             r: Some(3.0),
             ..Cloud::default()
         };
@@ -131,7 +131,7 @@ impl<'a> History<'a> {
         };
         let line = Line {
             name: "pooled".into(),
-            label: "with its siblings' help".into(),
+            label: "pooled with the other sessions".into(),
             x: self.points.iter().map(|(x, _)| *x).collect(),
             y: pooled(|s| s.pooled),
             lo: pooled(|s| s.low),

@@ -9,10 +9,8 @@ use crate::report::charts::chart::Chart;
 use crate::report::fleet::comparison::{self, Compared};
 use crate::report::fleet::tables::FleetTables;
 use crate::report::fleet::{event_kind, history, ratios};
+use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::run::page::count;
-use crate::report::session::page::when;
-use crate::report::words;
 use crate::tables::rows::EventRow;
 
 /// File name of the page.
@@ -23,7 +21,7 @@ const UNFOLDED: usize = 12;
 /// The fleet's page, as its template reads it.
 #[derive(Debug, Serialize)]
 pub struct Page {
-    /// Bikes.
+    /// Number of bikes.
     pub bikes: usize,
     /// The line that sums it up.
     pub verdict: String,
@@ -44,17 +42,17 @@ pub struct Page {
 pub struct Link {
     /// Its page; empty where it has none.
     pub href: String,
-    /// Its name.
+    /// Id of the session.
     pub name: String,
 }
 
-/// One event.
+/// One line of the list of events.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
 pub struct Event {
     pub bike: String,
     pub kind: String,
-    pub words: String,
+    pub label: String,
     pub tyre: String,
     pub coefficients: String,
     pub first: Link,
@@ -74,15 +72,16 @@ pub fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
     for event in *events {
         *kinds.entry(event_kind::label(&event.kind)).or_default() += 1;
     }
-    let happened: Vec<String> = kinds.iter().map(|(what, n)| count(*n, what)).collect();
+    let happened: Vec<String> =
+        kinds.iter().map(|(what, n)| number_format::count(*n, what)).collect();
     let verdict = match happened.is_empty() {
-        true => "Nothing but scatter: no bike changed from one session to the next.".to_owned(),
+        true => "No bike changed by more than the scatter between sessions.".to_owned(),
         false => format!("{}.", happened.join(", ")),
     };
     let alarm = events.first().map(|e| e.false_alarm_rate).filter(|a| *a > 0.0);
     let sub = match alarm {
         Some(rate) => format!(
-            "Of bikes to which nothing happened {} % get an event all the same.",
+            "False alarms: {} % of bikes without a change get an event.",
             fixed(100.0 * rate, number_format::decimals_of(100.0 * rate, None).min(1))
         ),
         None => String::new(),
@@ -104,20 +103,20 @@ fn event(fleet: &FleetTables<'_>, e: &EventRow) -> Event {
     Event {
         bike: e.bike_id.clone(),
         kind: e.kind.clone(),
-        words: event_kind::label(&e.kind).to_owned(),
+        label: event_kind::label(&e.kind).to_owned(),
         tyre: e.tyre.clone(),
         coefficients: e
             .coefficients
             .split(", ")
             .map(|c| match c.split_once(' ') {
-                Some((tyre, name)) => format!("{tyre} {}", words::coefficient(name)),
+                Some((tyre, name)) => format!("{tyre} {}", labels::coefficient(name)),
                 None => c.to_owned(),
             })
             .collect::<Vec<_>>()
             .join("; "),
         first: link(fleet, &e.bike_id, &e.first_session),
         last: link(fleet, &e.bike_id, &e.last_session),
-        when: e.first_time.as_deref().map(when).unwrap_or_default(),
+        when: e.first_time.as_deref().map(number_format::timestamp).unwrap_or_default(),
         sessions: e.n_sessions,
         size: e
             .size

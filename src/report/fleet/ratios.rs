@@ -1,12 +1,12 @@
-//! What the fleet's page says of the side force ratios: each tyre's, or why it has none.
+//! Side force ratios on the fleet's page: each tyre's, or why it has none.
 
 use std::collections::BTreeSet;
 
 use serde::Serialize;
 
 use crate::contract::coefficient::Coefficient;
+use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::words;
 use crate::tables::rows::{FleetRow, RatioRow, Status};
 
 /// One tyre's ratio.
@@ -22,13 +22,13 @@ pub struct Ratio {
     pub interval: String,
     pub stiffness: String,
     pub status: &'static str,
-    pub status_words: &'static str,
+    pub status_label: &'static str,
     pub sign: &'static str,
     pub reason: String,
 }
 
 /// The ratios that there are, in the fleet's order, and a sentence on the tyres that have none; `None`
-/// where no ride told the lateral friction that they are of.
+/// where no session determined the lateral friction that they are estimated from.
 pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, String)> {
     let had: BTreeSet<(&str, &str)> =
         rows.iter().map(|r| (r.bike_id.as_str(), r.tyre.as_str())).collect();
@@ -45,7 +45,7 @@ pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, Strin
     let none = match lacking.is_empty() {
         true => String::new(),
         false => format!(
-            "Not available for {}: a line needs six sessions of one tyre that determine both.",
+            "Not available for {}: a line needs six sessions of one tyre that determine lateral friction and slip angle.",
             lacking.join(", ")
         ),
     };
@@ -54,15 +54,15 @@ pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, Strin
 
 fn ratio(row: &RatioRow) -> Ratio {
     let status = row.status;
-    // a value whose interval is open says nothing
-    let told = status != Status::NotAvailable;
-    let ends = row.ci95_low.zip(row.ci95_high).filter(|_| told);
-    let value = row.side_force_ratio.filter(|_| told);
+    // a value whose interval is open means nothing
+    let available = status != Status::NotAvailable;
+    let ends = row.ci95_low.zip(row.ci95_high).filter(|_| available);
+    let value = row.side_force_ratio.filter(|_| available);
     let digits = |v: f64| number_format::decimals_of(v, ends.map(|(low, high)| 0.5 * (high - low)));
     let show = |v: f64| typeset(&fixed(v, value.map_or(3, digits)));
     Ratio {
         bike: row.bike_id.clone(),
-        tyre: words::tyre(&row.tyre).to_owned(),
+        tyre: labels::tyre(&row.tyre).to_owned(),
         sessions: row.n_sessions,
         first: row.first_session.clone(),
         last: row.last_session.clone(),
@@ -70,11 +70,11 @@ fn ratio(row: &RatioRow) -> Ratio {
         interval: ends.map(|(l, h)| format!("{} to {}", show(l), show(h))).unwrap_or_default(),
         stiffness: row
             .cornering_stiffness_0
-            .filter(|_| told)
+            .filter(|_| available)
             .map(|k| typeset(&fixed(k, number_format::decimals_of(k, Some(0.05 * k.abs())))))
             .unwrap_or_default(),
         status: status.name(),
-        status_words: status.words(),
+        status_label: status.words(),
         sign: status.sign(),
         reason: row.reason.clone().unwrap_or_default(),
     }
@@ -119,7 +119,7 @@ mod tests {
             (ratios[0].value.as_str(), ratios[0].interval.as_str()),
             ("0.091", "0.081 to 0.101")
         );
-        assert_eq!(ratios[0].status_words, "determined");
+        assert_eq!(ratios[0].status_label, "determined");
         assert_eq!((ratios[1].value.as_str(), ratios[1].interval.as_str()), ("", ""));
         assert_eq!(ratios[1].reason, "all ride alike");
         assert!(none.starts_with("Not available for c rear:"), "{none}");

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::report::error::Error;
-use crate::report::words;
+use crate::report::labels;
 use crate::tables::read;
 use crate::tables::registry::Row;
 use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow, Status};
@@ -17,8 +17,8 @@ use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow, S
 pub fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
     let mut rows: Vec<FleetRow> = read::rows(out)?;
     rows.sort_by(|a, b| {
-        (&a.bike_id, words::order(&a.tyre, &a.coefficient))
-            .cmp(&(&b.bike_id, words::order(&b.tyre, &b.coefficient)))
+        (&a.bike_id, labels::order(&a.tyre, &a.coefficient))
+            .cmp(&(&b.bike_id, labels::order(&b.tyre, &b.coefficient)))
     });
     Ok(rows)
 }
@@ -133,7 +133,7 @@ impl FleetTables<'_> {
     pub fn coefficients(&self) -> Vec<Vec<&FleetRow>> {
         let mut names: BTreeMap<_, Vec<&FleetRow>> = BTreeMap::new();
         for row in self.rows.iter().filter(|r| r.n_sessions > 0) {
-            names.entry(words::order(&row.tyre, &row.coefficient)).or_default().push(row);
+            names.entry(labels::order(&row.tyre, &row.coefficient)).or_default().push(row);
         }
         names.into_values().collect()
     }

@@ -1,29 +1,28 @@
-//! What the run's first page says: counts, each bike's tyres over its sessions, what was
-//! rejected and why.
+//! The content of the run's page: counts, each bike's tyres over its sessions, what was rejected
+//! and why.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::session::page::when;
 use crate::report::tables::RunTables;
-use crate::report::{diagnosis, inline_svg, words};
+use crate::report::{diagnosis, inline_svg, labels};
 use crate::statistics::order::median_of_finite;
 use crate::tables::rows::{Coefficient, FleetRow, Rejected, SessionRow, Status, WarningRow};
 
 /// The run's page, as its template reads it.
 #[derive(Debug, Serialize)]
-pub struct Index {
-    /// Inputs in all.
+pub struct Page {
+    /// Number of inputs, used and rejected.
     pub inputs: usize,
     /// The line that sums it up.
     pub verdict: String,
     /// Sum of durations and distances.
     pub ridden: String,
-    /// Each bike.
+    /// One per bike, by its id.
     pub bikes: Vec<BikePart>,
-    /// Each session.
+    /// One per session, by bike and id.
     pub sessions: Vec<Entry>,
     /// Whether there is a page of the fleet, and how many events it tells of.
     pub fleet: Option<usize>,
@@ -40,20 +39,20 @@ pub struct Index {
 /// One bike's coefficients over its sessions.
 #[derive(Debug, Serialize)]
 pub struct BikePart {
-    /// The bike.
+    /// Id of the bike, as in the tables.
     pub bike_id: String,
     /// How many sessions.
     pub sessions: usize,
     /// Whether the table `fleet` says more than the medians.
     pub fleet: bool,
-    /// Its tyres.
+    /// Front, rear and vehicle, as far as there are coefficients.
     pub tyres: Vec<TyrePart>,
 }
 
 /// One tyre of a bike.
 #[derive(Debug, Serialize)]
 pub struct TyrePart {
-    /// Heading.
+    /// Heading over the tyre's coefficients.
     pub title: String,
     /// Tyre models ridden.
     pub models: String,
@@ -65,7 +64,7 @@ pub struct TyrePart {
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // headings of the table in the template
 pub struct Overview {
-    pub words: String,
+    pub label: String,
     pub name: String,
     pub unit: String,
     pub median: String,
@@ -97,13 +96,14 @@ pub struct Entry {
     pub warnings: usize,
 }
 
-/// Puts a run's tables in words. `pages` are the sessions' files, in the sessions' order.
+/// The content of the page but for fleet and diagnoses. `pages` are the sessions' pages, in the
+/// sessions' order.
 pub fn build(
     tables: &RunTables,
     pages: &[String],
     rejected: Vec<Rejected>,
     fleet: &[FleetRow],
-) -> Index {
+) -> Page {
     let RunTables { sessions, coefficients, warnings } = tables;
     let mut versions: BTreeSet<&str> =
         sessions.iter().map(|s| s.provenance.version.as_str()).collect();
@@ -112,18 +112,18 @@ pub fn build(
     let duration: f64 = sessions.iter().map(|s| s.duration).filter(|d| d.is_finite()).sum();
     let distance: f64 = sessions.iter().filter_map(|s| s.distance).sum();
     let bikes: BTreeSet<&str> = sessions.iter().map(|s| s.ident.bike_id.as_str()).collect();
-    Index {
+    Page {
         inputs,
         verdict: format!(
-            "{} of {} came through; {} rejected; {} raised.",
+            "{} of {} processed; {} rejected; {}.",
             sessions.len(),
-            count(inputs, "session"),
+            number_format::count(inputs, "session"),
             rejected.len(),
-            count(warnings.len(), "warning")
+            number_format::count(warnings.len(), "warning")
         ),
         ridden: format!(
             "{}, {} ridden, {:.1} km.",
-            count(bikes.len(), "bike"),
+            number_format::count(bikes.len(), "bike"),
             number_format::duration(duration),
             distance / 1000.0
         ),
@@ -137,11 +137,6 @@ pub fn build(
     }
 }
 
-/// `1 session`, `3 sessions`.
-pub fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
 fn bike(
     bike_id: &str,
     sessions: &[SessionRow],
@@ -152,7 +147,7 @@ fn bike(
     // rows come by session; by coefficient here, each still in the sessions' order
     let mut by: BTreeMap<_, Vec<&Coefficient>> = BTreeMap::new();
     for c in coefficients.iter().filter(|c| c.ident.bike_id == bike_id) {
-        by.entry(words::order(&c.tyre, &c.coefficient)).or_default().push(c);
+        by.entry(labels::order(&c.tyre, &c.coefficient)).or_default().push(c);
     }
     let mut tyres: Vec<TyrePart> = Vec::new();
     let mut current = "";
@@ -174,7 +169,7 @@ fn bike(
                 })
                 .collect();
             tyres.push(TyrePart {
-                title: words::tyre(current).to_owned(),
+                title: labels::tyre(current).to_owned(),
                 models: models.into_iter().collect::<Vec<_>>().join(", "),
                 rows: Vec::new(),
             });
@@ -212,9 +207,9 @@ fn overview(rows: &[&Coefficient], fleet: Option<&FleetRow>) -> Overview {
         })
         .collect();
     Overview {
-        words: words::coefficient(&first.coefficient).to_owned(),
+        label: labels::coefficient(&first.coefficient).to_owned(),
         name: first.coefficient.clone(),
-        unit: words::unit(&first.unit),
+        unit: labels::unit(&first.unit),
         median: show(median),
         spread: show(spread),
         within: show(within),
@@ -236,7 +231,7 @@ fn undetermined(rows: &[&Coefficient]) -> String {
     let assumed = rows.iter().find(|c| c.status == Status::Assumed);
     if let Some((c, value)) = assumed.and_then(|c| Some((c, c.value?))) {
         let value = typeset(&fixed(value, number_format::decimals_of(value, None)));
-        return format!("assumed {value} {}", words::unit(&c.unit)).trim_end().to_owned();
+        return format!("assumed {value} {}", labels::unit(&c.unit)).trim_end().to_owned();
     }
     match rows.iter().find_map(|c| c.reason.as_deref()) {
         Some(reason) => format!("{}: {reason}", rows[0].status.words()),
@@ -270,7 +265,12 @@ fn entries(
                 href: href.clone(),
                 session_id: s.ident.session_id.clone(),
                 bike_id: s.ident.bike_id.clone(),
-                start: s.ident.start_time.as_deref().map(when).unwrap_or_default(),
+                start: s
+                    .ident
+                    .start_time
+                    .as_deref()
+                    .map(number_format::timestamp)
+                    .unwrap_or_default(),
                 duration: number_format::duration(s.duration),
                 distance: s.distance.map(|d| format!("{:.1}", d / 1000.0)).unwrap_or_default(),
                 determined: ok,

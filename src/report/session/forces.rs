@@ -5,13 +5,13 @@ use serde::Serialize;
 use crate::contract::manoeuvre::{Declaration, ManoeuvreKind, Peak};
 use crate::plots::offroad::rider_label;
 use crate::report::number_format::{fixed, typeset};
-use crate::report::{kinds, words};
+use crate::report::{kinds, labels};
 use crate::tables::rows::{ForceRow, Manoeuvre};
 
 /// What several segments of one kind come to, for one rider and force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sum {
-    /// Rider model.
+    /// Name of the rider model, as in the table.
     pub rider: String,
     /// Value of the largest magnitude.
     pub peak: f64,
@@ -30,9 +30,9 @@ pub struct Force {
     pub segments: usize,
     /// Name in the table.
     pub force: String,
-    /// Its unit.
+    /// SI unit, `1` for a ratio.
     pub unit: String,
-    /// By rider.
+    /// One per rider model, in the order of the table.
     pub riders: Vec<Sum>,
 }
 
@@ -44,7 +44,7 @@ fn listed() -> Vec<&'static Declaration> {
     kinds
 }
 
-/// Sums a session's rows up.
+/// Peak, root mean square and mean of each force over all segments of a kind, weighted by samples.
 pub fn summarise(rows: &[ForceRow]) -> Vec<Force> {
     let mut out: Vec<Force> = Vec::new();
     for kind in listed().into_iter().map(|d| d.name) {
@@ -110,7 +110,7 @@ fn sum<'a>(rider: &str, rows: impl Iterator<Item = &'a &'a ForceRow>) -> Option<
 /// The page's table: kinds with their rows, a cell per rider.
 #[derive(Debug, Default, Serialize)]
 pub struct Table {
-    /// Rider models, in words.
+    /// Labels of the rider models, the heads of the columns.
     pub riders: Vec<String>,
     /// Kinds of segment.
     pub kinds: Vec<KindRows>,
@@ -119,11 +119,11 @@ pub struct Table {
 /// Rows of one kind of segment.
 #[derive(Debug, Serialize)]
 pub struct KindRows {
-    /// In words.
-    pub words: String,
+    /// What the kind is called.
+    pub label: String,
     /// How many segments.
     pub segments: usize,
-    /// One per force.
+    /// One per force, in the order of the table.
     pub rows: Vec<Row>,
 }
 
@@ -132,7 +132,7 @@ pub type Row = (String, String, Vec<Cell>);
 /// Root mean square (of a friction the mean) and peak.
 pub type Cell = (String, String);
 
-/// Puts the sums in words and digits.
+/// The sums as text: forces in whole newtons, ratios with two decimals.
 pub fn table(rows: &[ForceRow]) -> Table {
     let mut out = Table::default();
     for force in summarise(rows) {
@@ -142,9 +142,9 @@ pub fn table(rows: &[ForceRow]) -> Table {
                 out.riders.push(name);
             }
         }
-        if out.kinds.last().is_none_or(|k| k.words != kinds::label(&force.kind)) {
+        if out.kinds.last().is_none_or(|k| k.label != kinds::label(&force.kind)) {
             out.kinds.push(KindRows {
-                words: kinds::label(&force.kind),
+                label: kinds::label(&force.kind),
                 segments: force.segments,
                 rows: Vec::new(),
             });
@@ -162,7 +162,7 @@ pub fn table(rows: &[ForceRow]) -> Table {
             })
             .collect();
         if let Some(kind) = out.kinds.last_mut() {
-            kind.rows.push((words::spaced(&force.force), words::unit(&force.unit), cells));
+            kind.rows.push((labels::spaced(&force.force), labels::unit(&force.unit), cells));
         }
     }
     out

@@ -1,6 +1,6 @@
 //! The page of one session.
 
-pub mod bench;
+pub mod bench_values;
 pub mod forces;
 pub mod page;
 pub mod write;

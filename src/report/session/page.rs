@@ -1,4 +1,5 @@
-//! What a session's page says: the rows of the tables, put in words and digits.
+//! The content of a session's page: the rows of the tables as text, with as many digits as the
+//! uncertainty leaves meaning.
 
 use serde::Serialize;
 
@@ -6,17 +7,18 @@ use crate::contract::manoeuvre::Peak;
 use crate::plots::catalogue::{FITS, OFFROAD, RIDE};
 use crate::plots::plot::Plot;
 use crate::report::charts::figures::Figures;
+use crate::report::coefficient_text::CoefficientText;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::session::bench::Bench;
-use crate::report::{inline_svg, kinds, words};
+use crate::report::session::bench_values::BenchValues;
+use crate::report::{inline_svg, kinds, labels};
 use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
 
 /// One session's page, as its template reads it.
 #[derive(Debug, Serialize)]
 pub struct Page {
-    /// The session.
+    /// Id of the session, as in the tables.
     pub session_id: String,
-    /// The bike.
+    /// Id of the bike, as in the tables.
     pub bike_id: String,
     /// The line that sums it up.
     pub verdict: String,
@@ -32,12 +34,12 @@ pub struct Page {
     pub missing: Vec<Missing>,
     /// Coefficients taken from the bike file.
     pub assumed: Vec<String>,
-    /// Segments.
-    pub manoeuvres: Vec<Ridden>,
-    /// Kinds of segment: name, words, how many, how many used.
+    /// Every manoeuvre, used or not, in time order.
+    pub manoeuvres: Vec<ManoeuvreLine>,
+    /// Kinds of manoeuvre in this session: name, label, how many, how many used.
     pub kinds: Vec<(String, String, usize, usize)>,
-    /// Warnings.
-    pub warnings: Vec<Noticed>,
+    /// Warnings of every stage, in the order of the table.
+    pub warnings: Vec<WarningLine>,
     /// Hashes and version.
     pub provenance: Vec<(String, String)>,
 }
@@ -47,7 +49,7 @@ pub struct Page {
 pub struct Tyre {
     /// `front`, `rear` or `vehicle`.
     pub name: String,
-    /// Heading.
+    /// Heading over the tyre's coefficients.
     pub title: String,
     /// Its coefficients.
     pub rows: Vec<Row>,
@@ -58,13 +60,13 @@ pub struct Tyre {
 pub struct Row {
     /// Name in the tables.
     pub name: String,
-    /// In words.
-    pub words: String,
-    /// Symbol.
+    /// What the coefficient is called.
+    pub label: String,
+    /// Symbol in the paper.
     pub symbol: String,
-    /// Estimate.
+    /// Estimate in SI, with the digits that its uncertainty leaves meaning; empty where there is none.
     pub value: String,
-    /// Unit.
+    /// SI unit; empty for pure numbers.
     pub unit: String,
     /// 95 % interval.
     pub interval: String,
@@ -76,13 +78,13 @@ pub struct Row {
     pub manoeuvres: i64,
     /// Samples that took part.
     pub samples: i64,
-    /// What else the fit says, for those who hover.
+    /// R², share of outliers and residual scale of the fit; shown on hovering.
     pub fit: String,
     /// As in the tables.
     pub status: &'static str,
-    /// Status in words.
-    pub status_words: &'static str,
-    /// Status as a sign.
+    /// Status as people read it.
+    pub status_label: &'static str,
+    /// A sign for the status, which differs without colour.
     pub sign: &'static str,
     /// Why not determined.
     pub reason: String,
@@ -95,19 +97,19 @@ pub struct Row {
 /// Coefficients that one kind of riding would supply.
 #[derive(Debug, Serialize)]
 pub struct Missing {
-    /// The riding.
+    /// The riding that would determine them.
     pub ride: String,
     /// Tyre and coefficient, status, reason.
     pub items: Vec<(String, &'static str, String)>,
 }
 
-/// One manoeuvre.
+/// One line of the list of manoeuvres.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in the schema file, in words
-pub struct Ridden {
+pub struct ManoeuvreLine {
     pub id: i64,
     pub kind: String,
-    pub words: String,
+    pub label: String,
     pub direction: String,
     pub start: String,
     pub length: String,
@@ -118,10 +120,10 @@ pub struct Ridden {
     pub reason: String,
 }
 
-/// One warning.
+/// One line of the list of warnings.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs)] // as in the schema file, in words
-pub struct Noticed {
+pub struct WarningLine {
     pub stage: String,
     pub code: String,
     pub channel: String,
@@ -130,7 +132,7 @@ pub struct Noticed {
     pub message: String,
 }
 
-/// Puts a session's rows in words.
+/// The content of one session's page, without bench values.
 pub fn build(
     session: &SessionRow,
     coefficients: &[Coefficient],
@@ -141,7 +143,7 @@ pub fn build(
     Page {
         session_id: session.ident.session_id.clone(),
         bike_id: session.ident.bike_id.clone(),
-        verdict: format!("{}.", words::verdict(coefficients.iter().map(|c| c.status))),
+        verdict: format!("{}.", labels::verdict(coefficients.iter().map(|c| c.status))),
         ridden: format!(
             "{used} of {} manoeuvres used; {}.",
             manoeuvres.len(),
@@ -163,11 +165,11 @@ pub fn build(
         assumed: coefficients
             .iter()
             .filter(|c| c.status == Status::Assumed)
-            .map(|c| format!("{} {}", c.tyre, words::coefficient(&c.coefficient)))
+            .map(|c| format!("{} {}", c.tyre, labels::coefficient(&c.coefficient)))
             .collect(),
         kinds: kind_counts(manoeuvres),
-        manoeuvres: manoeuvres.iter().map(ridden).collect(),
-        warnings: warnings.iter().map(noticed).collect(),
+        manoeuvres: manoeuvres.iter().map(manoeuvre).collect(),
+        warnings: warnings.iter().map(warning).collect(),
         provenance: vec![
             ("input".into(), session.path.clone()),
             ("input BLAKE3".into(), session.provenance.input_hash.clone()),
@@ -203,7 +205,7 @@ fn facts(session: &SessionRow) -> Vec<(String, String)> {
             out.push((label.to_owned(), value));
         }
     };
-    put("start", session.ident.start_time.as_deref().map(when));
+    put("start", session.ident.start_time.as_deref().map(number_format::timestamp));
     put("duration", Some(number_format::duration(session.duration)));
     put("distance", session.distance.map(|d| format!("{:.2} km", d / 1000.0)));
     put("clock", Some(format!("{} Hz", fixed(session.rate, 0))));
@@ -214,21 +216,13 @@ fn facts(session: &SessionRow) -> Vec<(String, String)> {
     out
 }
 
-/// An RFC 3339 time with a space for the `T`; anything else as it is.
-pub fn when(text: &str) -> String {
-    match text.split_once('T') {
-        Some((date, time)) if date.len() == 10 => format!("{date} {time}"),
-        _ => text.to_owned(),
-    }
-}
-
 fn tyres(coefficients: &[Coefficient]) -> Vec<Tyre> {
     let mut out: Vec<Tyre> = Vec::new();
     for c in coefficients {
         if out.last().is_none_or(|t| t.name != c.tyre) {
             out.push(Tyre {
                 name: c.tyre.clone(),
-                title: words::tyre(&c.tyre).to_owned(),
+                title: labels::tyre(&c.tyre).to_owned(),
                 rows: Vec::new(),
             });
         }
@@ -240,7 +234,7 @@ fn tyres(coefficients: &[Coefficient]) -> Vec<Tyre> {
 }
 
 fn row(c: &Coefficient) -> Row {
-    let shown = Shown::of(c);
+    let text = CoefficientText::of(c);
     let mut fit = Vec::new();
     if let Some(r) = c.r_squared {
         fit.push(format!("R² {r:.3}"));
@@ -253,18 +247,18 @@ fn row(c: &Coefficient) -> Row {
     }
     Row {
         name: c.coefficient.clone(),
-        words: words::coefficient(&c.coefficient).to_owned(),
+        label: labels::coefficient(&c.coefficient).to_owned(),
         symbol: c.symbol.clone(),
-        value: typeset(&shown.value),
-        unit: words::unit(&c.unit),
-        interval: typeset(&shown.interval(" to ")),
+        value: typeset(&text.value),
+        unit: labels::unit(&c.unit),
+        interval: typeset(&text.interval(" to ")),
         bar: inline_svg::interval(c.value, c.ci95_low, c.ci95_high),
-        dispersion: shown.dispersion,
+        dispersion: text.dispersion,
         manoeuvres: c.n_manoeuvres,
         samples: c.n_samples,
         fit: fit.join(", "),
         status: c.status.name(),
-        status_words: c.status.words(),
+        status_label: c.status.words(),
         sign: c.status.sign(),
         reason: c.reason.clone().unwrap_or_default(),
         bench: String::new(),
@@ -274,7 +268,7 @@ fn row(c: &Coefficient) -> Row {
 
 impl Page {
     /// Puts what a tyre bench measured beside the estimates.
-    pub fn compare(&mut self, bench: &Bench) {
+    pub fn compare(&mut self, bench: &BenchValues) {
         for tyre in &mut self.tyres {
             for row in &mut tyre.rows {
                 let found = bench.beside(&self.bike_id, &tyre.name, &row.name, row.estimate);
@@ -284,46 +278,15 @@ impl Page {
     }
 }
 
-/// A coefficient's numbers with the digits its uncertainty leaves meaning.
-pub struct Shown {
-    /// Estimate; empty where there is none.
-    pub value: String,
-    /// Standard error; empty where there is none.
-    pub std_error: String,
-    /// Ends of the interval; empty where there is none.
-    pub ends: Option<(String, String)>,
-    /// Robust spread between manoeuvres; empty where there is none.
-    pub dispersion: String,
-}
-
-impl Shown {
-    /// Of one coefficient.
-    pub fn of(c: &Coefficient) -> Self {
-        let u = number_format::uncertainty(c.std_error, c.ci95_low, c.ci95_high);
-        let digits = c.value.map_or(3, |v| number_format::decimals_of(v, u));
-        Shown {
-            value: c.value.map(|v| fixed(v, digits)).unwrap_or_default(),
-            std_error: c.std_error.map(|s| fixed(s, digits)).unwrap_or_default(),
-            ends: c.ci95_low.zip(c.ci95_high).map(|(l, h)| (fixed(l, digits), fixed(h, digits))),
-            dispersion: c.dispersion.map(|d| fixed(d, digits)).unwrap_or_default(),
-        }
-    }
-
-    /// The interval as one text, its ends parted by `between`.
-    pub fn interval(&self, between: &str) -> String {
-        self.ends.as_ref().map(|(l, h)| format!("{l}{between}{h}")).unwrap_or_default()
-    }
-}
-
 fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
     let mut out: Vec<Missing> = Vec::new();
     for c in coefficients {
         if !matches!(c.status, Status::PoorlyDetermined | Status::NotAvailable) {
             continue;
         }
-        let ride = words::riding(&c.tyre, &c.coefficient).unwrap_or("see the reason");
+        let ride = labels::riding(&c.tyre, &c.coefficient).unwrap_or("see the reason");
         let item = (
-            format!("{} {}", c.tyre, words::coefficient(&c.coefficient)),
+            format!("{} {}", c.tyre, labels::coefficient(&c.coefficient)),
             c.status.words(),
             c.reason.clone().unwrap_or_default(),
         );
@@ -352,7 +315,7 @@ fn kind_counts(manoeuvres: &[Manoeuvre]) -> Vec<(String, String, usize, usize)> 
     out
 }
 
-fn ridden(m: &Manoeuvre) -> Ridden {
+fn manoeuvre(m: &Manoeuvre) -> ManoeuvreLine {
     let number = |v: Option<f64>, digits| v.map(|v| typeset(&fixed(v, digits)));
     let speed = match (number(m.speed_start, 1), number(m.speed_end, 1)) {
         (Some(a), Some(b)) => format!("{a} → {b}"),
@@ -370,10 +333,10 @@ fn ridden(m: &Manoeuvre) -> Ridden {
         }
         _ => number(m.acceleration_x_peak, 2).map(|a| format!("{a} m/s²")),
     };
-    Ridden {
+    ManoeuvreLine {
         id: m.manoeuvre_id,
         kind: m.kind.clone(),
-        words: kinds::label(&m.kind),
+        label: kinds::label(&m.kind),
         direction: m.direction.clone().unwrap_or_default(),
         start: fixed(m.start, 1),
         length: fixed(m.end - m.start, 1),
@@ -385,8 +348,8 @@ fn ridden(m: &Manoeuvre) -> Ridden {
     }
 }
 
-fn noticed(w: &WarningRow) -> Noticed {
-    Noticed {
+fn warning(w: &WarningRow) -> WarningLine {
+    WarningLine {
         stage: w.stage.clone(),
         code: w.code.clone(),
         channel: w.channel.clone().unwrap_or_default(),

@@ -13,7 +13,7 @@ use crate::report::charts::{chart, figures};
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
 use crate::report::page_shell;
-use crate::report::session::bench::Bench;
+use crate::report::session::bench_values::BenchValues;
 use crate::report::session::{forces, page};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::tables::file;
@@ -24,7 +24,7 @@ pub(crate) struct Writer<'a> {
     pub(crate) tables: &'a RunTables,
     pub(crate) stored: &'a SessionTables,
     pub(crate) forces: &'a [ForceRow],
-    pub(crate) bench: &'a Bench,
+    pub(crate) bench: &'a BenchValues,
     pub(crate) diagnosed: &'a Diagnosed,
     pub(crate) environment: &'a Environment<'a>,
     /// Where the pages go.
@@ -58,7 +58,7 @@ impl Writer<'_> {
         let fingerprint = page_shell::fingerprint(session, diagnosis, &self.bench.text);
         if let Some(kind) = self.kept
             && let Some(source) = page_shell::source_if_current(&path, &fingerprint)
-            && kind.takes(source)
+            && kind.accepts(source)
         {
             return Ok(source);
         }

@@ -52,7 +52,7 @@ pub fn png(figure: &Scene) -> Result<Vec<u8>, String> {
     RasterBackend::new().with_scale(SCALE).render_scene(figure)
 }
 
-/// One chart.
+/// One chart of a page, 600 by 400 units, its legend to the right.
 pub fn scene(chart: &Chart) -> Scene {
     let dated = chart.time.then(|| in_days(chart));
     let chart = dated.as_ref().unwrap_or(chart);

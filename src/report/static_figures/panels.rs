@@ -10,11 +10,11 @@ use kuva::render::plots::Plot;
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
-    /// A solid line.
+    /// A solid line through the points.
     Line,
-    /// A dashed line.
+    /// A dashed line through the points.
     Dashed,
-    /// Points.
+    /// A dot at each point.
     Points,
 }
 
@@ -27,20 +27,20 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// Which of [`COLOURS`].
     pub colour: usize,
-    /// How.
+    /// Line, dashed line or dots.
     pub style: Style,
 }
 
-/// One panel.
+/// One coordinate system of a figure with its series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Heading.
+    /// Heading, above the axes.
     pub title: String,
-    /// Abscissa with unit.
+    /// Label of the abscissa, with unit.
     pub x: String,
-    /// Ordinate with unit.
+    /// Label of the ordinate, with unit.
     pub y: String,
-    /// What is drawn.
+    /// Drawn over one another in this order.
     pub series: Vec<Series>,
 }
 

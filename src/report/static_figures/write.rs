@@ -9,7 +9,7 @@ use crate::report::charts::figures;
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
 use crate::report::fleet::tables::FleetTables;
-use crate::report::session::bench;
+use crate::report::session::bench_values;
 use crate::report::static_figures::chart;
 use crate::report::tables::{self, SessionTables};
 use crate::report::{fleet, page_names};
@@ -39,7 +39,7 @@ pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Res
     let pages = page_names::sessions(sessions.iter().map(|s| s.ident.key()));
     let wanted = |id: &str| only.is_none_or(|o| o == id);
     let stored = SessionTables::read(out)?;
-    let bench = bench::read(out)?;
+    let bench = bench_values::read(out)?;
     let save = |folder: &str, name: &str, figure: &Scene| -> Result<(), Error> {
         let file =
             |ending: &str| to.join(folder).join(format!("{}.{ending}", page_names::stem(name)));

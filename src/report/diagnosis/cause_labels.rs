@@ -1,19 +1,19 @@
-//! What the names of a diagnosis are called when people read them.
+//! Labels of a diagnosis: effects, channels, verdicts and sizes as people read them.
 
 use std::f64::consts::PI;
 
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::effects::Effect;
+use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::report::words;
 use crate::tables::rows::CauseRow;
 
-/// What an effect says happens; a name that this version does not know is read as it stands.
+/// What an effect does, as a clause; a name that this version does not know is read as it stands.
 pub fn effect(name: &str) -> String {
     match Effect::named(name) {
         Ok(effect) => effect.sentence.to_owned(),
         Err(_) if name == UNEXPLAINED => "something that is no candidate".to_owned(),
-        Err(_) => words::spaced(name),
+        Err(_) => labels::spaced(name),
     }
 }
 
@@ -23,7 +23,7 @@ pub fn sentence(text: &str) -> String {
     rest.next().map_or(String::new(), |c| c.to_uppercase().chain(rest).collect())
 }
 
-/// A residual or a signal; the roll balance is named like the roll and told apart by its unit.
+/// A residual or a signal; the roll balance has the name of the roll but another unit.
 pub fn channel(name: &str, unit: &str) -> String {
     match name {
         "force_x" => "force along the bike",
@@ -41,13 +41,13 @@ pub fn channel(name: &str, unit: &str) -> String {
         "steer_angle" => "steering angle",
         "wheel_speed_front" => "front wheel speed",
         "wheel_speed_rear" => "rear wheel speed",
-        other => return words::spaced(other),
+        other => return labels::spaced(other),
     }
     .to_owned()
 }
 
 /// Signals in which a residual's misfit shows, the nearest first.
-pub fn seen_in(residual: &str) -> &'static [&'static str] {
+pub fn signals_of(residual: &str) -> &'static [&'static str] {
     match residual {
         "force_x" => &["acceleration_x", "velocity_x"],
         "slip_front" => &["wheel_speed_front", "velocity_x"],
@@ -65,13 +65,13 @@ pub fn seen_in(residual: &str) -> &'static [&'static str] {
 pub fn readable(unit: &str) -> (String, f64) {
     match unit {
         "rad" => ("°".to_owned(), 180.0 / PI),
-        other => (words::unit(other), 1.0),
+        other => (labels::unit(other), 1.0),
     }
 }
 
 /// A verdict in words; a name that this version does not know is read as it stands.
 pub fn verdict(name: &str) -> String {
-    Verdict::from_name(name).map_or_else(|| words::spaced(name), |v| v.words().to_owned())
+    Verdict::from_name(name).map_or_else(|| labels::spaced(name), |v| v.words().to_owned())
 }
 
 /// At which level a cause was found, where it is not the ride itself.
@@ -82,17 +82,17 @@ pub fn level(name: &str) -> String {
         "site" => "found over all rides at the site".to_owned(),
         "night" => "found over all rides of the night".to_owned(),
         "fleet" => "found over the fleet".to_owned(),
-        other => format!("found at the level {}", words::spaced(other)),
+        other => format!("found at the level {}", labels::spaced(other)),
     }
 }
 
-/// Value with its unit, and the 95 % interval, in the digits that mean something; empty where there
-/// is none. Angles are also told in degrees.
+/// Value with its unit, and the 95 % interval, with as many digits as its width leaves meaning; empty
+/// where there is none. Angles are also given in degrees.
 pub fn size(row: &CauseRow) -> (String, String) {
     let Some(value) = row.value else { return (String::new(), String::new()) };
     let u = number_format::uncertainty(None, row.ci95_low, row.ci95_high);
     let digits = number_format::decimals_of(value, u);
-    let unit = words::unit(&row.unit);
+    let unit = labels::unit(&row.unit);
     let gap = if unit.is_empty() { "" } else { "\u{a0}" };
     let mut text = format!("{}{gap}{unit}", fixed(value, digits));
     if row.unit == "rad" {

@@ -1,4 +1,4 @@
-//! What the names of the contract are called when people read them.
+//! Labels: the contract's names as people read them.
 
 use crate::contract::coefficient::{Coefficient, Id, Part};
 use crate::tables::rows::Status;

@@ -23,7 +23,7 @@ pub const FILE: &str = "bench.csv";
 
 /// What a bench measured.
 #[derive(Debug, Default, Clone, PartialEq)]
-pub struct Bench {
+pub struct BenchValues {
     values: Vec<Value>,
     /// The file's bytes, for telling whether a page is made of just these.
     pub text: String,
@@ -43,10 +43,10 @@ struct Value {
 ///
 /// # Errors
 /// The file cannot be read, or a row is wrong: which, and what to do.
-pub fn read(out: &Path) -> Result<Bench, Error> {
+pub fn read(out: &Path) -> Result<BenchValues, Error> {
     let path = out.join(FILE);
     if !path.is_file() {
-        return Ok(Bench::default());
+        return Ok(BenchValues::default());
     }
     let fail = |message: String| -> Error { read::Error { path: path.clone(), message }.into() };
     let text = std::fs::read_to_string(&path).map_err(|e| fail(e.to_string()))?;
@@ -57,7 +57,7 @@ pub fn read(out: &Path) -> Result<Bench, Error> {
 ///
 /// # Errors
 /// The row and what is wrong with it.
-pub fn parse(text: &str) -> Result<Bench, String> {
+pub fn parse(text: &str) -> Result<BenchValues, String> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let names = reader.headers().map_err(|e| e.to_string())?.clone();
     let known = ["bike_id", "tyre", "coefficient", "camber", "value", "std_error"];
@@ -112,10 +112,10 @@ pub fn parse(text: &str) -> Result<Bench, String> {
             std_error: number("std_error")?,
         });
     }
-    Ok(Bench { values, text: text.to_owned() })
+    Ok(BenchValues { values, text: text.to_owned() })
 }
 
-impl Bench {
+impl BenchValues {
     fn of<'a>(
         &'a self,
         bike: &'a str,
