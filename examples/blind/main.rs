@@ -16,7 +16,8 @@ use clap::Parser;
 use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::ride::{self, Settings};
+use roadbench::diagnose::Settings;
+use roadbench::diagnose::road;
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden::{Case, Kind, PLANS};
@@ -254,7 +255,7 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
     let effects: Vec<Effect> = ALL.iter().filter(|e| !removed(e)).copied().collect();
     let settings = Settings { nulls: arguments.nulls, effects, advise: false };
     let bike = Bike::read(&bike).expect("bike");
-    let found = match ride::log(&log, &[], &bike, &Pipeline::onroad(), &settings) {
+    let found = match road::log(&log, &[], &bike, &Pipeline::onroad(), &settings) {
         Ok(found) => found,
         Err(why) => {
             println!("{} refused: {}", case.number, why.message);
@@ -267,11 +268,11 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
         .map(|c| Told {
-            name: c.effect.name.to_owned(),
+            name: c.candidate.name.to_owned(),
             class: c.equivalent.iter().map(|&c| c.to_owned()).collect(),
-            value: c.value,
-            low: c.value - 1.96 * c.std_error,
-            high: c.value + 1.96 * c.std_error,
+            value: c.value(),
+            low: c.value() - 1.96 * c.std_error(),
+            high: c.value() + 1.96 * c.std_error(),
         })
         .collect();
     let limit = |e: &Effect| {
@@ -285,7 +286,11 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
         told,
         alarm: found.naming.alarm,
         unexplained: found.naming.unexplained,
-        covariate: found.naming.left.map(|(term, times)| format!("{} {times:.1}", term.describe())),
+        covariate: found
+            .naming
+            .structure
+            .as_ref()
+            .map(|s| format!("{} {:.1}", s.description, s.times)),
         limits,
         all_limits,
         gain: first.and_then(|c| c.gain_heldout),

@@ -6,7 +6,8 @@ use roadbench::GRAVITY;
 use roadbench::contract::bike::{Axle, Bike};
 use roadbench::contract::coefficient::Coefficient;
 use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::ride::{Diagnosis, Settings, diagnose};
+use roadbench::diagnose::Settings;
+use roadbench::diagnose::road::{RoadDiagnosis, diagnose};
 use roadbench::effects::Effect;
 use roadbench::ingest::write_session;
 use roadbench::model::custom::Custom;
@@ -134,12 +135,12 @@ pub fn table(reference: &Ridden, others: &[(&str, &Ridden)]) {
 }
 
 /// Diagnoses a ride.
-pub fn diagnosed(ridden: &Ridden, bike: &Bike) -> Diagnosis {
+pub fn diagnosed(ridden: &Ridden, bike: &Bike) -> RoadDiagnosis {
     diagnose(&ridden.session, bike, &Pipeline::onroad(), &Settings::default()).expect("diagnosed")
 }
 
 /// What was named, in a line.
-pub fn told(d: &Diagnosis) -> String {
+pub fn told(d: &RoadDiagnosis) -> String {
     let mut said: Vec<String> = d
         .naming
         .causes
@@ -147,28 +148,28 @@ pub fn told(d: &Diagnosis) -> String {
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
         .map(|c| {
             let or = c.equivalent.iter().map(|e| format!(" or {e}")).collect::<String>();
-            format!("{}{or} {:.4} +- {:.4}", c.effect.name, c.value, c.std_error)
+            format!("{}{or} {:.4} +- {:.4}", c.candidate.name, c.value(), c.std_error())
         })
         .collect();
     if d.naming.unexplained {
-        let over = d.naming.left.map_or(String::new(), |(term, _)| term.describe());
+        let over = d.naming.structure.as_ref().map_or("", |s| s.description.as_str());
         said.push(format!("unexplained ({over})"));
     }
     if said.is_empty() { "nothing".into() } else { said.join("; ") }
 }
 
 /// Size, standard error, verdict and detection limit of one effect.
-pub fn about(d: &Diagnosis, effect: &str) -> String {
+pub fn about(d: &RoadDiagnosis, effect: &str) -> String {
     let j = roadbench::effects::ALL.iter().position(|e| e.name == effect);
-    let cause = d.naming.causes.iter().find(|c| c.effect.name == effect);
+    let cause = d.naming.causes.iter().find(|c| c.candidate.name == effect);
     match (j, cause) {
         (Some(j), Some(c)) => format!(
             "{effect} {:.4} +- {:.4}, {}, score {:.2}, limit {:.4}",
-            c.value,
-            c.std_error,
+            c.value(),
+            c.std_error(),
             c.verdict.name(),
             c.score,
-            d.calibration.limit(j) * c.effect.typical.abs()
+            d.calibration.limit(j) * c.candidate.typical.abs()
         ),
         _ => format!("{effect} is not among the candidates"),
     }

@@ -4,9 +4,9 @@
 use roadbench::contract::bike::Bike;
 use roadbench::contract::manoeuvre::ManoeuvreKind;
 use roadbench::contract::session::Session;
-use roadbench::diagnose::attitude::{Attitude, Posture};
-use roadbench::diagnose::parameters::Parameters;
-use roadbench::diagnose::samples::Samples;
+use roadbench::diagnose::road::attitude::{Attitude, Posture};
+use roadbench::diagnose::road::parameters::Parameters;
+use roadbench::diagnose::road::samples::Samples;
 use roadbench::effects::Effect;
 use roadbench::model::formulation::Formulation;
 use roadbench::pipeline::{self, Characterised, Pipeline};
@@ -76,10 +76,10 @@ pub fn study(plan: &'static str, number: usize, hidden: &[(&str, f64)], noise: f
     println!("    named: {}", told(&d));
     for (name, _) in hidden {
         println!("    {}", about(&d, name));
-        let cause = d.naming.causes.iter().find(|c| c.effect.name == *name);
+        let cause = d.naming.causes.iter().find(|c| c.candidate.name == *name);
         let effect = Effect::named(name).expect("known");
         if let (Some(remove), Some(cause)) = (effect.remove, cause) {
-            remove(&mut session, &mut bike, cause.value);
+            remove(&mut session, &mut bike, cause.value());
         }
     }
     if !hidden.is_empty() {

@@ -1,9 +1,12 @@
-//! `roadbench inspect`: what there is to say of a log.
+//! `roadbench inspect`: channels, rates and gaps of a log, and what can be estimated from it.
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueHint;
+
 use crate::cli::failure::Failure;
 use crate::cli::inspect_source::{Form, print, show};
+use crate::cli::location::location;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::coefficient::{Coefficient, Requirement, Source};
@@ -14,6 +17,7 @@ use crate::ingest::aids::Aids;
 use crate::ingest::map::ChannelMap;
 use crate::ingest::map::file::with_aids;
 use crate::ingest::{self, Raw, Track};
+use crate::objects::Location;
 use crate::pipeline::Pipeline;
 use crate::statistics::order::upper_median_of;
 
@@ -26,7 +30,8 @@ use facts::{ChannelFacts, Estimate, Facts, Inspection, Noticed, Reason};
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// The log.
-    log: PathBuf,
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    log: Location,
     /// Folder of bike files; with it units and signs are checked against the bike.
     #[arg(long, value_name = "DIR")]
     bikes: Option<PathBuf>,
@@ -191,7 +196,7 @@ fn source_rate(track: &Track) -> Option<f64> {
     Some(1.0 / upper_median_of(&steps)?)
 }
 
-/// What the log itself tells of a channel.
+/// A channel in the log itself.
 struct OfSource {
     samples: usize,
     /// Hz

@@ -2,15 +2,16 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::Path;
 
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
+use crate::cli::number::number;
 use crate::ingest::aids::Aids;
 use crate::ingest::listing::SourceChannel;
 use crate::ingest::survey::{ChannelContents, Survey, survey};
 use crate::ingest::{self, propose::propose};
+use crate::objects::Location;
 
 /// A log's own channels and the map that is proposed for them.
 #[derive(Debug, Serialize)]
@@ -56,29 +57,29 @@ pub enum Form {
 /// # Errors
 /// It cannot be read without a channel map, or stdout not be written.
 pub fn show(
-    path: &Path,
+    log: &Location,
     aids: &Aids,
     form: Form,
     why: Option<ingest::Error>,
 ) -> Result<(), Failure> {
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
-    let Some(survey) = survey(path, aids).map_err(rejected)? else {
+    let Some(survey) = survey(log, aids).map_err(rejected)? else {
         return Err(why.map_or_else(
             || {
                 let what = "is of a format that can only be read through a channel map";
-                Failure::Usage(format!("{} {what}", path.display()))
+                Failure::Usage(format!("{log} {what}"))
             },
             rejected,
         ));
     };
-    let found = SourceInspection::new(path, &survey);
+    let found = SourceInspection::new(log, &survey);
     match form {
         Form::Json => {
             let json = serde_json::to_string_pretty(&found);
             return print(&(json.map_err(|e| Failure::Output(e.to_string()))? + "\n"));
         }
         Form::Draft => return print(&found.proposed_map),
-        Form::Text => print(&found.to_text(path))?,
+        Form::Text => print(&found.to_text(log))?,
     }
     if why.is_some() {
         eprintln!("none of the channel maps that come with roadbench fits this log");
@@ -102,7 +103,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
 
 impl SourceInspection {
     /// Of a log that was looked at.
-    pub fn new(path: &Path, survey: &Survey) -> Self {
+    pub fn new(log: &Location, survey: &Survey) -> Self {
         let Survey { format, own_clock, listing, contents } = survey;
         let meta = &listing.meta;
         let known = [
@@ -113,7 +114,7 @@ impl SourceInspection {
             ("rider", meta.rider_id.as_ref()),
         ];
         let known = known.into_iter().filter_map(|(k, v)| Some((k.to_owned(), v?.clone())));
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let name = log.file_stem();
         SourceInspection {
             format,
             facts: known.chain(listing.facts.iter().cloned()).collect(),
@@ -124,15 +125,15 @@ impl SourceInspection {
     }
 
     /// For people.
-    pub fn to_text(&self, path: &Path) -> String {
+    pub fn to_text(&self, log: &Location) -> String {
         let mut out = String::new();
         // writing to a String cannot fail
-        let _ = self.write(path, &mut out);
+        let _ = self.write(log, &mut out);
         out
     }
 
-    fn write(&self, path: &Path, out: &mut String) -> std::fmt::Result {
-        writeln!(out, "{} ({}), {} channels", path.display(), self.format, self.channels.len())?;
+    fn write(&self, log: &Location, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "{log} ({}), {} channels", self.format, self.channels.len())?;
         for (name, value) in &self.facts {
             writeln!(out, "  {name}: {value}")?;
         }
@@ -164,9 +165,9 @@ impl SourceInspection {
                 c.samples,
                 c.missing,
                 c.gaps,
-                super::inspect::text::number(c.min),
-                super::inspect::text::number(c.median),
-                super::inspect::text::number(c.max),
+                number(c.min),
+                number(c.median),
+                number(c.max),
             )?;
         }
         if !self.warnings.is_empty() {

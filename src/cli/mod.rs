@@ -21,6 +21,7 @@ pub mod inspect_source;
 mod location;
 pub mod logging;
 pub mod modes;
+mod number;
 pub mod plan;
 pub mod replay;
 pub mod report;

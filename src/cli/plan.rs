@@ -2,9 +2,9 @@
 
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::diagnose::advice::ALIKE;
-use crate::diagnose::null_calibration::SEEN;
-use crate::diagnose::ride_plan::{EffectLimit, RidePlan, plan};
+use crate::diagnose::road::advice::ALIKE;
+use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
+use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan};
 use crate::pipeline::Pipeline;
 
 /// What a ride would and would not tell of the causes that `diagnose` looks for, before it is ridden
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// What is said of an effect that the ride does not show.
 fn hidden(row: &EffectLimit) -> String {
-    if row.limit_usual.is_some_and(|x| x < SEEN) {
+    if row.limit_usual.is_some_and(|x| x < LARGEST_LIMIT) {
         return String::new();
     }
     let base = match (row.base, row.base_cosine) {
@@ -92,7 +92,9 @@ fn hidden(row: &EffectLimit) -> String {
         _ => String::new(),
     };
     match (row.set, row.limit, row.limit_usual, row.limit_after) {
-        (Some(set), Some(limit), Some(usual), Some(after)) if after * usual / limit < SEEN => {
+        (Some(set), Some(limit), Some(usual), Some(after))
+            if after * usual / limit < LARGEST_LIMIT =>
+        {
             format!("{base}{after:.2e} with {set}")
         }
         _ => format!("{base}no set does"),

@@ -9,12 +9,14 @@ use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::contract::bike::Bike;
 use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::contract::session::Session;
 use crate::ingest::map::ChannelMap;
 use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::objects::Location;
 use crate::pipeline::{self, Pipeline};
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
+use crate::segment::Segment;
 use crate::simulate::replay::{self, Replay};
 use crate::tables::rows::BrakingReplay;
 use crate::{ingest, tables::file};
@@ -54,20 +56,7 @@ pub struct Arguments {
 /// See [`Failure`].
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let usage = |e: String| Failure::Usage(e);
-    let mut motorcycle =
-        Motorcycle::load(&arguments.motorcycle).map_err(|e| usage(e.to_string()))?;
-    let tyre = |name: &Option<String>| match name {
-        None => Ok(None),
-        Some(name) => tir::load(name).map(Some).map_err(|e| usage(e.to_string())),
-    };
-    if let Some([front, rear]) = motorcycle.tyres.clone() {
-        let (given_front, given_rear) = (tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
-        motorcycle =
-            motorcycle.with_tyres(given_front.unwrap_or(front), given_rear.unwrap_or(rear));
-    }
-    let road = Road { friction: arguments.friction, ..Road::default() };
-    road.check().map_err(usage)?;
-    let model = Model::new(motorcycle, road);
+    let model = model(arguments)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
     let pipeline = Pipeline::onroad();
@@ -120,20 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             error(p.slip),
             p.delay
         );
-        let [rms_acceleration, rms_slip] = replay.rms(wheel);
-        rows.push(BrakingReplay {
-            session_id: session.meta.session_id.clone(),
-            bike_id: session.meta.bike_id.clone(),
-            kind: s.kind.name().to_owned(),
-            start: session.time(s.start),
-            measured_deceleration: p.deceleration[0],
-            simulated_deceleration: p.deceleration[1],
-            measured_slip: p.slip[0],
-            simulated_slip: p.slip[1],
-            delay: Some(p.delay).filter(|d| d.is_finite()),
-            rms_acceleration,
-            rms_slip,
-        });
+        rows.push(row(&session, s, &replay, wheel));
         if drawn.is_none() && s.kind == ManoeuvreKind::FrontBraking {
             drawn = Some(replay);
         }
@@ -147,6 +123,43 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         say!("figure: {}", path);
     }
     Ok(())
+}
+
+/// The motorcycle with the tyres and on the road that were given.
+fn model(arguments: &Arguments) -> Result<Model, Failure> {
+    let usage = |e: String| Failure::Usage(e);
+    let mut motorcycle =
+        Motorcycle::load(&arguments.motorcycle).map_err(|e| usage(e.to_string()))?;
+    let tyre = |name: &Option<String>| match name {
+        None => Ok(None),
+        Some(name) => tir::load(name).map(Some).map_err(|e| usage(e.to_string())),
+    };
+    if let Some([front, rear]) = motorcycle.tyres.clone() {
+        let (given_front, given_rear) = (tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
+        motorcycle =
+            motorcycle.with_tyres(given_front.unwrap_or(front), given_rear.unwrap_or(rear));
+    }
+    let road = Road { friction: arguments.friction, ..Road::default() };
+    road.check().map_err(usage)?;
+    Ok(Model::new(motorcycle, road))
+}
+
+fn row(session: &Session, segment: &Segment, replay: &Replay, wheel: usize) -> BrakingReplay {
+    let p = replay.peaks(wheel);
+    let [rms_acceleration, rms_slip] = replay.rms(wheel);
+    BrakingReplay {
+        session_id: session.meta.session_id.clone(),
+        bike_id: session.meta.bike_id.clone(),
+        kind: segment.kind.name().to_owned(),
+        start: session.time(segment.start),
+        measured_deceleration: p.deceleration[0],
+        simulated_deceleration: p.deceleration[1],
+        measured_slip: p.slip[0],
+        simulated_slip: p.slip[1],
+        delay: Some(p.delay).filter(|d| d.is_finite()),
+        rms_acceleration,
+        rms_slip,
+    }
 }
 
 fn figure(r: &Replay) -> String {

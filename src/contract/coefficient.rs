@@ -1,8 +1,8 @@
 //! The coefficients of a motorcycle's tyres and of the motorcycle as a whole: name, symbol, unit,
 //! words, needed channels and the riding that determines each, declared once.
 //!
-//! A fit gives a coefficient its value and its uncertainty. Everything else that tables, pages and
-//! messages say of it comes from [`Coefficient::spec`].
+//! A fit gives a coefficient its value and its uncertainty. Everything else about it in tables, pages
+//! and messages comes from [`Coefficient::spec`].
 
 use std::fmt;
 use std::ops::{Index, IndexMut};

@@ -1,11 +1,11 @@
-//! What a diagnosis is asked and what it gives, on the road and off it.
+//! What a diagnosis gives, on the road and off it.
 
 use super::levels::{self, Evidence};
-use super::{offroad, ride, summary};
+use super::offroad::OffroadDiagnosis;
+use super::road::RoadDiagnosis;
+use super::summary;
 use crate::effects::extended_model::ExtendedModel;
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
-
-pub use super::ride::Settings;
 
 /// Everything that one session gives to tables, files and terminal.
 #[derive(Debug, Clone)]
@@ -39,8 +39,8 @@ impl Diagnosis {
     }
 }
 
-impl From<ride::Diagnosis> for Diagnosis {
-    fn from(d: ride::Diagnosis) -> Self {
+impl From<RoadDiagnosis> for Diagnosis {
+    fn from(d: RoadDiagnosis) -> Self {
         Diagnosis {
             summary: summary::road(&d),
             poolable: d.is_poolable(),
@@ -54,10 +54,10 @@ impl From<ride::Diagnosis> for Diagnosis {
     }
 }
 
-impl From<offroad::Diagnosis> for Diagnosis {
-    fn from(d: offroad::Diagnosis) -> Self {
+impl From<OffroadDiagnosis> for Diagnosis {
+    fn from(d: OffroadDiagnosis) -> Self {
         Diagnosis {
-            summary: d.words().trim_end().to_owned(),
+            summary: summary::offroad(&d),
             poolable: false,
             ident: d.ident,
             site: None,

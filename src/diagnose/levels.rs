@@ -13,7 +13,7 @@ use crate::tables::rows::{CauseRow, Ident};
 
 /// Standard errors that a group's mean is from nothing: one in a thousand fleets of thirty effects.
 const BEYOND: f64 = 4.2;
-/// Share of a session's error that all of them may have in common - what nulls do not know of the
+/// Share of a session's error that all of them may have in common - what null simulations do not know of the
 /// method's own bias - and that no number of sessions averages out.
 const COMMON: f64 = 0.35;
 /// What the sizes of an archive's sessions may be off by together, as a share: in five simulated archives

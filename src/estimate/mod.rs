@@ -2,7 +2,7 @@
 //!
 //! Assumes a filtered session and its segments. [`zeros`] finds the sensors' zeros and the
 //! velocity's latency, [`samples`] gathers the samples of the used segments, [`signals`] is the
-//! algebra (eqs. 24-36), [`quasi_static`] says which corner samples count. Nothing is fitted here.
+//! algebra (eqs. 24-36), [`quasi_static`] selects the corner samples. Nothing is fitted here.
 
 pub mod offroad;
 pub mod quasi_static;

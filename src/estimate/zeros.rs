@@ -1,7 +1,7 @@
-//! What the sensors read when there is nothing to read, and how late the velocity is.
+//! Zeros of the sensors, and the latency of the velocity.
 //!
 //! A steering zero of 0.1 degrees is a tenth of a front slip angle at 30 degrees of lean; a
-//! latency of 10 ms under full braking is a slip of 1 %. The ride itself shows them:
+//! latency of 10 ms under full braking is a slip of 1 %. The ride itself determines them:
 //!
 //! - latency and the zero of `acceleration_x`: `v' = a_x + psi' v_y` (inertial unit against
 //!   satellite velocity);
@@ -26,9 +26,9 @@ use crate::model::formulation::Formulation::Corrected;
 /// An error of lateral velocity at an axle, `constant + angle v`, with its covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LateralZero {
-    /// m/s.
+    /// Constant part, m/s.
     pub constant: f64,
-    /// rad.
+    /// Part in proportion to speed, rad.
     pub angle: f64,
     /// Variances and covariance `[cc, ca, aa]`.
     pub covariance: [f64; 3],
@@ -37,25 +37,25 @@ pub struct LateralZero {
 /// The zeros of one session.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Zeros {
-    /// How much the velocity channels lag, s.
+    /// Lag of the velocity channels, s.
     pub latency: f64,
-    /// Its standard error.
+    /// Standard error of the latency, s.
     pub latency_se: f64,
-    /// Of `acceleration_x`, m/s².
+    /// Zero of `acceleration_x`, m/s².
     pub acceleration_x: f64,
-    /// Its standard error.
+    /// Standard error of that zero, m/s².
     pub acceleration_x_se: f64,
-    /// Of `pitch`, rad: what it shows on straights without acceleration.
+    /// Zero of `pitch`, rad: its value on straights without acceleration.
     pub pitch: f64,
-    /// Of `yaw_rate`, rad/s.
+    /// Zero of `yaw_rate`, rad/s.
     pub yaw_rate: f64,
-    /// Of `roll`, rad.
+    /// Zero of `roll`, rad.
     pub roll: f64,
-    /// Its standard error.
+    /// Standard error of that zero, rad.
     pub roll_se: f64,
-    /// Of the lateral velocity over the front wheel, steering zero included.
+    /// Error of the lateral velocity over the front wheel, steering zero included.
     pub front: LateralZero,
-    /// Of the lateral velocity over the rear wheel.
+    /// Error of the lateral velocity over the rear wheel.
     pub rear: LateralZero,
     /// Whether there was enough straight running for the lateral zeros.
     pub lateral_known: bool,
@@ -321,7 +321,7 @@ fn longitudinal(
     let seconds = straight.len() as f64 / coarse.rate;
     let zero = straight.iter().map(|&i| a[(i as i64 - best) as usize] - dv[i]).sum::<f64>()
         / straight.len() as f64;
-    // the velocity error at the ends of each straight is what is left of the mean
+    // what remains of the mean is the velocity error at the ends of each straight
     let stretches = 1 + straight.windows(2).filter(|w| w[1] != w[0] + 1).count();
     zeros.acceleration_x = zero;
     zeros.acceleration_x_se = 0.05 * (stretches as f64).sqrt() / seconds;

@@ -1,6 +1,6 @@
 //! Every coefficient from the numbers that were fitted and the bike file.
 
-use super::coasting::{self, Resistance};
+use super::coasting::Resistance;
 use super::cornering::{self, overturning_share};
 use super::friction;
 use crate::GRAVITY;
@@ -109,9 +109,9 @@ impl Parameters {
             v[(axle, C::PneumaticTrail0)] =
                 trail_0(inputs.radius[k], wheel.vertical_stiffness, load);
         }
-        if let Some(coasting::Resistance { drag, rolling }) = self.resistance {
-            v[(Part::Vehicle, C::Drag)] = drag;
-            v[(Part::Vehicle, C::RollingResistance)] = rolling;
+        if let Some(found) = self.resistance {
+            v[(Part::Vehicle, C::Drag)] = found.drag;
+            v[(Part::Vehicle, C::RollingResistance)] = found.rolling;
         }
         let k_x = self.overturning.unwrap_or(f64::NAN);
         for part in Part::ALL {

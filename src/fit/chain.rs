@@ -31,9 +31,9 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     for (k, radius) in fits.coasting.radii().into_iter().enumerate() {
         inputs.radius[k] = radius.unwrap_or(inputs.radius[k]);
     }
-    if let Some(coasting::Resistance { drag, rolling }) = fits.coasting.resistances() {
-        inputs.drag = drag;
-        inputs.rolling = rolling;
+    if let Some(found) = fits.coasting.resistances() {
+        inputs.drag = found.drag;
+        inputs.rolling = found.rolling;
     }
 
     let mut samples = FittedSamples::default();

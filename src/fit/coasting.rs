@@ -9,7 +9,7 @@
 //! freely under gentle engine power too ([`free_rolling`]).
 //!
 //! The printed form has neither the wheels' inertia nor the slope of the test strip, which both
-//! directions of travel tell apart from rolling resistance.
+//! directions of travel separate from rolling resistance.
 
 use crate::GRAVITY;
 use crate::contract::coefficient::{Coefficient, Id};

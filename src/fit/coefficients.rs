@@ -9,7 +9,7 @@ use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::{Interval, combined_dof, delta, ratio, ratio_se};
 use crate::tables::rows::{Coefficient, Ident, Provenance, Status};
 
-/// The rows of one session. `missing` says why a channel does not allow a coefficient, if one does not.
+/// The rows of one session. `missing` gives the reason where a channel that a coefficient needs is not there.
 pub fn rows(
     solution: &Solution,
     bike: &Bike,

@@ -31,7 +31,7 @@ impl Default for Config {
 pub struct FrictionConfig {
     /// Smallest expected error of the measured friction.
     pub friction_error: f64,
-    /// Smallest expected error of the forward velocity, m/s; the coasting runs may say more.
+    /// Smallest expected error of the forward velocity, m/s; the residuals of coasting may raise it.
     pub velocity_error: f64,
     /// Simplex iterations from each start.
     pub search_iterations: u64,

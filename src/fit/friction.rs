@@ -60,7 +60,7 @@ pub struct Rows {
     pub clusters: Vec<usize>,
     /// Expected error of the velocity, m/s.
     pub velocity_error: f64,
-    /// Whether the tyre was driven as well as braked: then `e1` and `e2` are told apart.
+    /// Whether the tyre was driven as well as braked: then `e1` and `e2` are both determined.
     pub both_signs: bool,
     /// Index of each sample's manoeuvre among those there are.
     group: Vec<usize>,
@@ -230,7 +230,7 @@ pub struct Friction {
     pub theta: Vec<f64>,
     /// Their covariance from manoeuvres.
     pub covariance: Option<ClusterCovariance>,
-    /// The same by leaving out manoeuvres, for the shape factors alone.
+    /// The same by leaving out one manoeuvre at a time, for the shape factors.
     pub shape_covariance: Option<ClusterCovariance>,
     /// Robust spread between manoeuvres.
     pub dispersion: Vec<Option<f64>>,

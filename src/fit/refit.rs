@@ -98,9 +98,9 @@ impl<'a> Refit<'a> {
         for k in 0..2 {
             inputs.radius[k] = radius[k].unwrap_or(inputs.radius[k]) + variation.radius[k];
         }
-        if let Some(coasting::Resistance { drag, rolling }) = resistance {
-            inputs.drag = drag;
-            inputs.rolling = rolling;
+        if let Some(found) = resistance {
+            inputs.drag = found.drag;
+            inputs.rolling = found.rolling;
         }
         inputs.drag += variation.drag;
         inputs.rolling += variation.rolling;

@@ -10,7 +10,7 @@ use crate::statistics::clustered_fit;
 const FRICTION_BIN: f64 = 0.05;
 /// Samples kept of each friction bin: a ride has thousands near zero and dozens at the peak.
 const PER_BIN: usize = 80;
-/// Largest slip ratio: beyond it the wheel is all but locked, and says nothing of the curve.
+/// Largest slip ratio: beyond it the wheel is all but locked, and the curve is not determined there.
 const MAX_SLIP: f64 = 0.95;
 /// Largest friction that a tyre may have; more is a defect of the sample.
 const MAX_FRICTION: f64 = 3.0;

@@ -1,5 +1,5 @@
-//! How far a coefficient is to be believed: its status and, where it is not determined, why and
-//! which riding would change that.
+//! Status of a coefficient and, where it is not determined, the reason and the riding that would
+//! change that.
 
 use super::config::Config;
 use super::friction::is_of_curve;
@@ -38,7 +38,7 @@ pub struct Case<'a> {
 }
 
 impl Case<'_> {
-    /// Status and reason; `missing` says why a channel does not allow the coefficient.
+    /// Status and reason; `missing` is the reason where a needed channel is not there.
     pub fn verdict(&self, missing: Option<String>) -> (Status, Option<String>) {
         let objection = self
             .assumed()
@@ -85,7 +85,7 @@ impl Case<'_> {
             .then(|| poor(format!("only {n} usable manoeuvre(s): {}", self.remedy())))
     }
 
-    /// Of a coefficient of the friction curve: whether the slip is known and the curve was ridden.
+    /// For a coefficient of the friction curve: whether the slip is known and the curve was ridden.
     fn unknown_curve(&self) -> Option<Objection> {
         let coefficient = self.id.coefficient;
         if !is_of_curve(coefficient) {

@@ -222,22 +222,24 @@ impl From<Url> for Location {
     }
 }
 
+/// A local path, whatever it looks like: [`Location::parse`] is what reads URLs.
 impl From<PathBuf> for Location {
     fn from(path: PathBuf) -> Self {
-        Self::from(path.as_path())
+        Self::Local(path)
     }
 }
 
+/// As from a [`PathBuf`].
 impl From<&PathBuf> for Location {
     fn from(path: &PathBuf) -> Self {
-        Self::from(path.as_path())
+        Self::Local(path.clone())
     }
 }
 
+/// As from a [`PathBuf`].
 impl From<&Path> for Location {
     fn from(path: &Path) -> Self {
-        // until no URL travels as a path any more
-        Self::parse(path).unwrap_or_else(|_| Self::Local(path.to_owned()))
+        Self::Local(path.to_owned())
     }
 }
 

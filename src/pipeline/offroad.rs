@@ -1,34 +1,35 @@
 //! The tables of an off-road session.
 
+use super::outcome::{Input, Outcome, Rejection};
+use super::rows::{manoeuvres, provenance, session, warnings};
+use super::settings::Pipeline;
 use super::stages::{OffroadForces, offroad_forces};
-use super::{Input, Outcome, Pipeline, Rejection, manoeuvres, row, session_row};
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Config};
 use crate::plots;
-use crate::tables::rows;
+use crate::tables::rows::Ident;
 
-/// From a session on one clock to its tables.
+/// From a prepared session to its tables.
+///
+/// # Errors
+/// The bike file lacks what the equations need.
 pub fn run(
     input: &Input<'_>,
-    session: Session,
-    mut warnings: Vec<Warning>,
+    ride: Session,
+    mut noticed: Vec<Warning>,
     bike: &Bike,
     pipeline: &Pipeline,
     config: &Config,
 ) -> Result<Outcome, Rejection> {
-    let ridden = offroad_forces(session, bike, pipeline, config)?;
-    let OffroadForces { session, estimate, segments, warnings: noticed } = ridden;
-    warnings.extend(noticed);
-    let ident = rows::Ident::from(&session.meta);
-    let provenance = rows::Provenance {
-        input_hash: input.input_hash.clone(),
-        pipeline_hash: input.pipeline_hash.clone(),
-        version: crate::VERSION.to_owned(),
-    };
+    let ridden = offroad_forces(ride, bike, pipeline, config)?;
+    let OffroadForces { session: ride, estimate, segments, warnings: more } = ridden;
+    noticed.extend(more);
+    let ident = Ident::from(&ride.meta);
+    let provenance = provenance(input);
     let radii = [bike.front.radius, bike.rear.radius];
-    let mut manoeuvres = manoeuvres(&session, &segments, radii, &ident);
+    let mut manoeuvres = manoeuvres(&ride, &segments, radii, &ident);
     for (row, segment) in manoeuvres.iter_mut().zip(&segments) {
         let figures = estimate.figures(segment);
         row.flight_time = figures.flight_time;
@@ -39,19 +40,15 @@ pub fn run(
     let coefficients = estimate.coefficients(&segments, &ident, &provenance);
     let signals = match input.signals {
         true => Some(
-            offroad::table::batch(&session.meta, &estimate, &segments, config.signals_rate)
-                .map_err(|message| Rejection {
-                    stage: "estimate",
-                    code: "internal_error",
-                    message,
-                })?,
+            offroad::table::batch(&ride.meta, &estimate, &segments, config.signals_rate).map_err(
+                |message| Rejection { stage: "estimate", code: "internal_error", message },
+            )?,
         ),
         false => None,
     };
-    let plots = plots::offroad::rows(&session, &estimate, &segments);
-    let warnings: Vec<rows::WarningRow> = warnings.into_iter().map(|w| row(&ident, w)).collect();
-    let session =
-        session_row(&session, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
+    let plots = plots::offroad::rows(&ride, &estimate, &segments);
+    let warnings = warnings(&ident, noticed);
+    let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
     Ok(Outcome {
         session,
         manoeuvres,

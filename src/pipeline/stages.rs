@@ -7,7 +7,8 @@
 //! offroad_forces filter -> inverse dynamics -> segment                       tyre forces, off-road
 //! ```
 
-use super::{Pipeline, Rejection};
+use super::outcome::{Input, Rejection};
+use super::settings::Pipeline;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -21,6 +22,14 @@ use crate::objects::Location;
 use crate::segment::Segment;
 use crate::segment::offroad::Ride;
 use crate::{filter, ingest, segment};
+
+/// The log of an input.
+///
+/// # Errors
+/// It cannot be read.
+pub fn read(input: &Input<'_>) -> Result<ingest::Raw, Rejection> {
+    ingest::read(&input.log, input.maps).map_err(refuse)
+}
 
 /// A log as a clean session on one clock, checked against its bike, unfiltered.
 ///
@@ -52,7 +61,7 @@ pub fn prepare_raw(
     Ok((session, warnings))
 }
 
-pub(super) fn refuse(e: ingest::Error) -> Rejection {
+fn refuse(e: ingest::Error) -> Rejection {
     Rejection { stage: "ingest", code: e.code, message: e.message }
 }
 

@@ -46,7 +46,7 @@ pub enum Error {
         /// Its place, from 0.
         row: usize,
     },
-    /// The columns do not tell the coefficients apart.
+    /// The columns do not determine all coefficients.
     #[error("column {column} is zero or a combination of the columns before it")]
     Collinear {
         /// Its place, from 0.
@@ -301,7 +301,7 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// One solve: moves `b` and says how far the fitted values went, root mean square.
+    /// One solve: moves `b` and returns the root mean square change of the fitted values.
     fn step(&mut self, b: &mut [f64]) -> Result<f64, Error> {
         let cholesky = self.factorise()?;
         for (a, column) in self.x.iter().enumerate() {

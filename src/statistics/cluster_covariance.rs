@@ -2,8 +2,8 @@
 //!
 //! Samples of one manoeuvre share the same biases, so they count almost as one; only the
 //! manoeuvres are independent, and they are few. The sandwich below sums scores per manoeuvre,
-//! inflates each by what the fit has adapted to it, and says how many degrees of freedom the
-//! result has, per coefficient:
+//! inflates each by what the fit has adapted to it, and gives the degrees of freedom of the result
+//! for each coefficient:
 //!
 //! ```text
 //! A_g = J_g' W J_g    u_g = J_g' W r_g    M = (sum A_g)^-1    B_g = M^½ A_g M^½
@@ -33,7 +33,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 const FLOOR: f64 = 1e-5;
 
 /// Share of a coefficient's variance that may lie in such directions.
-const LONELY: f64 = 1e-3;
+const SINGLE_CLUSTER_SHARE: f64 = 1e-3;
 
 /// Why there is no covariance.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -51,12 +51,12 @@ pub enum Error {
         /// The Jacobian's rows.
         expected: usize,
     },
-    /// The Jacobian does not tell the coefficients apart, or is not finite.
+    /// The Jacobian does not determine all coefficients, or is not finite.
     #[error("the samples do not determine all coefficients")]
     Singular,
 }
 
-/// How a manoeuvre's score is inflated.
+/// Correction of a manoeuvre's score for what the fit has adapted to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Correction {
     /// Bias-reduced linearisation.
@@ -65,7 +65,7 @@ pub enum Correction {
     Cr3,
 }
 
-/// What a fit leaves behind; everything as long as the Jacobian has rows.
+/// Residuals, weights and derivatives of a fit; everything as long as the Jacobian has rows.
 #[derive(Debug, Clone, Copy)]
 pub struct Scores<'a> {
     /// Derivative of the residuals, or of the model (the sign does not matter), by each
@@ -88,7 +88,7 @@ pub struct ClusterCovariance {
     /// p x p, units of the coefficients.
     pub covariance: DMatrix<f64>,
     /// Degrees of freedom of each coefficient's variance; 0 where one manoeuvre alone determines
-    /// it, and the covariance then says nothing.
+    /// it; the covariance is then without meaning.
     pub dof: Vec<f64>,
     /// Manoeuvres.
     pub n_clusters: usize,
@@ -339,7 +339,7 @@ impl Shape {
     fn dof(&self, c: &DVector<f64>) -> f64 {
         let spread = (&self.bread * c).dot(c);
         let alone: f64 = self.lonely.iter().map(|v| v.dot(c).powi(2)).sum();
-        if alone.is_nan() || alone > LONELY * spread {
+        if alone.is_nan() || alone > SINGLE_CLUSTER_SHARE * spread {
             return 0.0;
         }
         let independent = self.dof_with(c, 0.0);

@@ -135,7 +135,7 @@ pub fn s_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
 /// tau² = s² mean rho2(r / s) / E rho2(z)  s the S-scale, z standard normal
 /// ```
 /// The S-scale is taken no smaller than `floor`: on a clean ride the last digit of the many easy
-/// samples must not buy the loss of the few telling ones.
+/// samples must not buy the loss of the few informative ones.
 ///
 /// Source: Yohai & Zamar (1988), JASA 83.
 pub fn tau_scale(residuals: &[f64], floor: f64, scratch: &mut [f64]) -> f64 {

@@ -294,7 +294,7 @@ impl Work<'_> {
         let options = Options { max_iterations: 20, tolerance: 1e-3, ..*self.options };
         let (r, scratch) = (vec![0.0; n], vec![0.0; n]);
         let mut work = Work { model: thin, map: self.map, options: &options, r, scratch };
-        // judged by all samples: which of two minima is the lower one the few may not tell
+        // judged by all samples: the few may not show which of two minima is the lower one
         let (mut all, mut scratch) = (self.r.clone(), self.scratch.clone());
         let ends = starts.iter().enumerate().filter_map(|(k, z)| {
             let z = work.descend(z.clone(), None)?.z.as_slice().to_vec();
@@ -333,7 +333,7 @@ impl Work<'_> {
         let mut root_weights = vec![1.0; self.r.len()];
         let solver = if self.robust() {
             // the weights change anyway: a rough solve per reweighting, the last ones are exact
-            // because little is left to do
+            // because little remains to be done
             LevenbergMarquardt::new().with_ftol(1e-4).with_xtol(1e-7).with_patience(10)
         } else {
             LevenbergMarquardt::new().with_patience(400)
@@ -423,7 +423,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Weighted<'_> {
         let mut out = DVector::zeros(self.root_weights.len());
         self.model.residuals(&self.theta, out.as_mut_slice());
         for (r, w) in out.iter_mut().zip(self.root_weights) {
-            // a row without weight says nothing, whatever its residual has become
+            // a row without weight has no information, whatever its residual has become
             *r = if *w == 0.0 {
                 0.0
             } else if r.is_finite() {

@@ -1,8 +1,8 @@
 //! Medians and quantiles of values that need not be in order.
 //!
 //! Contract: values are ordered by [`f64::total_cmp`], so that NaN (of positive sign) counts as
-//! larger than everything and takes its rank; who wants it ignored takes [`finite`] of the values
-//! first. No values have no median: `None`, never a number.
+//! larger than everything and takes its rank; take [`finite`] of the values first to ignore it. No
+//! values have no median: `None`, never a number.
 
 /// Standard deviation of a normal distribution over its median absolute deviation.
 pub const SD_PER_MAD: f64 = 1.4826;
@@ -52,7 +52,7 @@ const SAMPLE: usize = 2048;
 const MARGIN: f64 = 0.04;
 
 /// [`upper_median`] of values that stay as they are and of which none is NaN: of many values only
-/// those that a sample says are near the middle are put in order.
+/// those that a sample places near the middle are put in order.
 pub fn upper_median_of(values: &[f64]) -> Option<f64> {
     let rank = values.len() / 2;
     let by_sample = || {

@@ -4,8 +4,9 @@
 use assert_cmd::Command;
 use roadbench::contract::session::Session;
 use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::advice::{ALIKE, Advice, known, sets};
-use roadbench::diagnose::ride::{self, Diagnosis, Fitted, Settings};
+use roadbench::diagnose::Settings;
+use roadbench::diagnose::road::advice::{ALIKE, Advice, known, sets};
+use roadbench::diagnose::road::{self, Fitted, RoadDiagnosis};
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate;
@@ -32,22 +33,22 @@ fn ride(number: usize, hidden: &[(&str, f64)], set: Option<&str>) -> (Session, M
 
 /// A ride's base fit.
 fn fitted(ride: &(Session, Machine)) -> Fitted<'_> {
-    ride::fitted(&ride.0, &ride.1.bike, &Pipeline::onroad()).expect("fitted")
+    road::fitted(&ride.0, &ride.1.bike, &Pipeline::onroad()).expect("fitted")
 }
 
 /// What diagnosis makes of a ride, with some candidates.
-fn ask(ride: &(Session, Machine), names: &[&str]) -> Diagnosis {
+fn ask(ride: &(Session, Machine), names: &[&str]) -> RoadDiagnosis {
     let effects = names.iter().map(|n| *Effect::named(n).expect("known")).collect();
     let settings = Settings { nulls: 10, effects, advise: false };
-    ride::diagnose(&ride.0, &ride.1.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
+    road::diagnose(&ride.0, &ride.1.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
 }
 
-fn told(d: &Diagnosis) -> Vec<(&str, f64, f64, Verdict)> {
+fn told(d: &RoadDiagnosis) -> Vec<(&str, f64, f64, Verdict)> {
     d.naming
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
-        .map(|c| (c.effect.name, c.value, c.std_error, c.verdict))
+        .map(|c| (c.candidate.name, c.value(), c.std_error(), c.verdict))
         .collect()
 }
 
@@ -69,12 +70,12 @@ fn riding_what_is_advised_tells_wind_from_slope() {
     let first = &before.naming.causes[0];
     assert_eq!(first.verdict, Verdict::Ambiguous, "{:?}", told(&before));
     let class: Vec<&str> =
-        std::iter::once(first.effect.name).chain(first.equivalent.iter().copied()).collect();
+        std::iter::once(first.candidate.name).chain(first.equivalent.iter().copied()).collect();
     assert!(class.contains(&"wind") && class.contains(&"road_grade"), "{class:?}");
     let change = before
         .advice
         .as_ref()
-        .and_then(|a| a.apart(first.effect.name, &first.equivalent))
+        .and_then(|a| a.best_separation(first.candidate.name, &first.equivalent))
         .expect("a set");
     assert!(change.set == COASTS && change.resolves(), "{change:?}");
     let row = &before.causes[0];
@@ -106,7 +107,7 @@ fn riding_what_is_advised_shows_what_could_not_be_seen() {
     let plain = ride(2, &hidden, None);
     let Fitted { session, samples, base, .. } = fitted(&plain);
     let advice = Advice::new(&session, &samples, &base, ALL, &plain.1.bike, &Pipeline::onroad());
-    let change = advice.shown("stiffness_load").expect("a set");
+    let change = advice.best_detection("stiffness_load").expect("a set");
     assert_eq!(change.set, THROTTLE);
     // in standard deviations: the hidden size is two and a half usual ones
     let [before, after] = change.separation.map(|s| 2.5 * s);
@@ -151,8 +152,8 @@ fn a_set_does_what_is_said_of_it() {
         }
     }
     // what is chosen among the sets
-    assert_eq!(advice.shown("road_bank").expect("a set").set, RIGHT);
-    let turned = advice.apart("roll_zero", &["rider_lean"]).expect("a set");
+    assert_eq!(advice.best_detection("road_bank").expect("a set").set, RIGHT);
+    let turned = advice.best_separation("roll_zero", &["rider_lean"]).expect("a set");
     assert!(turned.likeness[0] > 0.7 && turned.likeness[1] < 0.4, "{turned:?}");
 }
 

@@ -6,10 +6,11 @@ use std::path::Path;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::channel::Channel;
 use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::base;
-use roadbench::diagnose::parameters::Parameters;
-use roadbench::diagnose::ride::{self, Diagnosis, Settings, diagnose};
-use roadbench::diagnose::samples::Samples;
+use roadbench::diagnose::Settings;
+use roadbench::diagnose::road::base;
+use roadbench::diagnose::road::parameters::Parameters;
+use roadbench::diagnose::road::samples::Samples;
+use roadbench::diagnose::road::{self, RoadDiagnosis, diagnose};
 use roadbench::effects::extended_model::ExtendedModel;
 use roadbench::effects::{ALL, Effect};
 use roadbench::fit::{Data, chain};
@@ -26,29 +27,29 @@ fn case(number: usize, hidden: &[(&str, f64)]) -> Case {
 }
 
 /// What diagnosis makes of the files of a case, `without` some candidates.
-fn ask(case: &Case, without: &[&str]) -> Diagnosis {
+fn ask(case: &Case, without: &[&str]) -> RoadDiagnosis {
     let folder = tempfile::tempdir().expect("folder");
     let (log, bike) = case.write(folder.path()).expect("written");
     let effects = ALL.iter().filter(|e| !without.contains(&e.name)).copied().collect();
     let settings = Settings { nulls: 20, effects, advise: false };
     let bike = Bike::read(&bike).expect("bike");
-    ride::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed")
+    road::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed")
 }
 
 /// The same with few candidates: what is asked is quickly answered.
-fn ask_for(case: &Case, names: &[&str]) -> Diagnosis {
+fn ask_for(case: &Case, names: &[&str]) -> RoadDiagnosis {
     let (session, machine) = case.ride().expect("ridden");
     let effects = names.iter().map(|n| *Effect::named(n).expect("known")).collect();
     let settings = Settings { nulls: 12, effects, advise: false };
     diagnose(&session, &machine.bike, &Pipeline::onroad(), &settings).expect("diagnosed")
 }
 
-fn told(d: &Diagnosis) -> Vec<(&str, f64, f64)> {
+fn told(d: &RoadDiagnosis) -> Vec<(&str, f64, f64)> {
     d.naming
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
-        .map(|c| (c.effect.name, c.value, c.std_error))
+        .map(|c| (c.candidate.name, c.value(), c.std_error()))
         .collect()
 }
 
@@ -66,7 +67,7 @@ fn the_base_is_the_generating_model() {
     let data = Data::gather(&filtered, &segments, &machine.bike, zeros, &pipeline.estimate);
     let solution = chain::solve(&data, &machine.bike, Formulation::Corrected, &pipeline.fit);
     let samples = Samples::gather(&session, &segments);
-    let fitted = base::fit(&samples, &Parameters::new(&machine.bike, &solution)).world;
+    let fitted = base::fit(&samples, &Parameters::new(&machine.bike, &solution)).values;
     let plant = &machine.plant;
     for (name, got, truth, most) in [
         ("drag", fitted.drag, plant.drag, 0.01),
@@ -157,7 +158,7 @@ fn a_late_velocity_is_found_whole() {
     let (name, value, sd) = named[0];
     assert_eq!(name, "latency");
     assert!((value + 0.05).abs() < 2.0 * sd && sd < 0.005, "{value} +- {sd}");
-    let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.world);
+    let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.values);
     assert!(shown > -0.036, "{shown}");
 }
 
@@ -183,7 +184,7 @@ fn the_extended_model_serves_the_next_run() {
     let (log, bike_path) = hidden.write(folder.path()).expect("written");
     let bike = Bike::read(&bike_path).expect("bike");
     let settings = Settings { nulls: 16, ..Settings::default() };
-    let d = ride::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed");
+    let d = road::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed");
     let path = folder.path().join("model.toml");
     std::fs::write(&path, d.model.to_toml()).expect("written");
     let model = ExtendedModel::read(&path).expect("read");

@@ -2,7 +2,7 @@
 
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::Session;
-use roadbench::diagnose::offroad::{Diagnosis, diagnose};
+use roadbench::diagnose::offroad::{OffroadDiagnosis, diagnose};
 use roadbench::estimate::offroad::rider::{self, Rider};
 use roadbench::estimate::offroad::{self, Config};
 use roadbench::filter;
@@ -37,10 +37,10 @@ fn ride(scenario: &Motocross) -> Ridden {
     ridden
 }
 
-fn diagnosed(scenario: &Motocross, ridden: &Ridden) -> Diagnosis {
+fn diagnosed(scenario: &Motocross, ridden: &Ridden) -> OffroadDiagnosis {
     let d = diagnose(&ridden.session, &scenario.bike, &Pipeline::builtin("offroad"), NULLS)
         .expect("diagnosed");
-    println!("{}", d.words());
+    println!("{}", roadbench::diagnose::summary::offroad(&d));
     for c in &d.causes {
         let [low, high] = [c.ci95_low, c.ci95_high].map(|v| v.unwrap_or(f64::NAN));
         println!(
@@ -51,11 +51,11 @@ fn diagnosed(scenario: &Motocross, ridden: &Ridden) -> Diagnosis {
     d
 }
 
-fn named(d: &Diagnosis) -> Vec<&CauseRow> {
+fn named(d: &OffroadDiagnosis) -> Vec<&CauseRow> {
     d.causes.iter().filter(|c| matches!(c.verdict.as_str(), "named" | "ambiguous")).collect()
 }
 
-fn cause<'a>(d: &'a Diagnosis, effect: &str) -> &'a CauseRow {
+fn cause<'a>(d: &'a OffroadDiagnosis, effect: &str) -> &'a CauseRow {
     d.causes.iter().find(|c| c.effect == effect).unwrap_or_else(|| panic!("no {effect}"))
 }
 
@@ -102,7 +102,7 @@ fn errors(scenario: &Motocross, ridden: &Ridden, settings: &[rider::Config]) -> 
 }
 
 /// Active legs: the rider's motion is found from rider B, and the tyre forces are the better for it.
-fn active_legs(seed: u64, duration: f64) -> (Motocross, Ridden, Diagnosis) {
+fn active_legs(seed: u64, duration: f64) -> (Motocross, Ridden, OffroadDiagnosis) {
     let scenario = scenario(seed, duration, &[]);
     let ridden = ride(&scenario);
     let d = diagnosed(&scenario, &ridden);

@@ -5,11 +5,11 @@ use rayon::prelude::*;
 use roadbench::contract::channel::Channel;
 use roadbench::contract::manoeuvre::Direction;
 use roadbench::contract::session::{Meta, Session};
-use roadbench::diagnose::attitude::Posture;
-use roadbench::diagnose::parameters::{BASE, Parameter, Parameters};
-use roadbench::diagnose::residuals::{Blocks, Curves, attitudes, blocks, blocks_at};
-use roadbench::diagnose::ride;
-use roadbench::diagnose::samples::Samples;
+use roadbench::diagnose::road;
+use roadbench::diagnose::road::attitude::Posture;
+use roadbench::diagnose::road::parameters::{BASE, Parameter, Parameters};
+use roadbench::diagnose::road::residuals::{Blocks, Curves, attitudes, blocks, blocks_at};
+use roadbench::diagnose::road::samples::Samples;
 use roadbench::effects::physics::Multibody;
 use roadbench::effects::{ALL, Effect, ModelError};
 use roadbench::pipeline::Pipeline;
@@ -123,8 +123,8 @@ fn base() -> (Samples, Parameters) {
     let (kind, plan) = (Kind::Null, "paper");
     let case = Case { seed: 0, number: 2, kind, plan, hidden: Vec::new(), foreign: None };
     let (session, machine) = case.ride().expect("ridden");
-    let fitted = ride::fitted(&session, &machine.bike, &Pipeline::onroad()).expect("fitted");
-    (fitted.samples, fitted.base.world)
+    let fitted = road::fitted(&session, &machine.bike, &Pipeline::onroad()).expect("fitted");
+    (fitted.samples, fitted.base.values)
 }
 
 /// Parameters with one of them a step away.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use roadbench::diagnose::Settings;
 use roadbench::diagnose::levels::{self, Evidence};
-use roadbench::diagnose::ride::{Settings, diagnose};
+use roadbench::diagnose::road::diagnose;
 use roadbench::effects::Effect;
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate;

@@ -13,7 +13,8 @@ mod twist;
 
 use common::machine;
 use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::ride::{Settings, diagnose};
+use roadbench::diagnose::Settings;
+use roadbench::diagnose::road::diagnose;
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::multibody;
 use roadbench::simulate::rider::Disturbance;
@@ -75,7 +76,7 @@ fn a_sensor_off_its_place_is_named_on_a_motorcycle_that_is_not_the_model() {
         .causes
         .iter()
         .filter(|c| matches!(c.verdict, Verdict::Named | Verdict::Ambiguous))
-        .map(|c| (c.effect.name, c.value))
+        .map(|c| (c.candidate.name, c.value()))
         .collect();
     let of = |name: &str| named.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
     assert!(of("velocity_lever_arm").is_some_and(|v| (v + 0.6).abs() < 0.08), "{named:?}");

@@ -1,10 +1,10 @@
 //! Fits of candidates to block residuals, robust (Huber), with intervals.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
-use super::effects::Curve;
+use super::curve::Curve;
 use super::residuals::{Block, CHANNELS};
+use crate::diagnose::held_out::{FOLDS, sum_over_folds};
 use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Residuals beyond this many standard deviations count linearly.
@@ -170,8 +170,8 @@ impl Problem {
         loss
     }
 
-    /// Moves the linear numbers a few safe steps and returns the loss there.
-    fn settle(&self, r: &[f64], linear: &Linear, x: &mut [f64], used: Used<'_>) -> f64 {
+    /// Moves the linear numbers [`SHORT`] safe steps and returns the loss there.
+    fn few_steps(&self, r: &[f64], linear: &Linear, x: &mut [f64], used: Used<'_>) -> f64 {
         let own = self.uncertain.len();
         let mut gradient = DVector::<f64>::zeros(linear.width);
         for _ in 0..SHORT {
@@ -331,7 +331,7 @@ impl Problem {
         let mut at = |log: f64| {
             trial.copy_from_slice(others);
             self.curves[j].add(log.exp(), &mut trial);
-            self.settle(&trial, linear, &mut start, used)
+            self.few_steps(&trial, linear, &mut start, used)
         };
         let last = nodes.len() - 1;
         let (low, high) = match near {
@@ -371,25 +371,22 @@ impl Problem {
         })
     }
 
-    /// Twice the loss on clusters left out, of candidates and bike fitted to the others.
-    /// `whole` is the fit to all of them.
-    pub fn held_out(&self, bare: &[f64], included: &[usize], whole: &Fit, folds: usize) -> f64 {
+    /// Twice the loss on clusters left out, of candidates and bike fitted to the others, over [`FOLDS`]
+    /// fits. `whole` is the fit to all of them.
+    pub fn held_out(&self, bare: &[f64], included: &[usize], whole: &Fit) -> f64 {
         let linear = self.linear(included);
-        (0..folds)
-            .into_par_iter()
-            .map(|fold| {
-                // a lap may have as many events as there are folds
-                let left_out = |c: usize| (c + c / folds) % folds == fold;
-                let fit = self.fit_with(bare, included, &linear, Some(whole), &|c| !left_out(c));
-                let mut sum = 0.0;
-                for ((r, w), b) in fit.residual.iter().zip(&self.weight).zip(&self.blocks) {
-                    if left_out(b.cluster) {
-                        sum += 2.0 * rho(r * w);
-                    }
+        sum_over_folds(|fold| {
+            // a lap may have as many events as there are folds
+            let left_out = |c: usize| (c + c / FOLDS) % FOLDS == fold;
+            let fit = self.fit_with(bare, included, &linear, Some(whole), &|c| !left_out(c));
+            let mut sum = 0.0;
+            for ((r, w), b) in fit.residual.iter().zip(&self.weight).zip(&self.blocks) {
+                if left_out(b.cluster) {
+                    sum += 2.0 * rho(r * w);
                 }
-                sum
-            })
-            .sum()
+            }
+            sum
+        })
     }
 
     /// Standard deviations of the included candidates' numbers (of their logarithms for nodes): from the

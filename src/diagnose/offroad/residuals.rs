@@ -155,31 +155,8 @@ impl Residuals {
             known.push(b);
         }
         let long = (BLOCK * rate).round().max(1.0) as usize;
-        let (mut blocks, mut parts): (Vec<Block>, Vec<Part>) = (Vec::new(), Vec::new());
-        for channel in 0..CHANNELS.len() {
-            for start in (0..n.saturating_sub(long - 1)).step_by(long) {
-                let inside: Vec<(usize, [f64; 5])> = (start..start + long)
-                    .filter_map(|j| covectors[j][channel].map(|w| (j, w)))
-                    .collect();
-                if (inside.len() as f64) < SHARE * long as f64 {
-                    continue;
-                }
-                let at = (start + long / 2) * step;
-                let kind = segments
-                    .iter()
-                    .find(|s| (s.start..s.end).contains(&at))
-                    .map_or(ManoeuvreKind::Other, |s| s.kind);
-                let block = blocks.len();
-                let share = 1.0 / inside.len() as f64;
-                blocks.push(Block { channel, at, cluster: of_sample(at), kind, share });
-                parts.extend(inside.into_iter().map(|(sample, w)| Part {
-                    block,
-                    sample,
-                    w,
-                    driving: driving[sample],
-                }));
-            }
-        }
+        let samples = Samples { covectors: &covectors, driving: &driving, step };
+        let (blocks, parts) = samples.blocks(long, segments, of_sample);
         let mut out = Residuals {
             blocks,
             clusters,
@@ -223,6 +200,52 @@ impl Residuals {
             counts[channel] += 1.0;
         }
         std::array::from_fn(|c| (passed * sums[c] / f64::max(counts[c], 1.0)).sqrt())
+    }
+}
+
+/// Thinned samples with what is left over at each.
+struct Samples<'a> {
+    covectors: &'a [[Option<[f64; 5]>; 7]],
+    driving: &'a [bool],
+    /// Samples of the log per thinned one.
+    step: usize,
+}
+
+impl Samples<'_> {
+    /// The blocks of `long` samples that lie in a channel's kind of motion, and their samples.
+    fn blocks(
+        &self,
+        long: usize,
+        segments: &[Segment],
+        cluster_of: impl Fn(usize) -> usize,
+    ) -> (Vec<Block>, Vec<Part>) {
+        let n = self.covectors.len();
+        let (mut blocks, mut parts): (Vec<Block>, Vec<Part>) = (Vec::new(), Vec::new());
+        for channel in 0..CHANNELS.len() {
+            for start in (0..n.saturating_sub(long - 1)).step_by(long) {
+                let inside: Vec<(usize, [f64; 5])> = (start..start + long)
+                    .filter_map(|j| self.covectors[j][channel].map(|w| (j, w)))
+                    .collect();
+                if (inside.len() as f64) < SHARE * long as f64 {
+                    continue;
+                }
+                let at = (start + long / 2) * self.step;
+                let kind = segments
+                    .iter()
+                    .find(|s| (s.start..s.end).contains(&at))
+                    .map_or(ManoeuvreKind::Other, |s| s.kind);
+                let block = blocks.len();
+                let share = 1.0 / inside.len() as f64;
+                blocks.push(Block { channel, at, cluster: cluster_of(at), kind, share });
+                parts.extend(inside.into_iter().map(|(sample, w)| Part {
+                    block,
+                    sample,
+                    w,
+                    driving: self.driving[sample],
+                }));
+            }
+        }
+        (blocks, parts)
     }
 }
 

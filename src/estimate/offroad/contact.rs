@@ -82,7 +82,7 @@ pub struct Wheel {
 }
 
 /// Shares of the bike's weight below which it flies and above which it is down again, where a row is
-/// lost and the sum of both loads has to tell.
+/// lost and the sum of both loads has to show it.
 const WEIGHTLESS: [f64; 2] = [0.2, 0.35];
 
 /// Both wheels over a session.

@@ -40,9 +40,9 @@ const MEAN_FREE: f64 = 10.0;
 const HIDDEN: f64 = 0.002;
 /// Least distance along the chassis of two accelerometers that give the pitch acceleration, m.
 const LEAST_BASE: f64 = 0.3;
-/// What a wheel's speed says of the bike's own, Hz: faster is slip, bumps and spin in the air.
+/// Up to this frequency a wheel's speed is the bike's own, Hz: faster is slip, bumps and spin in the air.
 const SLOW_WHEEL: f64 = 2.0;
-/// Slowest vertical velocity that an integral can tell from drift, Hz.
+/// Slowest vertical velocity that an integral separates from drift, Hz.
 const SLOWEST: f64 = 0.1;
 
 /// The seventeen variables and the suspension forces, sample by sample; NaN where unknown.
@@ -74,7 +74,7 @@ pub struct Kinematics {
     pub t_sr: Vec<f64>,
     /// Rows of the equations that the channels do not allow.
     pub lost: [bool; 5],
-    /// What throttle and brake pressures say: 1 drives, -1 brakes, 0 neither or both. Empty where
+    /// From throttle and brake pressures: 1 drives, -1 brakes, 0 neither or both. Empty where
     /// they are not logged.
     pub levers: Vec<i8>,
 }
@@ -157,7 +157,7 @@ impl Kinematics {
         });
         let Some((a, b)) = pair else {
             self.mudd = derivative(&self.mud, self.rate, WINDOW);
-            self.lost[2] |= self.mu.iter().all(|m| *m == 0.0); // nothing tells the pitch either
+            self.lost[2] |= self.mu.iter().all(|m| *m == 0.0); // the pitch is not known either
             let then = "the second derivative of the pitch, which is noisier";
             match missing_of(force) {
                 Some(channel) => notes.instead(channel, "the pitch acceleration", then),
@@ -382,7 +382,7 @@ impl Kinematics {
         let throttle = on(Channel::Throttle, OPEN);
         let brakes = [Channel::BrakePressureFront, Channel::BrakePressureRear]
             .map(|channel| on(channel, PRESSED));
-        // one alone says when it is on, not that the other is off
+        // one brake shows when it is on, not that the other is off
         let at = |x: &Option<Vec<bool>>, i: usize| x.as_ref().is_some_and(|x| x[i]);
         if throttle.is_none() || brakes.iter().any(Option::is_none) {
             return;

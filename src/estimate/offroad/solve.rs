@@ -3,7 +3,7 @@
 //! ```text
 //! minimise | B_d (A_t f - b_1) |^2 + | B_c W f |^2,   f = [N_f, N_r, B_f, B_r, D_r] >= 0
 //! ```
-//! Drive and brake exclude each other, as the paper says they do: throttle and brake pressures tell
+//! Drive and brake exclude each other, as the paper has it: throttle and brake pressures show
 //! which, where they are logged, the sign of the sum along the chassis otherwise. The columns of the other branch
 //! are left out, which is `B_c -> infinity` and better conditioned (book, Off the road, section 7). A
 //! wheel that is off the ground is held to zero by `B_c`, faded over the switching.

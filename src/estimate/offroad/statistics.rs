@@ -219,7 +219,7 @@ fn engaged(
 const MEDIAN: f64 = 1.2533;
 /// Widest half interval over the value that is called determined.
 const WIDEST: f64 = 0.5;
-/// Fewest segments of an interval that can be believed.
+/// Fewest segments of a reliable interval.
 const FEWEST: usize = 4;
 
 fn coefficient(

@@ -16,9 +16,9 @@ use crate::model::offroad::machine::Machine;
 
 /// Largest lag that is looked for, s.
 const FARTHEST: f64 = 0.25;
-/// Slower than this says nothing about a lag, Hz.
+/// Slower motion does not determine a lag, Hz.
 const SLOW: f64 = 1.0;
-/// Correlation at which the two are believed to be the same motion.
+/// Correlation from which the two are taken for the same motion.
 const ALIKE: f64 = 0.7;
 /// Rate at which lags are first looked for, Hz.
 const COARSE: f64 = 400.0;
@@ -51,7 +51,7 @@ pub fn check(
     })
 }
 
-/// Lag of the steering head behind the rest, s; `None` where it cannot be told.
+/// Lag of the steering head behind the rest, s; `None` where it is not determined.
 pub fn lag(session: &Session, k: &Kinematics, machine: &Machine) -> Option<f64> {
     let head = session.get(Channel::HeadAccelerationZ)?;
     let sensors = &machine.sensors;

@@ -48,7 +48,7 @@ pub fn batch(
     let rider = |f: &dyn Fn([f64; 4]) -> f64| each(&|r, i| f(estimate.riders[r].forces.at(i)));
     let off = |off: &[bool], row: usize| {
         each(&|_, i| match (k.lost[row], off[i]) {
-            (true, _) => f64::NAN, // its own row could not tell
+            (true, _) => f64::NAN, // its own row of the equations is missing
             (false, off) => f64::from(u8::from(!off)),
         })
     };

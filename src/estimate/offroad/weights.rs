@@ -76,7 +76,7 @@ impl Weights {
     }
 }
 
-/// Which of the forces a branch looks for the rows that are left determine.
+/// Which of the forces of a branch the remaining rows determine.
 pub fn determined(machine: &Machine, lost: [bool; 5], free: [bool; 5]) -> [bool; 5] {
     let equations = &machine.equations;
     let weights = Weights::lengths(equations, lost);

@@ -1,0 +1,105 @@
+//! Calibration against null simulations, rides on which the model leaves nothing out: what every candidate
+//! scores there, and what residuals are left (`diagnosis.md`, section 2.4).
+
+use std::collections::BTreeMap;
+
+use crate::contract::manoeuvre::ManoeuvreKind;
+
+/// Share of the null simulations whose largest score lies below the threshold.
+const QUANTILE: f64 = 0.95;
+
+/// A kind of manoeuvre and the place of a channel of residuals.
+pub type Cell = (ManoeuvreKind, usize);
+
+/// Root mean square and number of the residuals in each cell.
+pub type Rms = BTreeMap<Cell, (f64, usize)>;
+
+/// Mean and largest root mean square of the residuals of null simulations in each cell.
+pub type Floor = BTreeMap<Cell, [f64; 2]>;
+
+/// What candidates and residuals show on null simulations; `S` is what scores are measured by.
+#[derive(Debug, Clone)]
+pub struct Calibration<S> {
+    /// Median size that a null simulation shows, per candidate: the method's bias.
+    pub bias: Vec<f64>,
+    /// How many null simulations.
+    pub nulls: usize,
+    /// Largest score of each null simulation, each judged as the ride.
+    pub tops: Vec<f64>,
+    /// What residuals they have.
+    pub floor: Floor,
+    /// What scores are measured by.
+    pub scale: S,
+}
+
+impl<S> Calibration<S> {
+    /// Share of the null simulations in which some candidate scores as much or more.
+    pub fn false_alarm_rate(&self, score: f64) -> f64 {
+        let over = self.tops.iter().filter(|t| **t >= score).count();
+        over as f64 / self.nulls.max(1) as f64
+    }
+}
+
+/// The score that a share of [`QUANTILE`] of null simulations stays below; infinite without any.
+pub fn threshold(mut tops: Vec<f64>) -> f64 {
+    if tops.is_empty() {
+        return f64::INFINITY;
+    }
+    tops.sort_by(f64::total_cmp);
+    let place = QUANTILE * (tops.len() as f64 - 1.0);
+    let (low, share) = (place.floor() as usize, place.fract());
+    let high = tops[(low + 1).min(tops.len() - 1)];
+    // they are few and set their own bias and spread: a little more
+    (1.0 + 1.0 / tops.len() as f64) * (tops[low] + share * (high - tops[low]))
+}
+
+/// Root mean squares of residuals.
+pub fn rms(residuals: impl Iterator<Item = (Cell, f64)>) -> Rms {
+    let mut out = Rms::new();
+    for (cell, r) in residuals {
+        let sum = out.entry(cell).or_default();
+        sum.0 += r * r;
+        sum.1 += 1;
+    }
+    out.values_mut().for_each(|(sum, n)| *sum = (*sum / *n as f64).sqrt());
+    out
+}
+
+/// The floor under `nulls` null simulations.
+pub fn floor<'a>(sizes: impl Iterator<Item = &'a Rms>, nulls: usize) -> Floor {
+    let mut out = Floor::new();
+    for (cell, (size, _)) in sizes.flatten() {
+        let floor = out.entry(*cell).or_insert([0.0, 0.0]);
+        floor[0] += size / nulls as f64;
+        floor[1] = floor[1].max(*size);
+    }
+    out
+}
+
+/// Correlation of the pairs that are finite; 0 where either does not vary.
+pub fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let pairs: Vec<(f64, f64)> = pairs.filter(|(x, r)| x.is_finite() && r.is_finite()).collect();
+    let n = pairs.len() as f64;
+    let (mx, mr) = pairs.iter().fold((0.0, 0.0), |(a, b), (x, r)| (a + x / n, b + r / n));
+    let (mut xx, mut rr, mut xr) = (0.0, 0.0, 0.0);
+    for (x, r) in pairs {
+        xx += (x - mx) * (x - mx);
+        rr += (r - mr) * (r - mr);
+        xr += (x - mx) * (r - mr);
+    }
+    if xx * rr > 0.0 { xr / (xx * rr).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_threshold_is_a_little_above_the_quantile() {
+        assert_eq!(threshold(Vec::new()), f64::INFINITY);
+        assert_eq!(threshold(vec![3.0]), 6.0);
+        // 0.95 of the way over 20 steps, and a twenty-first more
+        let tops: Vec<f64> = (0..=20).rev().map(f64::from).collect();
+        assert!((threshold(tops) - 19.0 * (1.0 + 1.0 / 21.0)).abs() < 1e-12);
+    }
+}

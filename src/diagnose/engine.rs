@@ -1,0 +1,265 @@
+//! The diagnosis engine: what road and off-road implement, and the naming of causes that both share
+//! (`diagnosis.md`, section 2.5).
+//!
+//! An alarm is a score beyond what null simulations show. Of the candidates that share in it and whose
+//! size is within its bounds the one whose joint fit with the model gains most is named; those that gain
+//! nearly as much are its equivalents. The named one joins the model, and every other candidate is judged
+//! anew on that.
+
+use std::collections::BTreeMap;
+
+use super::calibration::{Calibration, Cell, Rms};
+use super::cause::{Cause, Estimate, Judged, Naming, Structure};
+use crate::contract::verdict::Verdict;
+use crate::tables::rows::DiscrepancyRow;
+
+/// What decides whether a candidate is named, where the kinds of riding differ. Scores are in units of
+/// what 19 of 20 null simulations stay below.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NamingRules {
+    /// Score from which there is an alarm, and that a named candidate must have itself.
+    pub alarm: f64,
+    /// Score that an equivalent must have.
+    pub rival: f64,
+    /// Share of the largest score of a candidate within its bounds that every one must have itself.
+    pub share: f64,
+    /// Share of the best gain from which a candidate is an equivalent.
+    pub equivalent: f64,
+    /// Share of its gain that a rival keeps beside the named one if it is a cause of its own; `None` leaves
+    /// every rival an equivalent.
+    pub independent: Option<f64>,
+    /// Most causes of one ride.
+    pub most: usize,
+}
+
+/// Scores that candidates must exceed at a stage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// To be named.
+    pub alarm: f64,
+    /// To be an equivalent.
+    pub rival: f64,
+}
+
+impl Gate {
+    fn new(rules: &NamingRules, judged: &[Judged], in_bounds: impl Fn(&Judged) -> bool) -> Self {
+        // a score that no size within the bounds explains is no measure for the others
+        let largest = largest(judged.iter().filter(|j| in_bounds(j)));
+        Gate {
+            alarm: rules.alarm.max(rules.share * largest),
+            rival: rules.rival.max(rules.share * largest),
+        }
+    }
+}
+
+/// A candidate in a joint fit with the model.
+#[derive(Debug, Clone)]
+pub struct Refit<M> {
+    /// As it was judged before.
+    pub judged: Judged,
+    /// Its size in the joint fit.
+    pub estimate: Option<Estimate>,
+    /// Fall of twice the loss.
+    pub gain: f64,
+    /// The joint fit.
+    pub model: M,
+}
+
+/// What is left of the named causes once each was put to the test, and all other candidates.
+#[derive(Debug, Clone)]
+pub struct Confirmed<M> {
+    /// In the order of their naming, with their final sizes.
+    pub named: Vec<Cause>,
+    /// Those with an objection.
+    pub rejected: Vec<Cause>,
+    /// All others, in any order.
+    pub rest: Vec<Cause>,
+    /// The model with what is named.
+    pub extended: M,
+    /// The largest residual structure, where it is looked for.
+    pub structure: Option<Structure>,
+    /// Whether something is wrong that no candidate explains.
+    pub unexplained: bool,
+}
+
+/// The row of `causes` of what no candidate explains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unexplained {
+    /// How many times what null simulations show.
+    pub score: f64,
+    /// What the score is of.
+    pub parameter: &'static str,
+    /// Why it is said.
+    pub reason: String,
+    /// Whether the row stands before those of the named causes.
+    pub first: bool,
+}
+
+/// Block residuals of one channel in one kind of manoeuvre: block and residual, in time order.
+pub type CellResiduals = BTreeMap<Cell, Vec<(usize, f64)>>;
+
+/// Residuals put into their cells, in the order in which they come.
+pub fn in_cells(residuals: impl Iterator<Item = (Cell, usize, f64)>) -> CellResiduals {
+    let mut out = CellResiduals::new();
+    for (cell, block, r) in residuals {
+        out.entry(cell).or_default().push((block, r));
+    }
+    out
+}
+
+/// A kind of riding that can be diagnosed, for one ride: its residuals, its candidates, its null
+/// simulations and what is particular about judging them.
+pub trait Engine {
+    /// A fitted model, the base or one with causes.
+    type Model;
+    /// A model with what every open candidate shows on it.
+    type Stage;
+    /// What scores are measured by.
+    type Scale;
+
+    /// What decides whether a candidate is named.
+    fn rules(&self) -> NamingRules;
+
+    /// The base model and what candidates show on it.
+    fn first(&self) -> Self::Stage;
+
+    /// Every open candidate at a stage.
+    fn judge(&self, stage: &Self::Stage) -> Vec<Judged>;
+
+    /// Whether a candidate's size is within its bounds.
+    fn in_bounds(&self, judged: &Judged) -> bool;
+
+    /// Joint fits with the candidates that pass the gate and have a size within their bounds, the largest
+    /// gain first. `named` are in the stage's model.
+    fn refits(
+        &self,
+        stage: &Self::Stage,
+        judged: &[Judged],
+        gate: Gate,
+        named: &[Cause],
+    ) -> Vec<Refit<Self::Model>>;
+
+    /// Whether a refitted candidate gains enough to be named, and passes what else is asked of a cause.
+    fn is_nameable(
+        &self,
+        stage: &Self::Stage,
+        refit: &Refit<Self::Model>,
+        gate: Gate,
+        named: &[Cause],
+    ) -> bool;
+
+    /// The next stage: the last of `named` is in its model.
+    fn join(&self, stage: Self::Stage, refit: Refit<Self::Model>, named: &[Cause]) -> Self::Stage;
+
+    /// Puts the named causes to the test. `judged` are the open candidates of the last stage.
+    fn confirm(
+        &self,
+        stage: Self::Stage,
+        judged: Vec<Judged>,
+        named: Vec<Cause>,
+    ) -> Confirmed<Self::Model>;
+
+    /// Name and unit of every channel of residuals.
+    fn channels(&self) -> Vec<(&'static str, &'static str)>;
+
+    /// Residuals under the base model.
+    fn base_residuals(&self) -> CellResiduals;
+
+    /// Residuals under the model with what is named.
+    fn extended_residuals(&self, naming: &Naming<Self::Model>) -> CellResiduals;
+
+    /// Share of a channel's noise on its null simulations that it shows in every kind of manoeuvre, at
+    /// least one: a channel that is noisier than that everywhere is noisy, not wrong.
+    fn noisier(&self, before: &Rms) -> Vec<f64>;
+
+    /// Fewest blocks of a channel and kind in which structure is looked for.
+    fn fewest_blocks(&self) -> usize;
+
+    /// Variables of the ride that a misfit may follow, block by block; and whether they are held against
+    /// what the named causes leave, not against the whole misfit.
+    fn covariates(&self) -> (Vec<(&'static str, Vec<f64>)>, bool);
+
+    /// What null simulations show.
+    fn calibration(&self) -> &Calibration<Self::Scale>;
+
+    /// Fall of twice the loss on manoeuvres left out: of the named causes, and of every candidate together.
+    fn held_out_gains(&self, naming: &Naming<Self::Model>) -> [f64; 2];
+
+    /// What no candidate explains.
+    fn unexplained(
+        &self,
+        naming: &Naming<Self::Model>,
+        discrepancies: &[DiscrepancyRow],
+    ) -> Option<Unexplained>;
+
+    /// What is added to the sentence of a named cause, or of one that is not identifiable.
+    fn remark(&self, cause: &Cause) -> String {
+        let _ = cause;
+        String::new()
+    }
+}
+
+/// Names the causes of a ride.
+pub fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
+    let rules = engine.rules();
+    let mut stage = engine.first();
+    let mut judged = engine.judge(&stage);
+    let alarm = largest(judged.iter());
+    let mut named: Vec<Cause> = Vec::new();
+    while named.len() < rules.most
+        && (largest(judged.iter()) > rules.alarm || judged.iter().any(|j| j.relieves))
+    {
+        let gate = Gate::new(&rules, &judged, |j| engine.in_bounds(j));
+        let Some((cause, rivals, refit)) = best(engine, &stage, &judged, gate, &named) else {
+            break;
+        };
+        named.push(cause);
+        stage = engine.join(stage, refit, &named);
+        judged = engine.judge(&stage);
+        if let (Some(share), Some(last)) = (rules.independent, named.last_mut()) {
+            // a rival that still gains much beside the named one is a cause of its own
+            let gain_of = |name: &str| judged.iter().find(|j| j.candidate.name == name);
+            last.retain_equivalents(|name| {
+                let before = rivals.iter().find(|r| r.0 == name).map_or(0.0, |r| r.1);
+                gain_of(name).map_or(0.0, |j| j.gain) <= share * before
+            });
+        }
+    }
+    let confirmed = engine.confirm(stage, judged, named);
+    let Confirmed { mut named, rejected, mut rest, extended, structure, unexplained } = confirmed;
+    rest.sort_by(|a, b| b.score.total_cmp(&a.score));
+    named.extend(rejected.into_iter().chain(rest));
+    Naming { causes: named, extended, alarm, structure, unexplained }
+}
+
+/// Candidates that gain nearly as much as the named one, with their gains.
+type Rivals = Vec<(&'static str, f64)>;
+
+/// The candidate that the model gains most by, as a cause, and the model with it.
+fn best<E: Engine>(
+    engine: &E,
+    stage: &E::Stage,
+    judged: &[Judged],
+    gate: Gate,
+    named: &[Cause],
+) -> Option<(Cause, Rivals, Refit<E::Model>)> {
+    let mut refits = engine.refits(stage, judged, gate, named);
+    let at = refits.iter().position(|r| engine.is_nameable(stage, r, gate, named))?;
+    let best = refits.remove(at);
+    let least = engine.rules().equivalent * best.gain;
+    let near = |r: &&Refit<E::Model>| r.gain > least;
+    let rivals: Rivals =
+        refits.iter().filter(near).map(|r| (r.judged.candidate.name, r.gain)).collect();
+    let cause = Cause {
+        estimate: best.estimate,
+        gain: best.gain,
+        equivalent: rivals.iter().map(|r| r.0).collect(),
+        ..best.judged.cause(if rivals.is_empty() { Verdict::Named } else { Verdict::Ambiguous })
+    };
+    Some((cause, rivals, best))
+}
+
+/// The largest score; zero of none.
+fn largest<'a>(judged: impl Iterator<Item = &'a Judged>) -> f64 {
+    judged.map(|j| j.score).fold(0.0, f64::max)
+}

@@ -1,0 +1,13 @@
+//! What the base model (rider B, the bike file's fork) may leave out.
+
+use super::declaration::Declaration;
+use super::{rider_motion, suspension};
+
+/// Every candidate.
+pub const ALL: &[Declaration] = &[
+    rider_motion::VERTICAL,
+    rider_motion::HORIZONTAL,
+    suspension::FORK_FRICTION,
+    suspension::FORK_PRELOAD,
+    suspension::SHOCK_FRICTION,
+];

@@ -1,0 +1,15 @@
+//! What to ride next: manoeuvres that would tell what this ride cannot, and by how much.
+//!
+//! Every set of [`sets`] is simulated on the fitted model, put through filter, segmentation and
+//! linearisation like a ride, and what it knows is added to what the session knows
+//! ([`information`]). Noise is the session's own; a channel that the session lacks stays lacking.
+//! What the figures leave out is what is not in them: manoeuvres that differ among each other, and
+//! the method's bias.
+
+pub mod information;
+pub mod ranking;
+mod rows;
+pub mod sets;
+
+pub use ranking::{ALIKE, Advice, Change, known};
+pub use rows::amend;

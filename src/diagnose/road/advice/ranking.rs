@@ -1,0 +1,170 @@
+//! The sets of manoeuvres ranked by what they would tell.
+
+use rayon::prelude::*;
+
+use super::information::{Curvature, Information};
+use super::sets::{SETS, Set};
+use crate::contract::bike::Bike;
+use crate::contract::session::{Meta, Session};
+use crate::diagnose::road::base::{self, Base};
+use crate::diagnose::road::parameters::{BASE, Parameter, Parameters};
+use crate::diagnose::road::replay;
+use crate::diagnose::road::residuals::blocks;
+use crate::diagnose::road::samples::Samples;
+use crate::effects::Effect;
+use crate::pipeline::{self, Pipeline};
+use crate::simulate;
+use crate::simulate::rider::Disturbance;
+use crate::statistics::random::Random;
+
+/// Likeness from which two effects count as one that a ride cannot tell apart: a rival then gains four
+/// fifths of what the cause itself gains.
+pub const ALIKE: f64 = 0.9;
+/// Logging rate of simulated sets, Hz.
+const LOGGED: f64 = 100.0;
+/// Longest set, s: a fitted model on which a set does not end is advised without it.
+const LONGEST: f64 = 400.0;
+
+/// What a session knows of the effects, and what it would know after more riding.
+#[derive(Debug, Clone)]
+pub struct Advice {
+    /// The effects' names, in the order of what is known of them.
+    pub effects: Vec<&'static str>,
+    /// The session's own.
+    pub own: Information,
+    /// With each set ridden on top.
+    pub with: Vec<(Set, Information)>,
+}
+
+/// What a set would do for a cause and its rivals, or for an effect that is not seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// The set, as the subject of a sentence in the plural.
+    pub set: &'static str,
+    /// Before and after: standard deviations per usual size, from the rivals or from nothing.
+    pub separation: [f64; 2],
+    /// Before and after: how much of the response the rivals can make, 0 to 1.
+    pub likeness: [f64; 2],
+}
+
+impl Change {
+    /// Whether rivals are told apart after it.
+    pub fn resolves(&self) -> bool {
+        self.likeness[1] < ALIKE
+    }
+
+    /// As a sentence.
+    pub fn words(&self) -> String {
+        let ([from, to], [before, after]) = (self.separation, self.likeness);
+        format!(
+            "{} would take the separation from {from:.1} to {to:.1} standard deviations per usual size \
+             (likeness {before:.2} to {after:.2})",
+            self.set
+        )
+    }
+}
+
+impl Advice {
+    /// For a session with these samples and the best model of it, `base` and what was named with it.
+    pub fn new(
+        session: &Session,
+        samples: &Samples,
+        best: &Base,
+        effects: &[Effect],
+        bike: &Bike,
+        pipeline: &Pipeline,
+    ) -> Self {
+        let (parameters, best) = (parameters(effects), quiet(samples, best));
+        let own = Curvature::of(samples, &best, &best.values, &parameters);
+        let later = session.duration();
+        // the simulated sensors have no zeros
+        let values = Parameters {
+            yaw_rate_zero: 0.0,
+            ay_zero: 0.0,
+            ax_zero: 0.0,
+            vy_zero: 0.0,
+            ..best.values.clone()
+        };
+        let with = SETS
+            .par_iter()
+            .map(|set| {
+                let samples = simulated_set(set, session, &values, bike, pipeline, later);
+                let more = Curvature::of(&samples, &best, &values, &parameters);
+                (*set, own.and(&more).information(BASE))
+            })
+            .collect();
+        let effects = effects.iter().map(|e| e.name).collect();
+        Advice { effects, own: own.information(BASE), with }
+    }
+
+    /// Where an effect is among those known.
+    pub fn place(&self, effect: &str) -> Option<usize> {
+        self.effects.iter().position(|e| *e == effect)
+    }
+
+    /// The set that takes an effect farthest from its rivals; one that tells them apart before one that
+    /// does not. `None` where no set helps.
+    pub fn best_separation(&self, effect: &str, rivals: &[&str]) -> Option<Change> {
+        let i = self.place(effect)?;
+        let rivals: Vec<usize> = rivals.iter().filter_map(|r| self.place(r)).collect();
+        let changes = self.with.iter().map(|(set, with)| Change {
+            set: set.words,
+            separation: [&self.own, with].map(|k| k.separation(i, &rivals)),
+            likeness: [&self.own, with].map(|k| k.likeness(i, &rivals)),
+        });
+        let rank = |c: &Change| (c.resolves(), c.separation[1]);
+        changes.filter(|c| c.separation[1] > c.separation[0]).max_by(|a, b| {
+            let (a, b) = (rank(a), rank(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        })
+    }
+
+    /// The set that shows an effect best, from whatever it is like.
+    pub fn best_detection(&self, effect: &str) -> Option<Change> {
+        self.best_separation(effect, &[])
+    }
+}
+
+/// What a ride's samples know of effects, on the best model of it.
+pub fn known(samples: &Samples, best: &Base, effects: &[Effect]) -> Information {
+    let best = quiet(samples, best);
+    Curvature::of(samples, &best, &best.values, &parameters(effects)).information(BASE)
+}
+
+fn parameters(effects: &[Effect]) -> Vec<Parameter> {
+    BASE.iter().copied().chain(effects.iter().map(Effect::parameter)).collect()
+}
+
+/// A model with the noise that it leaves: what a named cause left in the base's residuals is none.
+fn quiet(samples: &Samples, best: &Base) -> Base {
+    let sigma = base::noise(samples, &blocks(samples, &best.values));
+    Base { sigma, ..best.clone() }
+}
+
+/// A set on the model, as samples, `later` s into the ride.
+fn simulated_set(
+    set: &Set,
+    session: &Session,
+    values: &Parameters,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    later: f64,
+) -> Samples {
+    let widths = [bike.front.width, bike.rear.width];
+    let vertical = [bike.front.vertical_stiffness, bike.rear.vertical_stiffness];
+    let plant = replay::plant(values, widths, vertical);
+    let (calm, random) = (Disturbance::default(), Random::new(0, set.words));
+    let phases = (set.phases)();
+    let simulated =
+        simulate::ridden(&plant, &phases, calm, random, LOGGED, LONGEST, Meta::default());
+    let mut ride = simulated.session;
+    plant.model_error.measure(&mut ride);
+    let lacking: Vec<_> = ride.channels().filter(|c| !session.has(*c)).collect();
+    for channel in lacking {
+        ride.remove(channel);
+    }
+    let (segments, _) = pipeline::segmented(&mut ride.clone(), bike, pipeline);
+    let mut samples = Samples::gather(&ride, &segments);
+    samples.time.iter_mut().for_each(|t| *t += later);
+    samples
+}

@@ -1,0 +1,58 @@
+//! Advice in the rows of `causes`.
+
+use super::ranking::Advice;
+use crate::contract::verdict::Verdict;
+use crate::diagnose::cause::Naming;
+use crate::diagnose::road::base::Base;
+use crate::diagnose::road::null_calibration::{LARGEST_LIMIT, RoadCalibration};
+use crate::tables::rows::CauseRow;
+
+/// Puts the riding that simulations recommend in the place of the effect's general advice. `unseen`: also for
+/// effects that the ride cannot identify.
+pub fn amend(
+    causes: &mut [CauseRow],
+    naming: &Naming<Base>,
+    calibration: &RoadCalibration,
+    advice: &Advice,
+    unseen: bool,
+) {
+    for row in causes {
+        let Some(cause) = naming.causes.iter().find(|c| c.candidate.name == row.effect) else {
+            continue;
+        };
+        let words = cause.candidate.separate_by;
+        match cause.verdict {
+            Verdict::Ambiguous => {
+                let Some(change) = advice.best_separation(cause.candidate.name, &cause.equivalent)
+                else {
+                    continue;
+                };
+                let separate_by = match change.resolves() {
+                    true => change.words(),
+                    false => format!("{words}; {}, which is not enough", change.words()),
+                };
+                row.reason = row.reason.replace(words, &separate_by);
+                row.separate_by = Some(separate_by);
+            }
+            Verdict::NotIdentifiable if unseen => {
+                let place = advice.place(cause.candidate.name);
+                let (Some(j), Some(change)) = (place, advice.best_detection(cause.candidate.name))
+                else {
+                    continue;
+                };
+                // null simulations know of more than noise; what more riding gains is the same share of it
+                let limit = calibration.limit(j);
+                let lowered = limit * change.separation[0] / change.separation[1];
+                if lowered < LARGEST_LIMIT {
+                    row.separate_by = Some(change.set.to_owned());
+                    row.reason = format!(
+                        "the ride says nothing of it below {limit:.1} usual sizes; {} would lower that \
+                         to {lowered:.1}",
+                        change.set
+                    );
+                }
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! The base fit: robust Gauss-Newton on block means whose noise is that of correlated samples
+//! (`diagnosis.md`, section 2.2).
+//!
+//! The loss is Huber's at 2.5 standard deviations of a channel's block residual, plus weak Gaussian
+//! priors about the start. The standard deviation is the *long-run* one (Newey and West 1987): block
+//! means within a manoeuvre are correlated over seconds, and what counts is what they average to.
+
+use rayon::prelude::*;
+
+use super::parameters::{BASE, Parameter, Parameters};
+use super::problem::{Linear, Problem};
+use super::residuals::Blocks;
+use super::samples::{BLOCK, Samples};
+use crate::diagnose::held_out::{FOLDS, sum_over_folds};
+use crate::effects::Effect;
+
+/// Lags of the long-run variance, blocks: 3 s.
+const LAGS: usize = 10;
+/// Distance of a base parameter from what is believed, in prior standard deviations, that is too far.
+const STRAINED: f64 = 2.5;
+/// Gain of a candidate that explains such a strain.
+pub const RELIEVED: f64 = 30.0;
+/// Fall of the loss that tells that the optimum was a local one.
+const LOCAL: f64 = 8.0;
+
+/// A fitted base model.
+#[derive(Debug, Clone)]
+pub struct Base {
+    /// The fitted parameters.
+    pub values: Parameters,
+    /// Where it started, the centre of the priors.
+    pub start: Parameters,
+    /// Long-run standard deviation of each channel's block residual.
+    pub sigma: [f64; 8],
+    /// Loss at the end.
+    pub loss: f64,
+    /// What was free: [`BASE`], and the effects that were taken in.
+    pub parameters: Vec<Parameter>,
+}
+
+/// Where extensions of a base are looked for.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// The best that the base can do.
+    pub base: Base,
+    /// The place from which they are looked for; its loss is the base's, gains count from there.
+    pub near: Base,
+    /// What leaves noise only.
+    pub noise: Base,
+    /// What each candidate gains when the base is fitted with it; nothing where the base is believable.
+    pub gains: Vec<f64>,
+}
+
+/// Fits the base from a start.
+pub fn fit(samples: &Samples, start: &Parameters) -> Base {
+    fit_with(samples, &start.prior_centre(), start, BASE, None)
+}
+
+/// Fits `parameters` from `from`, with priors about `start`; `extra` is added to the residuals.
+pub fn fit_with(
+    samples: &Samples,
+    start: &Parameters,
+    from: &Parameters,
+    parameters: &[Parameter],
+    extra: Option<&Blocks>,
+) -> Base {
+    let mut values = from.clone();
+    let mut problem = Problem { extra, ..Problem::new(samples, start, [1.0; 8], parameters) };
+    for round in 0..8 {
+        // the scale follows the first rounds, then it is the same for everybody
+        if round < 4 {
+            problem.sigma = noise(samples, &problem.residuals(&values));
+        }
+        let Some((moved, size)) = problem.advance(&values) else { break };
+        values = moved;
+        if round >= 4 && size < 1e-3 {
+            break;
+        }
+    }
+    let loss = problem.loss(&values);
+    let parameters = parameters.to_vec();
+    Base { start: start.clone(), sigma: problem.sigma, loss, parameters, values }
+}
+
+/// A fit from parameters that are nearly right already, along one linearisation: what a null simulation
+/// needs.
+#[derive(Debug, Clone)]
+pub struct Quick {
+    /// The fitted base.
+    pub base: Base,
+    /// The linearisation, of the base's parameters and then of `more`, residuals at the end.
+    pub linear: Linear,
+}
+
+/// Fits `fitted` from a model whose own ride it is, or one near by; `more` is linearised along with it,
+/// `disturb` may add to what is added to the residuals.
+pub fn fit_quick(
+    samples: &Samples,
+    model: &Base,
+    fitted: &[Parameter],
+    more: &[Parameter],
+    mut extra: Blocks,
+    disturb: impl FnOnce(&Linear, &mut Blocks),
+) -> Quick {
+    let (prior, start) = (&model.start, &model.values);
+    let all: Vec<Parameter> = fitted.iter().chain(more).copied().collect();
+    let mut problem = Problem::new(samples, prior, [1.0; 8], &all);
+    let mut linear = problem.linear(start);
+    disturb(&linear, &mut extra);
+    problem.extra = Some(&extra);
+    problem.add_extra(&mut linear.residuals);
+    problem.parameters = fitted;
+    let mut values = start.clone();
+    let mut factor = None;
+    for round in 0..5 {
+        // the scale follows the first rounds, as in the fit of a real ride
+        if round < 3 {
+            problem.sigma = noise(samples, &linear.residuals);
+            factor = None;
+        }
+        let (matrix, gradient) = problem.normal_of(&linear, &values, factor.is_none());
+        let solver = match factor.take().or_else(|| matrix.cholesky()) {
+            Some(solver) => solver,
+            None => break,
+        };
+        let step = solver.solve(&gradient);
+        factor = Some(solver);
+        values = problem.stepped(&values, &step, 1.0);
+        // what the scale is learnt from need not be exact
+        if round < 2 {
+            linear.step_by(&step);
+            continue;
+        }
+        linear.residuals = problem.residuals(&values);
+        if step.amax() < 1e-3 && round >= 3 {
+            break;
+        }
+    }
+    let base = Base {
+        loss: problem.loss(&values),
+        start: prior.clone(),
+        sigma: problem.sigma,
+        parameters: fitted.to_vec(),
+        values,
+    };
+    Quick { base, linear }
+}
+
+impl Base {
+    /// The loss whose optimum it is.
+    pub fn problem<'a>(&'a self, samples: &'a Samples) -> Problem<'a> {
+        Problem::new(samples, &self.start, self.sigma, &self.parameters)
+    }
+
+    /// The base with more free parameters, its noise and priors kept; slopes are made at most `times`.
+    pub fn extended(&self, samples: &Samples, more: &[Parameter], times: usize) -> Base {
+        let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
+        let problem = Problem::new(samples, &self.start, self.sigma, &parameters);
+        let values = problem.optimum(&self.values, times);
+        let loss = problem.loss(&values);
+        Base { values, loss, start: self.start.clone(), sigma: self.sigma, parameters }
+    }
+
+    /// The model with the noise that it leaves, fitted with that again.
+    #[must_use]
+    pub fn with_own_noise(&self, samples: &Samples) -> Base {
+        let mut problem = self.problem(samples);
+        let mut values = self.values.clone();
+        let mut linear = problem.linear(&values);
+        for _ in 0..4 {
+            problem.sigma = noise(samples, &linear.residuals);
+            let Some((moved, _)) = problem.descend(&mut linear, &values) else { break };
+            values = moved;
+        }
+        let values = problem.optimum(&values, 4);
+        let loss = problem.loss(&values);
+        Base { values, loss, sigma: problem.sigma, ..self.clone() }
+    }
+
+    /// The base as a start for its extensions.
+    ///
+    /// A large effect drags the base to where no motorcycle is, and what is linear about that place is
+    /// not about the truth. Where a parameter is that strained, extensions are looked for from where
+    /// the candidate that gains most leaves the base, and noise is what that candidate leaves. Where
+    /// the base alone is better off from there it was in a local optimum (`diagnosis.md`, section
+    /// 2.5.5).
+    #[must_use]
+    pub fn starting_point(self, samples: &Samples, effects: &[Effect]) -> Start {
+        let as_it_is =
+            |base: Base| Start { near: base.clone(), noise: base.clone(), base, gains: Vec::new() };
+        let problem = self.problem(samples);
+        let strain = |p: &Parameter| problem.prior(p, &self.values).0.abs();
+        if self.parameters.iter().map(strain).fold(0.0, f64::max) < STRAINED {
+            return as_it_is(self);
+        }
+        let refits: Vec<(&Effect, f64, Base)> = effects
+            .par_iter()
+            .map(|effect| (effect, self.extended(samples, &[effect.parameter()], 8)))
+            .map(|(effect, refit)| (effect, 2.0 * (self.loss - refit.loss), refit))
+            .collect();
+        let gains: Vec<f64> = refits.iter().map(|(_, gain, _)| *gain).collect();
+        let best = refits
+            .into_iter()
+            .filter(|(effect, _, refit)| effect.in_bounds(effect.parameter().get(&refit.values)))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((effect, _, refit)) = best.filter(|(_, gain, _)| *gain > RELIEVED) else {
+            return as_it_is(self);
+        };
+        let p = effect.parameter();
+        let mut values = refit.values.clone();
+        p.set(&mut values, p.get(&self.start));
+        let sigma = noise(samples, &problem.residuals(&refit.values));
+        let from = |values: &Parameters| {
+            let base = Base { values: values.clone(), sigma, ..self.clone() };
+            Base { loss: base.problem(samples).loss(values), ..base }.extended(samples, &[], 8)
+        };
+        let [stayed, moved] = [&self.values, &values].map(from);
+        let base = if stayed.loss - moved.loss > LOCAL { moved } else { stayed };
+        let near = Base { values, ..base.clone() };
+        let noise = Base { values: refit.values, ..base.clone() };
+        Start { base, near, noise, gains }
+    }
+
+    /// Loss on manoeuvres left out, over [`FOLDS`] fits to the others.
+    pub fn held_out(&self, samples: &Samples) -> f64 {
+        let mut seen = std::collections::BTreeMap::new();
+        // manoeuvres of each kind in turn
+        let fold_of: Vec<usize> = samples
+            .manoeuvres
+            .iter()
+            .map(|(kind, _)| {
+                let count: &mut usize = seen.entry(*kind).or_default();
+                *count += 1;
+                (*count - 1) % FOLDS
+            })
+            .collect();
+        // a fold less moves the optimum little: one linearisation serves them all
+        let linear = self.problem(samples).linear(&self.values);
+        sum_over_folds(|out| {
+            let kept: Vec<bool> = fold_of.iter().map(|f| *f != out).collect();
+            let left: Vec<bool> = kept.iter().map(|k| !k).collect();
+            let problem = |only| Problem { only: Some(only), ..self.problem(samples) };
+            let (mut values, mut linear) = (self.values.clone(), linear.clone());
+            for _ in 0..3 {
+                let problem = problem(kept.as_slice());
+                let Some((moved, _)) = problem.descend(&mut linear, &values) else { break };
+                values = moved;
+            }
+            problem(left.as_slice()).misfit_of(&linear.residuals)
+        })
+    }
+}
+
+/// Long-run standard deviation of each channel's block means within manoeuvres.
+pub fn noise(samples: &Samples, found: &Blocks) -> [f64; 8] {
+    std::array::from_fn(|c| {
+        let column = &found[c];
+        let mut sizes: Vec<f64> =
+            column.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
+        if sizes.is_empty() {
+            return 1.0;
+        }
+        sizes.sort_by(f64::total_cmp);
+        // a median absolute deviation limits what a few wild blocks can do
+        let limit = 4.0 * 1.4826 * sizes[sizes.len() / 2].max(1e-9);
+        let clipped = |b: usize| column[b].clamp(-limit, limit);
+        let (mut sums, mut n) = ([0.0; LAGS + 1], 0.0);
+        for (_, range) in &samples.manoeuvres {
+            let (first, last) = (range.start / BLOCK, range.end / BLOCK);
+            for b in first..last {
+                if !column[b].is_finite() {
+                    continue;
+                }
+                n += 1.0;
+                for (lag, sum) in sums.iter_mut().enumerate() {
+                    if b >= first + lag && column[b - lag].is_finite() {
+                        *sum += clipped(b) * clipped(b - lag);
+                    }
+                }
+            }
+        }
+        let bartlett = |lag: usize| 1.0 - lag as f64 / (LAGS + 1) as f64;
+        let long: f64 =
+            sums[0] + 2.0 * (1..=LAGS).map(|lag| bartlett(lag) * sums[lag]).sum::<f64>();
+        (long.max(0.2 * sums[0]) / n).sqrt().max(1e-9)
+    })
+}

@@ -1,0 +1,347 @@
+//! The road's side of the diagnosis engine: block residuals of the base model, null simulations by the
+//! reduced simulator, scores to first order, joint fits.
+
+use rayon::prelude::*;
+
+use super::base::{Base, RELIEVED, Start};
+use super::null_calibration::{RoadCalibration, SizeScale, cells};
+use super::null_simulation::NullSimulation;
+use super::parameters::BASE;
+use super::problem::Linear;
+use super::residuals::{Blocks, CHANNELS, UNITS, blocks};
+use super::samples::BLOCK;
+use super::scan::{Score, scan};
+use super::stage::{Ride, Stage, true_sizes};
+use super::structure::Term;
+use crate::contract::verdict::Verdict;
+use crate::diagnose::calibration::{Calibration, Rms};
+use crate::diagnose::cause::{Cause, Estimate, Judged, Naming, Objection, Structure};
+use crate::diagnose::engine::{
+    CellResiduals, Confirmed, Engine, Gate, NamingRules, Refit, Unexplained, in_cells,
+};
+use crate::effects::Effect;
+use crate::tables::rows::DiscrepancyRow;
+
+/// A ride on the road with its base fit and its null simulations.
+#[derive(Debug)]
+pub struct RoadEngine<'a> {
+    ride: Ride<'a>,
+    start: &'a Start,
+    calibration: &'a RoadCalibration,
+    simulation: &'a NullSimulation<'a>,
+    scores: Vec<Score>,
+}
+
+impl<'a> RoadEngine<'a> {
+    /// `calibration` is that of the ride's candidates on `simulation`, near the start.
+    pub fn new(
+        ride: Ride<'a>,
+        start: &'a Start,
+        calibration: &'a RoadCalibration,
+        simulation: &'a NullSimulation<'a>,
+    ) -> Self {
+        let scores = scan(ride.samples, &start.near, ride.effects);
+        RoadEngine { ride, start, calibration, simulation, scores }
+    }
+
+    fn is_identifiable(&self, judged: &Judged) -> bool {
+        self.calibration.is_identifiable(judged.candidate.place)
+    }
+
+    fn alarms(judged: &Judged, gate: Gate) -> bool {
+        judged.score > gate.alarm || judged.relieves
+    }
+
+    /// Whether structure objects to what is named, or is there though nothing is.
+    fn objects(&self, structure: Option<(Term, f64)>, named: &[Cause]) -> bool {
+        let bar = if named.is_empty() { 1.0 } else { self.ride.tuning.contradicts };
+        structure.is_some_and(|(_, times)| times > bar)
+    }
+
+    /// Takes the causes out that structure objects to: whatever shows where the structure is takes up part
+    /// of something else, and so may a weak one.
+    fn contradicted(
+        &self,
+        stage: &Stage<'a>,
+        (term, times): (Term, f64),
+        linear: &Linear,
+        named: &mut Vec<Cause>,
+    ) -> Vec<Cause> {
+        let tuning = self.ride.tuning;
+        let problem = stage.model.problem(self.ride.samples);
+        let contradicted = |cause: &mut Cause| {
+            let name = cause.candidate.name;
+            let place = stage.model.parameters.iter().position(|p| p.name == name);
+            let touches =
+                |k: usize| problem.share(&linear.columns[k], term.channel) > tuning.touches;
+            cause.score < tuning.strong || times > tuning.overrules && place.is_some_and(touches)
+        };
+        let out = named.extract_if(.., contradicted);
+        out.map(|c| c.rejected(Objection::Contradicted)).collect()
+    }
+
+    /// The named causes with the sizes that null simulations of the model with them give back, and those of
+    /// which they give none within the bounds. While causes are lost the rest is fitted and simulated anew;
+    /// so it is first where `stage` has causes in it that are no longer named.
+    fn reproduced(
+        &self,
+        stage: &mut Stage<'a>,
+        mut named: Vec<Cause>,
+        mut complete: bool,
+    ) -> (Vec<Cause>, Vec<Cause>) {
+        let ride = &self.ride;
+        let mut lost = Vec::new();
+        while !named.is_empty() {
+            if !complete {
+                let more: Vec<_> = named.iter().map(|c| ride.parameter(&c.candidate)).collect();
+                let kept = self.start.near.extended(ride.samples, &more, 8);
+                *stage = Stage::next(ride, &kept, Vec::new(), &self.first(), &named);
+            }
+            let fits = &stage.calibration.scale.fits;
+            let sizes = true_sizes(ride, &stage.model, &stage.simulated, fits, &named);
+            let is = |(cause, size): &(Cause, Estimate)| {
+                size.value.abs() >= size.std_error && cause.candidate.in_bounds(size.value)
+            };
+            let sized: Vec<(Cause, Estimate)> = named.into_iter().zip(sizes).collect();
+            complete = sized.iter().all(is);
+            if complete {
+                let with = |(cause, size)| Cause { estimate: Some(size), ..cause };
+                return (sized.into_iter().map(with).collect(), lost);
+            }
+            let (kept, without): (Vec<_>, Vec<_>) = sized.into_iter().partition(is);
+            lost.extend(without.into_iter().map(|(c, _)| c.rejected(Objection::NotReproduced)));
+            named = kept.into_iter().map(|(cause, _)| cause).collect();
+        }
+        (named, lost)
+    }
+
+    fn by_cell(&self, found: &Blocks) -> CellResiduals {
+        in_cells(cells(self.ride.samples, found))
+    }
+}
+
+impl<'a> Engine for RoadEngine<'a> {
+    type Model = Base;
+    type Stage = Stage<'a>;
+    type Scale = SizeScale;
+
+    fn rules(&self) -> NamingRules {
+        let t = self.ride.tuning;
+        NamingRules {
+            alarm: t.alarm,
+            rival: t.rival,
+            share: t.share,
+            equivalent: t.equivalent,
+            independent: None,
+            most: t.most,
+        }
+    }
+
+    /// Extensions are looked for from near the base ([`Base::starting_point`]).
+    fn first(&self) -> Stage<'a> {
+        let near = &self.start.near;
+        Stage {
+            model: near.clone(),
+            simulation: self.simulation.with_parameters(&near.values),
+            simulated: near.values.clone(),
+            open: (0..self.ride.effects.len()).collect(),
+            scores: self.scores.clone(),
+            calibration: self.calibration.clone(),
+            strain_gains: self.start.gains.clone(),
+        }
+    }
+
+    fn judge(&self, stage: &Stage<'a>) -> Vec<Judged> {
+        stage.judge(&self.ride)
+    }
+
+    fn in_bounds(&self, judged: &Judged) -> bool {
+        judged.estimate.is_some_and(|e| judged.candidate.in_bounds(e.value))
+    }
+
+    fn refits(
+        &self,
+        stage: &Stage<'a>,
+        judged: &[Judged],
+        gate: Gate,
+        _: &[Cause],
+    ) -> Vec<Refit<Base>> {
+        let (ride, tuning) = (&self.ride, self.ride.tuning);
+        let mut gated: Vec<&Judged> = judged
+            .iter()
+            .filter(|j| j.score > gate.rival || self.is_identifiable(j) && j.relieves)
+            .collect();
+        // those that can be named first
+        let alarms = |j: &Judged| Self::alarms(j, gate);
+        gated.sort_by(|a, b| alarms(b).cmp(&alarms(a)).then(b.gain.total_cmp(&a.gain)));
+        gated.truncate(tuning.refitted);
+        let least = tuning.far * gated.first().map_or(0.0, |j| j.gain);
+        gated.retain(|j| j.gain > least);
+        let mut refits: Vec<Refit<Base>> = gated
+            .into_par_iter()
+            .map(|j| {
+                let parameter = ride.parameter(&j.candidate);
+                let model = stage.model.extended(ride.samples, &[parameter], 8);
+                let gain = 2.0 * (stage.model.loss - model.loss);
+                let size = ride.size(&j.candidate, &model);
+                let std_error = j.estimate.map_or(f64::INFINITY, |e| e.std_error);
+                let estimate = Some(Estimate::linear(size - j.bias, std_error));
+                (size, Refit { judged: j.clone(), estimate, gain, model })
+            })
+            .filter(|(size, refit)| refit.judged.candidate.in_bounds(*size))
+            .map(|(_, refit)| refit)
+            .collect();
+        refits.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        refits
+    }
+
+    fn is_nameable(&self, stage: &Stage<'a>, refit: &Refit<Base>, gate: Gate, _: &[Cause]) -> bool {
+        let tuning = self.ride.tuning;
+        let further = stage.model.parameters.len() > BASE.len();
+        let least = match refit.judged.score {
+            score if score <= gate.alarm => RELIEVED,
+            score if further && score > tuning.further_clear => 0.5 * tuning.further_gain,
+            _ if further => tuning.further_gain,
+            score if score > tuning.clear => 0.5 * tuning.gain,
+            _ => tuning.gain,
+        };
+        refit.gain > least && Self::alarms(&refit.judged, gate)
+    }
+
+    fn join(&self, stage: Stage<'a>, refit: Refit<Base>, named: &[Cause]) -> Stage<'a> {
+        let mut open = stage.open.clone();
+        let joined = refit.judged.candidate.place;
+        open.retain(|&place| self.calibration.is_identifiable(place) && place != joined);
+        Stage::next(&self.ride, &refit.model, open, &stage, named)
+    }
+
+    /// Further structure is held against null simulations on the model with the causes: what a large cause
+    /// leaves of itself it leaves there too.
+    fn confirm(
+        &self,
+        mut stage: Stage<'a>,
+        mut judged: Vec<Judged>,
+        mut named: Vec<Cause>,
+    ) -> Confirmed<Base> {
+        let samples = self.ride.samples;
+        if named.is_empty() {
+            stage.model = self.start.base.clone();
+        }
+        let (mut structure, linear) = stage.structure(samples);
+        let mut unexplained = self.objects(structure, &named);
+        let mut rejected = match structure {
+            Some(term) if unexplained => self.contradicted(&stage, term, &linear, &mut named),
+            _ => Vec::new(),
+        };
+        let (named, lost) = self.reproduced(&mut stage, named, rejected.is_empty());
+        if named.is_empty() && !(rejected.is_empty() && lost.is_empty()) {
+            stage = self.first();
+            judged = self.judge(&stage);
+            stage.model = self.start.base.clone();
+        }
+        // what they took up is left now
+        if !lost.is_empty() && !unexplained {
+            structure = stage.structure(samples).0;
+            unexplained = self.objects(structure, &named);
+        }
+        rejected.extend(lost);
+        let is_open = |j: &&Judged| {
+            let same = |c: &Cause| c.candidate.place == j.candidate.place;
+            self.is_identifiable(j) && !rejected.iter().any(same)
+        };
+        let open = judged.iter().filter(is_open).map(|j| j.cause(Verdict::NotNeeded));
+        let first = self.judge(&self.first());
+        let hidden = first.iter().filter(|j| !self.is_identifiable(j));
+        let rest = open.chain(hidden.map(|j| j.cause(Verdict::NotIdentifiable))).collect();
+        let structure =
+            structure.map(|(term, times)| Structure { description: term.description(), times });
+        Confirmed { named, rejected, rest, extended: stage.model, structure, unexplained }
+    }
+
+    fn channels(&self) -> Vec<(&'static str, &'static str)> {
+        CHANNELS.into_iter().zip(UNITS).collect()
+    }
+
+    fn base_residuals(&self) -> CellResiduals {
+        self.by_cell(&blocks(self.ride.samples, &self.start.base.values))
+    }
+
+    fn extended_residuals(&self, naming: &Naming<Base>) -> CellResiduals {
+        self.by_cell(&blocks(self.ride.samples, &naming.extended.values))
+    }
+
+    fn noisier(&self, before: &Rms) -> Vec<f64> {
+        let ratio = |(cell, (size, _)): (&_, &(f64, usize))| {
+            let largest = self.calibration.floor.get(cell).map_or(0.0, |f| f[1]);
+            size / largest.max(f64::MIN_POSITIVE)
+        };
+        (0..CHANNELS.len())
+            .map(|c| {
+                let mut ratios: Vec<f64> =
+                    before.iter().filter(|((_, own), _)| *own == c).map(ratio).collect();
+                ratios.sort_by(f64::total_cmp);
+                ratios.get(ratios.len() / 2).map_or(1.0, |r| r.max(1.0))
+            })
+            .collect()
+    }
+
+    fn fewest_blocks(&self) -> usize {
+        0
+    }
+
+    fn covariates(&self) -> (Vec<(&'static str, Vec<f64>)>, bool) {
+        let s = self.ride.samples;
+        let mean = |x: &[f64]| -> Vec<f64> {
+            let at = |b: usize| x[b * BLOCK..(b + 1) * BLOCK].iter().sum::<f64>() / BLOCK as f64;
+            (0..s.blocks()).map(at).collect()
+        };
+        let all = [
+            ("speed", &s.v),
+            ("acceleration", &s.vd),
+            ("roll", &s.roll),
+            ("roll rate", &s.rolld),
+            ("yaw rate", &s.yaw_rate),
+            ("steering", &s.steer),
+            ("front pressure", &s.pressure[0]),
+            ("rear pressure", &s.pressure[1]),
+            ("heading", &s.along),
+            ("time", &s.time),
+        ];
+        (all.into_iter().map(|(name, x)| (name, mean(x))).collect(), false)
+    }
+
+    fn calibration(&self) -> &Calibration<SizeScale> {
+        self.calibration
+    }
+
+    fn held_out_gains(&self, naming: &Naming<Base>) -> [f64; 2] {
+        let (samples, base) = (self.ride.samples, &self.start.base);
+        let before = base.held_out(samples);
+        // by the base's own scale: the extended model knows less noise
+        let extended = Base { sigma: base.sigma, ..naming.extended.clone() };
+        let known = &extended.parameters;
+        let others: Vec<_> = self
+            .ride
+            .effects
+            .iter()
+            .map(Effect::parameter)
+            .filter(|p| known.iter().all(|k| k.name != p.name))
+            .collect();
+        // from where the named ones are it is not far
+        let everything = extended.extended(samples, &others, 2);
+        [&extended, &everything].map(|model| 2.0 * (before - model.held_out(samples)))
+    }
+
+    fn unexplained(&self, naming: &Naming<Base>, _: &[DiscrepancyRow]) -> Option<Unexplained> {
+        let Structure { description, times } =
+            naming.structure.as_ref().filter(|_| naming.unexplained)?;
+        Some(Unexplained {
+            score: *times,
+            parameter: "structure",
+            reason: format!(
+                "{description} has structure, {times:.1} times what 19 of 20 nulls stay below"
+            ),
+            first: true,
+        })
+    }
+}

@@ -1,0 +1,266 @@
+//! Calibration on the road: what candidates and residual structure show on null simulations
+//! (`diagnosis.md`, section 2.4).
+//!
+//! The measured ride is simulated on the fitted model, the base or one with the causes that are named
+//! already ([`NullSimulation`]), given all the noise it has, and put through the whole of fit and scan.
+//! What a candidate shows there is bias of the method and noise, not an effect.
+
+use rayon::prelude::*;
+
+use super::base::Base;
+use super::null_simulation::NullSimulation;
+use super::parameters::{Parameter, Parameters};
+use super::residuals::Blocks;
+use super::samples::{BLOCK, Samples};
+use super::scan::{Score, scores};
+use super::structure::{self, Term};
+use crate::diagnose::calibration::{Calibration, Cell, Floor, Rms, floor, rms, threshold};
+use crate::effects::{Effect, PRIOR};
+use crate::statistics::order::{SD_PER_MAD, median_or_zero};
+
+/// Largest detection limit, in usual sizes, of an effect that a ride can identify: beyond that no size
+/// within the bounds would be seen.
+pub const LARGEST_LIMIT: f64 = 4.0;
+/// Standard deviations that a detection limit is from nothing: at it half of the effects are named.
+const LIMIT: f64 = 3.3;
+/// What a bias is uncertain by, as a share of it: it is as right as the noise of the null simulations.
+const BIAS_ERROR: f64 = 0.2;
+/// How many times the threshold a size must be beyond what the null simulations alone scatter by, where
+/// the ride's own manoeuvres scatter less: the prototype's weight of its two scores.
+const PLAIN: f64 = 1.4;
+
+/// What scores and structure are measured by on the road. Sizes are in usual ones.
+#[derive(Debug, Clone)]
+pub struct SizeScale {
+    /// Standard deviation of the size between null simulations, per candidate.
+    pub spread: Vec<f64>,
+    /// Share of a true size that the estimates show, per candidate: the prior holds them back where the
+    /// ride says little.
+    pub response: Vec<f64>,
+    /// Median standard error from the manoeuvres' own scatter, per candidate.
+    pub scatter: Vec<f64>,
+    /// Thresholds of the largest `|z|`, with and without the manoeuvres' own scatter.
+    pub threshold: [f64; 2],
+    /// What residual structure is measured by.
+    pub structure: StructureScale,
+    /// What each null simulation's fit made of the model that was simulated.
+    pub fits: Vec<Parameters>,
+}
+
+/// What residual structure is measured by.
+#[derive(Debug, Clone)]
+pub struct StructureScale {
+    /// Mean gain of every term on null simulations, in the order of [`structure::terms`].
+    pub usual: Vec<f64>,
+    /// Threshold of the most unusual term, in usual gains.
+    pub threshold: f64,
+}
+
+/// Calibration on the road; `bias` is in usual sizes.
+pub type RoadCalibration = Calibration<SizeScale>;
+
+/// A candidate against its null simulations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibrated {
+    /// Size less bias, in usual ones.
+    pub delta: f64,
+    /// Standard error of it: of the null simulations or of the manoeuvres, whichever is larger.
+    pub std_error: f64,
+    /// Over one is beyond what null simulations show.
+    pub score: f64,
+}
+
+/// What one null simulation shows.
+struct Shown {
+    scores: Vec<Score>,
+    sizes: Rms,
+    terms: Vec<Term>,
+    fit: Parameters,
+}
+
+/// Scores `nulls` null simulations of `model`, the base alone or with effects that were taken in:
+/// whatever else a candidate shows there is none of its own.
+pub fn calibrate(
+    simulation: &NullSimulation<'_>,
+    model: &Base,
+    effects: &[Effect],
+    nulls: usize,
+) -> RoadCalibration {
+    let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
+    let all: Vec<Parameter> = model.parameters.iter().chain(&more).copied().collect();
+    let shown: Vec<Shown> = (0..nulls)
+        .into_par_iter()
+        .map(|number| {
+            let (samples, quick) = simulation.fit(number, model, &model.parameters, &more);
+            let problem = quick.base.problem(&samples);
+            Shown {
+                scores: scores(&samples, &quick.base, &all, &quick.linear),
+                sizes: rms(cells(&samples, &quick.linear.residuals).map(|(cell, _, r)| (cell, r))),
+                terms: structure::terms(&samples, &problem, &quick.linear),
+                fit: quick.base.values,
+            }
+        })
+        .collect();
+    let scores: Vec<&[Score]> = shown.iter().map(|s| s.scores.as_slice()).collect();
+    let terms: Vec<&[Term]> = shown.iter().map(|s| s.terms.as_slice()).collect();
+    let floor = floor(shown.iter().map(|s| &s.sizes), nulls);
+    let mut out = of_scores(&scores, effects.len(), StructureScale::of(&terms), floor);
+    let top = |scores: &&[Score]| {
+        (0..effects.len()).map(|j| out.judge(j, &scores[j]).score).fold(0.0, f64::max)
+    };
+    out.tops = scores.iter().map(top).collect();
+    out.scale.fits = shown.into_iter().map(|s| s.fit).collect();
+    out
+}
+
+/// The calibration by what every candidate shows on each null simulation.
+fn of_scores(
+    scored: &[&[Score]],
+    effects: usize,
+    structure: StructureScale,
+    floor: Floor,
+) -> RoadCalibration {
+    let nulls = scored.len();
+    let all = |f: fn(&Score) -> f64| -> Vec<Vec<f64>> {
+        (0..effects).map(|j| scored.iter().map(|s| f(&s[j])).collect()).collect()
+    };
+    let deltas = all(|s| s.delta);
+    let bias: Vec<f64> = deltas.iter().map(|x| median_or_zero(x)).collect();
+    let spread: Vec<f64> =
+        deltas.iter().zip(&bias).map(|(x, bias)| spread_about(x, *bias).max(1e-9)).collect();
+    // far below the least spread: of what null simulations know nothing, nothing is identifiable
+    let response: Vec<f64> = all(|s| s.information / (s.information + PRIOR.powi(-2)))
+        .iter()
+        .map(|shares| median_or_zero(shares).max(1e-15))
+        .collect();
+    let largest = |with_scatter: bool| {
+        let top = |s: &&[Score]| {
+            let z = |j: usize| {
+                let own = if with_scatter { s[j].std_error } else { 0.0 };
+                ((s[j].delta - bias[j]) / spread[j].max(own)).abs()
+            };
+            (0..effects)
+                .filter(|&j| LIMIT * spread[j] / response[j] < LARGEST_LIMIT)
+                .map(z)
+                .fold(0.0, f64::max)
+        };
+        threshold(scored.iter().map(top).collect())
+    };
+    let scale = SizeScale {
+        threshold: [largest(true), largest(false)],
+        scatter: all(|s| s.std_error).iter().map(|x| median_or_zero(x)).collect(),
+        spread,
+        response,
+        structure,
+        fits: Vec::new(),
+    };
+    Calibration { bias, nulls, tops: Vec::new(), floor, scale }
+}
+
+/// Mean of the plain and the robust standard deviation.
+fn spread_about(x: &[f64], centre: f64) -> f64 {
+    let n = x.len() as f64;
+    let mean = x.iter().sum::<f64>() / n;
+    let square = x.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+    let sd = (square / (n - 1.0).max(1.0)).sqrt();
+    let off: Vec<f64> = x.iter().map(|v| (v - centre).abs()).collect();
+    0.5 * (sd + SD_PER_MAD * median_or_zero(&off))
+}
+
+impl StructureScale {
+    fn of(terms: &[&[Term]]) -> Self {
+        let n = terms.len() as f64;
+        let count = terms.iter().map(|t| t.len()).min().unwrap_or(0);
+        let usual = (0..count)
+            // two degrees of freedom gain two by chance
+            .map(|k| (terms.iter().map(|t| t[k].gain).sum::<f64>() / n).max(2.0))
+            .collect();
+        // each is held against the others, as a ride is against all of them: its own gain would
+        // count in the mean that it is measured by, and the threshold come out too low
+        let sums: Vec<f64> = (0..count).map(|k| terms.iter().map(|t| t[k].gain).sum()).collect();
+        let unusual = |own: &&[Term]| {
+            let times = (0..count).map(|k| {
+                let others = (sums[k] - own[k].gain) / (n - 1.0).max(1.0);
+                own[k].gain / others.max(2.0)
+            });
+            times.fold(0.0, f64::max)
+        };
+        StructureScale { usual, threshold: threshold(terms.iter().map(unusual).collect()) }
+    }
+
+    /// The most unusual term and how many usual gains it has.
+    pub fn most_unusual(&self, terms: &[Term]) -> (Option<Term>, f64) {
+        terms
+            .iter()
+            .zip(&self.usual)
+            .map(|(t, usual)| (Some(*t), t.gain / usual))
+            .fold((None, 0.0), |best, own| if own.1 > best.1 { own } else { best })
+    }
+}
+
+impl Calibration<SizeScale> {
+    /// What is known of the candidates at some places.
+    #[must_use]
+    pub fn only(&self, places: &[usize]) -> Self {
+        let of = |x: &[f64]| places.iter().map(|&j| x[j]).collect();
+        let scale = SizeScale {
+            spread: of(&self.scale.spread),
+            response: of(&self.scale.response),
+            scatter: of(&self.scale.scatter),
+            ..self.scale.clone()
+        };
+        Calibration { bias: of(&self.bias), scale, ..self.clone() }
+    }
+
+    /// Null simulations without candidates, which are judged as others do.
+    #[must_use]
+    pub fn judging_as(self, other: &Self) -> Self {
+        let SizeScale { structure, fits, .. } = self.scale;
+        let scale = SizeScale { structure, fits, ..other.scale.clone() };
+        Calibration { nulls: self.nulls, floor: self.floor, scale, ..other.clone() }
+    }
+
+    /// Detection limit of candidate `j`, in usual sizes: 3.3 standard errors over the response, at which
+    /// half are named.
+    pub fn limit(&self, j: usize) -> f64 {
+        LIMIT * self.error(j, 0.0) / self.scale.response[j]
+    }
+
+    /// Standard error of a size: that of null simulations or of the manoeuvres, and what the bias is
+    /// uncertain by.
+    fn error(&self, j: usize, own: f64) -> f64 {
+        self.scale.spread[j].max(own).hypot(BIAS_ERROR * self.bias[j])
+    }
+
+    /// Whether candidate `j` would show in such a ride at a size within its bounds.
+    pub fn is_identifiable(&self, j: usize) -> bool {
+        self.limit(j) < LARGEST_LIMIT
+    }
+
+    /// A real ride's score of candidate `j`.
+    pub fn judge(&self, j: usize, score: &Score) -> Calibrated {
+        let SizeScale { scatter, threshold, .. } = &self.scale;
+        let delta = score.delta - self.bias[j];
+        let std_error = self.error(j, score.std_error);
+        let robust = (delta / std_error).abs() / threshold[0];
+        // manoeuvres that scatter more than in null simulations (pads, gusts) make those too sure
+        let more = (score.std_error / scatter[j].max(f64::MIN_POSITIVE)).max(1.0);
+        let plain = (delta / (more * self.error(j, 0.0))).abs() / (PLAIN * threshold[1]);
+        let score = if self.is_identifiable(j) { robust.max(plain) } else { 0.0 };
+        Calibrated { delta, std_error, score }
+    }
+}
+
+/// The finite block residuals with their cells and blocks.
+pub fn cells<'a>(
+    samples: &'a Samples,
+    found: &'a Blocks,
+) -> impl Iterator<Item = (Cell, usize, f64)> + 'a {
+    samples.manoeuvres.iter().flat_map(move |(kind, range)| {
+        let blocks = range.start / BLOCK..range.end / BLOCK;
+        found.iter().enumerate().flat_map(move |(c, column)| {
+            let own = blocks.clone().map(|b| (b, column[b])).filter(|(_, r)| r.is_finite());
+            own.map(move |(b, r)| ((*kind, c), b, r))
+        })
+    })
+}

@@ -1,0 +1,244 @@
+//! Every number that the residuals hang on.
+
+use crate::GRAVITY;
+use crate::contract::bike::{Axle, Bike};
+use crate::effects::{Effect, ModelError, PRIOR};
+use crate::fit::Solution;
+use crate::fit::cornering::{T1, T2};
+use crate::model::MagicFormula;
+use crate::model::tyre::trail_0;
+
+/// Roll inertia of a motorcycle with rider about its mass centre, per mass, m².
+const ROLL_GYRATION: f64 = 0.085;
+
+/// A motorcycle, its tyres and its sensors, as the residuals know them. SI; pairs are front and rear.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // the names of `simulate::motorcycle::Plant`
+pub struct Parameters {
+    pub mass: f64,
+    pub cg_to_front: f64,
+    pub wheelbase: f64,
+    pub cg_height: f64,
+    pub caster_angle: f64,
+    pub yaw_inertia: f64,
+    pub roll_inertia: f64,
+    pub wheel_inertia: [f64; 2],
+    pub side_force_ratio: [f64; 2],
+    pub twisting_stiffness: [f64; 2],
+    pub relaxation_length: [f64; 2],
+    pub trail: [f64; 2],
+    pub drag: f64,
+    pub rolling_resistance: f64,
+    pub brake_gain: [f64; 2],
+    pub radius: [f64; 2],
+    pub friction: [MagicFormula; 2],
+    /// `k0`, `decay` of `k_alpha = k0 tan(g)/g / (1 + decay g^2)`, 1/rad and 1/rad².
+    pub stiffness: [[f64; 2]; 2],
+    /// Overturning stiffness of the vehicle, m.
+    pub crown: f64,
+    /// Lateral acceleration per roll rate that the static balance leaves out, m/s.
+    pub roll_rate_term: f64,
+    /// Sensor zeros.
+    pub yaw_rate_zero: f64,
+    /// As above.
+    pub ay_zero: f64,
+    /// As above.
+    pub ax_zero: f64,
+    /// As above.
+    pub vy_zero: f64,
+    /// What the base leaves out, zero in it.
+    pub model_error: ModelError,
+}
+
+/// One of the [`Parameters`] that can be fitted.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Name in the tables.
+    pub name: &'static str,
+    /// A usual uncertainty: steps and priors are in it.
+    pub scale: f64,
+    /// Prior standard deviation, in scales.
+    pub prior: f64,
+    /// Where it is.
+    pub place: Place,
+}
+
+/// Where one of the [`Parameters`] is.
+#[derive(Debug, Clone, Copy)]
+pub enum Place {
+    /// In the base model: how it is read and put.
+    Base(fn(&Parameters) -> f64, fn(&mut Parameters, f64)),
+    /// In what the base leaves out.
+    ModelError(fn(&ModelError) -> f64, fn(&mut ModelError, f64)),
+}
+
+impl Parameter {
+    /// Reads it.
+    pub fn get(&self, values: &Parameters) -> f64 {
+        match self.place {
+            Place::Base(get, _) => get(values),
+            Place::ModelError(get, _) => get(&values.model_error),
+        }
+    }
+
+    /// Puts it.
+    pub fn set(&self, values: &mut Parameters, value: f64) {
+        match self.place {
+            Place::Base(_, set) => set(values, value),
+            Place::ModelError(_, set) => set(&mut values.model_error, value),
+        }
+    }
+}
+
+impl Effect {
+    /// As something that can be fitted.
+    pub fn parameter(&self) -> Parameter {
+        Parameter {
+            name: self.name,
+            scale: self.typical.abs(),
+            prior: PRIOR,
+            place: Place::ModelError(self.get, self.set),
+        }
+    }
+}
+
+macro_rules! parameter {
+    ($name:literal, $scale:expr, $prior:expr, |$w:ident| $place:expr) => {
+        Parameter {
+            name: $name,
+            scale: $scale,
+            prior: $prior,
+            place: Place::Base(|$w| $place, |$w, value| $place = value),
+        }
+    };
+}
+
+/// The base model's parameters; scales are about a tenth of the usual value. Of the cornering stiffness
+/// its logarithm: it is known by ratio, and never nothing.
+pub const BASE: &[Parameter] = &[
+    parameter!("drag", 0.035, 3.0, |w| w.drag),
+    parameter!("rolling_resistance", 0.0015, 3.0, |w| w.rolling_resistance),
+    parameter!("brake_gain_front", 2.4e-5, 10.0, |w| w.brake_gain[0]),
+    parameter!("brake_gain_rear", 1.6e-5, 10.0, |w| w.brake_gain[1]),
+    parameter!("radius_front", 0.003, 10.0, |w| w.radius[0]),
+    parameter!("radius_rear", 0.003, 10.0, |w| w.radius[1]),
+    Parameter {
+        name: "mf_b_front",
+        scale: 1.3,
+        prior: 3.0,
+        place: Place::Base(|w| w.friction[0].b, |w, value| grip(&mut w.friction[0], value)),
+    },
+    parameter!("mf_d_front", 0.1, 3.0, |w| w.friction[0].d),
+    parameter!("mf_e1_front", 0.3, 1.0, |w| w.friction[0].e1),
+    Parameter {
+        name: "mf_b_rear",
+        scale: 1.2,
+        prior: 3.0,
+        place: Place::Base(|w| w.friction[1].b, |w, value| grip(&mut w.friction[1], value)),
+    },
+    parameter!("mf_d_rear", 0.1, 3.0, |w| w.friction[1].d),
+    parameter!("mf_e1_rear", 0.3, 1.0, |w| w.friction[1].e1),
+    parameter!("mf_e2_rear", 0.3, 1.0, |w| w.friction[1].e2),
+    Parameter {
+        name: "cornering_stiffness_front",
+        scale: 0.1,
+        prior: 2.0,
+        place: Place::Base(
+            |w| -w.stiffness[0][0].ln(),
+            |w, value| w.stiffness[0][0] = (-value).exp(),
+        ),
+    },
+    parameter!("stiffness_decay_front", 0.3, 2.0, |w| w.stiffness[0][1]),
+    Parameter {
+        name: "cornering_stiffness_rear",
+        scale: 0.1,
+        prior: 2.0,
+        place: Place::Base(
+            |w| -w.stiffness[1][0].ln(),
+            |w, value| w.stiffness[1][0] = (-value).exp(),
+        ),
+    },
+    parameter!("stiffness_decay_rear", 0.3, 2.0, |w| w.stiffness[1][1]),
+    parameter!("overturning_stiffness", 0.005, 5.0, |w| w.crown),
+    parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
+    parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term),
+    parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.yaw_rate_zero),
+    parameter!("acceleration_y_zero", 0.03, 2.0, |w| w.ay_zero),
+    parameter!("acceleration_x_zero", 0.03, 5.0, |w| w.ax_zero),
+    parameter!("velocity_y_zero", 0.02, 5.0, |w| w.vy_zero),
+];
+
+/// Least slip stiffness per load of a tyre: half of the softest published.
+const SOFTEST: f64 = 6.0;
+
+/// Puts the stiffness factor of a friction curve. A curve that hardly rises would call every slip of a
+/// freely rolling wheel right, whatever its radius.
+fn grip(curve: &mut MagicFormula, b: f64) {
+    curve.b = b.max(SOFTEST / (curve.c * curve.d).max(0.1));
+}
+
+/// Cornering stiffness of a usual motorcycle tyre, 1/rad, and how it falls with camber, 1/rad².
+const USUAL_STIFFNESS: [f64; 2] = [12.5, 0.6];
+
+impl Parameters {
+    /// Centre of the priors: that of the characterisation, but for the cornering
+    /// stiffness. In a quasi-static bend a wrong side-force ratio gives a stiffness that is as wrong,
+    /// and only what tyres usually have speaks against it.
+    #[must_use]
+    pub fn prior_centre(&self) -> Self {
+        Parameters { stiffness: [USUAL_STIFFNESS; 2], ..self.clone() }
+    }
+
+    /// What the characterisation of a session found, the bike file where it found nothing.
+    pub fn new(bike: &Bike, solution: &Solution) -> Self {
+        let inputs = &solution.inputs;
+        let finite = |found: f64, otherwise: f64| if found.is_finite() { found } else { otherwise };
+        let wheel = |axle: Axle| bike.wheel(axle);
+        let weight = bike.mass * GRAVITY;
+        let load = [bike.cg_to_rear(), bike.cg_to_front].map(|l| weight * l / bike.wheelbase);
+        let each = |f: &dyn Fn(Axle, usize) -> f64| [f(Axle::Front, 0), f(Axle::Rear, 1)];
+        let radius = each(&|axle, k| finite(inputs.radius[k], wheel(axle).radius));
+        let ratio = each(&|axle, _| wheel(axle).side_force_ratio);
+        let friction = [0, 1].map(|k| match &solution.fits.friction[k] {
+            Some(fit) => fit.formula,
+            None => MagicFormula { b: 13.0, c: 1.5, d: 1.05, e1: 0.2, e2: 0.0 },
+        });
+        // (39) multiplied through: k = tan(g)/g / (t1 + t2 g^2)
+        let stiffness = [0, 1].map(|k| match &solution.fits.lateral[k].compliance {
+            Some(fit) if fit.theta[T1] > 0.0 => {
+                [1.0 / fit.theta[T1], fit.theta[T2] / fit.theta[T1]]
+            }
+            _ => USUAL_STIFFNESS,
+        });
+        Parameters {
+            mass: bike.mass,
+            cg_to_front: bike.cg_to_front,
+            wheelbase: bike.wheelbase,
+            cg_height: bike.cg_height,
+            caster_angle: bike.caster_angle,
+            yaw_inertia: bike.yaw_inertia(),
+            roll_inertia: ROLL_GYRATION * bike.mass,
+            wheel_inertia: each(&|axle, k| wheel(axle).wheel_inertia.unwrap_or([0.45, 0.6][k])),
+            side_force_ratio: ratio,
+            twisting_stiffness: each(&|axle, _| wheel(axle).twisting_stiffness),
+            relaxation_length: each(&|axle, k| wheel(axle).relaxation_length.unwrap_or(radius[k])),
+            trail: each(&|axle, k| trail_0(radius[k], wheel(axle).vertical_stiffness, load[k])),
+            drag: finite(inputs.drag, bike.drag),
+            rolling_resistance: finite(inputs.rolling, bike.rolling_resistance),
+            brake_gain: [
+                bike.brake_gain_front.unwrap_or(2.4e-4),
+                bike.brake_gain_rear.unwrap_or(1.6e-4),
+            ],
+            radius,
+            friction,
+            stiffness,
+            crown: 0.05,
+            roll_rate_term: 0.0,
+            yaw_rate_zero: 0.0,
+            ay_zero: 0.0,
+            ax_zero: 0.0,
+            vy_zero: 0.0,
+            model_error: ModelError::default(),
+        }
+    }
+}

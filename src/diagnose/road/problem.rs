@@ -1,0 +1,356 @@
+//! The loss that models are fitted by: Huber's on block means in standard deviations of their
+//! channels, with weak priors (`diagnosis.md`, section 2.2), and its Gauss-Newton steps.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::attitude::Posture;
+use super::parameters::{Parameter, Parameters};
+use super::residuals::{Blocks, CHANNELS, Curves, attitudes, blocks, blocks_at};
+use super::samples::{BLOCK, Samples};
+
+/// Standard deviations at which the loss turns from square to straight.
+const HUBER: f64 = 2.5;
+/// What is farther off is no noise at all.
+const FARTHEST: f64 = 60.0;
+/// Share of a scale for differences.
+const STEP: f64 = 0.003;
+/// Steps along the same slopes.
+const FOLLOWED: usize = 4;
+/// Size of a step that ends a fit, in scales: effects' are their usual sizes.
+const ARRIVED: f64 = 5e-3;
+
+/// A loss over some parameters.
+#[derive(Debug, Clone, Copy)]
+pub struct Problem<'a> {
+    /// What was measured.
+    pub samples: &'a Samples,
+    /// Centre of the priors.
+    pub start: &'a Parameters,
+    /// Standard deviations of the channels.
+    pub sigma: [f64; 8],
+    /// What is free.
+    pub parameters: &'a [Parameter],
+    /// Added to the residuals: noise of a null simulation.
+    pub extra: Option<&'a Blocks>,
+    /// Manoeuvres that count; all where there is no list.
+    pub only: Option<&'a [bool]>,
+}
+
+/// Residuals and their derivatives by the parameters, in scales.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// `[channel][block]`.
+    pub residuals: Blocks,
+    /// Per parameter `[channel][block]`.
+    pub columns: Arc<[Blocks]>,
+}
+
+impl Linear {
+    /// Adds to the residuals what a step of the first parameters, in scales, changes to first order.
+    pub(super) fn step_by(&mut self, step: &DVector<f64>) {
+        for (column, d) in self.columns.iter().zip(step.iter()) {
+            for (to, by) in self.residuals.iter_mut().zip(column) {
+                to.iter_mut().zip(by).for_each(|(r, j)| *r += d * j);
+            }
+        }
+    }
+}
+
+impl<'a> Problem<'a> {
+    /// The loss of every manoeuvre, without simulated noise.
+    pub fn new(
+        samples: &'a Samples,
+        start: &'a Parameters,
+        sigma: [f64; 8],
+        parameters: &'a [Parameter],
+    ) -> Self {
+        Problem { samples, start, sigma, parameters, extra: None, only: None }
+    }
+}
+
+impl Problem<'_> {
+    /// Block residuals under some parameters.
+    pub fn residuals(&self, values: &Parameters) -> Blocks {
+        let mut out = blocks(self.samples, values);
+        self.add_extra(&mut out);
+        out
+    }
+
+    pub(super) fn add_extra(&self, out: &mut Blocks) {
+        for (column, extra) in out.iter_mut().zip(self.extra.into_iter().flatten()) {
+            column.iter_mut().zip(extra).for_each(|(r, e)| *r += e);
+        }
+    }
+
+    /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere.
+    pub fn advance(&self, values: &Parameters) -> Option<(Parameters, f64)> {
+        self.descend(&mut self.linear(values), values)
+    }
+
+    /// The same along slopes that may have been made near by; residuals are those at `values`,
+    /// and then of where it leads to.
+    pub(super) fn descend(
+        &self,
+        linear: &mut Linear,
+        values: &Parameters,
+    ) -> Option<(Parameters, f64)> {
+        let (matrix, gradient) = self.normal_of(linear, values, true);
+        let step = matrix.cholesky()?.solve(&gradient);
+        let before = self.loss_of(&linear.residuals, values);
+        let mut share = 1.0;
+        while share > 1e-3 {
+            let tried = self.stepped(values, &step, share);
+            let residuals = self.residuals(&tried);
+            if self.loss_of(&residuals, &tried) <= before {
+                linear.residuals = residuals;
+                return Some((tried, share * step.amax()));
+            }
+            share *= 0.5;
+        }
+        None
+    }
+
+    /// The optimum near some values: slopes are made anew at most `times`, and between that followed as
+    /// long as they lead on.
+    pub(super) fn optimum(&self, from: &Parameters, times: usize) -> Parameters {
+        let mut values = from.clone();
+        for _ in 0..times {
+            let mut linear = self.linear(&values);
+            let (mut first, mut last) = (0.0_f64, f64::INFINITY);
+            for _ in 0..FOLLOWED {
+                let Some((moved, size)) = self.descend(&mut linear, &values) else { break };
+                values = moved;
+                first = first.max(size);
+                if size < ARRIVED || size > 0.5 * last {
+                    break;
+                }
+                last = size;
+            }
+            if first < ARRIVED {
+                break;
+            }
+        }
+        values
+    }
+
+    /// Takes a linearisation's residuals to the optimum of this problem's parameters, the first of its
+    /// columns, to first order.
+    pub fn relax(&self, linear: &mut Linear, values: &Parameters) {
+        let (matrix, gradient) = self.normal_of(linear, values, true);
+        let Some(factor) = matrix.cholesky() else { return };
+        let step = factor.solve(&gradient);
+        linear.step_by(&step);
+    }
+
+    pub(super) fn stepped(
+        &self,
+        values: &Parameters,
+        step: &DVector<f64>,
+        share: f64,
+    ) -> Parameters {
+        let mut out = values.clone();
+        for (p, d) in self.parameters.iter().zip(step.iter()) {
+            p.set(&mut out, p.get(values) + share * d * p.scale);
+        }
+        out
+    }
+
+    /// Distance of a parameter from the start, in prior standard deviations, and its weight.
+    pub(super) fn prior(&self, p: &Parameter, values: &Parameters) -> (f64, f64) {
+        let weight = 1.0 / p.prior;
+        (weight * (p.get(values) - p.get(self.start)) / p.scale, weight)
+    }
+
+    /// The loss at some values, priors included.
+    pub fn loss(&self, values: &Parameters) -> f64 {
+        self.loss_of(&self.residuals(values), values)
+    }
+
+    /// The same of residuals that are known.
+    fn loss_of(&self, found: &Blocks, values: &Parameters) -> f64 {
+        let priors = self.parameters.iter().map(|p| self.prior(p, values).0);
+        self.misfit_of(found) + priors.map(|z| 0.5 * z * z).sum::<f64>()
+    }
+
+    /// The residuals' part of the loss.
+    pub(super) fn misfit_of(&self, found: &Blocks) -> f64 {
+        let mut loss = 0.0;
+        for range in self.ranges() {
+            for (column, sigma) in found.iter().zip(self.sigma) {
+                for r in column[range.clone()].iter().filter(|r| r.is_finite()) {
+                    let z = (r / sigma).abs();
+                    loss += if z <= HUBER { 0.5 * z * z } else { HUBER * (z - 0.5 * HUBER) };
+                }
+            }
+        }
+        loss
+    }
+
+    /// Blocks of the manoeuvres that count.
+    fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        self.samples
+            .manoeuvres
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| self.only.is_none_or(|only| only[*k]))
+            .map(|(_, (_, range))| range.start / BLOCK..range.end / BLOCK)
+    }
+
+    /// Residuals and derivatives, by differences.
+    pub fn linear(&self, values: &Parameters) -> Linear {
+        let known = attitudes(self.samples, values);
+        let mut curves = Curves::Keep(vec![[[f64::NAN; 3]; 2]; self.samples.len()]);
+        let here = blocks_at(self.samples, values, Some(&known), &mut curves);
+        let points = match curves {
+            Curves::Keep(points) => points,
+            _ => Vec::new(),
+        };
+        let posture = Posture::of(values);
+        let columns = self
+            .parameters
+            .par_iter()
+            .map(|parameter| {
+                let mut near = values.clone();
+                parameter.set(&mut near, parameter.get(values) + STEP * parameter.scale);
+                let same = Posture::of(&near) == posture;
+                let attitudes = same.then_some(known.as_slice());
+                let mut curves = match near.friction == values.friction {
+                    true => Curves::Known(&points),
+                    false => Curves::Unknown,
+                };
+                let mut column = blocks_at(self.samples, &near, attitudes, &mut curves);
+                for (there, here) in column.iter_mut().zip(&here) {
+                    there.iter_mut().zip(here).for_each(|(t, h)| *t = (*t - h) / STEP);
+                }
+                column
+            })
+            .collect();
+        let mut residuals = here;
+        self.add_extra(&mut residuals);
+        Linear { residuals, columns }
+    }
+
+    /// A block residual in standard deviations and its weight; `None` where it does not count.
+    pub fn weigh(&self, linear: &Linear, c: usize, b: usize) -> Option<(f64, f64)> {
+        let z = linear.residuals[c][b] / self.sigma[c];
+        if !z.is_finite() || z.abs() > FARTHEST {
+            return None;
+        }
+        Some((z, if z.abs() <= HUBER { 1.0 } else { HUBER / z.abs() }))
+    }
+
+    /// Adds the weighted rows of some blocks to a curvature's upper half and a downhill direction.
+    pub fn accumulate(
+        &self,
+        linear: &Linear,
+        range: std::ops::Range<usize>,
+        matrix: &mut DMatrix<f64>,
+        gradient: &mut DVector<f64>,
+    ) {
+        let p = self.parameters.len();
+        let mut row = vec![0.0; p];
+        // most parameters enter few channels
+        let mut inside: Vec<usize> = Vec::with_capacity(p);
+        for c in 0..CHANNELS.len() {
+            let sigma = self.sigma[c];
+            inside.clear();
+            inside.extend((0..p).filter(|&i| {
+                linear.columns[i][c][range.clone()].iter().any(|x| *x != 0.0 && x.is_finite())
+            }));
+            for b in range.clone() {
+                let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
+                for &i in &inside {
+                    row[i] = linear.columns[i][c][b] / sigma;
+                }
+                for (k, &i) in inside.iter().enumerate() {
+                    let own = weight * row[i];
+                    gradient[i] -= own * z;
+                    // columns lie together
+                    let column = &mut matrix.as_mut_slice()[i * p..(i + 1) * p];
+                    for &j in &inside[..=k] {
+                        column[j] += own * row[j];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Downhill pull and curvature of some blocks along a combination of columns.
+    pub fn along(
+        &self,
+        linear: &Linear,
+        range: std::ops::Range<usize>,
+        columns: &[usize],
+        weights: &[f64],
+    ) -> (f64, f64) {
+        let (mut pull, mut curvature) = (0.0, 0.0);
+        let mut row = vec![0.0; range.len()];
+        for c in 0..CHANNELS.len() {
+            row.fill(0.0);
+            for (&k, weight) in columns.iter().zip(weights) {
+                let column = &linear.columns[k][c][range.clone()];
+                row.iter_mut().zip(column).for_each(|(r, x)| *r += weight * x);
+            }
+            for (r, b) in row.iter().zip(range.clone()) {
+                let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
+                let r = r / self.sigma[c];
+                pull -= weight * r * z;
+                curvature += weight * r * r;
+            }
+        }
+        (pull, curvature)
+    }
+
+    /// Share of what a column shows that is in one channel.
+    pub fn share(&self, column: &Blocks, channel: usize) -> f64 {
+        let shown = |c: usize| {
+            let sizes = column[c].iter().map(|x| x / self.sigma[c]).filter(|x| x.is_finite());
+            sizes.map(|x| x * x).sum::<f64>()
+        };
+        let all: f64 = (0..CHANNELS.len()).map(shown).sum();
+        shown(channel) / all.max(f64::MIN_POSITIVE)
+    }
+
+    /// Adds the weighted rows of some blocks to a downhill direction.
+    fn pull(&self, linear: &Linear, range: std::ops::Range<usize>, gradient: &mut DVector<f64>) {
+        for c in 0..CHANNELS.len() {
+            let sigma = self.sigma[c];
+            for b in range.clone() {
+                let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
+                for (slope, column) in gradient.iter_mut().zip(linear.columns.iter()) {
+                    *slope -= weight * column[c][b] / sigma * z;
+                }
+            }
+        }
+    }
+
+    /// Curvature and downhill direction of a linearisation with the priors, parameters in their scales;
+    /// without the curvature where it is not asked for.
+    pub(super) fn normal_of(
+        &self,
+        linear: &Linear,
+        values: &Parameters,
+        curved: bool,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let p = self.parameters.len();
+        let mut matrix = DMatrix::zeros(p, p);
+        let mut gradient = DVector::zeros(p);
+        for range in self.ranges() {
+            if curved {
+                self.accumulate(linear, range, &mut matrix, &mut gradient);
+            } else {
+                self.pull(linear, range, &mut gradient);
+            }
+        }
+        for (i, parameter) in self.parameters.iter().enumerate() {
+            let (z, weight) = self.prior(parameter, values);
+            gradient[i] -= weight * z;
+            matrix[(i, i)] += weight * weight;
+        }
+        matrix.fill_lower_triangle_with_upper_triangle();
+        (matrix, gradient)
+    }
+}

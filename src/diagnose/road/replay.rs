@@ -1,0 +1,368 @@
+//! What was measured, simulated: the reduced-order motorcycle on the characterised tyres, driven by
+//! the measured pressures, lean and - off the brakes - speed.
+//!
+//! It gives the session as a perfect logger would have recorded it on a motorcycle that is the base
+//! model and nothing else: beside the measured one it shows what the model gets wrong, and with
+//! noise on it, it is a null simulation for calibration. Speed runs free while braking and coasting; elsewhere
+//! the throttle brings it back to the measured one, so that the ride stays the same ride.
+
+use std::ops::Range;
+
+use super::parameters::Parameters;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::effects::ModelError;
+use crate::effects::ride::{BrakeHistory, along_strip};
+use crate::ingest::gaps::bridge;
+use crate::ingest::grid::Interpolation;
+use crate::model::{Stiffness, Tyre};
+use crate::simulate::motorcycle::{Action, Plant, State};
+use crate::simulate::programme::Lean;
+use crate::simulate::rider::steer;
+use crate::statistics::smooth::{gradient, smooth};
+use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
+
+/// How fast the throttle brings the speed back, 1/s.
+const THROTTLE: f64 = 0.8;
+
+/// Roll angle from which nobody comes back, and below which a motorcycle is upright, rad.
+const FALLEN: f64 = 1.5;
+const UPRIGHT: f64 = 0.1;
+
+/// The simulated motorcycle that the parameters describe.
+pub fn plant(values: &Parameters, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> Plant {
+    // one crown for the vehicle, shared by the tyres' widths
+    let share = [1.0, widths[1] / widths[0]];
+    let load =
+        [values.wheelbase - values.cg_to_front, values.cg_to_front].map(|x| x / values.wheelbase);
+    let crown = values.crown / (share[0] * load[0] + share[1] * load[1]);
+    let tyres = [0, 1].map(|k| {
+        let ratio = values.side_force_ratio[k];
+        let [k0, decay] = values.stiffness[k];
+        Tyre {
+            friction: values.friction[k],
+            stiffness: Stiffness { ct: -k0 * ratio, c1: 0.0, c3: decay * ratio },
+            side_force_ratio: ratio,
+            twisting_stiffness: values.twisting_stiffness[k],
+            overturning_stiffness: crown * share[k],
+            rolling_radius: values.radius[k],
+            rolling_resistance: values.rolling_resistance,
+            relaxation_length: values.relaxation_length[k],
+            vertical_stiffness: vertical_stiffness[k],
+            slip_transition: 1.1,
+            camber_force_decay: 0.0,
+            camber_moment_decay: 0.0,
+            reference_friction: 1.0,
+            peak_slip: values.friction[k].peak_slip().unwrap_or(0.2),
+        }
+    });
+    Plant {
+        mass: values.mass,
+        cg_to_front: values.cg_to_front,
+        wheelbase: values.wheelbase,
+        cg_height: values.cg_height,
+        caster_angle: values.caster_angle,
+        roll_inertia: values.roll_inertia,
+        yaw_inertia: values.yaw_inertia,
+        wheel_inertia: values.wheel_inertia,
+        tyres,
+        drag: values.drag,
+        friction: 1.0,
+        brake_gain: values.brake_gain,
+        model_error: ModelError::default(),
+    }
+    .with(&values.model_error)
+}
+
+/// Where a replay takes up the measured motion again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum From {
+    /// At the start of the session only: one whole ride.
+    Session,
+    /// At the start of every used manoeuvre: what the model makes of each.
+    Manoeuvres,
+}
+
+/// The channels that are simulated.
+pub const CHANNELS: [Channel; 9] = [
+    Channel::VelocityX,
+    Channel::VelocityY,
+    Channel::AccelerationX,
+    Channel::AccelerationY,
+    Channel::Roll,
+    Channel::YawRate,
+    Channel::SteerAngle,
+    Channel::WheelSpeedFront,
+    Channel::WheelSpeedRear,
+];
+
+/// The session as a perfect logger would have recorded it; NaN between manoeuvres where it is simulated
+/// from them, and in bends that the model cannot ride. Pressures and heading stay the measured ones.
+pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From) -> Session {
+    let measured = Measured::of(session, segments);
+    let (n, dt) = (session.len, 1.0 / session.rate);
+    let parts = Parts::of(segments, n, from);
+    let mut out: [Vec<f64>; 9] = std::array::from_fn(|_| Vec::with_capacity(n));
+    let mut ride = Ride::start(plant, known(&measured.v, 0).max(0.0));
+    let mut down = 0..0;
+    for i in 0..n {
+        if !(ride.state.roll.abs() < FALLEN && ride.state.vx.is_finite()) {
+            // a bend that the model cannot ride is left out whole
+            down = measured.bend(i);
+            out.iter_mut().for_each(|column| column[down.start..i].fill(f64::NAN));
+            (ride.state, ride.action) = (State::default(), Action::default());
+        }
+        if !parts.simulated[i] || down.contains(&i) {
+            ride.brakes.update(known(&measured.v, i), measured.brakes(i), dt);
+            out.iter_mut().for_each(|column| column.push(f64::NAN));
+            continue;
+        }
+        if parts.starts[i] || i > 0 && i == down.end {
+            ride.take_up(&measured, i);
+        }
+        let values = ride.advance(&measured, i, dt);
+        out.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+    }
+    let mut recorded = session.clone();
+    for (channel, column) in CHANNELS.into_iter().zip(out) {
+        if session.has(channel) {
+            recorded.set(channel, column);
+        }
+    }
+    plant.model_error.measure(&mut recorded);
+    // what the brakes were really given, without the noise of a lever at rest
+    for (channel, pressure) in PRESSURES.into_iter().zip(measured.pressures) {
+        if session.has(channel) {
+            let on = pressure.iter().map(|p| if *p > BrakeHistory::PRESSED { *p } else { 0.0 });
+            recorded.set(channel, on.collect());
+        }
+    }
+    recorded
+}
+
+const PRESSURES: [Channel; 2] = [Channel::BrakePressureFront, Channel::BrakePressureRear];
+
+/// A sample; nil where it is not known.
+fn known(x: &[f64], i: usize) -> f64 {
+    if x[i].is_finite() { x[i] } else { 0.0 }
+}
+
+/// What drives a replay: smoothed channels and derivatives of a session, SI; nil where they are missing.
+struct Measured {
+    v: Vec<f64>,
+    ax: Vec<f64>,
+    vy: Vec<f64>,
+    yaw_rate: Vec<f64>,
+    roll: Vec<f64>,
+    roll_rate: Vec<f64>,
+    roll_acceleration: Vec<f64>,
+    omega: [Vec<f64>; 2],
+    pressures: [Vec<f64>; 2],
+    /// Cosine of the heading against that of the first straight.
+    along: Vec<f64>,
+    /// Whether the bike coasts.
+    coasting: Vec<bool>,
+}
+
+impl Measured {
+    fn of(session: &Session, segments: &[Segment]) -> Self {
+        let (n, rate) = (session.len, session.rate);
+        let missing = || vec![0.0; n];
+        let column = |c: Channel| session.get(c).map_or_else(missing, |x| smooth(x, rate));
+        // through a gap the ride goes on as straight as it can
+        let v = bridged(column(Channel::VelocityX));
+        let roll = bridged(column(Channel::Roll));
+        let roll_rate = gradient(&roll, rate);
+        let mut coasting = vec![false; n];
+        for s in segments.iter().filter(|s| s.kind == ManoeuvreKind::Coasting) {
+            coasting[s.start..s.end.min(n)].fill(true);
+        }
+        Measured {
+            ax: gradient(&v, rate),
+            vy: column(Channel::VelocityY),
+            yaw_rate: column(Channel::YawRate),
+            roll_acceleration: gradient(&smooth(&roll_rate, rate), rate),
+            omega: [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(column),
+            pressures: PRESSURES.map(column),
+            along: along_strip(session),
+            v,
+            roll,
+            roll_rate,
+            coasting,
+        }
+    }
+
+    /// Whether a brake is on.
+    fn brakes(&self, i: usize) -> bool {
+        self.pressures.iter().any(|p| p[i] > BrakeHistory::PRESSED)
+    }
+
+    /// The bend around a sample.
+    fn bend(&self, i: usize) -> Range<usize> {
+        let leaned = |i: &usize| self.roll[*i].abs() > UPRIGHT;
+        (0..i).rev().take_while(leaned).last().unwrap_or(i)
+            ..(i..self.roll.len()).take_while(leaned).last().unwrap_or(i) + 1
+    }
+}
+
+/// Which samples are simulated, and which of them start from the measured motion.
+struct Parts {
+    simulated: Vec<bool>,
+    starts: Vec<bool>,
+}
+
+impl Parts {
+    fn of(segments: &[Segment], n: usize, from: From) -> Self {
+        let (mut starts, mut simulated) = (vec![false; n], vec![from == From::Session; n]);
+        if from == From::Manoeuvres {
+            for s in segments.iter().filter(|s| s.used && s.start < n) {
+                starts[s.start] = true;
+                simulated[s.start..s.end.min(n)].fill(true);
+            }
+        }
+        Parts { simulated, starts }
+    }
+}
+
+/// The simulated motorcycle on its way.
+struct Ride<'a> {
+    plant: &'a Plant,
+    state: State,
+    action: Action,
+    brakes: BrakeHistory,
+}
+
+impl<'a> Ride<'a> {
+    fn start(plant: &'a Plant, speed: f64) -> Self {
+        let mut state = State { vx: speed, ..State::default() };
+        state.omega = [0, 1].map(|k| speed / plant.tyres[k].rolling_radius);
+        Ride { plant, state, action: Action::default(), brakes: BrakeHistory::default() }
+    }
+
+    /// Takes up the measured motion.
+    fn take_up(&mut self, measured: &Measured, i: usize) {
+        let Ride { plant, state, .. } = self;
+        let error = &plant.model_error;
+        state.yaw_rate = known(&measured.yaw_rate, i);
+        state.vx = error.velocity(known(&measured.v, i), known(&measured.ax, i)).max(0.0);
+        state.vy = error.velocity_y(known(&measured.vy, i), state.yaw_rate);
+        state.roll = error.roll(known(&measured.roll, i));
+        state.roll_rate = known(&measured.roll_rate, i);
+        let speed = state.vx;
+        state.omega = [0, 1].map(|k| match measured.omega[k][i] > 0.0 {
+            true => measured.omega[k][i],
+            false => speed / plant.tyres[k].rolling_radius,
+        });
+    }
+
+    /// One step of `dt` s, and what is recorded before it, in the order of [`CHANNELS`].
+    fn advance(&mut self, measured: &Measured, i: usize, dt: f64) -> [f64; 9] {
+        let plant = self.plant;
+        let response = plant.response(&self.state, &self.action);
+        let pressure = [0, 1].map(|k| known(&measured.pressures[k], i).max(0.0));
+        let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
+        self.brakes.update(self.state.vx, braking, dt);
+        let gain = plant.model_error.brake_gain(1.0, plant.mass, self.brakes);
+        let drag = plant.model_error.brake_drag(0.0, plant.mass, self.brakes);
+        self.action.brake = [0, 1].map(|k| {
+            let on = pressure[k] > BrakeHistory::PRESSED;
+            drag + if on { plant.brake_gain[k] * gain * pressure[k] } else { 0.0 }
+        });
+        self.action.time = i as f64 * dt;
+        // where the road climbs and the wind blows is where it was
+        if measured.along[i].is_finite() {
+            self.state.yaw = measured.along[i].acos();
+        }
+        self.action.drive = match braking || measured.coasting[i] {
+            true => 0.0,
+            false => self.throttle(measured, i),
+        };
+        let lean = Lean {
+            angle: known(&measured.roll, i),
+            rate: known(&measured.roll_rate, i),
+            acceleration: known(&measured.roll_acceleration, i),
+        };
+        self.action.steer = steer(plant, &self.state, &response, &lean);
+        let before = self.state;
+        let response = plant.advance(&mut self.state, &self.action, dt);
+        if self.state.vx < 0.0 {
+            self.state.vx = 0.0;
+        }
+        [
+            before.vx,
+            before.vy,
+            response.acceleration[0],
+            response.acceleration[1],
+            before.roll,
+            before.yaw_rate,
+            before.steer,
+            before.omega[0],
+            before.omega[1],
+        ]
+    }
+
+    /// Drive torque, N m, that brings the speed back to the measured one.
+    fn throttle(&self, measured: &Measured, i: usize) -> f64 {
+        let Ride { plant, state, .. } = self;
+        let wanted = known(&measured.ax, i) + THROTTLE * (known(&measured.v, i) - state.vx);
+        let rolling = plant.tyres[1].rolling_resistance * plant.mass * crate::GRAVITY;
+        let spinning: f64 =
+            (0..2).map(|k| plant.wheel_inertia[k] / plant.tyres[k].rolling_radius.powi(2)).sum();
+        let force = (plant.mass + spinning) * wanted + plant.drag * state.vx * state.vx + rolling;
+        force.clamp(-0.2 * plant.mass * 9.8, 0.9 * plant.mass * 9.8) * plant.tyres[1].rolling_radius
+    }
+}
+
+/// A column with straight lines through its gaps, held before the first and after the last that is
+/// known; zeros where nothing is.
+fn bridged(mut x: Vec<f64>) -> Vec<f64> {
+    let known = |v: &f64| v.is_finite();
+    let (Some(first), Some(last)) = (x.iter().position(known), x.iter().rposition(known)) else {
+        x.fill(0.0);
+        return x;
+    };
+    let ends = [x[first], x[last]];
+    x[..first].fill(ends[0]);
+    x[last + 1..].fill(ends[1]);
+    bridge(&mut x, usize::MAX, Interpolation::Linear);
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::{self, scenario::Scenario};
+
+    /// On a rear tyre with a tenth of its cornering stiffness some bends cannot be ridden; the straights can.
+    #[test]
+    fn bends_that_cannot_be_ridden_are_left_out() {
+        let scenario = Scenario::builtin("perfect").expect("scenario");
+        let machine = scenario.machine(0);
+        let session = simulate::session(&scenario, &machine, 0).session;
+        let roll = session.get(Channel::Roll).expect("roll").to_vec();
+        let lost = |plant: &Plant| {
+            let shown = replay(&session, &[], plant, From::Session);
+            let ridden = shown.get(Channel::Roll).expect("roll").to_vec();
+            let share = |leaned: bool| {
+                let own = roll.iter().zip(&ridden).filter(|(r, _)| (r.abs() > 0.3) == leaned);
+                let (lost, all) =
+                    own.fold((0, 0), |(lost, all), (_, x)| (lost + u32::from(x.is_nan()), all + 1));
+                f64::from(lost) / f64::from(all)
+            };
+            [share(true), share(false)]
+        };
+        let mut plant = machine.plant.clone();
+        assert_eq!(lost(&plant), [0.0; 2]);
+        plant.tyres[1].stiffness.ct *= 0.1;
+        let [bends, straights] = lost(&plant);
+        assert!(bends > 0.1 && straights < 0.02, "{bends}, {straights}");
+    }
+
+    #[test]
+    fn gaps_are_bridged_and_ends_held() {
+        let n = f64::NAN;
+        assert_eq!(bridged(vec![n, 1.0, n, n, 4.0, n]), [1.0, 1.0, 2.0, 3.0, 4.0, 4.0]);
+        assert_eq!(bridged(vec![n, n]), [0.0, 0.0]);
+        assert_eq!(bridged(Vec::new()), [0.0; 0]);
+    }
+}

@@ -1,0 +1,404 @@
+//! The base model as residuals that vanish when it is right (`diagnosis.md`, section 2.1).
+//!
+//! | channel | residual | where |
+//! |---|---|---|
+//! | `force_x` | `ax - (Fxf + Fxr - resistance)/m`, `Fx = -(G p + I omega')/R` | coasting, braking |
+//! | `slip_front`, `slip_rear` | `Fx/Fz - mu_x(s)` over its own uncertainty (Sampson) | all; rear not in corners |
+//! | `lateral_front`, `lateral_rear` | `alpha_lagged + C gamma + Fy/(k_alpha Fz)` | all |
+//! | `roll` | `ay` less that of the roll balance, less a roll-rate term | corners |
+//! | `kinematic_x`, `kinematic_y` | `v' - ax - r vy`, `ay - vy' - v r` | all |
+//!
+//! Loads follow the longitudinal force at once; forces of a wheel from the balances, as in
+//! [`estimate`](crate::estimate). Where a channel says nothing its residual is NaN, whatever the
+//! parameters, so that any two sets of them are compared on the same blocks.
+
+use super::attitude::{Attitude, Posture};
+use super::parameters::Parameters;
+use super::samples::{BLOCK, Samples};
+use crate::GRAVITY;
+use crate::contract::bike::Axle;
+use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::effects::physics::Rolling;
+use crate::model::magic_formula::MagicFormula;
+
+/// The channels, in their order.
+pub const CHANNELS: [&str; 8] = [
+    "force_x",
+    "slip_front",
+    "slip_rear",
+    "lateral_front",
+    "lateral_rear",
+    "roll",
+    "kinematic_x",
+    "kinematic_y",
+];
+
+/// Their units; slips are in standard deviations.
+pub const UNITS: [&str; 8] = ["m/s2", "1", "1", "rad", "rad", "m/s2", "m/s2", "m/s2"];
+
+/// Deeper slip is sliding: the curve beyond its peak belongs to the stop, not to the tyre.
+const DEEPEST: f64 = -0.16;
+/// What the friction curve itself is uncertain by.
+const SIGMA_MU: f64 = 0.02;
+
+/// Block means, channel after channel: `[channel][block]`.
+pub type Blocks = [Vec<f64>; 8];
+
+/// The residuals' block means under some parameters.
+pub fn blocks(samples: &Samples, values: &Parameters) -> Blocks {
+    blocks_at(samples, values, None, &mut Curves::Unknown)
+}
+
+/// How the bike lies throughout, under some parameters.
+pub fn attitudes(samples: &Samples, values: &Parameters) -> Vec<Attitude> {
+    let posture = Posture::of(values);
+    samples
+        .manoeuvres
+        .iter()
+        .flat_map(|(kind, range)| {
+            let cornering = *kind == ManoeuvreKind::Cornering;
+            range.clone().map(move |i| Attitude::of(samples, &posture, i, cornering))
+        })
+        .collect()
+}
+
+/// A point of a friction curve: slip ratio, value, slope.
+pub type Point = [f64; 3];
+
+/// Points of both wheels' friction curves, sample by sample. Most sets of parameters near another
+/// have most of them in common.
+#[derive(Debug)]
+pub enum Curves<'a> {
+    /// Nothing is known.
+    Unknown,
+    /// They are kept.
+    Keep(Vec<[Point; 2]>),
+    /// Those of other parameters with the same curves.
+    Known(&'a [[Point; 2]]),
+}
+
+impl Curves<'_> {
+    /// Value and slope of wheel `k`'s curve at sample `i`.
+    fn at(&mut self, curve: &MagicFormula, k: usize, i: usize, ratio: f64) -> (f64, f64) {
+        if let Curves::Known(known) = self
+            && known[i][k][0] == ratio
+        {
+            return (known[i][k][1], known[i][k][2]);
+        }
+        let (value, slope) = curve.value_and_slope(ratio);
+        if let Curves::Keep(kept) = self {
+            kept[i][k] = [ratio, value, slope];
+        }
+        (value, slope)
+    }
+}
+
+/// The same with attitudes that are known already, and points of the friction curves.
+pub fn blocks_at(
+    samples: &Samples,
+    values: &Parameters,
+    known: Option<&[Attitude]>,
+    curves: &mut Curves<'_>,
+) -> Blocks {
+    let fixed = Fixed::of(values);
+    let posture = Posture::of(values);
+    let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
+    for (kind, range) in &samples.manoeuvres {
+        let mut lagged = [Lag::default(), Lag::default()];
+        let mut sums = [0.0; 8];
+        let cornering = *kind == ManoeuvreKind::Cornering;
+        for (k, i) in range.clone().enumerate() {
+            let attitude = match known {
+                Some(known) => known[i],
+                None => Attitude::of(samples, &posture, i, cornering),
+            };
+            let instant = Instant {
+                s: samples,
+                p: values,
+                fixed: &fixed,
+                a: &attitude,
+                i,
+                kind: *kind,
+                ax: samples.ax[i] - values.ax_zero,
+                ay: samples.ay[i] - values.ay_zero,
+                // without a heading nothing is known of what depends on it
+                along: if samples.along[i].is_nan() { 0.0 } else { samples.along[i] },
+            };
+            let mut residual = instant.residuals(curves);
+            for wheel in 0..2 {
+                // the residual holds everything but the lagged slip angle
+                let [decay, share] = attitude.lag[wheel];
+                residual[3 + wheel] += lagged[wheel].next(attitude.alpha[wheel], decay, share);
+            }
+            for (sum, r) in sums.iter_mut().zip(residual) {
+                *sum += r;
+            }
+            if k % BLOCK == BLOCK - 1 {
+                for (column, sum) in out.iter_mut().zip(&mut sums) {
+                    column.push(*sum / BLOCK as f64);
+                    *sum = 0.0;
+                }
+            }
+        }
+    }
+    out
+}
+
+/// First-order lag of a signal that runs in straight lines between samples: exact.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lag {
+    state: Option<(f64, f64)>,
+}
+
+impl Lag {
+    /// The lagged value after `x` relaxation lengths, `decay = e^-x`, `share = (1 - e^-x)/x`.
+    fn next(&mut self, input: f64, decay: f64, share: f64) -> f64 {
+        let (last, value) = self.state.unwrap_or((input, input));
+        let value = decay * value + (1.0 - share) * input + (share - decay) * last;
+        self.state = Some((input, value));
+        value
+    }
+}
+
+/// What follows from the parameters alone, whatever the sample.
+struct Fixed {
+    inertia: [f64; 2],
+    ratio: [f64; 2],
+    per_mass: f64,
+    per_length: f64,
+    per_radius: [f64; 2],
+    /// Loads at rest.
+    still: [f64; 2],
+    per_still: [f64; 2],
+}
+
+impl Fixed {
+    fn of(w: &Parameters) -> Self {
+        let (l, lf) = (w.wheelbase, w.cg_to_front);
+        let still = [w.mass * GRAVITY * (l - lf) / l, w.mass * GRAVITY * lf / l];
+        let error = &w.model_error;
+        Fixed {
+            inertia: w.wheel_inertia.map(|inertia| error.wheel_inertia(inertia)),
+            ratio: [0, 1].map(|k| error.side_force_ratio(w.side_force_ratio[k], Axle::BOTH[k])),
+            per_mass: 1.0 / w.mass,
+            per_length: 1.0 / l,
+            per_radius: w.radius.map(|r| 1.0 / r),
+            still,
+            per_still: still.map(|n| 1.0 / n),
+        }
+    }
+}
+
+/// One sample of a manoeuvre.
+struct Instant<'a> {
+    s: &'a Samples,
+    p: &'a Parameters,
+    fixed: &'a Fixed,
+    a: &'a Attitude,
+    i: usize,
+    kind: ManoeuvreKind,
+    ax: f64,
+    ay: f64,
+    /// Cosine of the heading against the strip.
+    along: f64,
+}
+
+/// Forces along the bike and the loads that they leave. Pairs are front and rear.
+struct Longitudinal {
+    weight: f64,
+    /// Tyre forces, rolling resistance included.
+    whole: f64,
+    /// Rate of the wheels' angular momentum.
+    spin_rate: f64,
+    force: [f64; 2],
+    load: [f64; 2],
+    /// Load beyond the static one, over it.
+    extra_load: [f64; 2],
+    residual: f64,
+}
+
+impl Instant<'_> {
+    #[inline(always)]
+    fn cornering(&self) -> bool {
+        self.kind == ManoeuvreKind::Cornering
+    }
+
+    #[inline(always)]
+    fn longitudinal(&self) -> Longitudinal {
+        let &Instant { s, p, fixed, a, i, along, .. } = self;
+        let error = &p.model_error;
+        let (m, h, lf) = (p.mass, p.cg_height, p.cg_to_front);
+        let &Attitude { v, sin_phi, cos_phi, .. } = a;
+        let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
+        // the mass centre goes down while leaning in
+        let sinking =
+            if self.cornering() { h * (cos_phi * rolld * rolld + sin_phi * rolldd) } else { 0.0 };
+        let weight = m * (GRAVITY - sinking);
+        let free = self.kind == ManoeuvreKind::Coasting;
+        let braking = matches!(
+            self.kind,
+            ManoeuvreKind::FrontBraking
+                | ManoeuvreKind::RearBraking
+                | ManoeuvreKind::CombinedBraking
+        );
+        let drag = error.drag(p.drag, v, along);
+        let uphill = error.uphill(0.0, m * GRAVITY, along);
+        let rolling = error.rolling_resistance(p.rolling_resistance, v);
+        let resistance = drag + rolling * weight + uphill;
+        let gain = error.brake_gain(1.0, m, s.brakes[i]);
+        let dragging = error.brake_drag(0.0, m, s.brakes[i]);
+        let wheel_force = |k: usize| {
+            let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
+            -(p.brake_gain[k] * gain * pressure + dragging + fixed.inertia[k] * s.omegad[k][i])
+                * fixed.per_radius[k]
+        };
+        let front = wheel_force(0);
+        let whole = m * self.ax + drag + uphill;
+        let slip_forces = m * self.ax + resistance;
+        let rear = if free || braking { wheel_force(1) } else { slip_forces - front };
+        let spin_rate: f64 = (0..2).map(|k| fixed.inertia[k] * s.omegad[k][i]).sum();
+        let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * spin_rate, drag);
+        let load_rear = (weight * lf + transferred) * fixed.per_length;
+        let lifted = error.lift(0.0, v);
+        let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
+        let residual = if free || braking {
+            self.ax - (front + rear - resistance) * fixed.per_mass
+        } else {
+            f64::NAN
+        };
+        Longitudinal {
+            weight,
+            whole,
+            spin_rate,
+            force: [front, rear],
+            load,
+            extra_load: [0, 1].map(|k| load[k] * fixed.per_still[k] - 1.0),
+            residual,
+        }
+    }
+
+    #[inline(always)]
+    fn slips(&self, x: &Longitudinal, curves: &mut Curves<'_>) -> [f64; 2] {
+        let &Instant { s, p, fixed, a, i, along, .. } = self;
+        let error = &p.model_error;
+        let v = a.v;
+        let mut slip = [f64::NAN; 2];
+        let grip = error.grip(1.0, s.time[i], along);
+        for (k, force) in x.force.into_iter().enumerate() {
+            if self.cornering() && k == 1 {
+                continue; // the driven wheel slips both ways at once: not on this curve
+            }
+            let extra_load = x.load[k] - fixed.still[k];
+            let rolling = Rolling { speed: v, extra_load, versine: a.versine[k] };
+            let ratio = error.radius(p.radius[k], rolling) * s.omega[k][i] / a.rolling[k] - 1.0;
+            if ratio < DEEPEST {
+                // a constant mask would need the true slip: what is deep with some parameters is not
+                // with others by a thousandth, and weighs nothing with either
+                slip[k] = 0.0;
+                continue;
+            }
+            let (value, slope) = curves.at(&p.friction[k], k, i, ratio / grip);
+            let value = grip * value * error.relative_friction(1.0, x.extra_load[k]);
+            let sigma_s = 0.02 / v + 0.001;
+            slip[k] = (force / x.load[k] - value)
+                / (SIGMA_MU * SIGMA_MU + (slope * sigma_s).powi(2)).sqrt();
+        }
+        slip
+    }
+
+    /// Slip angles that the side forces ask for, with camber's share, less the lagged ones.
+    #[inline(always)]
+    fn lateral(&self, x: &Longitudinal) -> [f64; 2] {
+        let &Instant { s, p, fixed, a, i, ay, .. } = self;
+        let error = &p.model_error;
+        let &Attitude { sin_phi, cos_phi, sin_d, cos_d, camber, .. } = a;
+        let (lf, lr) = (p.cg_to_front, p.wheelbase - p.cg_to_front);
+        let &Fixed { ratio, per_length, .. } = fixed;
+        let stiffness = [0, 1].map(|k| {
+            let [k0, decay] = p.stiffness[k];
+            let g: f64 = camber[k];
+            k0 * a.tangent[k] / (1.0 + decay * g * g)
+                * error.relative_stiffness(1.0, x.extra_load[k])
+        });
+        let lateral = p.mass * (ay - GRAVITY * error.weight_across(0.0));
+        let first = [lateral * lr * per_length, lateral * lf * per_length];
+        let mut moment = 0.0;
+        for k in 0..2 {
+            let by_slip = first[k] + ratio[k] * stiffness[k] * x.load[k] * camber[k];
+            let relative = 1.0 - p.stiffness[k][0] / 3.0 * a.drift[k];
+            moment += -error.twisting_stiffness(p.twisting_stiffness[k]) * x.load[k] * camber[k]
+                - p.trail[k] * error.relative_trail(1.0) * relative.max(0.0) * by_slip;
+        }
+        let turning = p.yaw_inertia * s.yaw_rated[i] - moment
+            + p.cg_height * sin_phi * x.whole
+            + error.spin(1.0) * x.spin_rate * sin_phi
+            + self.spin() * cos_phi * s.rolld[i];
+        let side_front = (lr * lateral + turning) * per_length;
+        let side_rear = lateral - side_front;
+        let side = [(side_front - x.force[0] * sin_d) / cos_d, side_rear];
+        [0, 1].map(|k| ratio[k] * camber[k] + side[k] / (stiffness[k] * x.load[k]))
+    }
+
+    /// Angular momentum of all that spins, kg m²/s.
+    #[inline(always)]
+    fn spin(&self) -> f64 {
+        let wheels = (0..2).map(|k| self.fixed.inertia[k] * self.s.omega[k][self.i]).sum::<f64>();
+        self.p.model_error.spin(1.0) * wheels
+    }
+
+    #[inline(always)]
+    fn roll(&self, x: &Longitudinal) -> f64 {
+        let &Instant { s, p, fixed, a, i, .. } = self;
+        if !self.cornering() {
+            return f64::NAN;
+        }
+        let (h, rolld, rolldd) = (p.cg_height, s.rolld[i], s.rolldd[i]);
+        let aside = p.model_error.mass_centre_aside(h * a.sin_phi, a.phi);
+        let balanced = (x.weight * (-aside + p.crown * a.tan_road) + p.roll_inertia * rolldd
+            - self.spin() * a.r * a.cos_phi)
+            * fixed.per_mass;
+        self.ay - balanced / (h * a.cos_phi) - p.roll_rate_term * rolld
+    }
+
+    /// Every channel's residual, without the lagged slip angles.
+    #[inline(always)]
+    fn residuals(&self, curves: &mut Curves<'_>) -> [f64; 8] {
+        let &Instant { s, p, a, i, ax, ay, .. } = self;
+        let error = &p.model_error;
+        let x = self.longitudinal();
+        let slip = self.slips(&x, curves);
+        let lateral = self.lateral(&x);
+        let vd = error.velocity(s.vd[i], s.vdd[i]);
+        let vyd = error.velocity_y(error.velocity(s.vyd[i], s.vydd[i]), s.yaw_rated[i]);
+        [
+            x.residual,
+            slip[0],
+            slip[1],
+            lateral[0],
+            lateral[1],
+            self.roll(&x),
+            vd - ax - a.r * a.vy,
+            ay - vyd - a.v * a.r,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `a' = x'(u - a)` for a ramp has a closed form; the filter is exact for it at any step.
+    #[test]
+    fn the_lag_of_a_ramp_is_exact() {
+        for step in [0.05_f64, 0.7, 4.0] {
+            let mut lag = Lag::default();
+            for i in 0..20 {
+                let x = f64::from(i) * step;
+                let exact = x - 1.0 + (-x).exp();
+                let decay = (-step).exp();
+                let got = lag.next(x, decay, (1.0 - decay) / step);
+                assert!((got - exact).abs() < 1e-12 * (1.0 + x), "{step} {i}");
+            }
+        }
+    }
+}

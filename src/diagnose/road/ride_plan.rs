@@ -1,0 +1,128 @@
+//! What a ride would show of the causes that a diagnosis looks for, before it is ridden.
+
+use serde::Serialize;
+
+use super::advice::{ALIKE, Advice};
+use super::session::{Fitted, fitted};
+use crate::effects::ALL;
+use crate::pipeline::Pipeline;
+use crate::simulate;
+use crate::simulate::scenario::Scenario;
+
+/// What the first session of a scenario would show, at best.
+#[derive(Debug, Serialize)]
+pub struct RidePlan {
+    /// The scenario's name.
+    pub scenario: String,
+    /// How long the ride is, s.
+    pub duration: f64,
+    /// What it would show of each effect.
+    pub effects: Vec<EffectLimit>,
+    /// The effects of which it would show nearly the same.
+    pub pairs: Vec<AlikePair>,
+}
+
+/// What a ride shows of one effect.
+#[derive(Debug, Serialize)]
+pub struct EffectLimit {
+    /// The effect.
+    pub effect: &'static str,
+    /// Smallest size that is named half of the time, in `unit`; none where the ride does not show it.
+    pub limit: Option<f64>,
+    /// Unit of the limits.
+    pub unit: &'static str,
+    /// The same in the effect's usual size.
+    pub limit_usual: Option<f64>,
+    /// The parameter of the base model most like it.
+    pub base: Option<&'static str>,
+    /// The cosine of its response and that parameter's.
+    pub base_cosine: Option<f64>,
+    /// What more riding would lower the limit most.
+    pub set: Option<&'static str>,
+    /// The limit with that riding, in `unit`.
+    pub limit_after: Option<f64>,
+}
+
+/// Two effects of which the ride shows nearly the same.
+#[derive(Debug, Serialize)]
+pub struct AlikePair {
+    /// The effects.
+    pub pair: [&'static str; 2],
+    /// Cosine of their responses.
+    pub cosine: f64,
+    /// Standard deviations of a usual size of the first from the second, of whatever size.
+    pub separation: f64,
+    /// What more riding would take them apart best.
+    pub set: Option<&'static str>,
+    /// The cosine with that riding.
+    pub cosine_after: Option<f64>,
+    /// The separation with that riding.
+    pub separation_after: Option<f64>,
+}
+
+/// Simulates the first session of a scenario, a built-in one or a file, and works out what it shows.
+///
+/// # Errors
+/// A sentence: there is no such scenario, or its ride does not hold what a diagnosis needs.
+pub fn plan(scenario: &str, pipeline: &Pipeline) -> Result<RidePlan, String> {
+    let scenario = Scenario::load(scenario)?;
+    let machine = scenario.machine(0);
+    let session = simulate::session(&scenario, &machine, 0).session;
+    let fitted = fitted(&session, &machine.bike, pipeline)
+        .map_err(|why| format!("scenario {}: {}", scenario.name, why.message))?;
+    let Fitted { session, samples, base, .. } = &fitted;
+    let advice = Advice::new(session, samples, base, ALL, &machine.bike, pipeline);
+    Ok(RidePlan {
+        duration: session.duration(),
+        effects: effect_limits(&advice),
+        pairs: alike_pairs(&advice),
+        scenario: scenario.name,
+    })
+}
+
+fn effect_limits(advice: &Advice) -> Vec<EffectLimit> {
+    ALL.iter()
+        .enumerate()
+        .map(|(j, effect)| {
+            let usual = Some(advice.own.limit(j)).filter(|x| x.is_finite());
+            let size = effect.typical.abs();
+            let change = advice.best_detection(effect.name);
+            let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
+            let after = with.map(|(_, known)| known.limit(j) * size).filter(|x| x.is_finite());
+            EffectLimit {
+                effect: effect.name,
+                limit: usual.map(|x| x * size),
+                unit: effect.unit,
+                limit_usual: usual,
+                base: advice.own.taken[j].map(|t| t.0),
+                base_cosine: advice.own.taken[j].map(|t| t.1),
+                set: change.map(|c| c.set),
+                limit_after: after,
+            }
+        })
+        .collect()
+}
+
+fn alike_pairs(advice: &Advice) -> Vec<AlikePair> {
+    let mut out = Vec::new();
+    for i in 0..ALL.len() {
+        for j in i + 1..ALL.len() {
+            let cosine = advice.own.cosine(i, j);
+            if cosine.abs() <= ALIKE {
+                continue;
+            }
+            let pair = [ALL[i].name, ALL[j].name];
+            let change = advice.best_separation(pair[0], &pair[1..]);
+            let with = change.and_then(|c| advice.with.iter().find(|(s, _)| s.words == c.set));
+            out.push(AlikePair {
+                pair,
+                cosine,
+                separation: advice.own.separation(i, &[j]),
+                set: change.map(|c| c.set),
+                cosine_after: with.map(|(_, known)| known.cosine(i, j)),
+                separation_after: change.map(|c| c.separation[1]),
+            });
+        }
+    }
+    out
+}

@@ -1,0 +1,92 @@
+//! What differs from manoeuvre to manoeuvre: pads that bite anew at every stop, a road whose slope is
+//! not quite the same everywhere.
+//!
+//! Such scatter is neither an effect nor noise within a manoeuvre; null simulations must have it, or what six
+//! stops happen to share looks certain.
+
+use super::problem::{Linear, Problem};
+use super::residuals::Blocks;
+use super::samples::{BLOCK, Samples};
+use crate::statistics::order::{SD_PER_MAD, median};
+use crate::statistics::random::Random;
+
+/// Base parameters that differ between manoeuvres.
+const GAINS: [&str; 2] = ["brake_gain_front", "brake_gain_rear"];
+/// Curvature from which a manoeuvre tells a parameter: to half a scale.
+const KNOWN: f64 = 4.0;
+/// Fewest manoeuvres that a spread is made from.
+const FEWEST: usize = 4;
+
+/// Spreads between manoeuvres.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scatter {
+    /// Of base parameters: place among the parameters, standard deviation in scales.
+    pub gains: Vec<(usize, f64)>,
+    /// Of the longitudinal force, m/s².
+    pub level: f64,
+}
+
+impl Scatter {
+    /// That of a ride at a fit's optimum, where `linear` was made.
+    pub fn of(samples: &Samples, problem: &Problem<'_>, linear: &Linear) -> Self {
+        let blocks = |k: usize| {
+            let range = &samples.manoeuvres[k].1;
+            range.start / BLOCK..range.end / BLOCK
+        };
+        let manoeuvres = 0..samples.manoeuvres.len();
+        let mut gains = Vec::new();
+        for name in GAINS {
+            let Some(j) = problem.parameters.iter().position(|p| p.name == name) else { continue };
+            let known: Vec<(f64, f64)> = manoeuvres
+                .clone()
+                .map(|k| problem.along(linear, blocks(k), &[j], &[1.0]))
+                .filter(|(_, own)| *own > KNOWN)
+                .map(|(pull, own)| (pull / own, 1.0 / own))
+                .collect();
+            if let Some(sd) = spread(&known) {
+                gains.push((j, sd));
+            }
+        }
+        let level: Vec<(f64, f64)> = manoeuvres
+            .filter_map(|k| {
+                let own: Vec<f64> =
+                    blocks(k).map(|b| linear.residuals[0][b]).filter(|r| r.is_finite()).collect();
+                let n = own.len() as f64;
+                let sigma = problem.sigma[0];
+                (n > 4.0).then(|| (own.iter().sum::<f64>() / n, sigma * sigma / n))
+            })
+            .collect();
+        Scatter { gains, level: spread(&level).unwrap_or(0.0) }
+    }
+
+    /// Adds scatter to the residuals of a null simulation.
+    pub fn add(&self, samples: &Samples, linear: &Linear, random: &mut Random, to: &mut Blocks) {
+        for (_, range) in &samples.manoeuvres {
+            let level = self.level * random.normal();
+            let gains: Vec<(usize, f64)> =
+                self.gains.iter().map(|(j, sd)| (*j, sd * random.normal())).collect();
+            for b in range.start / BLOCK..range.end / BLOCK {
+                to[0][b] += level;
+                for (j, by) in &gains {
+                    for (channel, column) in to.iter_mut().zip(&linear.columns[*j]) {
+                        // where a channel says nothing it goes on saying nothing
+                        channel[b] += if column[b].is_finite() { by * column[b] } else { 0.0 };
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Standard deviation of values beyond what each is uncertain by, by medians.
+fn spread(known: &[(f64, f64)]) -> Option<f64> {
+    if known.len() < FEWEST {
+        return None;
+    }
+    let median_of =
+        |f: &dyn Fn(&(f64, f64)) -> f64| median(&mut known.iter().map(f).collect::<Vec<f64>>());
+    let middle = median_of(&|k| k.0)?;
+    let off = SD_PER_MAD * median_of(&|k| (k.0 - middle).abs())?;
+    let own = median_of(&|k| k.1)?;
+    Some((off * off - own).max(0.0).sqrt())
+}

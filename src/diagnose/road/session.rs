@@ -1,0 +1,260 @@
+//! One session of road riding from its log to its causes.
+
+use std::borrow::Cow;
+
+use super::advice::{self, Advice};
+use super::base::{self, Base, Start};
+use super::dive;
+use super::engine::RoadEngine;
+use super::extended_model::extended_model;
+use super::null_calibration::{RoadCalibration, calibrate};
+use super::null_simulation::NullSimulation;
+use super::parameters::Parameters;
+use super::replays::replays;
+use super::samples::{BLOCK, RATE, Samples};
+use super::stage::Ride;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::session::Session;
+use crate::contract::verdict::Verdict;
+use crate::diagnose::cause::{Cause, Naming};
+use crate::diagnose::engine::name;
+use crate::diagnose::settings::Settings;
+use crate::diagnose::tables;
+use crate::diagnose::tuning::RoadTuning;
+use crate::effects::Effect;
+use crate::effects::extended_model::ExtendedModel;
+use crate::ingest::map::ChannelMap;
+use crate::model::formulation::Formulation;
+use crate::objects::Location;
+use crate::pipeline::{self, Characterised, Pipeline, Rejection};
+use crate::segment::Segment;
+use crate::statistics::smooth::{gradient, smooth};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
+
+/// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
+const FEWEST: usize = 100;
+
+/// The diagnosis of a road session with everything that it was made from.
+#[derive(Debug, Clone)]
+pub struct RoadDiagnosis {
+    /// Who and when.
+    pub ident: Ident,
+    /// Candidates with their verdicts.
+    pub naming: Naming<Base>,
+    /// The base that they extend.
+    pub base: Base,
+    /// What null simulations show.
+    pub calibration: RoadCalibration,
+    /// What more riding would show, where it was asked.
+    pub advice: Option<Advice>,
+    /// Rows of `causes`.
+    pub causes: Vec<CauseRow>,
+    /// Rows of `discrepancies`.
+    pub discrepancies: Vec<DiscrepancyRow>,
+    /// Rows of `replays`.
+    pub replays: Vec<SimulatedSample>,
+    /// The extended model.
+    pub model: ExtendedModel,
+    /// Where it was ridden.
+    pub site: Option<String>,
+    /// The samples that the residuals are made of.
+    pub samples: Samples,
+}
+
+impl RoadDiagnosis {
+    /// Whether its sizes may be pooled with those of other sessions.
+    pub fn is_poolable(&self) -> bool {
+        let sound = self.naming.any_named() || self.naming.alarm <= RoadTuning::default().alarm;
+        sound && !self.naming.unexplained
+    }
+
+    /// Held-out gain, in twice the loss, of the base with some effects free: with the true ones of a
+    /// simulated ride it is what a perfect diagnosis would gain.
+    pub fn gain_of(&self, effects: &[Effect]) -> f64 {
+        let more: Vec<_> = effects.iter().map(Effect::parameter).collect();
+        // a base that was dragged astray has no way back to a large effect: from what was named, too
+        let mut elsewhere = self.naming.extended.values.clone();
+        for p in &self.naming.extended.parameters[self.base.parameters.len()..] {
+            p.set(&mut elsewhere, p.get(&self.base.start));
+        }
+        let from = |values: Parameters| {
+            Base { values, ..self.base.clone() }.extended(&self.samples, &more, 6)
+        };
+        let [here, there] = [self.base.values.clone(), elsewhere].map(from);
+        let extended = if there.loss < here.loss { there } else { here };
+        2.0 * (self.base.held_out(&self.samples) - extended.held_out(&self.samples))
+    }
+}
+
+/// Diagnoses a log.
+///
+/// # Errors
+/// The log cannot be used, or does not hold what a diagnosis needs.
+pub fn log(
+    log: impl Into<Location>,
+    maps: &[ChannelMap],
+    bike: &Bike,
+    pipeline: &Pipeline,
+    settings: &Settings,
+) -> Result<RoadDiagnosis, Rejection> {
+    let (session, _) = pipeline::prepare(log, maps, bike, pipeline)?;
+    diagnose(&session, bike, pipeline, settings)
+}
+
+/// A session as far as its base fit.
+#[derive(Debug, Clone)]
+pub struct Fitted<'a> {
+    /// Clean, unfiltered, with an acceleration.
+    pub session: Cow<'a, Session>,
+    /// Its manoeuvres.
+    pub segments: Vec<Segment>,
+    /// What is looked at of them.
+    pub samples: Samples,
+    /// The base model.
+    pub base: Base,
+}
+
+/// Fits the base to a clean, unfiltered session.
+///
+/// # Errors
+/// It does not hold what a diagnosis needs.
+pub fn fitted<'a>(
+    session: &'a Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Fitted<'a>, Rejection> {
+    let refuse = |code, message| Rejection { stage: "diagnose", code, message };
+    let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+    if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
+        let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";
+        return Err(refuse("missing_column", message.to_owned()));
+    }
+    let session = match session.has(Channel::AccelerationX) {
+        true => Cow::Borrowed(session),
+        false => Cow::Owned(accelerated(session)),
+    };
+    let unfiltered = session.as_ref().clone();
+    let Characterised { segments, solution, .. } =
+        pipeline::characterise(unfiltered, bike, pipeline, Formulation::Corrected);
+    // the estimate above knows of dive, the base model does not
+    let session = dive::level(&session, bike).map_or(session, Cow::Owned);
+    let samples = Samples::gather(&session, &segments);
+    if samples.blocks() < FEWEST {
+        let message = format!(
+            "only {:.0} s of used manoeuvres: {:.0} s are the least for a diagnosis",
+            samples.len() as f64 / RATE,
+            (FEWEST * BLOCK) as f64 / RATE
+        );
+        return Err(refuse("too_few_manoeuvres", message));
+    }
+    let base = base::fit(&samples, &Parameters::new(bike, &solution));
+    Ok(Fitted { session, segments, samples, base })
+}
+
+/// A fitted session with its null simulations: all that naming needs but its constants.
+#[derive(Debug)]
+pub struct Prepared<'a> {
+    fitted: &'a Fitted<'a>,
+    effects: &'a [Effect],
+    start: Start,
+    simulation: NullSimulation<'a>,
+    calibration: RoadCalibration,
+}
+
+impl<'a> Prepared<'a> {
+    /// Simulates the session and scores the candidates on its null simulations.
+    pub fn new(fitted: &'a Fitted<'a>, bike: &'a Bike, settings: &'a Settings) -> Self {
+        let Fitted { session, segments, samples, base } = fitted;
+        let effects = &settings.effects;
+        let start = base.clone().starting_point(samples, effects);
+        let seed = seed(&session.meta.session_id);
+        let simulation = NullSimulation::new(session, segments, bike, &start.noise, seed)
+            .with_parameters(&start.near.values);
+        let calibration = calibrate(&simulation, &start.near, effects, settings.nulls);
+        Prepared { fitted, effects, start, simulation, calibration }
+    }
+
+    fn engine<'b>(&'b self, tuning: &'b RoadTuning) -> RoadEngine<'b> {
+        let ride = Ride { samples: &self.fitted.samples, effects: self.effects, tuning };
+        RoadEngine::new(ride, &self.start, &self.calibration, &self.simulation)
+    }
+
+    /// The causes under some constants.
+    pub fn naming(&self, tuning: &RoadTuning) -> Naming<Base> {
+        name(&self.engine(tuning))
+    }
+}
+
+/// Diagnoses a clean, unfiltered session.
+///
+/// # Errors
+/// It does not hold what a diagnosis needs.
+pub fn diagnose(
+    session: &Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+    settings: &Settings,
+) -> Result<RoadDiagnosis, Rejection> {
+    let fitted = fitted(session, bike, pipeline)?;
+    let prepared = Prepared::new(&fitted, bike, settings);
+    let tuning = RoadTuning::default();
+    let engine = prepared.engine(&tuning);
+    let naming = name(&engine);
+    let (session, samples, effects) = (&fitted.session, &fitted.samples, &settings.effects);
+    let open = |c: &Cause| match c.verdict {
+        Verdict::Ambiguous => true,
+        Verdict::NotIdentifiable => settings.advise,
+        _ => false,
+    };
+    let advice = naming
+        .causes
+        .iter()
+        .any(open)
+        .then(|| Advice::new(session, samples, &naming.extended, effects, bike, pipeline));
+    let ident = Ident::from(&session.meta);
+    let discrepancies = tables::discrepancies(&engine, &naming, &ident);
+    let mut causes = tables::causes(&engine, &naming, &discrepancies, &ident);
+    if let Some(advice) = &advice {
+        let calibration = &prepared.calibration;
+        advice::amend(&mut causes, &naming, calibration, advice, settings.advise);
+    }
+    let base = &prepared.start.base;
+    let replays = replays(session, &prepared.simulation, &base.values, &naming, &ident);
+    let model = extended_model(&naming, &ident);
+    let site = session.meta.site.clone();
+    let Prepared { start, calibration, .. } = prepared;
+    Ok(RoadDiagnosis {
+        ident,
+        naming,
+        base: start.base,
+        calibration,
+        advice,
+        causes,
+        discrepancies,
+        replays,
+        model,
+        site,
+        samples: fitted.samples.clone(),
+    })
+}
+
+/// Seed of a session's null simulations, which so depend on the session alone.
+fn seed(session_id: &str) -> u64 {
+    let hash = blake3::hash(session_id.as_bytes());
+    hash.as_bytes().iter().take(4).fold(0, |seed, b| seed << 8 | u64::from(*b))
+}
+
+/// A session with the acceleration that its velocity has; nothing is learnt from comparing the two.
+fn accelerated(session: &Session) -> Session {
+    let mut session = session.clone();
+    let column = |c: Channel| session.get(c).map(|x| smooth(x, session.rate));
+    if let Some(v) = column(Channel::VelocityX) {
+        let mut along = gradient(&v, session.rate);
+        if let (Some(r), Some(vy)) = (column(Channel::YawRate), column(Channel::VelocityY)) {
+            along.iter_mut().zip(r.iter().zip(&vy)).for_each(|(a, (r, vy))| *a -= r * vy);
+        }
+        session.set(Channel::AccelerationX, along);
+    }
+    session
+}

@@ -1,0 +1,238 @@
+//! A stage of the naming on the road: a model, and what candidates and structure show on null simulations
+//! of it.
+
+use rayon::prelude::*;
+
+use super::base::Base;
+use super::null_calibration::{RoadCalibration, calibrate};
+use super::null_simulation::NullSimulation;
+use super::parameters::{Parameter, Parameters};
+use super::problem::Linear;
+use super::samples::Samples;
+use super::scan::{Score, scan};
+use super::structure::{self, Term};
+use crate::diagnose::cause::{Candidate, Cause, Estimate, Judged};
+use crate::diagnose::tuning::RoadTuning;
+use crate::effects::Effect;
+use crate::statistics::order::{SD_PER_MAD, median_or_zero};
+
+/// What a stage is made for: a ride and all its candidates.
+#[derive(Debug, Clone, Copy)]
+pub struct Ride<'a> {
+    /// What was measured.
+    pub samples: &'a Samples,
+    /// Every candidate.
+    pub effects: &'a [Effect],
+    /// The constants of the naming.
+    pub tuning: &'a RoadTuning,
+}
+
+impl Ride<'_> {
+    /// A candidate by its place.
+    pub fn candidate(&self, place: usize) -> Candidate {
+        let effect = &self.effects[place];
+        Candidate {
+            place,
+            name: effect.name,
+            parameter: effect.name,
+            sentence: effect.sentence,
+            unit: effect.unit,
+            separate_by: effect.separate_by,
+            typical: effect.typical,
+            bounds: effect.bounds,
+        }
+    }
+
+    /// What is fitted of a candidate.
+    pub fn parameter(&self, candidate: &Candidate) -> Parameter {
+        self.effects[candidate.place].parameter()
+    }
+
+    /// Size of a candidate in a model, in its unit, beyond what is assumed of it.
+    pub fn size(&self, candidate: &Candidate, model: &Base) -> f64 {
+        let p = self.parameter(candidate);
+        p.get(&model.values) - p.get(&model.start)
+    }
+
+    fn effects_of(&self, places: &[usize]) -> Vec<Effect> {
+        places.iter().map(|&place| self.effects[place]).collect()
+    }
+}
+
+/// A model, and what candidates and structure show on null simulations of it.
+#[derive(Debug)]
+pub struct Stage<'a> {
+    /// The base, or the base with causes.
+    pub model: Base,
+    /// Null simulations with the noise that the model leaves.
+    pub simulation: NullSimulation<'a>,
+    /// What is simulated: the model, with sizes as they must be for fits to give the model's.
+    pub simulated: Parameters,
+    /// Places of the candidates that are not in the model.
+    pub open: Vec<usize>,
+    /// Their scores to first order.
+    pub scores: Vec<Score>,
+    /// What they show on the null simulations, in the order of `open`.
+    pub calibration: RoadCalibration,
+    /// What each gains when a strained base is fitted with it; empty where the base is not strained.
+    pub strain_gains: Vec<f64>,
+}
+
+impl<'a> Stage<'a> {
+    /// The next: a model that fits better leaves less noise.
+    ///
+    /// Null simulations of it tell what sizes its causes have. Candidates are held against them only where
+    /// those of the stage before have it that one may be a cause as well: they cost the most.
+    pub fn next(
+        ride: &Ride<'_>,
+        model: &Base,
+        open: Vec<usize>,
+        before: &Stage<'a>,
+        named: &[Cause],
+    ) -> Self {
+        let tuning = ride.tuning;
+        let count = before.calibration.nulls.min(tuning.nulls_of_stage);
+        let sigma = model.sigma;
+        let model = model.with_own_noise(ride.samples);
+        let quieter = sigma.iter().zip(model.sigma).map(|(before, now)| now / before);
+        let quieter = quieter.fold(1.0, f64::min);
+        let simulation = match quieter < tuning.quieter {
+            true => before.simulation.with_noise_of(&model),
+            false => before.simulation.with_parameters(&model.values),
+        };
+        let simulated = simulated(ride, &model, &simulation, count, named);
+        let simulation = simulation.with_parameters(&simulated);
+        // candidates as those before would judge them; what is quieter now they judge too low
+        let place = |e: &usize| before.open.iter().position(|b| b == e);
+        let places: Vec<usize> = open.iter().filter_map(place).collect();
+        let effects = ride.effects_of(&open);
+        let scores = scan(ride.samples, &model, &effects);
+        let calibration = before.calibration.only(&places);
+        let strain_gains = Vec::new();
+        let mut stage =
+            Stage { model, simulation, simulated, open, scores, calibration, strain_gains };
+        let largest = stage.judge(ride).iter().map(|j| j.score).fold(0.0, f64::max);
+        let alarming = largest > tuning.look * quieter;
+        let effects = if alarming { effects.as_slice() } else { &[] };
+        let calibration = calibrate(&stage.simulation, &stage.model, effects, count);
+        stage.calibration = match alarming {
+            true => calibration,
+            false => calibration.judging_as(&stage.calibration),
+        };
+        stage
+    }
+
+    /// Every open candidate.
+    pub fn judge(&self, ride: &Ride<'_>) -> Vec<Judged> {
+        let judged = |(k, (place, score)): (usize, (&usize, &Score))| {
+            let strained = self.strain_gains.get(k).copied().unwrap_or(0.0);
+            let calibrated = self.calibration.judge(k, score);
+            let candidate = ride.candidate(*place);
+            let unit = candidate.typical.abs();
+            let (value, std_error) = (calibrated.delta * unit, calibrated.std_error * unit);
+            Judged {
+                candidate,
+                estimate: Some(Estimate::linear(value, std_error)),
+                bias: self.calibration.bias[k] * unit,
+                score: calibrated.score,
+                gain: score.gain.max(strained),
+                relieves: strained > super::base::RELIEVED,
+            }
+        };
+        self.open.iter().zip(&self.scores).enumerate().map(judged).collect()
+    }
+
+    /// The residual structure: the term that gains most beyond its usual, how many times what null
+    /// simulations show the most unusual term is, and the linearisation it was found in.
+    pub fn structure(&self, samples: &Samples) -> (Option<(Term, f64)>, Linear) {
+        let problem = self.model.problem(samples);
+        let linear = problem.linear(&self.model.values);
+        let terms = structure::terms(samples, &problem, &linear);
+        let scale = &self.calibration.scale.structure;
+        let (most, times) = scale.most_unusual(&terms);
+        // the most unusual term tells that there is something, the one that gains most beyond its
+        // usual what it goes with
+        let beyond = terms.iter().zip(&scale.usual).map(|(t, usual)| (t, t.gain - usual));
+        let term = beyond.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| most.is_some());
+        (term.map(|(t, _)| (*t, times / scale.threshold)), linear)
+    }
+}
+
+/// The model to simulate for fits to give the sizes that the model's fit gives: a fit that gives half of a
+/// size leaves the other half for another candidate to take up.
+fn simulated(
+    ride: &Ride<'_>,
+    model: &Base,
+    simulation: &NullSimulation<'_>,
+    count: usize,
+    named: &[Cause],
+) -> Parameters {
+    let tuning = ride.tuning;
+    let fit = |number| simulation.fit(number, model, &model.parameters, &[]).1.base.values;
+    let first = count.min(tuning.nulls_of_sizes);
+    let fits: Vec<Parameters> = (0..first).into_par_iter().map(fit).collect();
+    let sizes = true_sizes(ride, model, &model.values, &fits, named);
+    let mut simulated = model.values.clone();
+    let off = |(cause, size): (&Cause, &Estimate)| {
+        let own = ride.size(&cause.candidate, model);
+        (size.value - own).abs() > tuning.off_size * size.value.abs()
+    };
+    if named.iter().zip(&sizes).any(off) {
+        for (cause, size) in named.iter().zip(&sizes) {
+            let p = ride.parameter(&cause.candidate);
+            let [low, high] = cause.candidate.bounds;
+            p.set(&mut simulated, p.get(&model.start) + size.value.clamp(low, high));
+        }
+    }
+    simulated
+}
+
+/// Sizes and their errors from null simulations of the model itself: what a fit makes of a size that is
+/// known there is what it makes of the unknown one here.
+///
+/// A fit gives a share of a true size beside a bias that is there without it: noise in a regressor holds
+/// it back. The simulations, whose `fits` these are, tell both.
+pub fn true_sizes(
+    ride: &Ride<'_>,
+    model: &Base,
+    simulated: &Parameters,
+    fits: &[Parameters],
+    named: &[Cause],
+) -> Vec<Estimate> {
+    let RoadTuning { share_prior, model_error, .. } = *ride.tuning;
+    let (start, count) = (&model.start, fits.len() as f64);
+    let of = |cause: &Cause| {
+        let p = ride.parameter(&cause.candidate);
+        let fitted = ride.size(&cause.candidate, model);
+        let truth = p.get(simulated) - p.get(start);
+        let own: Vec<f64> = fits.iter().map(|fit| p.get(fit) - p.get(start)).collect();
+        let (centre, sd) = centre_and_spread(&own);
+        // the share, and how well so few simulations tell it; a size within its noise tells nothing of it
+        let precision = (truth / (1.25 * sd)).powi(2) * count;
+        let prior = share_prior.powi(-2);
+        let seen = precision * (centre - cause.bias) / truth;
+        let share = ((seen + prior) / (precision + prior)).clamp(0.3, 2.0);
+        let value = truth + (fitted - centre) / share;
+        let scatter = cause.std_error().max(sd) / share;
+        let of_share = (value - truth) / share / (precision + prior).sqrt();
+        match value.is_finite() {
+            true => Estimate::linear(value, scatter.hypot(of_share).hypot(model_error * value)),
+            // the model cannot even be ridden: what the fit itself gives
+            false => {
+                Estimate::linear(fitted - cause.bias, cause.std_error().hypot(model_error * fitted))
+            }
+        }
+    };
+    named.iter().map(of).collect()
+}
+
+/// Median of sizes, and the mean of their two standard deviations: the plain and the robust one.
+fn centre_and_spread(sizes: &[f64]) -> (f64, f64) {
+    let count = sizes.len() as f64;
+    let centre = median_or_zero(sizes);
+    let off: Vec<f64> = sizes.iter().map(|x| (x - centre).abs()).collect();
+    let spread = SD_PER_MAD * median_or_zero(&off);
+    let mean = sizes.iter().sum::<f64>() / count;
+    let square = sizes.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+    (centre, 0.5 * ((square / (count - 1.0).max(1.0)).sqrt() + spread))
+}

@@ -1,0 +1,21 @@
+//! How a diagnosis is done.
+
+use crate::effects::{self, Effect};
+
+/// How a diagnosis is done.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Number of null simulations, from which the thresholds come.
+    pub nulls: usize,
+    /// Candidate causes on the road; off-road has its own.
+    pub effects: Vec<Effect>,
+    /// Whether more riding is also simulated for effects that the ride cannot identify, not only for those
+    /// that it cannot tell apart.
+    pub advise: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { nulls: 24, effects: effects::ALL.to_vec(), advise: false }
+    }
+}

@@ -1,0 +1,168 @@
+//! The rows of `causes` and `discrepancies`.
+
+use super::calibration::{Cell, Rms, correlation, rms};
+use super::cause::{Candidate, Cause, Naming, Objection};
+use super::engine::{CellResiduals, Engine, Unexplained};
+use crate::contract::verdict::{UNEXPLAINED, Verdict};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+
+/// How many times the largest of its null simulations, and of what its channel has elsewhere, the residual
+/// of a structured misfit is.
+const STRUCTURED: f64 = 1.25;
+
+/// One row per candidate, and one of what none of them explains.
+pub fn causes<E: Engine>(
+    engine: &E,
+    naming: &Naming<E::Model>,
+    discrepancies: &[DiscrepancyRow],
+    ident: &Ident,
+) -> Vec<CauseRow> {
+    let mut rows: Vec<CauseRow> =
+        naming.causes.iter().map(|cause| cause_row(engine, cause, ident)).collect();
+    if let Some(first) = rows.first_mut()
+        && naming.any_named()
+    {
+        let [gain, bound] = engine.held_out_gains(naming);
+        (first.gain_heldout, first.gain_upper_bound) = (Some(gain), Some(bound));
+    }
+    if let Some(own) = engine.unexplained(naming, discrepancies) {
+        let place = if own.first { 0 } else { naming.named().count() };
+        rows.insert(place, unexplained_row(own, ident));
+    }
+    for (rank, row) in (1..).zip(&mut rows) {
+        row.rank = rank;
+    }
+    rows
+}
+
+fn cause_row<E: Engine>(engine: &E, cause: &Cause, ident: &Ident) -> CauseRow {
+    let Cause { candidate, verdict, estimate, score, .. } = cause;
+    let interval = estimate.and_then(|e| e.interval());
+    // confusions in general are no finding of this ride
+    let rivals = (*verdict == Verdict::Ambiguous).then(|| cause.equivalent.join(", "));
+    CauseRow {
+        ident: ident.clone(),
+        effect: candidate.name.to_owned(),
+        verdict: verdict.name().to_owned(),
+        level: "session".to_owned(),
+        parameter: candidate.parameter.to_owned(),
+        value: estimate.map(|e| e.value),
+        unit: candidate.unit.to_owned(),
+        ci95_low: interval.map(|i| i[0]),
+        ci95_high: interval.map(|i| i[1]),
+        score: *score,
+        false_alarm_rate: engine.calibration().false_alarm_rate(*score),
+        equivalent_to: rivals,
+        separate_by: Some(candidate.separate_by.to_owned()),
+        reason: reason(cause, &engine.remark(cause)),
+        ..CauseRow::default()
+    }
+}
+
+fn unexplained_row(own: Unexplained, ident: &Ident) -> CauseRow {
+    CauseRow {
+        ident: ident.clone(),
+        effect: UNEXPLAINED.to_owned(),
+        verdict: Verdict::Unexplained.name().to_owned(),
+        level: "session".to_owned(),
+        parameter: own.parameter.to_owned(),
+        unit: "1".to_owned(),
+        score: own.score,
+        reason: own.reason,
+        ..CauseRow::default()
+    }
+}
+
+/// Why a candidate has its verdict.
+fn reason(cause: &Cause, remark: &str) -> String {
+    let Candidate { sentence, separate_by, .. } = cause.candidate;
+    let gain = cause.gain;
+    match (cause.verdict, cause.objection) {
+        (_, Some(Objection::Contradicted)) => format!(
+            "takes up part of the misfit (gains {gain:.0}) but leaves more structure where it shows than a \
+             cause may"
+        ),
+        (_, Some(Objection::NotReproduced)) => format!(
+            "takes up part of the misfit (gains {gain:.0}), but rides on the model with it do not give its \
+             size back"
+        ),
+        (Verdict::Named, None) => format!("{sentence}{remark}: gains {gain:.0}"),
+        (Verdict::Ambiguous, None) => format!(
+            "{sentence}, or one of {}: the ride cannot tell them apart; what would: {separate_by}",
+            cause.equivalent.join(", "),
+        ),
+        (Verdict::NotIdentifiable, None) => {
+            format!("the ride says nothing of it{remark}; what would: {separate_by}")
+        }
+        (Verdict::NotNeeded | Verdict::Unexplained, None) if cause.score > 1.0 => {
+            "beyond the nulls, but explained by what is named, too large to be, or gains too little"
+                .to_owned()
+        }
+        (Verdict::NotNeeded | Verdict::Unexplained, None) => {
+            "within what nulls of this ride show".to_owned()
+        }
+    }
+}
+
+/// One row per channel and kind of manoeuvre.
+pub fn discrepancies<E: Engine>(
+    engine: &E,
+    naming: &Naming<E::Model>,
+    ident: &Ident,
+) -> Vec<DiscrepancyRow> {
+    let channels = engine.channels();
+    let base = engine.base_residuals();
+    let extended = engine.extended_residuals(naming);
+    let before = rms_of(&base);
+    let after = naming.any_named().then(|| rms_of(&extended));
+    let noisier = engine.noisier(&before);
+    let (covariates, of_rest) = engine.covariates();
+    let followed = if of_rest { &extended } else { &base };
+    before
+        .iter()
+        .map(|(cell, &(size, n))| {
+            let (kind, channel) = *cell;
+            let own = &base[cell];
+            let [floor, largest] =
+                engine.calibration().floor.get(cell).copied().unwrap_or([0.0; 2]);
+            // nothing is known of what no null simulation could ride
+            let structured = largest > 0.0
+                && n >= engine.fewest_blocks()
+                && size > STRUCTURED * noisier[channel] * largest;
+            let covariate = structured.then(|| covariate(&covariates, followed, cell)).flatten();
+            DiscrepancyRow {
+                ident: ident.clone(),
+                channel: channels[channel].0.to_owned(),
+                kind: kind.name().to_owned(),
+                unit: channels[channel].1.to_owned(),
+                rmse_base: size,
+                rmse_extended: after.as_ref().and_then(|a| a.get(cell)).map(|(size, _)| *size),
+                bias: own.iter().map(|(_, r)| r).sum::<f64>() / own.len() as f64,
+                noise_floor: floor,
+                null_largest: largest,
+                structured,
+                covariate: covariate.map(|(name, _)| name.to_owned()),
+                correlation: covariate.map(|(_, r)| r),
+                n: n as i64,
+            }
+        })
+        .collect()
+}
+
+/// Root mean squares of the residuals of every cell.
+pub fn rms_of(cells: &CellResiduals) -> Rms {
+    rms(cells.iter().flat_map(|(cell, own)| own.iter().map(|(_, r)| (*cell, *r))))
+}
+
+/// The variable that the residuals of a cell follow most, and their correlation with it.
+fn covariate(
+    covariates: &[(&'static str, Vec<f64>)],
+    residuals: &CellResiduals,
+    cell: &Cell,
+) -> Option<(&'static str, f64)> {
+    let own = residuals.get(cell)?;
+    covariates
+        .iter()
+        .map(|(name, x)| (*name, correlation(own.iter().map(|(b, r)| (x[*b], *r)))))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}

@@ -1,0 +1,46 @@
+//! The stages in their order, for one session.
+//!
+//! [`stages`] has each order once; [`road`] and [`offroad`] make the tables of what comes out.
+
+mod offroad;
+mod outcome;
+mod road;
+mod rows;
+mod settings;
+mod stages;
+
+pub use outcome::{Input, Outcome, Rejection};
+pub use settings::{BUILTIN, Pipeline};
+pub use stages::{
+    Characterised, OffroadForces, characterise, offroad_forces, prepare, prepare_raw, read,
+    segmented,
+};
+
+use crate::contract::bike::Bike;
+use crate::ingest::Raw;
+
+/// One log through every stage.
+///
+/// # Errors
+/// The first stage that cannot go on says why.
+pub fn run(input: &Input<'_>, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Rejection> {
+    run_raw(read(input)?, input, bike, pipeline)
+}
+
+/// A log that is in memory already through every stage; `input` says where it came from, and is
+/// not opened.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_raw(
+    raw: Raw,
+    input: &Input<'_>,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Outcome, Rejection> {
+    let (session, warnings) = prepare_raw(raw, bike, pipeline)?;
+    match &pipeline.offroad {
+        None => road::run(input, session, warnings, bike, pipeline),
+        Some(config) => offroad::run(input, session, warnings, bike, pipeline, config),
+    }
+}

@@ -1,0 +1,97 @@
+//! What goes into the stages and what comes out of them.
+
+use arrow::array::RecordBatch;
+
+use crate::ingest;
+use crate::objects::Location;
+use crate::tables::registry::{self, Row, TableSpec};
+use crate::tables::{file, rows};
+
+/// Everything one session gives to the tables.
+#[derive(Debug, Clone, Default)]
+pub struct Outcome {
+    /// Its row in `sessions`.
+    pub session: rows::SessionRow,
+    /// Its segments.
+    pub manoeuvres: Vec<rows::Manoeuvre>,
+    /// Off-road: the forces of its segments.
+    pub forces: Vec<rows::ForceRow>,
+    /// Its coefficients.
+    pub coefficients: Vec<rows::Coefficient>,
+    /// What the stages noticed.
+    pub warnings: Vec<rows::WarningRow>,
+    /// What the report draws.
+    pub plots: Vec<rows::PlotPoint>,
+    /// Estimated time series, if asked for.
+    pub signals: Option<RecordBatch>,
+    /// Tables that no later stage looks at ([`table`]).
+    pub other_tables: Vec<(&'static TableSpec, RecordBatch)>,
+}
+
+/// Rows as one of an outcome's tables.
+///
+/// # Errors
+/// A row does not fit its schema: our own mistake.
+pub fn table<R: Row>(rows: &[R]) -> Result<(&'static TableSpec, RecordBatch), file::Error> {
+    Ok((R::spec(), file::batch(rows)?))
+}
+
+impl Outcome {
+    /// Its tables: `forces` off-road, `signals` if asked for. `sessions`, whose row says that the
+    /// session is done, comes last.
+    ///
+    /// # Errors
+    /// A row does not fit its schema: our own mistake.
+    pub fn tables(&self) -> Result<Vec<(&'static TableSpec, RecordBatch)>, file::Error> {
+        let mut tables = vec![
+            table(&self.coefficients)?,
+            table(&self.manoeuvres)?,
+            table(&self.warnings)?,
+            table(&self.plots)?,
+        ];
+        if !self.forces.is_empty() {
+            tables.push(table(&self.forces)?);
+        }
+        if let Some(signals) = &self.signals {
+            tables.push((&registry::SIGNALS, signals.clone()));
+        }
+        tables.extend(self.other_tables.iter().cloned());
+        tables.push(table(std::slice::from_ref(&self.session))?);
+        Ok(tables)
+    }
+}
+
+/// Why a session could not be used: what `rejected` says of it.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{stage}: {message}")]
+pub struct Rejection {
+    /// Where.
+    pub stage: &'static str,
+    /// Short stable name.
+    pub code: &'static str,
+    /// For people.
+    pub message: String,
+}
+
+impl Rejection {
+    /// Of a table that does not fit its schema: our own mistake.
+    pub fn unwritable(e: &file::Error) -> Self {
+        let message = format!("{e}; this is a mistake in roadbench, please report it");
+        Rejection { stage: "write", code: "internal_error", message }
+    }
+}
+
+/// What the caller knows of an input.
+#[derive(Debug, Clone)]
+pub struct Input<'a> {
+    /// The log.
+    pub log: Location,
+    /// Channel maps to choose from; none means those that come with the program.
+    pub maps: &'a [ingest::map::ChannelMap],
+    /// BLAKE3 of its bytes.
+    pub input_hash: String,
+    /// BLAKE3 of the resolved pipeline and the bike file.
+    pub pipeline_hash: String,
+    /// Whether to keep the estimated time series.
+    pub signals: bool,
+}

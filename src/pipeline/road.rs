@@ -1,0 +1,99 @@
+//! The tables of a road session.
+
+use arrow::array::RecordBatch;
+
+use super::outcome::{Input, Outcome, Rejection};
+use super::rows::{manoeuvres, provenance, session, warnings};
+use super::settings::Pipeline;
+use super::stages::{Characterised, characterise};
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::contract::coefficient;
+use crate::contract::session::Session;
+use crate::contract::warning::Warning;
+use crate::fit::{Data, Solution, coefficients, cornering};
+use crate::tables::rows::Ident;
+use crate::{estimate, plots};
+
+/// From a prepared session to its tables.
+///
+/// # Errors
+/// The signals do not fit their table: our own mistake.
+pub fn run(
+    input: &Input<'_>,
+    mut ride: Session,
+    mut noticed: Vec<Warning>,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Outcome, Rejection> {
+    let mut known = None;
+    if let Some(model) = &pipeline.model {
+        let mut extended = bike.clone();
+        noticed.extend(model.apply(&mut ride, &mut extended));
+        known = Some(extended);
+    }
+    let bike = known.as_ref().unwrap_or(bike);
+    let ridden = characterise(ride, bike, pipeline, pipeline.estimate.formulation);
+    let Characterised { session: ride, segments, data, solution, warnings: more } = ridden;
+    noticed.extend(more);
+
+    let ident = Ident::from(&ride.meta);
+    let provenance = provenance(input);
+    let missing = |id| missing_channels(&ride, id);
+    let coefficients =
+        coefficients::rows(&solution, bike, &pipeline.fit, &missing, &ident, &provenance);
+    let manoeuvres = manoeuvres(&ride, &segments, radii(bike, &solution), &ident);
+    let signals = match input.signals {
+        true => Some(signals(&ride, &data, &solution)?),
+        false => None,
+    };
+    let plots = plots::road::rows(&ride, &segments, &data, &solution);
+    let warnings = warnings(&ident, noticed);
+    let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
+    Ok(Outcome {
+        session,
+        manoeuvres,
+        coefficients,
+        warnings,
+        plots,
+        signals,
+        ..Outcome::default()
+    })
+}
+
+/// Why the channels do not allow a coefficient, if they do not.
+fn missing_channels(session: &Session, id: coefficient::Id) -> Option<String> {
+    let missing = id.requirement().missing(session);
+    let names: Vec<&str> = missing.into_iter().map(Channel::name).collect();
+    if names.is_empty() {
+        return None;
+    }
+    let plural = if names.len() == 1 { "channel" } else { "channels" };
+    Some(format!("the log has no {plural} {}", names.join(", ")))
+}
+
+/// Rolling radii, front and rear: estimated where they were, else the bike file's.
+fn radii(bike: &Bike, solution: &Solution) -> [f64; 2] {
+    let nominal = [bike.front.radius, bike.rear.radius];
+    [0, 1].map(|k| {
+        let known = solution.inputs.radius[k];
+        if known.is_finite() { known } else { nominal[k] }
+    })
+}
+
+fn signals(session: &Session, data: &Data, solution: &Solution) -> Result<RecordBatch, Rejection> {
+    let inputs = &solution.inputs;
+    let straight = [0, 1].map(|k| inputs.straight(&data.straight[k], &data.action[k]));
+    let front_k_x = solution.fits.overturning.as_ref().map(|f| f.theta[cornering::K_X]);
+    let corner = inputs.corner(&data.corner, data.corner_rate, front_k_x);
+    let sets = [
+        (&data.straight[0], &straight[0]),
+        (&data.straight[1], &straight[1]),
+        (&data.corner, &corner),
+    ];
+    estimate::table::batch(&session.meta, &sets).map_err(|message| Rejection {
+        stage: "estimate",
+        code: "internal_error",
+        message,
+    })
+}

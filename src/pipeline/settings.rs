@@ -1,0 +1,97 @@
+//! The settings of the stages: the files of `pipelines/`.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::effects::extended_model::ExtendedModel;
+use crate::{estimate, filter, fit, ingest, segment};
+
+/// The resolved settings of every stage: one file of `pipelines/`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pipeline {
+    /// Its name.
+    pub name: String,
+    /// Ingest.
+    #[serde(default)]
+    pub ingest: ingest::Config,
+    /// Filter.
+    #[serde(default)]
+    pub filter: filter::Config,
+    /// Segment.
+    #[serde(default)]
+    pub segment: segment::Config,
+    /// Estimate.
+    #[serde(default)]
+    pub estimate: estimate::Config,
+    /// Fit.
+    #[serde(default)]
+    pub fit: fit::Config,
+    /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
+    pub offroad: Option<estimate::offroad::Config>,
+    /// What a diagnosis found, taken out of its motorcycle's sessions.
+    pub model: Option<ExtendedModel>,
+}
+
+/// Built-in pipelines by name.
+pub const BUILTIN: &[(&str, &str)] = &[
+    ("onroad", include_str!("../../pipelines/onroad.toml")),
+    ("paper", include_str!("../../pipelines/paper.toml")),
+    ("offroad", include_str!("../../pipelines/offroad.toml")),
+];
+
+impl Pipeline {
+    /// A built-in pipeline.
+    ///
+    /// # Panics
+    /// If there is none of that name, which a test rules out for those of [`BUILTIN`].
+    pub fn builtin(name: &str) -> Self {
+        let text = BUILTIN.iter().find(|(n, _)| *n == name).map_or("", |(_, text)| text);
+        Self::parse(text, &format!("pipelines/{name}.toml"))
+            .unwrap_or_else(|e| panic!("built-in pipeline: {e}"))
+    }
+
+    /// The built-in `pipelines/onroad.toml`.
+    pub fn onroad() -> Self {
+        Self::builtin("onroad")
+    }
+
+    /// Reads and checks a pipeline file; the name of a built-in one does too, where there is no
+    /// such file.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let builtin = BUILTIN.iter().find(|(name, _)| path == Path::new(name));
+        if let Some((name, _)) = builtin
+            && !path.exists()
+        {
+            return Ok(Self::builtin(name));
+        }
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+            let word = path.to_string_lossy();
+            let meant = crate::contract::schema::meant(&word, names.iter().copied());
+            format!("cannot read pipeline {word}: {e}{meant}; built in are {}", names.join(", "))
+        })?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Checks a pipeline file's text; `name` is for messages.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn parse(text: &str, name: &str) -> Result<Self, String> {
+        let pipeline: Pipeline = toml::from_str(text).map_err(|e| {
+            format!("pipeline {name}: {}", crate::contract::schema::with_hint(&e.to_string()))
+        })?;
+        let fail = |e: String| format!("pipeline {name}: {e}");
+        pipeline.estimate.check().map_err(fail)?;
+        pipeline.fit.check().map_err(fail)?;
+        if let Some(offroad) = &pipeline.offroad {
+            offroad.check().map_err(fail)?;
+        }
+        Ok(pipeline)
+    }
+}
