@@ -8,7 +8,7 @@ use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
 use super::store::Store;
-use super::work::{Output, SessionFile, Work, encoded, unwritable};
+use super::work::{Output, SessionFile, Work, encoded};
 use crate::contract::bike::Bike;
 use crate::diagnose::levels::{self, Evidence};
 use crate::diagnose::{self, Diagnosis, Settings};
@@ -57,8 +57,8 @@ impl Work for DiagnoseWork {
         pipeline: &Pipeline,
     ) -> Result<Output<Verdict>, Rejection> {
         let d = diagnose::run(input, bike, pipeline, &self.settings)?;
-        let mut files = encoded(&self.tables(&d, input).map_err(|e| unwritable(&e))?)
-            .map_err(|e| unwritable(&e))?;
+        let mut files = encoded(&self.tables(&d, input).map_err(|e| Rejection::unwritable(&e))?)
+            .map_err(|e| Rejection::unwritable(&e))?;
         if let Some(model) = &d.model {
             let bytes = model.to_toml().into_bytes();
             files.push(SessionFile { folder: "models", extension: "toml", bytes });

@@ -7,7 +7,7 @@ use super::diagnose::DiagnoseWork;
 use super::plan::hash_file;
 use super::run::note_unsafe_id;
 use super::settings::Maps;
-use super::work::{guarded, unwritable};
+use super::work::guarded;
 use crate::diagnose::{self, Diagnosis};
 use crate::ingest::{self, Raw};
 use crate::objects::Location;
@@ -45,7 +45,7 @@ pub fn run(
         guarded("pipeline", || pipeline::run_raw(raw, &input, &bike.bike, pipeline))
     })?;
     note_unsafe_id(&mut outcome);
-    let tables = outcome.tables().map_err(|e| unwritable(&e))?;
+    let tables = outcome.tables().map_err(|e| Rejection::unwritable(&e))?;
     Ok(tables.into_iter().map(|(spec, batch)| (spec.name, batch)).collect())
 }
 
@@ -64,7 +64,7 @@ pub fn diagnose(
     with_input(log, bike, maps, |raw, input| {
         let settings = &work.settings;
         let d = guarded("diagnose", || diagnose::run_raw(raw, &bike.bike, pipeline, settings))?;
-        let tables = work.tables(&d, &input).map_err(|e| unwritable(&e))?;
+        let tables = work.tables(&d, &input).map_err(|e| Rejection::unwritable(&e))?;
         Ok((d, tables.into_iter().map(|(spec, batch)| (spec.name, batch)).collect()))
     })
 }

@@ -5,7 +5,7 @@ use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
 use super::store::Store;
-use super::work::{Output, Work, encoded, unwritable};
+use super::work::{Output, Work, encoded};
 use crate::contract::bike::Bike;
 use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
 use crate::report::{self, Pages};
@@ -48,8 +48,8 @@ impl Work for RunWork {
 /// A row does not fit its schema: our own mistake.
 pub fn output(mut outcome: Outcome) -> Result<Output<Outcome>, Rejection> {
     note_unsafe_id(&mut outcome);
-    let tables = outcome.tables().map_err(|e| unwritable(&e))?;
-    let files = encoded(&tables).map_err(|e| unwritable(&e))?;
+    let tables = outcome.tables().map_err(|e| Rejection::unwritable(&e))?;
+    let files = encoded(&tables).map_err(|e| Rejection::unwritable(&e))?;
     Ok(Output {
         session_id: outcome.session.ident.session_id.clone(),
         bike_id: outcome.session.ident.bike_id.clone(),

@@ -93,12 +93,6 @@ pub fn encoded(
     tables.iter().map(file).collect()
 }
 
-/// A table that does not fit its schema, as what is said of the log that it is of.
-pub fn unwritable(e: &file::Error) -> Rejection {
-    let message = format!("{e}; this is a mistake in roadbench, please report it");
-    Rejection { stage: "write", code: "internal_error", message }
-}
-
 /// Does something that may panic; a panic becomes a rejection, and the batch goes on.
 pub fn guarded<T>(
     stage: &'static str,

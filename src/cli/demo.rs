@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let rides = simulate::write_bike(&scenario, 0, &(&archive).into())
         .map_err(|e| Failure::Output(e.to_string()))?;
     let text = BUILTIN.iter().find(|(name, _)| *name == "demo").map_or("", |(_, text)| text);
-    file::write_bytes(&archive.join("scenario.toml"), text.as_bytes())
+    file::write_bytes(archive.join("scenario.toml"), text.as_bytes())
         .map_err(|e| Failure::Output(e.to_string()))?;
     let at = step(&format!("simulate: {rides} rides with the sensors of a real one"), begin);
     run::run(run::Arguments::quietly(archive.clone(), out.clone()), bar.clone())?;

@@ -67,8 +67,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
         .collect();
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(&out.join("modes.parquet"), &rows).map_err(fail)?;
-    file::write_bytes(&out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
+    file::write(out.join("modes.parquet"), &rows).map_err(fail)?;
+    file::write_bytes(out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
     say!("table: {}", out.join("modes.parquet"));
     say!("figure: {}", out.join("modes.svg"));
     Ok(())

@@ -2,9 +2,9 @@
 
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::diagnose::ride_plan::{EffectLimit, RidePlan, plan};
 use crate::diagnose::road::advice::ALIKE;
 use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
+use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan};
 use crate::pipeline::Pipeline;
 
 /// What a ride would and would not tell of the causes that `diagnose` looks for, before it is ridden

@@ -88,7 +88,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
         let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
         bench_values::parse(&text).map_err(fail)?;
-        file::write_bytes(&out.join(bench_values::FILE), text.as_bytes())
+        file::write_bytes(out.join(bench_values::FILE), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
     let only = arguments.session.as_deref();

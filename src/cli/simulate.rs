@@ -75,7 +75,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     });
     let sessions: usize = written.map_err(|e| Failure::Output(e.to_string()))?.iter().sum();
     if let Some((_, text)) = BUILTIN.iter().find(|(name, _)| *name == arguments.scenario) {
-        file::write_bytes(&out.join("scenario.toml"), text.as_bytes())
+        file::write_bytes(out.join("scenario.toml"), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
     say!(
@@ -237,7 +237,7 @@ fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Location) -> Result<(),
             100.0 * row.error
         );
     }
-    file::write(&out.join("compare/peaks.parquet"), &rows).map_err(fail)?;
+    file::write(out.join("compare/peaks.parquet"), &rows).map_err(fail)?;
     let figure = figure(&reference, &other);
     let path = out.join("compare/compare.svg");
     file::write_bytes(&path, figure.as_bytes()).map_err(fail)?;
@@ -290,7 +290,7 @@ fn write(known: &Known, float32: bool, out: &Location) -> Result<(), file::Error
     let place = Place::of(&known.session.meta, out);
     write_session(&place.log, &known.session, float32)?;
     for (table, batch) in &known.truth {
-        file::write_batch(&place.truth(folder_of(table)), batch)?;
+        file::write_batch(place.truth(folder_of(table)), batch)?;
     }
     Ok(())
 }

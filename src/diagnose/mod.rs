@@ -19,7 +19,6 @@ pub mod engine;
 pub mod held_out;
 pub mod levels;
 pub mod offroad;
-pub mod ride_plan;
 pub mod road;
 pub mod settings;
 pub mod summary;

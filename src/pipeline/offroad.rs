@@ -49,5 +49,14 @@ pub fn run(
     let plots = plots::offroad::rows(&ride, &estimate, &segments);
     let warnings = warnings(&ident, noticed);
     let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
-    Ok(Outcome { session, manoeuvres, forces, coefficients, warnings, plots, signals })
+    Ok(Outcome {
+        session,
+        manoeuvres,
+        forces,
+        coefficients,
+        warnings,
+        plots,
+        signals,
+        ..Outcome::default()
+    })
 }

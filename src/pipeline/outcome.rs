@@ -24,6 +24,16 @@ pub struct Outcome {
     pub plots: Vec<rows::PlotPoint>,
     /// Estimated time series, if asked for.
     pub signals: Option<RecordBatch>,
+    /// Tables that no later stage looks at ([`table`]).
+    pub other_tables: Vec<(&'static TableSpec, RecordBatch)>,
+}
+
+/// Rows as one of an outcome's tables.
+///
+/// # Errors
+/// A row does not fit its schema: our own mistake.
+pub fn table<R: Row>(rows: &[R]) -> Result<(&'static TableSpec, RecordBatch), file::Error> {
+    Ok((R::spec(), file::batch(rows)?))
 }
 
 impl Outcome {
@@ -33,9 +43,6 @@ impl Outcome {
     /// # Errors
     /// A row does not fit its schema: our own mistake.
     pub fn tables(&self) -> Result<Vec<(&'static TableSpec, RecordBatch)>, file::Error> {
-        fn table<R: Row>(rows: &[R]) -> Result<(&'static TableSpec, RecordBatch), file::Error> {
-            Ok((R::spec(), file::batch(rows)?))
-        }
         let mut tables = vec![
             table(&self.coefficients)?,
             table(&self.manoeuvres)?,
@@ -48,6 +55,7 @@ impl Outcome {
         if let Some(signals) = &self.signals {
             tables.push((&registry::SIGNALS, signals.clone()));
         }
+        tables.extend(self.other_tables.iter().cloned());
         tables.push(table(std::slice::from_ref(&self.session))?);
         Ok(tables)
     }
@@ -63,6 +71,14 @@ pub struct Rejection {
     pub code: &'static str,
     /// For people.
     pub message: String,
+}
+
+impl Rejection {
+    /// Of a table that does not fit its schema: our own mistake.
+    pub fn unwritable(e: &file::Error) -> Self {
+        let message = format!("{e}; this is a mistake in roadbench, please report it");
+        Rejection { stage: "write", code: "internal_error", message }
+    }
 }
 
 /// What the caller knows of an input.

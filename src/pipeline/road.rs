@@ -50,8 +50,15 @@ pub fn run(
     let plots = plots::road::rows(&ride, &segments, &data, &solution);
     let warnings = warnings(&ident, noticed);
     let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
-    let forces = Vec::new();
-    Ok(Outcome { session, manoeuvres, forces, coefficients, warnings, plots, signals })
+    Ok(Outcome {
+        session,
+        manoeuvres,
+        coefficients,
+        warnings,
+        plots,
+        signals,
+        ..Outcome::default()
+    })
 }
 
 /// Why the channels do not allow a coefficient, if they do not.

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use super::archive::json;
 use super::errors;
-use crate::diagnose::ride_plan;
+use crate::diagnose::road::ride_plan;
 
 /// What the first session of a scenario would show of each cause, as JSON.
 #[pyfunction]

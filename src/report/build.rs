@@ -100,6 +100,6 @@ fn write_run(
         long_script => Value::from_safe_string(LONG_SCRIPT.to_owned()),
         ..page_shell::context(Source::Page)
     })?;
-    file::write_bytes(&out.join("report/index.html"), html.as_bytes())?;
+    file::write_bytes(out.join("report/index.html"), html.as_bytes())?;
     Ok(page.fleet.is_some())
 }

@@ -87,7 +87,7 @@ mod tests {
             ..Manoeuvre::default()
         };
         let put = |name: &str, rows: &[Manoeuvre]| {
-            file::write(&out.path().join("manoeuvres").join(name), rows).expect("written");
+            file::write(out.path().join("manoeuvres").join(name), rows).expect("written");
         };
         put("a.parquet", &[of("s", 1), of("t", 2), of("s", 3)]);
         put("b.parquet", &[of("t", 4)]);

@@ -29,6 +29,7 @@ pub mod problem;
 pub mod replay;
 pub mod replays;
 pub mod residuals;
+pub mod ride_plan;
 pub mod samples;
 pub mod scan;
 pub mod scatter;

@@ -165,7 +165,7 @@ impl Diagnosed {
                 data => Value::from_safe_string(pack::pack(&figures)?),
                 ..page_shell::context(source)
             })?;
-            Ok(file::write_bytes(&folder.join(&session.page), html.as_bytes())?)
+            Ok(file::write_bytes(folder.join(&session.page), html.as_bytes())?)
         })
     }
 }

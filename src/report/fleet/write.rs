@@ -32,7 +32,7 @@ pub(crate) fn write(
         data => Value::from_safe_string(pack::pack(&figures)?),
         ..page_shell::context(Source::Page)
     })?;
-    file::write_bytes(&out.join("report").join(PAGE), html.as_bytes())?;
+    file::write_bytes(out.join("report").join(PAGE), html.as_bytes())?;
     Ok(page.events.len())
 }
 

@@ -44,7 +44,7 @@ pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Res
         let file =
             |ending: &str| to.join(folder).join(format!("{}.{ending}", page_names::stem(name)));
         if format != Format::Png {
-            file::write_bytes(&file("svg"), chart::svg(figure).as_bytes())?;
+            file::write_bytes(file("svg"), chart::svg(figure).as_bytes())?;
         }
         if format != Format::Svg {
             let path = file("png");

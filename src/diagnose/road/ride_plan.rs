@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::road::advice::{ALIKE, Advice};
-use super::road::{self, Fitted};
+use super::advice::{ALIKE, Advice};
+use super::session::{Fitted, fitted};
 use crate::effects::ALL;
 use crate::pipeline::Pipeline;
 use crate::simulate;
@@ -68,7 +68,7 @@ pub fn plan(scenario: &str, pipeline: &Pipeline) -> Result<RidePlan, String> {
     let scenario = Scenario::load(scenario)?;
     let machine = scenario.machine(0);
     let session = simulate::session(&scenario, &machine, 0).session;
-    let fitted = road::fitted(&session, &machine.bike, pipeline)
+    let fitted = fitted(&session, &machine.bike, pipeline)
         .map_err(|why| format!("scenario {}: {}", scenario.name, why.message))?;
     let Fitted { session, samples, base, .. } = &fitted;
     let advice = Advice::new(session, samples, base, ALL, &machine.bike, pipeline);
