@@ -243,7 +243,8 @@ mod tests {
         }
     }
 
-    /// Names, order and nullability of a row's fields are those of its schema's columns.
+    /// A row has its schema's columns and no others, and lacks none that the schema requires. A column
+    /// that may be null need not be: schemas are a promise to readers.
     #[test]
     fn every_row_has_the_columns_of_its_schema() {
         for spec in ALL {
@@ -254,7 +255,7 @@ mod tests {
                 let value = fields
                     .get(&column.name)
                     .unwrap_or_else(|| panic!("{}: no field {}", spec.name, column.name));
-                assert_eq!(value.is_null(), column.nullable, "{}.{}", spec.name, column.name);
+                assert!(!value.is_null() || column.nullable, "{}.{}", spec.name, column.name);
             }
             assert_eq!(fields.len(), spec.table().columns.len(), "{}: {fields:?}", spec.name);
         }
