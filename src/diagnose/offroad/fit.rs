@@ -61,6 +61,19 @@ pub struct Fit {
     pub residual: Vec<f64>,
 }
 
+/// Where the number of a candidate with nodes is looked for.
+#[derive(Debug, Clone, Copy)]
+struct Search<'a> {
+    /// Place of the candidate.
+    j: usize,
+    /// Residuals with all other candidates.
+    others: &'a [f64],
+    /// The number near which to look; `None` looks over all nodes.
+    near: Value,
+    /// Loss to beat.
+    loss: f64,
+}
+
 /// The columns that are fitted linearly, block by block: the bike's and those of some candidates.
 #[derive(Debug, Clone)]
 pub struct Linear {
@@ -289,8 +302,8 @@ impl Problem {
                     continue;
                 }
                 let r = others(&values, Some(j));
-                if let Some((value, reached)) = self.search(j, &r, near, loss, linear, &mut x, used)
-                {
+                let from = Search { j, others: &r, near, loss };
+                if let Some((value, reached)) = self.search(&from, linear, &mut x, used) {
                     (values[j], loss) = (Some(value), reached);
                 }
             }
@@ -314,17 +327,14 @@ impl Problem {
 
     /// A better number of a candidate with nodes than one with this loss, and its loss: over all of
     /// them, or near one.
-    #[allow(clippy::too_many_arguments)]
     fn search(
         &self,
-        j: usize,
-        others: &[f64],
-        near: Value,
-        loss: f64,
+        from: &Search<'_>,
         linear: &Linear,
         x: &mut [f64],
         used: Used<'_>,
     ) -> Option<(f64, f64)> {
+        let Search { j, others, near, loss } = *from;
         let Curve::Nodes { at: nodes, .. } = &self.curves[j] else { return None };
         let mut trial = vec![0.0; others.len()];
         let mut start = x.to_vec();
