@@ -58,28 +58,7 @@ pub fn road(d: &RoadDiagnosis) -> String {
         (false, false) => {}
     }
     for cause in &named {
-        let half = 1.96 * cause.std_error();
-        line!(
-            out,
-            "  {}: {}\n      {:.4} {}, 95 % interval {:.4} to {:.4}; score {:.1}, gain {:.0}",
-            cause.candidate.name,
-            cause.candidate.sentence,
-            cause.value(),
-            cause.candidate.unit,
-            cause.value() - half,
-            cause.value() + half,
-            cause.score,
-            cause.gain
-        );
-        if cause.verdict == Verdict::Ambiguous {
-            let row = d.causes.iter().find(|r| r.effect == cause.candidate.name);
-            line!(
-                out,
-                "      or {}: this ride cannot tell; what would: {}",
-                cause.equivalent.join(" or "),
-                row.and_then(|r| r.separate_by.as_deref()).unwrap_or(cause.candidate.separate_by)
-            );
-        }
+        describe_cause(&mut out, d, cause);
     }
     if let Some(row) = d.causes.iter().find(|r| r.gain_heldout.is_some())
         && let (Some(gain), Some(bound)) = (row.gain_heldout, row.gain_upper_bound)
@@ -89,6 +68,39 @@ pub fn road(d: &RoadDiagnosis) -> String {
             "  On manoeuvres left out it gains {gain:.0}; with every candidate free {bound:.0}."
         );
     }
+    list_misfits(&mut out, d);
+    out.truncate(out.trim_end().len());
+    out
+}
+
+/// A named cause with its size, and what the ride cannot tell it from.
+fn describe_cause(out: &mut String, d: &RoadDiagnosis, cause: &Cause) {
+    let half = 1.96 * cause.std_error();
+    line!(
+        out,
+        "  {}: {}\n      {:.4} {}, 95 % interval {:.4} to {:.4}; score {:.1}, gain {:.0}",
+        cause.candidate.name,
+        cause.candidate.sentence,
+        cause.value(),
+        cause.candidate.unit,
+        cause.value() - half,
+        cause.value() + half,
+        cause.score,
+        cause.gain
+    );
+    if cause.verdict == Verdict::Ambiguous {
+        let row = d.causes.iter().find(|r| r.effect == cause.candidate.name);
+        line!(
+            out,
+            "      or {}: this ride cannot tell; what would: {}",
+            cause.equivalent.join(" or "),
+            row.and_then(|r| r.separate_by.as_deref()).unwrap_or(cause.candidate.separate_by)
+        );
+    }
+}
+
+/// The largest structured residuals, in units of what null simulations show.
+fn list_misfits(out: &mut String, d: &RoadDiagnosis) {
     let mut wrong: Vec<_> = d.discrepancies.iter().filter(|r| r.structured).collect();
     wrong.sort_by(|a, b| (b.rmse_base / b.null_largest).total_cmp(&(a.rmse_base / a.null_largest)));
     for row in wrong.into_iter().take(TOLD) {
@@ -107,8 +119,6 @@ pub fn road(d: &RoadDiagnosis) -> String {
             row.noise_floor
         );
     }
-    out.truncate(out.trim_end().len());
-    out
 }
 
 /// What several sessions share, of a pooled row of `causes`; `None` of one without a size.
