@@ -40,7 +40,7 @@ impl<S> Calibration<S> {
     }
 }
 
-/// The score that a share of [`QUANTILE`] of null simulations stays below; infinite without any.
+/// The score that a share of `QUANTILE` of null simulations stays below; infinite without any.
 pub fn threshold(mut tops: Vec<f64>) -> f64 {
     if tops.is_empty() {
         return f64::INFINITY;

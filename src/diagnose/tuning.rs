@@ -191,7 +191,7 @@ pub fn reference(changes: Option<(usize, &[[usize; 2]])>) -> String {
     text
 }
 
-/// A constant's cells of its line in [`reference`].
+/// A constant's cells of its line in [`reference()`].
 pub fn row<T>(constant: &Constant<T>, tuning: &T) -> String {
     let Constant { name, words, reason, get, .. } = constant;
     format!("| `{name}` | {} | {words} | {reason} |", get(tuning))

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! A text, whose map also says how it is laid out, makes its [`LogFormat`] itself and takes from here
-//! what it can: [`super::fit::fit`] checks a map's names and units against a [`Listing`] made from its
+//! what it can: `ingest::fit` checks a map's names and units against a [`Listing`] made from its
 //! header and its row of units, and a [`Decoder`] lets `inspect` show it and propose a map.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

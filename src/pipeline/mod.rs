@@ -1,6 +1,6 @@
 //! The stages in their order, for one session.
 //!
-//! [`stages`] has each order once; [`road`] and [`offroad`] make the tables of what comes out.
+//! `stages` has each order once; `road` and `offroad` make the tables of what comes out.
 
 mod offroad;
 mod outcome;

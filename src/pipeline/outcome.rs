@@ -24,7 +24,7 @@ pub struct Outcome {
     pub plots: Vec<rows::PlotPoint>,
     /// Estimated time series, if asked for.
     pub signals: Option<RecordBatch>,
-    /// Tables that no later stage looks at ([`table`]).
+    /// Tables that no later stage looks at (`pipeline::outcome::table`).
     pub other_tables: Vec<(&'static TableSpec, RecordBatch)>,
 }
 

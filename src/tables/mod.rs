@@ -1,5 +1,5 @@
 //! Output tables: what each is ([`registry`]), its [`rows`], how they are written whole as Parquet
-//! ([`file`]) and read back ([`read`], [`by_session`]), and the [`names`] of their files.
+//! ([`mod@file`]) and read back ([`read`], [`by_session`]), and the [`names`] of their files.
 
 pub mod by_session;
 pub mod file;
