@@ -301,7 +301,7 @@ fn purpose(text: &str) -> String {
         .collect();
     let whole = lines.join(" ");
     let end = whole.find(". ").map_or(whole.len(), |k| k + 1);
-    whole[..end].trim_end_matches('.').replace(['[', ']', '`'], "")
+    whole[..end].trim_end_matches('.').replace(['[', ']', '`'], "").replace("mod@", "")
 }
 
 /// Rooms as floors, arrows as arcs from a room down to those it uses.
