@@ -109,8 +109,9 @@ def test_a_cluster_gives_the_files_of_one_machine(spark, archive, alone, tmp_pat
 def test_two_runs_on_one_output(spark, archive, tmp_path):
     from roadbench import _roadbench
 
-    nothing = (False, None, False)
-    first = _roadbench.Driver([archive], None, tmp_path, "onroad", [], *nothing)
+    options = {"inputs": [str(archive)], "bikes": None, "out": str(tmp_path), "pipeline": "onroad",
+               "maps": [], "force": False, "since": None}
+    first = _roadbench.Driver(json.dumps(options))
     with pytest.raises(ValueError, match="another roadbench is writing"):
         on_spark.run(spark, archive, None, tmp_path)
     first.abandon()

@@ -42,7 +42,7 @@ impl Diagnosis {
 impl From<RoadDiagnosis> for Diagnosis {
     fn from(d: RoadDiagnosis) -> Self {
         Diagnosis {
-            summary: summary::road(&d),
+            summary: summary::session(&d.ident, &d.causes, &d.discrepancies, d.naming.alarm),
             poolable: d.is_poolable(),
             ident: d.ident,
             site: d.site,
@@ -57,7 +57,7 @@ impl From<RoadDiagnosis> for Diagnosis {
 impl From<OffroadDiagnosis> for Diagnosis {
     fn from(d: OffroadDiagnosis) -> Self {
         Diagnosis {
-            summary: summary::offroad(&d),
+            summary: summary::session(&d.ident, &d.causes, &d.discrepancies, d.naming.alarm),
             poolable: false,
             ident: d.ident,
             site: None,

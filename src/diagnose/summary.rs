@@ -1,131 +1,108 @@
-//! A diagnosis in words for the terminal.
+//! A diagnosis in words for the terminal, the same on the road and off it: from its rows.
 
 use std::fmt::Write;
 
-use super::cause::Cause;
-use super::offroad::OffroadDiagnosis;
-use super::road::RoadDiagnosis;
-use super::tuning::RoadTuning;
 use crate::contract::verdict::Verdict;
-use crate::tables::rows::CauseRow;
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
-/// Most parts of the misfit that are listed.
-const TOLD: usize = 5;
+/// Most misfits that are listed.
+const MISFITS: usize = 5;
+/// Digits of a number that is not known more precisely.
+const DIGITS: i32 = 4;
 
-/// Adds a line to a string, which cannot fail.
-macro_rules! line {
-    ($out:ident, $($text:tt)*) => {
-        { let _ = writeln!($out, $($text)*); }
-    };
+/// The verdict on a session, several lines of which the last is not ended. `alarm` is the largest score of
+/// a candidate before anything was named.
+pub fn session(
+    ident: &Ident,
+    causes: &[CauseRow],
+    discrepancies: &[DiscrepancyRow],
+    alarm: f64,
+) -> String {
+    let mut lines = vec![format!("{}  {}", ident.session_id, ident.bike_id)];
+    let is_cause = |c: &&CauseRow| Verdict::from_name(&c.verdict).is_some_and(Verdict::is_cause);
+    let named: Vec<&CauseRow> = causes.iter().filter(is_cause).collect();
+    let unexplained = causes.iter().find(|c| c.verdict == Verdict::Unexplained.name());
+    lines.extend(unnamed(causes, &named, unexplained, alarm));
+    lines.extend(named.iter().map(|c| cause(c)));
+    let gains = causes.iter().find_map(|c| c.gain_heldout.zip(c.gain_upper_bound));
+    if let Some((gain, bound)) = gains {
+        lines.push(format!(
+            "On manoeuvres left out the loss falls by {gain:.0}, with every candidate free by {bound:.0}."
+        ));
+    }
+    if let (false, Some(row)) = (named.is_empty(), unexplained) {
+        lines.push(format!("The named causes do not explain everything: {}.", row.reason));
+    }
+    lines.extend(misfits(discrepancies));
+    lines.join("\n  ")
 }
 
-/// The verdict in words.
-pub fn road(d: &RoadDiagnosis) -> String {
-    let mut out = String::new();
-    let naming = &d.naming;
-    let structure = naming.structure.as_ref();
-    let structure = structure.map_or(String::new(), |s| format!(": {}", s.description));
-    line!(out, "{}  {}", d.ident.session_id, d.ident.bike_id);
-    let named: Vec<&Cause> = naming.named().collect();
-    match (named.is_empty(), naming.unexplained) {
-        (true, true) => line!(
-            out,
-            "  Something is wrong that no candidate explains{} (largest score of a candidate {:.1}; 19 of \
-             20 nulls stay below 1).",
-            structure,
-            naming.alarm
-        ),
-        (true, false) if naming.alarm > RoadTuning::default().alarm => line!(
-            out,
-            "  Nothing is named. A candidate scores {:.1} (19 of 20 nulls stay below 1), but none has a size \
-             that can be and gains enough.",
-            naming.alarm
-        ),
-        (true, false) if naming.causes.iter().all(|c| c.verdict == Verdict::NotIdentifiable) => {
-            line!(
-                out,
-                "  This ride can show none of the {} candidates: nothing can be said of what is wrong.",
-                naming.causes.len()
-            )
+/// What is said where nothing is named.
+fn unnamed(
+    causes: &[CauseRow],
+    named: &[&CauseRow],
+    unexplained: Option<&CauseRow>,
+    alarm: f64,
+) -> Option<String> {
+    let blind = |c: &CauseRow| c.verdict == Verdict::NotIdentifiable.name();
+    let score =
+        format!("the largest score is {alarm:.1}, and 19 of 20 null simulations stay below 1");
+    match unexplained {
+        _ if !named.is_empty() => None,
+        Some(row) => Some(format!(
+            "Something is wrong that no candidate explains: {} ({score}).",
+            row.reason
+        )),
+        None if causes.iter().all(blind) => {
+            Some(format!("This ride can identify none of the {} candidates.", causes.len()))
         }
-        (true, false) => line!(
-            out,
-            "  Nothing is wrong that this ride could show: the largest score is {:.1} (19 of 20 nulls stay \
-             below 1).",
-            naming.alarm
-        ),
-        (false, true) => line!(out, "  Something more is wrong than is named{}.", structure),
-        (false, false) => {}
+        None => Some(format!("No cause is named: {score}.")),
     }
-    for cause in &named {
-        describe_cause(&mut out, d, cause);
-    }
-    if let Some(row) = d.causes.iter().find(|r| r.gain_heldout.is_some())
-        && let (Some(gain), Some(bound)) = (row.gain_heldout, row.gain_upper_bound)
-    {
-        line!(
-            out,
-            "  On manoeuvres left out it gains {gain:.0}; with every candidate free {bound:.0}."
-        );
-    }
-    list_misfits(&mut out, d);
-    out.truncate(out.trim_end().len());
-    out
 }
 
-/// A named cause with its size, and what the ride cannot tell it from.
-fn describe_cause(out: &mut String, d: &RoadDiagnosis, cause: &Cause) {
-    let half = 1.96 * cause.std_error();
-    line!(
-        out,
-        "  {}: {}\n      {:.4} {}, 95 % interval {:.4} to {:.4}; score {:.1}, gain {:.0}",
-        cause.candidate.name,
-        cause.candidate.sentence,
-        cause.value(),
-        cause.candidate.unit,
-        cause.value() - half,
-        cause.value() + half,
-        cause.score,
-        cause.gain
+/// A named cause with its size and its equivalents.
+fn cause(row: &CauseRow) -> String {
+    let mut text = format!("{}: {}", row.effect, row.reason);
+    let number = |v: Option<f64>| v.map_or("?".to_owned(), significant);
+    let (value, low, high) = (number(row.value), number(row.ci95_low), number(row.ci95_high));
+    // writing to a string cannot fail
+    let _ = write!(
+        text,
+        "\n      {value} {}, 95 % interval {low} to {high}; score {:.1}",
+        row.unit, row.score
     );
-    if cause.verdict == Verdict::Ambiguous {
-        let row = d.causes.iter().find(|r| r.effect == cause.candidate.name);
-        line!(
-            out,
-            "      or {}: this ride cannot tell; what would: {}",
-            cause.equivalent.join(" or "),
-            row.and_then(|r| r.separate_by.as_deref()).unwrap_or(cause.candidate.separate_by)
-        );
-    }
+    text
 }
 
-/// The largest structured residuals, in units of what null simulations show.
-fn list_misfits(out: &mut String, d: &RoadDiagnosis) {
-    let mut wrong: Vec<_> = d.discrepancies.iter().filter(|r| r.structured).collect();
-    wrong.sort_by(|a, b| (b.rmse_base / b.null_largest).total_cmp(&(a.rmse_base / a.null_largest)));
-    for row in wrong.into_iter().take(TOLD) {
-        let after =
-            row.rmse_extended.map_or(String::new(), |r| format!(", {r:.4} with the causes"));
+/// The structured misfits, those farthest beyond null simulations first.
+fn misfits(discrepancies: &[DiscrepancyRow]) -> Vec<String> {
+    let mut structured: Vec<_> = discrepancies.iter().filter(|r| r.structured).collect();
+    let ratio = |r: &DiscrepancyRow| r.rmse_base / r.null_largest;
+    structured.sort_by(|a, b| ratio(b).total_cmp(&ratio(a)));
+    let misfit = |row: &DiscrepancyRow| {
+        let unit = if row.unit == "1" { "standard deviations" } else { &row.unit };
+        let after = row
+            .rmse_extended
+            .map_or(String::new(), |r| format!(", {} with the causes", significant(r)));
         let with = row.covariate.as_deref().map_or(String::new(), |c| {
-            format!(", goes with {c} ({:+.2})", row.correlation.unwrap_or(0.0))
+            format!("; correlates with {c} ({:+.2})", row.correlation.unwrap_or(0.0))
         });
-        line!(
-            out,
-            "  misfit of {} while {}: {:.4}{} against {:.4} in nulls{after}{with}",
+        format!(
+            "misfit of {} while {}: {} {unit}, {} in null simulations{after}{with}",
             row.channel,
             row.kind.replace('_', " "),
-            row.rmse_base,
-            if row.unit == "1" { " sd".to_owned() } else { format!(" {}", row.unit) },
-            row.noise_floor
-        );
-    }
+            significant(row.rmse_base),
+            significant(row.noise_floor)
+        )
+    };
+    structured.into_iter().take(MISFITS).map(misfit).collect()
 }
 
 /// What several sessions share, of a pooled row of `causes`; `None` of one without a size.
 pub fn pooled(row: &CauseRow) -> Option<String> {
-    let (value, low, high) = (row.value?, row.ci95_low?, row.ci95_high?);
+    let [value, low, high] = [row.value?, row.ci95_low?, row.ci95_high?].map(significant);
     Some(format!(
-        "{} {}: {}\n      {value:.4} {}, 95 % interval {low:.4} to {high:.4}; {}",
+        "{} {}: {}\n      {value} {}, 95 % interval {low} to {high}; {}",
         row.level,
         row.pooled_over.as_deref().unwrap_or(""),
         row.effect,
@@ -134,61 +111,34 @@ pub fn pooled(row: &CauseRow) -> Option<String> {
     ))
 }
 
-/// An off-road session's verdict, several lines.
-pub fn offroad(d: &OffroadDiagnosis) -> String {
-    let mut out = format!("{}  {}\n", d.ident.session_id, d.ident.bike_id);
-    let named = |verdict: &str| Verdict::from_name(verdict).is_some_and(Verdict::is_cause);
-    if !d.causes.iter().any(|c| named(&c.verdict)) {
-        line!(
-            out,
-            "  No cause is named: the largest score is {:.1} (19 of 20 nulls stay below 1).",
-            d.naming.alarm
-        );
+/// A number with [`DIGITS`] digits.
+fn significant(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() || size != 0.0 && !(1e-3..1e4).contains(&size) {
+        return format!("{value:.*e}", DIGITS as usize - 1);
     }
-    for c in d.causes.iter().filter(|c| named(&c.verdict)) {
-        let number = |v: Option<f64>| v.map_or("?".to_owned(), |v| format!("{v:.3}"));
-        line!(
-            out,
-            "  {}: {}\n      {} {}, 95 % interval {} to {}; score {:.1}",
-            c.effect,
-            c.reason,
-            number(c.value),
-            c.unit,
-            number(c.ci95_low),
-            number(c.ci95_high),
-            c.score
-        );
+    let before = if size > 0.0 { size.log10().floor() as i32 + 1 } else { 1 };
+    format!("{value:.*}", (DIGITS - before).max(0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let of = [0.02204, -5e-6, 1813.5154, 0.0, 12.0, 1e6];
+        let texts = ["0.02204", "-5.000e-6", "1814", "0.000", "12.00", "1.000e6"];
+        assert_eq!(of.map(significant), texts);
     }
-    if let Some(row) = d.causes.first()
-        && let (Some(gain), Some(bound)) = (row.gain_heldout, row.gain_upper_bound)
-    {
-        line!(
-            out,
-            "  On jumps, whoops and corners left out it gains {gain:.0}; with every candidate free \
-             {bound:.0}."
-        );
+
+    #[test]
+    fn a_session_without_a_name_says_how_large_the_largest_score_is() {
+        let row = CauseRow { verdict: "not_needed".into(), ..CauseRow::default() };
+        let text = session(&Ident::default(), &[row], &[], 0.7);
+        assert!(text.contains("No cause is named: the largest score is 0.7"), "{text}");
+        let row = CauseRow { verdict: "not_identifiable".into(), ..CauseRow::default() };
+        let text = session(&Ident::default(), &[row], &[], 0.0);
+        assert!(text.contains("identify none of the 1 candidates"), "{text}");
     }
-    for c in d.causes.iter().filter(|c| c.verdict == Verdict::Unexplained.name()) {
-        line!(out, "  Not explained: {}", c.reason);
-    }
-    for c in d.causes.iter().filter(|c| c.verdict == Verdict::NotIdentifiable.name()) {
-        line!(out, "  {}: {}", c.effect, c.reason);
-    }
-    let mut wrong: Vec<_> = d.discrepancies.iter().filter(|r| r.structured).collect();
-    wrong.sort_by(|a, b| (b.rmse_base / b.null_largest).total_cmp(&(a.rmse_base / a.null_largest)));
-    for row in wrong.into_iter().take(TOLD) {
-        let after =
-            row.rmse_extended.map_or(String::new(), |r| format!(", {r:.0} with the causes"));
-        line!(
-            out,
-            "  misfit of {} while {}: {:.0} {} against {:.0} in nulls{after}",
-            row.channel,
-            row.kind.replace('_', " "),
-            row.rmse_base,
-            row.unit,
-            row.noise_floor
-        );
-    }
-    out.truncate(out.trim_end().len());
-    out
 }

@@ -79,27 +79,28 @@ fn reason(cause: &Cause, remark: &str) -> String {
     let gain = cause.gain;
     match (cause.verdict, cause.objection) {
         (_, Some(Objection::Contradicted)) => format!(
-            "takes up part of the misfit (gains {gain:.0}) but leaves more structure where it shows than a \
-             cause may"
+            "explains part of the misfit (gains {gain:.0}), but leaves more structure in the channels where it \
+             shows than a cause may"
         ),
         (_, Some(Objection::NotReproduced)) => format!(
-            "takes up part of the misfit (gains {gain:.0}), but rides on the model with it do not give its \
-             size back"
+            "explains part of the misfit (gains {gain:.0}), but null simulations with it do not reproduce its \
+             size"
         ),
         (Verdict::Named, None) => format!("{sentence}{remark}: gains {gain:.0}"),
         (Verdict::Ambiguous, None) => format!(
-            "{sentence}, or one of {}: the ride cannot tell them apart; what would: {separate_by}",
+            "{sentence}, or one of {}: this ride cannot tell them apart; what would: {separate_by}",
             cause.equivalent.join(", "),
         ),
         (Verdict::NotIdentifiable, None) => {
-            format!("the ride says nothing of it{remark}; what would: {separate_by}")
+            format!("not identifiable in this ride{remark}; what would show it: {separate_by}")
         }
         (Verdict::NotNeeded | Verdict::Unexplained, None) if cause.score > 1.0 => {
-            "beyond the nulls, but explained by what is named, too large to be, or gains too little"
+            "beyond what null simulations show, but explained by the named causes, of implausible size, or of \
+             too little gain"
                 .to_owned()
         }
         (Verdict::NotNeeded | Verdict::Unexplained, None) => {
-            "within what nulls of this ride show".to_owned()
+            "within what null simulations of this ride show".to_owned()
         }
     }
 }

@@ -3,6 +3,7 @@
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::Session;
 use roadbench::diagnose::offroad::{OffroadDiagnosis, diagnose};
+use roadbench::diagnose::summary;
 use roadbench::estimate::offroad::rider::{self, Rider};
 use roadbench::estimate::offroad::{self, Config};
 use roadbench::filter;
@@ -40,7 +41,7 @@ fn ride(scenario: &Motocross) -> MotocrossRide {
 fn diagnosed(scenario: &Motocross, ridden: &MotocrossRide) -> OffroadDiagnosis {
     let d = diagnose(&ridden.session, &scenario.bike, &Pipeline::builtin("offroad"), NULLS)
         .expect("diagnosed");
-    println!("{}", roadbench::diagnose::summary::offroad(&d));
+    println!("{}", summary::session(&d.ident, &d.causes, &d.discrepancies, d.naming.alarm));
     for c in &d.causes {
         let [low, high] = [c.ci95_low, c.ci95_high].map(|v| v.unwrap_or(f64::NAN));
         println!(

@@ -339,7 +339,7 @@ impl<'a> Engine for RoadEngine<'a> {
             score: *times,
             parameter: "structure",
             reason: format!(
-                "{description} has structure, {times:.1} times what 19 of 20 nulls stay below"
+                "{description} has structure, {times:.1} times what 19 of 20 null simulations stay below"
             ),
             first: true,
         })
