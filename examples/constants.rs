@@ -48,7 +48,7 @@ fn changes(seed: u64, number: usize, nulls: usize) -> Option<Vec<[usize; 2]>> {
     let (session, machine) = case.ride().ok()?;
     let settings = Settings { nulls, ..Settings::default() };
     let fitted = road::fitted(&session, &machine.bike, &Pipeline::onroad()).ok()?;
-    let prepared = Prepared::new(&fitted, &machine.bike, &settings);
+    let prepared = Prepared::new(&fitted, &settings);
     let usual = verdicts(&prepared.naming(&RoadTuning::default()));
     let count = |index: usize, share: f64| {
         let mut tuning = RoadTuning::default();

@@ -31,7 +31,6 @@ impl Physics for FrictionLoad {
         level: Level::Bike,
         faint: true,
     };
-    const NEEDS_LOAD: bool = true;
 
     fn relative_friction(size: f64, ratio: f64, extra_load: f64) -> f64 {
         ratio - size * extra_load

@@ -48,18 +48,6 @@ macro_rules! effects {
                 false $(|| $module::$effect::NEEDS_HEADING && self.$module != 0.0)*
             }
 
-            /// Whether loads beyond the static ones change what a tyre does per load.
-            #[inline(always)]
-            pub fn needs_load(&self) -> bool {
-                false $(|| $module::$effect::NEEDS_LOAD && self.$module != 0.0)*
-            }
-
-            /// Whether rolling radii depend on camber.
-            #[inline(always)]
-            pub fn needs_versine(&self) -> bool {
-                false $(|| $module::$effect::NEEDS_VERSINE && self.$module != 0.0)*
-            }
-
             /// What sensors make of the true channels, in place.
             pub fn measure(&self, session: &mut Session) {
                 $(

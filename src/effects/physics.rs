@@ -121,12 +121,6 @@ macro_rules! declare {
             const IN_ATTITUDE: bool = false;
             /// Whether it depends on the heading; simulators work out `along` for no other effect.
             const NEEDS_HEADING: bool = false;
-            /// Whether it depends on a wheel's load beyond the static one; the reduced-order motorcycle
-            /// solves for the loads again for no other effect.
-            const NEEDS_LOAD: bool = false;
-            /// Whether it depends on the camber's versine; the reduced-order motorcycle works it out for
-            /// no other effect.
-            const NEEDS_VERSINE: bool = false;
             /// How it is taken out of a recording; `None` where that cannot be done without the tyre.
             const REMOVE: Option<Remove> = None;
 

@@ -24,7 +24,6 @@ impl Physics for RadiusCamber {
         faint: false,
     };
     const MULTIBODY: Multibody = Multibody::Inherent("its tyres are toroids");
-    const NEEDS_VERSINE: bool = true;
     const REMOVE: Option<Remove> = Some(|session, bike, size| {
         for (channel, radius) in [
             (Channel::WheelSpeedFront, bike.front.radius),

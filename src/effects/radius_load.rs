@@ -29,7 +29,6 @@ impl Physics for RadiusLoad {
     const MULTIBODY: Multibody = Multibody::Inherent(
         "its tyres are springs, by a share of whose deflection they roll shorter",
     );
-    const NEEDS_LOAD: bool = true;
 
     fn relative_radius(size: f64, ratio: f64, rolling: Rolling) -> f64 {
         ratio - size * rolling.extra_load / 1000.0

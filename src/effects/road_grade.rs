@@ -13,7 +13,7 @@ impl Physics for RoadGrade {
         sentence: "the road climbs along the strip",
         unit: "1",
         typical: 0.003,
-        bounds: [-0.02, 0.02],
+        bounds: [-0.15, 0.15],
         source: "roads that pass for level fall by a few per mille for drainage",
         enters: "gravity along the road, with the sign of the heading",
         channels: &[Channel::AccelerationX, Channel::Yaw],

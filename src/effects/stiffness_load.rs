@@ -28,7 +28,6 @@ impl Physics for StiffnessLoad {
         level: Level::Bike,
         faint: false,
     };
-    const NEEDS_LOAD: bool = true;
 
     fn relative_stiffness(size: f64, ratio: f64, extra_load: f64) -> f64 {
         ratio + size * extra_load

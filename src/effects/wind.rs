@@ -13,7 +13,7 @@ impl Physics for Wind {
         sentence: "a steady wind blows along the strip",
         unit: "m/s",
         typical: 1.0,
-        bounds: [-6.0, 6.0],
+        bounds: [-15.0, 15.0],
         source: "a light breeze, Beaufort 1 to 3",
         enters: "air speed in the drag, with the sign of the heading",
         channels: &[Channel::AccelerationX, Channel::Yaw],

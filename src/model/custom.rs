@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::magic_formula::MagicFormula;
 use super::tyre::{Input, Output, Stiffness, Tyre};
-use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
+use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel, USUAL_SHARE};
 use crate::contract::bike::WheelData;
 use crate::contract::coefficient::Coefficient as C;
 
@@ -36,9 +36,6 @@ fn damping() -> f64 {
 fn lag_x() -> f64 {
     0.1
 }
-
-/// Share of the deflection by which the rolling radius is smaller than the unloaded one.
-const SHARE: f64 = 1.0 / 3.0;
 
 impl Custom {
     /// A characterised tyre with the usual damping and longitudinal lag.
@@ -121,11 +118,11 @@ impl TyreModel for Custom {
 
     fn carcass(&self) -> Carcass {
         Carcass {
-            radius: self.tyre.rolling_radius + SHARE * self.deflection(),
+            radius: self.tyre.rolling_radius + USUAL_SHARE * self.deflection(),
             crown: self.tyre.overturning_stiffness + self.deflection(),
             stiffness: self.tyre.vertical_stiffness,
             damping: self.vertical_damping,
-            deflection_share: SHARE,
+            deflection_share: USUAL_SHARE,
         }
     }
 

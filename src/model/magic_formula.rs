@@ -95,6 +95,20 @@ impl MagicFormula {
         self.b * self.c * self.d
     }
 
+    /// Largest slope. It is that at vanishing slip unless the curvature is below `-(1 + c²/2)`: then the
+    /// curve, flat at first, is steepest halfway to its peak.
+    pub fn steepest(&self) -> f64 {
+        let curvature = self.e1 - self.e2.abs();
+        if curvature >= -(1.0 + 0.5 * self.c * self.c) {
+            return self.stiffness();
+        }
+        let slope = |sign: f64| {
+            let at = |k: u32| self.slope(sign * 0.05 * f64::from(k) / self.b);
+            (0..=40).map(at).fold(0.0, f64::max)
+        };
+        slope(1.0).max(slope(-1.0))
+    }
+
     /// `sigma_x_max`: theoretical slip `-s/(1+s)` of the friction peak under braking, eq. 28
     /// restated in `sigma_x`. `None` where the curve has no peak before the wheel locks.
     pub fn peak_slip(&self) -> Option<f64> {

@@ -234,10 +234,8 @@ impl TyreModel for MfMc {
     }
 
     fn rolling_resistance(&self, input: &Input, _speed: f64) -> f64 {
-        let Carcass { radius, crown, stiffness, deflection_share, .. } = self.carcass;
-        let shrunk =
-            crown * (1.0 - input.camber.cos()) + deflection_share * input.load.max(0.0) / stiffness;
-        self.rolling * input.load.max(0.0) * (radius - shrunk)
+        let load = input.load.max(0.0);
+        self.rolling * load * self.carcass.rolling_radius(load, 1.0 - input.camber.cos())
     }
 
     fn carcass(&self) -> Carcass {

@@ -17,6 +17,36 @@ pub struct Carcass {
     pub deflection_share: f64,
 }
 
+impl Carcass {
+    /// Of a tyre whose rolling radius (m) upright under a load (N) is known.
+    pub fn of_rolling(
+        rolling_radius: f64,
+        load: f64,
+        stiffness: f64,
+        crown: f64,
+        deflection_share: f64,
+    ) -> Self {
+        let radius = rolling_radius + deflection_share * load / stiffness;
+        Carcass { radius, crown, stiffness, damping: 0.0, deflection_share }
+    }
+
+    /// Effective rolling radius, m, under a load (N) at a camber with a `versine` of `1 - cos`.
+    #[inline(always)]
+    pub fn rolling_radius(&self, load: f64, versine: f64) -> f64 {
+        self.radius - self.crown * versine - self.deflection_share * load / self.stiffness
+    }
+
+    /// Distance of the axle from the contact in the wheel's plane, m: the lever arm of longitudinal
+    /// forces.
+    #[inline(always)]
+    pub fn lever_arm(&self, load: f64, versine: f64) -> f64 {
+        self.radius - self.crown * versine - load / self.stiffness
+    }
+}
+
+/// Share of the deflection that tyres usually roll shorter by (Pacejka 2012, sec. 1.2: about a third).
+pub const USUAL_SHARE: f64 = 1.0 / 3.0;
+
 /// Where a tyre's forces act and its moments are taken about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reference {

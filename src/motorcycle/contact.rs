@@ -99,9 +99,7 @@ impl Pressed {
             contact: Vector3::new(crown.x, crown.y, 0.0),
             deflection,
             load,
-            rolling_radius: carcass.radius
-                - carcass.crown * (1.0 - cos)
-                - carcass.deflection_share * pressed,
+            rolling_radius: carcass.rolling_radius(carcass.stiffness * pressed, 1.0 - cos),
             offset: (pressed - carcass.crown) * sin / cos,
         }
     }

@@ -149,7 +149,7 @@ impl Model {
                     let carcass = tyres[i].carcass();
                     let deflection = loads[i] / carcass.stiffness;
                     sink[i] = carcass.radius - deflection - m.centres[i].z;
-                    carcass.radius - carcass.deflection_share * deflection
+                    carcass.rolling_radius(loads[i], 0.0)
                 }
                 None => m.centres[i].z,
             };

@@ -14,7 +14,8 @@
 //!
 //! Level frame on the trace of the bike's plane, ISO 8855; `X, Y` are tyre forces in that frame,
 //! `v` is the mass centre's velocity. Left out: pitch and bounce dynamics, products of inertia,
-//! the difference of yaw and pitch inertia, camber's influence on the rolling radius.
+//! the difference of yaw and pitch inertia. Tyres are toroids on springs ([`Carcass`]): rolling radius and
+//! lever arm of the longitudinal force follow load and camber.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -26,6 +27,7 @@ use crate::effects::physics::Rolling;
 use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::front_wheel;
 use crate::model::tyre::{Input, Output, Tyre};
+use crate::model::tyre_model::Carcass;
 
 /// Everything true about the simulated bike. SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +56,10 @@ pub struct Plant {
     pub friction: f64,
     /// Brake torque per pressure, front and rear.
     pub brake_gain: [f64; 2],
+    /// Crown radii of the unloaded tyres, m.
+    pub crown: [f64; 2],
+    /// Share of a tyre's deflection by which it rolls shorter.
+    pub deflection_share: f64,
     /// What it has beyond all that; put in by [`Plant::with`].
     pub model_error: ModelError,
 }
@@ -133,6 +139,8 @@ pub struct Action {
     pub moment_z: f64,
     /// Time since the ride began, s.
     pub time: f64,
+    /// How far the mass centre has moved ahead of its place over the wheels, m: a diving frame.
+    pub ahead: f64,
 }
 
 /// What follows from a state and an action.
@@ -173,6 +181,8 @@ struct Pose {
 struct PerLoad {
     slip_ratio: [f64; 2],
     alpha_rate: [f64; 2],
+    /// Of the longitudinal forces about the axles, m.
+    lever_arm: [f64; 2],
     /// Wheel frame.
     unit: [Output; 2],
     /// Level frame, rolling resistance included.
@@ -221,23 +231,29 @@ impl Plant {
         (sin_phi, cos_phi): (f64, f64),
         (sin_d, cos_d): (f64, f64),
     ) -> [(f64, f64); 2] {
-        // the contact line lies beside the leaned mass centre
-        let u = s.vx - s.yaw_rate * self.cg_height * sin_phi;
-        let w = s.vy + self.cg_height * cos_phi * s.roll_rate;
-        let (wf, wr) = (
-            w + self.cg_to_front * s.yaw_rate,
-            w - (self.wheelbase - self.cg_to_front) * s.yaw_rate,
-        );
-        [(u * cos_d + wf * sin_d, wf * cos_d - u * sin_d), (u, wr)]
+        // the contact line lies beside the leaned mass centre, by a crown less than its height
+        let u = |k: usize| s.vx - s.yaw_rate * (self.cg_height - self.crown[k]) * sin_phi;
+        let height = |k: usize| self.cg_height * cos_phi + self.crown[k] * (1.0 - cos_phi);
+        let w = |k: usize, ahead: f64| s.vy + height(k) * s.roll_rate + ahead * s.yaw_rate;
+        let (uf, wf) = (u(0), w(0, self.cg_to_front));
+        let (ur, wr) = (u(1), w(1, self.cg_to_front - self.wheelbase));
+        [(uf * cos_d + wf * sin_d, wf * cos_d - uf * sin_d), (ur, wr)]
     }
 
     /// Derivative of the state, and everything on the way.
     ///
-    /// `caster` is the sine and cosine of the caster angle.
-    fn derivative(&self, caster: (f64, f64), s: &State, action: &Action) -> ([f64; N], Response) {
+    /// `caster` is the sine and cosine of the caster angle, `known` the load of an instant before.
+    fn derivative(
+        &self,
+        caster: (f64, f64),
+        s: &State,
+        action: &Action,
+        known: Option<[f64; 2]>,
+    ) -> ([f64; N], Response) {
         let pose = self.pose(caster, s);
-        let mut forces = self.with_load(&pose, s, action, self.static_load());
-        if self.model_error.needs_load() {
+        let mut forces =
+            self.with_load(&pose, s, action, known.unwrap_or_else(|| self.static_load()));
+        if known.is_none() {
             // loads depend on the forces and the forces on the loads: weakly, so twice is enough
             for _ in 0..2 {
                 forces = self.with_load(&pose, s, action, forces.load);
@@ -255,6 +271,13 @@ impl Plant {
             kinematic_steer: pose.steer,
         };
         (rates, response)
+    }
+
+    /// The carcass of tyre `k`.
+    fn carcass(&self, k: usize, static_load: f64) -> Carcass {
+        let Tyre { rolling_radius, vertical_stiffness, .. } = self.tyres[k];
+        let (crown, share) = (self.crown[k], self.deflection_share);
+        Carcass::of_rolling(rolling_radius, static_load, vertical_stiffness, crown, share)
     }
 
     /// Wheel loads at rest.
@@ -305,6 +328,7 @@ impl Plant {
         let friction = self.friction * error.grip(1.0, time, pose.along);
         let mut slip_ratio = [0.0; 2];
         let mut alpha_rate = [0.0; 2];
+        let mut lever_arm = [0.0; 2];
         let mut unit = [Output::default(); 2];
         for i in 0..2 {
             let tyre = &self.tyres[i];
@@ -312,9 +336,11 @@ impl Plant {
             let camber = pose.camber[i];
             let reference = vx.abs().max(SLIP_SPEED);
             let extra_load = assumed[i] - static_load[i];
-            let versine = if error.needs_versine() { 1.0 - camber.cos() } else { 0.0 };
+            let versine = 1.0 - 1.0 / (1.0 + pose.tan_camber[i] * pose.tan_camber[i]).sqrt();
             let rolling = Rolling { speed: s.vx, extra_load, versine };
-            let radius = error.radius(tyre.rolling_radius, rolling);
+            let carcass = self.carcass(i, static_load[i]);
+            let radius = error.radius(carcass.rolling_radius(assumed[i], versine), rolling);
+            lever_arm[i] = carcass.lever_arm(assumed[i], versine);
             slip_ratio[i] = (radius * s.omega[i] - vx) / reference;
             let alpha_kin = vy.atan2(reference);
             alpha_rate[i] = tyre.slip_angle_rate(s.omega[i], alpha_kin, s.alpha[i]);
@@ -354,7 +380,7 @@ impl Plant {
         let x = [ax[0] * cos_d - unit[0].force_y * sin_d, ax[1]];
         let y = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y]
             .map(|y| error.weight_across(y));
-        PerLoad { slip_ratio, alpha_rate, unit, x, y }
+        PerLoad { slip_ratio, alpha_rate, lever_arm, unit, x, y }
     }
 
     /// Loads and roll acceleration that balance the tyres' forces under an assumed load.
@@ -362,10 +388,13 @@ impl Plant {
     fn with_load(&self, pose: &Pose, s: &State, action: &Action, assumed: [f64; 2]) -> Forces {
         let error = &self.model_error;
         let (m, h) = (self.mass, self.cg_height);
-        let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
+        let (lf, lr) = (
+            self.cg_to_front - action.ahead,
+            self.wheelbase - self.cg_to_front + action.ahead,
+        );
         let (sin_phi, cos_phi) = pose.roll;
         let per_load = self.tyres_under(pose, s, action.time, assumed);
-        let PerLoad { unit, x, y, .. } = &per_load;
+        let PerLoad { unit, x, y, lever_arm, .. } = &per_load;
         let torque: [f64; 2] = std::array::from_fn(|i| {
             let drive = if i == 1 { action.drive } else { 0.0 };
             match action.brake[i] == 0.0 {
@@ -376,7 +405,7 @@ impl Plant {
         let spin =
             error.spin(1.0) * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
         let drive_per_load: [f64; 2] =
-            std::array::from_fn(|i| self.tyres[i].rolling_radius * unit[i].force_x);
+            std::array::from_fn(|i| lever_arm[i] * unit[i].force_x);
 
         let drag = error.drag(self.drag, s.vx, pose.along);
         let lift = error.lift(0.0, s.vx);
@@ -439,9 +468,9 @@ impl Plant {
         let (lf, lr) = (self.cg_to_front, self.wheelbase - self.cg_to_front);
         let (sin_phi, cos_phi) = pose.roll;
         let Forces { per_load, torque, load, tyre, .. } = forces;
-        let PerLoad { x, y, alpha_rate, .. } = per_load;
+        let PerLoad { x, y, alpha_rate, lever_arm, .. } = per_load;
         let omega_rate: [f64; 2] = std::array::from_fn(|i| {
-            (torque[i] - self.tyres[i].rolling_radius * tyre[i].force_x) / self.wheel_inertia[i]
+            (torque[i] - lever_arm[i] * tyre[i].force_x) / self.wheel_inertia[i]
         });
         let spin_moment: f64 = (0..2)
             .map(|i| {
@@ -484,12 +513,12 @@ impl Plant {
 
     /// Everything that follows from a state and an action at this instant.
     pub fn response(&self, state: &State, action: &Action) -> Response {
-        self.derivative(self.caster_angle.sin_cos(), state, action).1
+        self.derivative(self.caster_angle.sin_cos(), state, action, None).1
     }
 
     /// Rates of the state at this instant: zero in a steady turn but for the heading.
     pub fn rates(&self, state: &State, action: &Action) -> State {
-        State::from_array(&self.derivative(self.caster_angle.sin_cos(), state, action).0)
+        State::from_array(&self.derivative(self.caster_angle.sin_cos(), state, action, None).0)
     }
 
     /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.
@@ -498,7 +527,7 @@ impl Plant {
         let fastest = (0..2)
             .map(|i| {
                 let tyre = &self.tyres[i];
-                tyre.friction.stiffness() * load * tyre.rolling_radius.powi(2)
+                tyre.friction.steepest() * load * tyre.rolling_radius.powi(2)
                     / (self.wheel_inertia[i] * s.vx.abs().max(SLIP_SPEED))
             })
             .fold(0.0, f64::max);
@@ -512,18 +541,22 @@ impl Plant {
         let n = self.substeps(state, dt);
         let h = dt / n as f64;
         let caster = self.caster_angle.sin_cos();
-        let (mut k1, response) = self.derivative(caster, state, action);
+        let (mut k1, response) = self.derivative(caster, state, action, None);
+        // what loads do to radii changes little within a step
+        let mut load = response.load;
         for step in 0..n {
             let y = state.to_array();
             let at = |k: &[f64; N], f: f64| {
                 State::from_array(&std::array::from_fn(|i| y[i] + f * h * k[i]))
             };
             if step > 0 {
-                k1 = self.derivative(caster, state, action).0;
+                let (rates, response) = self.derivative(caster, state, action, Some(load));
+                (k1, load) = (rates, response.load);
             }
-            let k2 = self.derivative(caster, &at(&k1, 0.5), action).0;
-            let k3 = self.derivative(caster, &at(&k2, 0.5), action).0;
-            let k4 = self.derivative(caster, &at(&k3, 1.0), action).0;
+            let slopes = |at: &State| self.derivative(caster, at, action, Some(load)).0;
+            let k2 = slopes(&at(&k1, 0.5));
+            let k3 = slopes(&at(&k2, 0.5));
+            let k4 = slopes(&at(&k3, 1.0));
             *state = State::from_array(&std::array::from_fn(|i| {
                 y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
             }));

@@ -130,8 +130,7 @@ pub fn braking(
     let loads = m.static_loads();
     let radius: [f64; 2] = std::array::from_fn(|i| {
         m.tyres.as_ref().map_or(m.centres[i].z, |t| {
-            let c = t[i].carcass();
-            c.radius - c.deflection_share * loads[i] / c.stiffness
+            t[i].carcass().rolling_radius(loads[i], 0.0)
         })
     });
     let start = velocity[range.start];

@@ -13,10 +13,12 @@ use super::motorcycle::Plant;
 use super::plan::Plan;
 use super::rider::Disturbance;
 use super::sensors::Sensors;
+use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::schema::{closest, meant};
 use crate::effects::{Effect, ModelError};
+use crate::model::tyre_model::USUAL_SHARE;
 use crate::model::{MagicFormula, Stiffness, Tyre};
 use crate::statistics::random::Random;
 
@@ -36,6 +38,7 @@ pub const TRUTH: &[(&str, f64, &str)] = &[
     ("yaw_inertia", 28.0, "about the mass centre, kg m2"),
     ("drag", 0.35, "F = c v^2, kg/m"),
     ("rolling_resistance", 0.015, "both tyres"),
+    ("deflection_share", USUAL_SHARE, "of a tyre's deflection, by which it rolls shorter"),
     ("friction", 1.0, "road friction over that of the tyre's characterisation"),
     ("brake_gain_front", 2.4e-4, "torque per pressure, N m/Pa"),
     ("brake_gain_rear", 1.6e-4, "torque per pressure, N m/Pa"),
@@ -339,6 +342,13 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
             peak_slip: friction.peak_slip().unwrap_or(1.0),
         }
     };
+    let tyres = [tyre(Axle::Front), tyre(Axle::Rear)];
+    let weight = bike.mass * GRAVITY / bike.wheelbase;
+    let load = [bike.cg_to_rear(), bike.cg_to_front].map(|l| weight * l);
+    // the overturning stiffness is the crown of the loaded tyre
+    let crown = [0, 1].map(|k| {
+        tyres[k].overturning_stiffness + load[k] / tyres[k].vertical_stiffness
+    });
     Plant {
         mass: bike.mass,
         cg_to_front: bike.cg_to_front,
@@ -351,10 +361,12 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
             bike.front.wheel_inertia.unwrap_or(get("front_inertia")),
             bike.rear.wheel_inertia.unwrap_or(get("rear_inertia")),
         ],
-        tyres: [tyre(Axle::Front), tyre(Axle::Rear)],
+        tyres,
         drag: get("drag"),
         friction: get("friction"),
         brake_gain: [get("brake_gain_front"), get("brake_gain_rear")],
+        crown,
+        deflection_share: get("deflection_share"),
         model_error: ModelError::default(),
     }
 }

@@ -51,7 +51,7 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
     let carcass = tyre.carcass();
     let deflection = load / carcass.stiffness;
     let input = Input { slip_ratio: 0.0, slip_angle: 0.0, camber: 0.0, load, friction };
-    let rolling_radius = carcass.radius - carcass.deflection_share * deflection;
+    let rolling_radius = carcass.rolling_radius(load, 0.0);
     Bench {
         cornering_stiffness: -by_slip / load,
         camber_stiffness: -by_camber / load,

@@ -54,6 +54,7 @@ pub struct Posture {
     caster: (f64, f64),
     yaw_rate_zero: f64,
     vy_zero: f64,
+    crown: [f64; 2],
     relaxation_length: [f64; 2],
     /// Nil for the effects that do not declare themselves here.
     error: ModelError,
@@ -70,6 +71,7 @@ impl Posture {
             caster: p.caster_angle.sin_cos(),
             yaw_rate_zero: p.yaw_rate_zero,
             vy_zero: p.vy_zero,
+            crown: p.crown(),
             relaxation_length: p.relaxation_length,
             error: p.model_error.of_attitude(),
         }
@@ -120,10 +122,15 @@ impl Attitude {
         let (sin_phi, cos_phi) = phi.sin_cos();
         let Wheels { steer: (sin_d, cos_d), camber, tan_camber, cos_camber } =
             Wheels::of(s, p, i, phi, (sin_phi, cos_phi));
-        let along = v - r * h * sin_phi;
-        let across = vy + h * cos_phi * s.rolld[i];
-        let (across_f, across_r) = (across + lf * r, across - lr * r);
-        let (ahead, aside) = (along * cos_d + across_f * sin_d, across_f * cos_d - along * sin_d);
+        // of the contacts: beside and below the mass centre by a crown less and more than a thin disk's
+        let along = p.crown.map(|crown| v - r * (h - crown) * sin_phi);
+        let across = p.crown.map(|crown| {
+            vy + (h * cos_phi + crown * (1.0 - cos_phi)) * s.rolld[i]
+        });
+        let (across_f, across_r) = (across[0] + lf * r, across[1] - lr * r);
+        let ahead = along[0] * cos_d + across_f * sin_d;
+        let aside = across_f * cos_d - along[0] * sin_d;
+        let along = along[1];
         Attitude {
             phi,
             sin_phi,

@@ -161,6 +161,19 @@ impl Base {
         Base { values, loss, start: self.start.clone(), sigma: self.sigma, parameters }
     }
 
+    /// The model with every effect free, and the noise that it leaves: what it explains is no noise.
+    fn with_everything(&self, samples: &Samples, effects: &[Effect]) -> Base {
+        let known = &self.parameters;
+        let more: Vec<Parameter> = effects
+            .iter()
+            .map(Effect::parameter)
+            .filter(|p| known.iter().all(|k| k.name != p.name))
+            .collect();
+        let free = self.extended(samples, &more, 2);
+        let sigma = noise(samples, &free.problem(samples).residuals(&free.values));
+        Base { sigma, ..free }
+    }
+
     /// The model with the noise that it leaves, fitted with that again.
     #[must_use]
     pub fn with_own_noise(&self, samples: &Samples) -> Base {
@@ -186,8 +199,10 @@ impl Base {
     /// 2.5).
     #[must_use]
     pub fn starting_point(self, samples: &Samples, effects: &[Effect]) -> Start {
-        let as_it_is =
-            |base: Base| Start { near: base.clone(), noise: base.clone(), base, gains: Vec::new() };
+        let as_it_is = |base: Base| {
+            let noise = base.with_everything(samples, effects);
+            Start { near: base.clone(), noise, base, gains: Vec::new() }
+        };
         let problem = self.problem(samples);
         let strain = |p: &Parameter| problem.prior(p, &self.values).0.abs();
         if self.parameters.iter().map(strain).fold(0.0, f64::max) < STRAINED {
@@ -217,7 +232,7 @@ impl Base {
         let [stayed, moved] = [&self.values, &values].map(from);
         let base = if stayed.loss - moved.loss > LOCAL { moved } else { stayed };
         let near = Base { values, ..base.clone() };
-        let noise = Base { values: refit.values, ..base.clone() };
+        let noise = Base { values: refit.values, ..base.clone() }.with_everything(samples, effects);
         Start { base, near, noise, gains }
     }
 

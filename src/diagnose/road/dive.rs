@@ -23,8 +23,14 @@ const DEEPEST: f64 = 0.2;
 /// Lean up to which a bike stands on its usual pitch, rad, and least speed, m/s.
 const STRAIGHT: (f64, f64) = (0.05, 4.0);
 
-/// The session without the dive of its frame; `None` where pitch or roll is not measured.
-pub fn level(session: &Session, bike: &Bike) -> Option<Session> {
+/// Height of the mass centre above the axles, m.
+pub fn above_axles(cg_height: f64, radius: [f64; 2]) -> f64 {
+    (cg_height - 0.5 * (radius[0] + radius[1])).max(0.0)
+}
+
+/// Pitch of the frame beyond the usual one on straights, rad, positive nose down; zero in gaps. `None`
+/// where pitch or roll is not measured.
+pub fn dive(session: &Session) -> Option<Vec<f64>> {
     let rate = session.rate;
     let roll = smooth(session.get(Channel::Roll)?, rate);
     let pitch = smooth(session.get(Channel::Pitch)?, rate);
@@ -34,9 +40,16 @@ pub fn level(session: &Session, bike: &Bike) -> Option<Session> {
         .map(|i| pitch[i])
         .collect();
     let usual = median_or_zero(&usual);
-    let dive: Vec<f64> = pitch.iter().map(|p| (p - usual).clamp(-DEEPEST, DEEPEST)).collect();
-    let axles = 0.5 * (bike.front.radius + bike.rear.radius);
-    let above = (bike.cg_height - axles).max(0.0);
+    let beyond = |p: &f64| (p - usual).clamp(-DEEPEST, DEEPEST);
+    Some(pitch.iter().map(|p| if p.is_finite() { beyond(p) } else { 0.0 }).collect())
+}
+
+/// The session without the dive of its frame; `None` where pitch or roll is not measured.
+pub fn level(session: &Session, bike: &Bike) -> Option<Session> {
+    let rate = session.rate;
+    let dive = dive(session)?;
+    let roll = smooth(session.get(Channel::Roll)?, rate);
+    let above = above_axles(bike.cg_height, [bike.front.radius, bike.rear.radius]);
     let trace: Vec<f64> = roll.iter().zip(&dive).map(|(r, p)| trace_angle(*r, *p)).collect();
     let turning = gradient(&trace, rate);
     let mut out = session.clone();

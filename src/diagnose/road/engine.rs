@@ -22,6 +22,9 @@ use crate::diagnose::engine::{
 use crate::effects::Effect;
 use crate::tables::rows::DiscrepancyRow;
 
+/// Standard errors that the size of a named cause is from nil: its 95 % interval does not hold nil.
+const EVIDENT: f64 = 1.96;
+
 /// A ride on the road with its base fit and its null simulations.
 #[derive(Debug)]
 pub struct RoadEngine<'a> {
@@ -49,7 +52,7 @@ impl<'a> RoadEngine<'a> {
     }
 
     fn alarms(judged: &Judged, gate: Gate) -> bool {
-        judged.score > gate.alarm || judged.relieves
+        judged.score > gate.alarm || judged.relieves && judged.score > 1.0
     }
 
     /// Whether structure objects to what is named, or is there though nothing is.
@@ -58,8 +61,8 @@ impl<'a> RoadEngine<'a> {
         structure.is_some_and(|(_, times)| times > bar)
     }
 
-    /// Takes the causes out that structure objects to: whatever shows where the structure is takes up part
-    /// of something else, and so may a weak one.
+    /// Takes the causes out that structure objects to: a weak one that shows where the structure is takes up
+    /// part of something else. Structure in channels that a cause does not touch says nothing against it.
     fn contradicted(
         &self,
         stage: &Stage<'a>,
@@ -74,7 +77,7 @@ impl<'a> RoadEngine<'a> {
             let place = stage.model.parameters.iter().position(|p| p.name == name);
             let touches =
                 |k: usize| problem.share(&linear.columns[k], term.channel) > tuning.touches;
-            cause.score < tuning.strong || times > tuning.overrules && place.is_some_and(touches)
+            place.is_some_and(touches) && (cause.score < tuning.strong || times > tuning.overrules)
         };
         let out = named.extract_if(.., contradicted);
         out.map(|c| c.rejected(Objection::Contradicted)).collect()
@@ -100,7 +103,7 @@ impl<'a> RoadEngine<'a> {
             let fits = &stage.calibration.scale.fits;
             let sizes = true_sizes(ride, &stage.model, &stage.simulated, fits, &named);
             let is = |(cause, size): &(Cause, Estimate)| {
-                size.value.abs() >= size.std_error && cause.candidate.in_bounds(size.value)
+                size.value.abs() >= EVIDENT * size.std_error && cause.candidate.in_bounds(size.value)
             };
             let sized: Vec<(Cause, Estimate)> = named.into_iter().zip(sizes).collect();
             complete = sized.iter().all(is);

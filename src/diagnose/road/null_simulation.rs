@@ -16,7 +16,6 @@ use super::samples::{BLOCK, RATE, Samples, picks};
 use super::scatter::Scatter;
 use super::sensor_drift::{self, Drift};
 use super::white_noise::white_noise;
-use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::statistics::random::Random;
@@ -32,7 +31,6 @@ const MEMORY: f64 = 1.5;
 pub struct NullSimulation<'a> {
     session: &'a Session,
     segments: &'a [Segment],
-    bike: &'a Bike,
     picks: Vec<(ManoeuvreKind, Vec<usize>)>,
     values: Parameters,
     clean: Session,
@@ -48,11 +46,10 @@ impl<'a> NullSimulation<'a> {
     pub fn new(
         session: &'a Session,
         segments: &'a [Segment],
-        bike: &'a Bike,
-        base: &Base,
+            base: &Base,
         seed: u64,
     ) -> Self {
-        let clean = simulated(session, segments, bike, &base.values, From::Session);
+        let clean = replay(session, segments, &replay::plant(&base.values), From::Session);
         let white = clean
             .channels()
             .filter(|c| clean.get(*c) != session.get(*c))
@@ -67,7 +64,6 @@ impl<'a> NullSimulation<'a> {
         let mut simulation = NullSimulation {
             session,
             segments,
-            bike,
             picks,
             values: base.values.clone(),
             clean,
@@ -84,7 +80,7 @@ impl<'a> NullSimulation<'a> {
     /// The simulation of a better model, its noise learnt anew from what that leaves.
     #[must_use]
     pub fn with_noise_of(&self, model: &Base) -> Self {
-        Self::new(self.session, self.segments, self.bike, model, self.seed)
+        Self::new(self.session, self.segments, model, self.seed)
     }
 
     /// The same noise on another model.
@@ -106,7 +102,7 @@ impl<'a> NullSimulation<'a> {
 
     /// What a perfect logger would have recorded on a model.
     pub fn noiseless(&self, values: &Parameters, from: From) -> Session {
-        simulated(self.session, self.segments, self.bike, values, from)
+        replay(self.session, self.segments, &replay::plant(values), from)
     }
 
     /// The samples that are looked at, per manoeuvre.
@@ -180,20 +176,6 @@ impl<'a> NullSimulation<'a> {
     }
 }
 
-fn simulated(
-    session: &Session,
-    segments: &[Segment],
-    bike: &Bike,
-    values: &Parameters,
-    from: From,
-) -> Session {
-    let plant = replay::plant(
-        values,
-        [bike.front.width, bike.rear.width],
-        [bike.front.vertical_stiffness, bike.rear.vertical_stiffness],
-    );
-    replay(session, segments, &plant, from)
-}
 
 /// Coloured noise per channel whose long-run standard deviation is given.
 fn coloured(samples: &Samples, long_run: &[f64; 8], random: &mut Random) -> Blocks {

@@ -7,6 +7,7 @@ use crate::fit::Solution;
 use crate::fit::cornering::{T1, T2};
 use crate::model::MagicFormula;
 use crate::model::tyre::trail_0;
+use crate::model::tyre_model::{Carcass, USUAL_SHARE};
 
 /// Roll inertia of a motorcycle with rider about its mass centre, per mass, m².
 const ROLL_GYRATION: f64 = 0.085;
@@ -35,7 +36,14 @@ pub struct Parameters {
     /// `k0`, `decay` of `k_alpha = k0 tan(g)/g / (1 + decay g^2)`, 1/rad and 1/rad².
     pub stiffness: [[f64; 2]; 2],
     /// Overturning stiffness of the vehicle, m.
-    pub crown: f64,
+    pub overturning: f64,
+    /// Widths of the tyres, m.
+    pub width: [f64; 2],
+    /// Crown radius of the tyres over their width.
+    pub crown_ratio: f64,
+    pub vertical_stiffness: [f64; 2],
+    /// Share of a tyre's deflection by which it rolls shorter.
+    pub deflection_share: f64,
     /// Lateral acceleration per roll rate that the static balance leaves out, m/s.
     pub roll_rate_term: f64,
     /// Sensor zeros.
@@ -159,7 +167,9 @@ pub const BASE: &[Parameter] = &[
         ),
     },
     parameter!("stiffness_decay_rear", 0.3, 2.0, |w| w.stiffness[1][1]),
-    parameter!("overturning_stiffness", 0.005, 5.0, |w| w.crown),
+    parameter!("overturning_stiffness", 0.005, 5.0, |w| w.overturning),
+    parameter!("crown_ratio", CROWN_RATIO[1], 1.0, |w| w.crown_ratio),
+    parameter!("deflection_share", DEFLECTION_SHARE[1], 1.0, |w| w.deflection_share),
     parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
     parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term),
     parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.yaw_rate_zero),
@@ -180,7 +190,30 @@ fn grip(curve: &mut MagicFormula, b: f64) {
 /// Cornering stiffness of a usual motorcycle tyre, 1/rad, and how it falls with camber, 1/rad².
 const USUAL_STIFFNESS: [f64; 2] = [12.5, 0.6];
 
+/// Crown radius of a tyre over its width, and its standard deviation: a tread across the whole width is a
+/// half circle; sports tyres are more pointed in the middle.
+const CROWN_RATIO: [f64; 2] = [0.5, 0.08];
+/// Share of its deflection by which a tyre rolls shorter, and its standard deviation (fits of published
+/// tyres: 0.25 to 0.38).
+const DEFLECTION_SHARE: [f64; 2] = [USUAL_SHARE, 0.08];
+
 impl Parameters {
+    /// Carcasses of the tyres whose rolling radii under their loads at rest are known.
+    pub fn carcasses(&self) -> [Carcass; 2] {
+        let per_length = self.mass * GRAVITY / self.wheelbase;
+        let still = [self.wheelbase - self.cg_to_front, self.cg_to_front].map(|l| l * per_length);
+        [0, 1].map(|k| {
+            let (stiffness, crown) = (self.vertical_stiffness[k], self.crown()[k]);
+            let share = self.deflection_share;
+            Carcass::of_rolling(self.radius[k], still[k], stiffness, crown, share)
+        })
+    }
+
+    /// Crown radii of the tyres, m.
+    pub fn crown(&self) -> [f64; 2] {
+        self.width.map(|w| self.crown_ratio * w)
+    }
+
     /// Centre of the priors: that of the characterisation, but for the cornering
     /// stiffness. In a quasi-static bend a wrong side-force ratio gives a stiffness that is as wrong,
     /// and only what tyres usually have speaks against it.
@@ -232,7 +265,11 @@ impl Parameters {
             radius,
             friction,
             stiffness,
-            crown: 0.05,
+            overturning: 0.05,
+            width: each(&|axle, _| wheel(axle).width),
+            crown_ratio: CROWN_RATIO[0],
+            vertical_stiffness: each(&|axle, _| wheel(axle).vertical_stiffness),
+            deflection_share: bike.front.deflection_share.unwrap_or(DEFLECTION_SHARE[0]),
             roll_rate_term: 0.0,
             yaw_rate_zero: 0.0,
             ay_zero: 0.0,

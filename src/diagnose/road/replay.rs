@@ -8,6 +8,7 @@
 
 use std::ops::Range;
 
+use super::dive::{above_axles, dive};
 use super::parameters::Parameters;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -25,17 +26,25 @@ use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 /// How fast the throttle brings the speed back, 1/s.
 const THROTTLE: f64 = 0.8;
 
+/// What is ridden with the throttle closed, though a lever may be at rest for a moment.
+const UNDRIVEN: [ManoeuvreKind; 4] = [
+    ManoeuvreKind::Coasting,
+    ManoeuvreKind::FrontBraking,
+    ManoeuvreKind::RearBraking,
+    ManoeuvreKind::CombinedBraking,
+];
+
 /// Roll angle from which nobody comes back, and below which a motorcycle is upright, rad.
 const FALLEN: f64 = 1.5;
 const UPRIGHT: f64 = 0.1;
 
 /// The simulated motorcycle that the parameters describe.
-pub fn plant(values: &Parameters, widths: [f64; 2], vertical_stiffness: [f64; 2]) -> Plant {
+pub fn plant(values: &Parameters) -> Plant {
     // one crown for the vehicle, shared by the tyres' widths
-    let share = [1.0, widths[1] / widths[0]];
+    let share = [1.0, values.width[1] / values.width[0]];
     let load =
         [values.wheelbase - values.cg_to_front, values.cg_to_front].map(|x| x / values.wheelbase);
-    let crown = values.crown / (share[0] * load[0] + share[1] * load[1]);
+    let overturning = values.overturning / (share[0] * load[0] + share[1] * load[1]);
     let tyres = [0, 1].map(|k| {
         let ratio = values.side_force_ratio[k];
         let [k0, decay] = values.stiffness[k];
@@ -44,11 +53,11 @@ pub fn plant(values: &Parameters, widths: [f64; 2], vertical_stiffness: [f64; 2]
             stiffness: Stiffness { ct: -k0 * ratio, c1: 0.0, c3: decay * ratio },
             side_force_ratio: ratio,
             twisting_stiffness: values.twisting_stiffness[k],
-            overturning_stiffness: crown * share[k],
+            overturning_stiffness: overturning * share[k],
             rolling_radius: values.radius[k],
             rolling_resistance: values.rolling_resistance,
             relaxation_length: values.relaxation_length[k],
-            vertical_stiffness: vertical_stiffness[k],
+            vertical_stiffness: values.vertical_stiffness[k],
             slip_transition: 1.1,
             camber_force_decay: 0.0,
             camber_moment_decay: 0.0,
@@ -69,6 +78,8 @@ pub fn plant(values: &Parameters, widths: [f64; 2], vertical_stiffness: [f64; 2]
         drag: values.drag,
         friction: 1.0,
         brake_gain: values.brake_gain,
+        crown: values.crown(),
+        deflection_share: values.deflection_share,
         model_error: ModelError::default(),
     }
     .with(&values.model_error)
@@ -160,8 +171,10 @@ struct Measured {
     pressures: [Vec<f64>; 2],
     /// Cosine of the heading against that of the first straight.
     along: Vec<f64>,
-    /// Whether the bike coasts.
-    coasting: Vec<bool>,
+    /// Whether the bike coasts or is braked: the throttle is closed.
+    undriven: Vec<bool>,
+    /// Pitch beyond the usual one, rad.
+    dive: Vec<f64>,
 }
 
 impl Measured {
@@ -173,9 +186,9 @@ impl Measured {
         let v = bridged(column(Channel::VelocityX));
         let roll = bridged(column(Channel::Roll));
         let roll_rate = gradient(&roll, rate);
-        let mut coasting = vec![false; n];
-        for s in segments.iter().filter(|s| s.kind == ManoeuvreKind::Coasting) {
-            coasting[s.start..s.end.min(n)].fill(true);
+        let mut undriven = vec![false; n];
+        for s in segments.iter().filter(|s| UNDRIVEN.contains(&s.kind)) {
+            undriven[s.start..s.end.min(n)].fill(true);
         }
         Measured {
             ax: gradient(&v, rate),
@@ -188,7 +201,8 @@ impl Measured {
             v,
             roll,
             roll_rate,
-            coasting,
+            undriven,
+            dive: dive(session).unwrap_or_else(|| vec![0.0; n]),
         }
     }
 
@@ -269,11 +283,13 @@ impl<'a> Ride<'a> {
             drag + if on { plant.brake_gain[k] * gain * pressure[k] } else { 0.0 }
         });
         self.action.time = i as f64 * dt;
+        let radius = plant.tyres.map(|tyre| tyre.rolling_radius);
+        self.action.ahead = above_axles(plant.cg_height, radius) * measured.dive[i];
         // where the road climbs and the wind blows is where it was
         if measured.along[i].is_finite() {
             self.state.yaw = measured.along[i].acos();
         }
-        self.action.drive = match braking || measured.coasting[i] {
+        self.action.drive = match braking || measured.undriven[i] {
             true => 0.0,
             false => self.throttle(measured, i),
         };

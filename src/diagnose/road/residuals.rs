@@ -13,6 +13,7 @@
 //! parameters, so that any two sets of them are compared on the same blocks.
 
 use super::attitude::{Attitude, Posture};
+use super::dive::above_axles;
 use super::parameters::Parameters;
 use super::samples::{BLOCK, Samples};
 use crate::GRAVITY;
@@ -21,6 +22,7 @@ use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::contract::residual_channel::{PerChannel, ResidualChannel};
 use crate::effects::physics::Rolling;
 use crate::model::magic_formula::MagicFormula;
+use crate::model::tyre_model::Carcass;
 
 /// Names of the channels, in their order.
 pub const CHANNELS: [&str; 8] = ResidualChannel::NAMES;
@@ -159,7 +161,9 @@ struct Fixed {
     ratio: [f64; 2],
     per_mass: f64,
     per_length: f64,
-    per_radius: [f64; 2],
+    carcass: [Carcass; 2],
+    /// Height of the mass centre above the axles, m.
+    above_axles: f64,
     /// Loads at rest.
     still: [f64; 2],
     per_still: [f64; 2],
@@ -175,7 +179,8 @@ impl Fixed {
             ratio: [0, 1].map(|k| error.side_force_ratio(w.side_force_ratio[k], Axle::BOTH[k])),
             per_mass: 1.0 / w.mass,
             per_length: 1.0 / l,
-            per_radius: w.radius.map(|r| 1.0 / r),
+            carcass: w.carcasses(),
+            above_axles: above_axles(w.cg_height, w.radius),
             still,
             per_still: still.map(|n| 1.0 / n),
         }
@@ -238,22 +243,22 @@ impl Instant<'_> {
         let uphill = error.uphill(0.0, m * GRAVITY, along);
         let rolling = error.rolling_resistance(p.rolling_resistance, v);
         let resistance = drag + rolling * weight + uphill;
+        let whole = m * self.ax + drag + uphill;
+        let spin_rate: f64 = (0..2).map(|k| fixed.inertia[k] * s.omegad[k][i]).sum();
+        let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * spin_rate, drag);
+        let load_rear = (weight * (lf - fixed.above_axles * s.dive[i]) + transferred) * fixed.per_length;
+        let lifted = error.lift(0.0, v);
+        let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
         let gain = error.brake_gain(1.0, m, s.brakes[i]);
         let dragging = error.brake_drag(0.0, m, s.brakes[i]);
         let wheel_force = |k: usize| {
             let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
             -(p.brake_gain[k] * gain * pressure + dragging + fixed.inertia[k] * s.omegad[k][i])
-                * fixed.per_radius[k]
+                / fixed.carcass[k].lever_arm(load[k], a.versine[k])
         };
         let front = wheel_force(0);
-        let whole = m * self.ax + drag + uphill;
         let slip_forces = m * self.ax + resistance;
         let rear = if free || braking { wheel_force(1) } else { slip_forces - front };
-        let spin_rate: f64 = (0..2).map(|k| fixed.inertia[k] * s.omegad[k][i]).sum();
-        let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * spin_rate, drag);
-        let load_rear = (weight * lf + transferred) * fixed.per_length;
-        let lifted = error.lift(0.0, v);
-        let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
         let residual = if free || braking {
             self.ax - (front + rear - resistance) * fixed.per_mass
         } else {
@@ -283,7 +288,8 @@ impl Instant<'_> {
             }
             let extra_load = x.load[k] - fixed.still[k];
             let rolling = Rolling { speed: v, extra_load, versine: a.versine[k] };
-            let ratio = error.radius(p.radius[k], rolling) * s.omega[k][i] / a.rolling[k] - 1.0;
+            let radius = fixed.carcass[k].rolling_radius(x.load[k], a.versine[k]);
+            let ratio = error.radius(radius, rolling) * s.omega[k][i] / a.rolling[k] - 1.0;
             if ratio < DEEPEST {
                 // a constant mask would need the true slip: what is deep with some parameters is not
                 // with others by a thousandth, and weighs nothing with either
@@ -347,7 +353,7 @@ impl Instant<'_> {
         }
         let (h, rolld, rolldd) = (p.cg_height, s.rolld[i], s.rolldd[i]);
         let aside = p.model_error.mass_centre_aside(h * a.sin_phi, a.phi);
-        let balanced = (x.weight * (-aside + p.crown * a.tan_road) + p.roll_inertia * rolldd
+        let balanced = (x.weight * (-aside + p.overturning * a.tan_road) + p.roll_inertia * rolldd
             - self.spin() * a.r * a.cos_phi)
             * fixed.per_mass;
         self.ay - balanced / (h * a.cos_phi) - p.roll_rate_term * rolld

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::dive::dive;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ride::{BrakeHistory, along_strip, brake_history};
@@ -46,6 +47,8 @@ pub struct Samples {
     /// Where along the strip, for what depends on heading: cosine of the heading against the
     /// session's first straight, NaN without heading.
     pub along: Vec<f64>,
+    /// Pitch beyond the usual one, rad ([`dive`]).
+    pub dive: Vec<f64>,
     /// Heat in the brakes.
     pub brakes: Vec<BrakeHistory>,
     /// One per manoeuvre: its kind and its samples, whole blocks.
@@ -97,12 +100,14 @@ impl Samples {
         let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear].map(smoothed);
         let brakes = brake_history(session);
         let along = along_strip(session);
+        let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
         let mut out = Samples::default();
         for (kind, chosen) in picks {
             let start = out.len();
             for &i in chosen {
                 out.time.push(i as f64 / rate);
                 out.along.push(along[i]);
+                out.dive.push(dive[i]);
                 out.brakes.push(brakes[i]);
                 for (to, x) in [
                     (&mut out.v, &v),

@@ -164,12 +164,12 @@ pub struct Prepared<'a> {
 
 impl<'a> Prepared<'a> {
     /// Simulates the session and scores the candidates on its null simulations.
-    pub fn new(fitted: &'a Fitted<'a>, bike: &'a Bike, settings: &'a Settings) -> Self {
+    pub fn new(fitted: &'a Fitted<'a>, settings: &'a Settings) -> Self {
         let Fitted { session, segments, samples, base } = fitted;
         let effects = &settings.effects;
         let start = base.clone().starting_point(samples, effects);
         let seed = seed(&session.meta.session_id);
-        let simulation = NullSimulation::new(session, segments, bike, &start.noise, seed)
+        let simulation = NullSimulation::new(session, segments, &start.noise, seed)
             .with_parameters(&start.near.values);
         let calibration = calibrate(&simulation, &start.near, effects, settings.nulls);
         Prepared { fitted, effects, start, simulation, calibration }
@@ -197,7 +197,7 @@ pub fn diagnose(
     settings: &Settings,
 ) -> Result<RoadDiagnosis, Rejection> {
     let fitted = fitted(session, bike, pipeline)?;
-    let prepared = Prepared::new(&fitted, bike, settings);
+    let prepared = Prepared::new(&fitted, settings);
     let tuning = RoadTuning::default();
     let engine = prepared.engine(&tuning);
     let naming = name(&engine);

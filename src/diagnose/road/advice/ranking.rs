@@ -150,9 +150,7 @@ fn simulated_set(
     pipeline: &Pipeline,
     later: f64,
 ) -> Samples {
-    let widths = [bike.front.width, bike.rear.width];
-    let vertical = [bike.front.vertical_stiffness, bike.rear.vertical_stiffness];
-    let plant = replay::plant(values, widths, vertical);
+    let plant = replay::plant(values);
     let (calm, random) = (Disturbance::default(), Random::new(0, set.words));
     let phases = (set.phases)();
     let simulated =
