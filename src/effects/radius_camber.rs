@@ -10,11 +10,11 @@ pub struct RadiusCamber;
 
 impl Physics for RadiusCamber {
     const SPEC: EffectSpec = EffectSpec {
-        sentence: "the rolling radius falls with camber",
+        sentence: "the rolling radius falls more with camber than the tyres' width makes it",
         unit: "m",
         typical: 0.02,
-        bounds: [-0.01, 0.12],
-        source: "tyres are toroids of 50 to 95 mm; how much of the versine the rolling radius loses is the tyre's",
+        bounds: [-0.12, 0.12],
+        source: "crowns of 50 to 95 mm, half of the width; a rear tyre of a superbike showed up to 130 mm",
         enters: "rolling radius of both wheels",
         channels: &[Channel::WheelSpeedFront, Channel::VelocityX, Channel::Roll],
         kinds: &[ManoeuvreKind::Cornering],

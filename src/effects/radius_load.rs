@@ -9,10 +9,10 @@ pub struct RadiusLoad;
 
 impl Physics for RadiusLoad {
     const SPEC: EffectSpec = EffectSpec {
-        sentence: "the rolling radius falls under load",
+        sentence: "the rolling radius falls more under load than a third of the deflection",
         unit: "1/kN",
         typical: 0.005,
-        bounds: [-0.004, 0.04],
+        bounds: [-0.02, 0.04],
         source: "a third of a deflection of 6 mm per kN on 300 mm",
         enters: "rolling radius of both wheels",
         channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::BrakePressureFront],

@@ -18,6 +18,7 @@
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::model::kinematics::{FrontWheel, front_wheel};
+use crate::model::dive::{above_axles, contact_arms};
 use crate::model::tyre::trail_0;
 
 use super::relaxation::SlipLag;
@@ -156,22 +157,22 @@ impl Inputs {
         if !self.is_corrected() || !pitch.is_finite() {
             return 0.0;
         }
-        self.above_axles() * pitch.clamp(-0.2, 0.2)
+        above_axles(self.bike.cg_height, self.nominal_radii()) * pitch.clamp(-0.2, 0.2)
     }
 
-    /// Height of the mass centre above the axles, m.
-    fn above_axles(&self) -> f64 {
-        let b = &self.bike;
-        (b.cg_height - 0.5 * (b.front.radius + b.rear.radius)).max(0.0)
+    /// Radii of the bike file, m.
+    fn nominal_radii(&self) -> [f64; 2] {
+        [self.bike.front.radius, self.bike.rear.radius]
     }
 
-    /// Forward speed of the axles, m/s: a diving frame carries the velocity sensor ahead of them.
-    fn axle_speed(&self, x: &Samples, i: usize, v: f64) -> f64 {
-        let rate = x.pitch_rate[i];
+    /// Forward speeds of the contacts, m/s: a diving frame carries the velocity sensor ahead of them.
+    fn contact_speeds(&self, x: &Samples, i: usize, v: f64) -> [f64; 2] {
+        let (b, rate) = (&self.bike, x.pitch_rate[i]);
         if !self.is_corrected() || !rate.is_finite() {
-            return v;
+            return [v; 2];
         }
-        v - (self.above_axles() + self.bike.velocity_sensor_z) * rate.clamp(-1.0, 1.0)
+        contact_arms(b.cg_height, self.nominal_radii(), b.wheelbase, b.caster_angle)
+            .map(|arm| v - (arm + b.velocity_sensor_z) * rate.clamp(-1.0, 1.0))
     }
 
     /// Rolling radius of wheel `k` under a load, m: it falls by a share of the deflection, where
@@ -217,7 +218,7 @@ impl Inputs {
                 .map(|k| if inertia[k] > 0.0 { inertia[k] * x.omega_rate[k][i] } else { 0.0 })
                 .sum();
             let load = self.loads(total, spin_rate, cos_phi, 0.0, self.dive(x, i));
-            let axle = self.axle_speed(x, i, v);
+            let speeds = self.contact_speeds(x, i, v);
             let rolling = [-self.rolling * load[0], -self.rolling * load[1]];
             // an undriven, unbraked wheel is pushed by its own inertia only
             let free = |k: usize| {
@@ -235,7 +236,7 @@ impl Inputs {
                 Action::Driving => [free(0), slip - free(0)],             // (27)
             };
             for k in 0..2 {
-                let s = x.omega[k][i] * self.loaded_radius(k, load[k]) / axle - 1.0; // (24)
+                let s = x.omega[k][i] * self.loaded_radius(k, load[k]) / speeds[k] - 1.0; // (24)
                 out.slip_ratio[k].push(s);
                 out.load[k].push(load[k]);
                 // the printed form counts rolling resistance as slip force

@@ -2,6 +2,7 @@
 //! ([`tyre_model::TyreModel`]); and the kinematics that steering and roll give a wheel.
 
 pub mod custom;
+pub mod dive;
 pub mod formulation;
 pub mod keys;
 pub mod kinematics;

@@ -60,6 +60,8 @@ pub struct Plant {
     pub crown: [f64; 2],
     /// Share of a tyre's deflection by which it rolls shorter.
     pub deflection_share: f64,
+    /// How fast the contacts fall behind the mass centre per rate of dive, m.
+    pub dive_arm: [f64; 2],
     /// What it has beyond all that; put in by [`Plant::with`].
     pub model_error: ModelError,
 }
@@ -141,6 +143,26 @@ pub struct Action {
     pub time: f64,
     /// How far the mass centre has moved ahead of its place over the wheels, m: a diving frame.
     pub ahead: f64,
+    /// Rate of the dive, rad/s.
+    pub dive_rate: f64,
+}
+
+impl Action {
+    /// On the way to another, a share of it gone; the time stays.
+    fn towards(&self, to: &Action, share: f64) -> Action {
+        let between = |a: f64, b: f64| a + share * (b - a);
+        Action {
+            steer: between(self.steer, to.steer),
+            brake: [0, 1].map(|k| between(self.brake[k], to.brake[k])),
+            drive: between(self.drive, to.drive),
+            force_x: between(self.force_x, to.force_x),
+            force_y: between(self.force_y, to.force_y),
+            moment_z: between(self.moment_z, to.moment_z),
+            time: self.time,
+            ahead: between(self.ahead, to.ahead),
+            dive_rate: between(self.dive_rate, to.dive_rate),
+        }
+    }
 }
 
 /// What follows from a state and an action.
@@ -230,9 +252,11 @@ impl Plant {
         s: &State,
         (sin_phi, cos_phi): (f64, f64),
         (sin_d, cos_d): (f64, f64),
+        dive_rate: f64,
     ) -> [(f64, f64); 2] {
         // the contact line lies beside the leaned mass centre, by a crown less than its height
-        let u = |k: usize| s.vx - s.yaw_rate * (self.cg_height - self.crown[k]) * sin_phi;
+        let beside = |k: usize| (self.cg_height - self.crown[k]) * sin_phi;
+        let u = |k: usize| s.vx - self.dive_arm[k] * dive_rate - s.yaw_rate * beside(k);
         let height = |k: usize| self.cg_height * cos_phi + self.crown[k] * (1.0 - cos_phi);
         let w = |k: usize, ahead: f64| s.vy + height(k) * s.roll_rate + ahead * s.yaw_rate;
         let (uf, wf) = (u(0), w(0, self.cg_to_front));
@@ -250,7 +274,7 @@ impl Plant {
         action: &Action,
         known: Option<[f64; 2]>,
     ) -> ([f64; N], Response) {
-        let pose = self.pose(caster, s);
+        let pose = self.pose(caster, s, action.dive_rate);
         let mut forces =
             self.with_load(&pose, s, action, known.unwrap_or_else(|| self.static_load()));
         if known.is_none() {
@@ -288,7 +312,7 @@ impl Plant {
 
     /// How the motorcycle lies and where its wheels point and go.
     #[inline]
-    fn pose(&self, caster: (f64, f64), s: &State) -> Pose {
+    fn pose(&self, caster: (f64, f64), s: &State, dive_rate: f64) -> Pose {
         let error = &self.model_error;
         let (sin_phi, cos_phi) = s.roll.sin_cos();
         let wheel = front_wheel(s.steer, (sin_phi, cos_phi), caster, Corrected);
@@ -316,7 +340,7 @@ impl Plant {
             tan_camber,
             steer,
             steer_sin_cos,
-            velocity: self.contact_velocity(s, (sin_phi, cos_phi), steer_sin_cos),
+            velocity: self.contact_velocity(s, (sin_phi, cos_phi), steer_sin_cos, dive_rate),
         }
     }
 
@@ -535,13 +559,24 @@ impl Plant {
         ((dt * fastest / 2.2).ceil() as usize).clamp(2, 60)
     }
 
-    /// Advances the state by `dt` with the action held (classical Runge-Kutta, sub-stepped); gives what
-    /// followed from them before.
+    /// Advances the state by `dt` with the action held; gives what followed from them before.
     pub fn advance(&self, state: &mut State, action: &Action, dt: f64) -> Response {
+        self.advance_between(state, action, action, dt)
+    }
+
+    /// Advances the state by `dt` with an action that goes evenly from one to another (classical
+    /// Runge-Kutta, sub-stepped); gives what followed from them before.
+    pub fn advance_between(
+        &self,
+        state: &mut State,
+        from: &Action,
+        to: &Action,
+        dt: f64,
+    ) -> Response {
         let n = self.substeps(state, dt);
         let h = dt / n as f64;
         let caster = self.caster_angle.sin_cos();
-        let (mut k1, response) = self.derivative(caster, state, action, None);
+        let (mut k1, response) = self.derivative(caster, state, from, None);
         // what loads do to radii changes little within a step
         let mut load = response.load;
         for step in 0..n {
@@ -549,14 +584,16 @@ impl Plant {
             let at = |k: &[f64; N], f: f64| {
                 State::from_array(&std::array::from_fn(|i| y[i] + f * h * k[i]))
             };
+            let action = |f: f64| from.towards(to, (step as f64 + f) / n as f64);
+            let [begin, middle, end] = [0.0, 0.5, 1.0].map(action);
             if step > 0 {
-                let (rates, response) = self.derivative(caster, state, action, Some(load));
+                let (rates, response) = self.derivative(caster, state, &begin, Some(load));
                 (k1, load) = (rates, response.load);
             }
-            let slopes = |at: &State| self.derivative(caster, at, action, Some(load)).0;
-            let k2 = slopes(&at(&k1, 0.5));
-            let k3 = slopes(&at(&k2, 0.5));
-            let k4 = slopes(&at(&k3, 1.0));
+            let slopes = |at: &State, action| self.derivative(caster, at, action, Some(load)).0;
+            let k2 = slopes(&at(&k1, 0.5), &middle);
+            let k3 = slopes(&at(&k2, 0.5), &middle);
+            let k4 = slopes(&at(&k3, 1.0), &end);
             *state = State::from_array(&std::array::from_fn(|i| {
                 y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
             }));

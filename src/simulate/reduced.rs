@@ -78,6 +78,7 @@ pub fn simulate_phases(
     let mut state = State::default();
     let mut action = Action::default();
     let mut record = Record::default();
+    let mut before: Option<Controls> = None;
     let limit = (longest * rate) as usize;
     // a motorcycle that nobody can ride ends the ride
     while rider.phase().is_some() && record.states.len() < limit && state.roll.is_finite() {
@@ -88,8 +89,12 @@ pub fn simulate_phases(
             action = next;
             if decision == 0 {
                 let response = plant.response(&state, &action);
-                record.push(&state, &response, controls, label);
+                // torques are held from decision to decision: about a sample the mean of both acts
+                let last = before.unwrap_or(controls).pressure;
+                let pressure = [0, 1].map(|k| 0.5 * (last[k] + controls.pressure[k]));
+                record.push(&state, &response, Controls { pressure, ..controls }, label);
             }
+            before = Some(controls);
             plant.advance(&mut state, &action, step);
         }
     }

@@ -55,6 +55,7 @@ pub struct Posture {
     yaw_rate_zero: f64,
     vy_zero: f64,
     crown: [f64; 2],
+    dive_arm: [f64; 2],
     relaxation_length: [f64; 2],
     /// Nil for the effects that do not declare themselves here.
     error: ModelError,
@@ -72,6 +73,7 @@ impl Posture {
             yaw_rate_zero: p.yaw_rate_zero,
             vy_zero: p.vy_zero,
             crown: p.crown(),
+            dive_arm: p.dive_arm,
             relaxation_length: p.relaxation_length,
             error: p.model_error.of_attitude(),
         }
@@ -123,7 +125,8 @@ impl Attitude {
         let Wheels { steer: (sin_d, cos_d), camber, tan_camber, cos_camber } =
             Wheels::of(s, p, i, phi, (sin_phi, cos_phi));
         // of the contacts: beside and below the mass centre by a crown less and more than a thin disk's
-        let along = p.crown.map(|crown| v - r * (h - crown) * sin_phi);
+        let falling = p.dive_arm.map(|arm| arm * s.dived[i]);
+        let along = [0, 1].map(|k| v - falling[k] - r * (h - p.crown[k]) * sin_phi);
         let across = p.crown.map(|crown| {
             vy + (h * cos_phi + crown * (1.0 - cos_phi)) * s.rolld[i]
         });
@@ -147,7 +150,7 @@ impl Attitude {
             r,
             v,
             vy,
-            rolling: if cornering { [ahead, along] } else { [v, v] },
+            rolling: if cornering { [ahead, along] } else { falling.map(|f| v - f) },
             alpha: [aside.atan2(ahead), across_r.atan2(along)],
             drift: [(aside / ahead).abs(), (across_r / along).abs()],
             lag: p.relaxation_length.map(|length| {

@@ -162,7 +162,7 @@ impl Base {
     }
 
     /// The model with every effect free, and the noise that it leaves: what it explains is no noise.
-    fn with_everything(&self, samples: &Samples, effects: &[Effect]) -> Base {
+    pub(super) fn with_everything(&self, samples: &Samples, effects: &[Effect]) -> Base {
         let known = &self.parameters;
         let more: Vec<Parameter> = effects
             .iter()
@@ -199,10 +199,8 @@ impl Base {
     /// 2.5).
     #[must_use]
     pub fn starting_point(self, samples: &Samples, effects: &[Effect]) -> Start {
-        let as_it_is = |base: Base| {
-            let noise = base.with_everything(samples, effects);
-            Start { near: base.clone(), noise, base, gains: Vec::new() }
-        };
+        let as_it_is =
+            |base: Base| Start { near: base.clone(), noise: base.clone(), base, gains: Vec::new() };
         let problem = self.problem(samples);
         let strain = |p: &Parameter| problem.prior(p, &self.values).0.abs();
         if self.parameters.iter().map(strain).fold(0.0, f64::max) < STRAINED {
@@ -232,7 +230,7 @@ impl Base {
         let [stayed, moved] = [&self.values, &values].map(from);
         let base = if stayed.loss - moved.loss > LOCAL { moved } else { stayed };
         let near = Base { values, ..base.clone() };
-        let noise = Base { values: refit.values, ..base.clone() }.with_everything(samples, effects);
+        let noise = Base { values: refit.values, ..base.clone() };
         Start { base, near, noise, gains }
     }
 

@@ -15,6 +15,7 @@ use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::ingest::yaw::trace_angle;
+use crate::model::dive::above_axles;
 use crate::statistics::order::median_or_zero;
 use crate::statistics::smooth::{gradient, smooth};
 
@@ -22,11 +23,6 @@ use crate::statistics::smooth::{gradient, smooth};
 const DEEPEST: f64 = 0.2;
 /// Lean up to which a bike stands on its usual pitch, rad, and least speed, m/s.
 const STRAIGHT: (f64, f64) = (0.05, 4.0);
-
-/// Height of the mass centre above the axles, m.
-pub fn above_axles(cg_height: f64, radius: [f64; 2]) -> f64 {
-    (cg_height - 0.5 * (radius[0] + radius[1])).max(0.0)
-}
 
 /// Pitch of the frame beyond the usual one on straights, rad, positive nose down; zero in gaps. `None`
 /// where pitch or roll is not measured.
@@ -42,6 +38,29 @@ pub fn dive(session: &Session) -> Option<Vec<f64>> {
     let usual = median_or_zero(&usual);
     let beyond = |p: &f64| (p - usual).clamp(-DEEPEST, DEEPEST);
     Some(pitch.iter().map(|p| if p.is_finite() { beyond(p) } else { 0.0 }).collect())
+}
+
+/// Window of the means that take the sensor's noise off a dive, s.
+const NOISY: f64 = 0.3;
+
+/// The dive that a frame did, without the noise of its sensor: twice the mean over a window.
+pub fn true_dive(session: &Session) -> Option<Vec<f64>> {
+    let half = (0.5 * NOISY * session.rate) as usize;
+    let mean = |x: &[f64]| -> Vec<f64> {
+        let sums: Vec<f64> = std::iter::once(0.0)
+            .chain(x.iter().scan(0.0, |sum, x| {
+                *sum += x;
+                Some(*sum)
+            }))
+            .collect();
+        (0..x.len())
+            .map(|i| {
+                let half = half.min(i).min(x.len() - 1 - i);
+                (sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64
+            })
+            .collect()
+    };
+    Some(mean(&mean(&dive(session)?)))
 }
 
 /// The session without the dive of its frame; `None` where pitch or roll is not measured.

@@ -18,11 +18,14 @@ use super::sensor_drift::{self, Drift};
 use super::white_noise::white_noise;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
+use crate::effects::ALL;
 use crate::statistics::random::Random;
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Simulations with sensor noise only, from which follows what other noise there is.
 const QUIET: usize = 3;
+/// How much noise there is at most for that which is left with every effect free: they take some up.
+const TAKEN_UP: f64 = 1.15;
 /// Time over which the coloured noise forgets, s.
 const MEMORY: f64 = 1.5;
 
@@ -49,7 +52,7 @@ impl<'a> NullSimulation<'a> {
             base: &Base,
         seed: u64,
     ) -> Self {
-        let clean = replay(session, segments, &replay::plant(&base.values), From::Session);
+        let clean = ridden(session, segments, &base.values, From::Session);
         let white = clean
             .channels()
             .filter(|c| clean.get(*c) != session.get(*c))
@@ -58,8 +61,11 @@ impl<'a> NullSimulation<'a> {
         let measured = Samples::gather(session, segments);
         let found = blocks(&measured, &base.values);
         let drift = sensor_drift::drifts(session, segments, &measured, &found, &base.values);
-        let problem = base.problem(&measured);
-        let scatter = Scatter::of(&measured, &problem, &problem.linear(&base.values));
+        // what an effect explains is neither scatter nor noise, or a large one would hide itself
+        let free = base.with_everything(&measured, ALL);
+        let problem = free.problem(&measured);
+        let scatter = Scatter::of(&measured, &problem, &problem.linear(&free.values));
+        let sigma = [0, 1, 2, 3, 4, 5, 6, 7].map(|c| base.sigma[c].min(TAKEN_UP * free.sigma[c]));
         let picks = picks(session, segments);
         let mut simulation = NullSimulation {
             session,
@@ -73,7 +79,7 @@ impl<'a> NullSimulation<'a> {
             colour: [0.0; 8],
             seed,
         };
-        simulation.correct(base);
+        simulation.correct(&Base { sigma, ..base.clone() });
         simulation
     }
 
@@ -102,7 +108,7 @@ impl<'a> NullSimulation<'a> {
 
     /// What a perfect logger would have recorded on a model.
     pub fn noiseless(&self, values: &Parameters, from: From) -> Session {
-        replay(self.session, self.segments, &replay::plant(values), from)
+        ridden(self.session, self.segments, values, from)
     }
 
     /// The samples that are looked at, per manoeuvre.
@@ -176,6 +182,19 @@ impl<'a> NullSimulation<'a> {
     }
 }
 
+
+/// What a perfect logger with the zeros of a model would have recorded on it.
+fn ridden(session: &Session, segments: &[Segment], values: &Parameters, from: From) -> Session {
+    let mut ridden = replay(session, segments, &replay::plant(values), from);
+    for (channel, zero) in values.sensor_zeros() {
+        if session.has(channel)
+            && let Some(x) = ridden.get_mut(channel)
+        {
+            x.iter_mut().for_each(|x| *x += zero);
+        }
+    }
+    ridden
+}
 
 /// Coloured noise per channel whose long-run standard deviation is given.
 fn coloured(samples: &Samples, long_run: &[f64; 8], random: &mut Random) -> Blocks {

@@ -2,10 +2,12 @@
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
+use crate::contract::channel::Channel;
 use crate::effects::{Effect, ModelError, PRIOR};
 use crate::fit::Solution;
 use crate::fit::cornering::{T1, T2};
 use crate::model::MagicFormula;
+use crate::model::dive::contact_arms;
 use crate::model::tyre::trail_0;
 use crate::model::tyre_model::{Carcass, USUAL_SHARE};
 
@@ -44,6 +46,8 @@ pub struct Parameters {
     pub vertical_stiffness: [f64; 2],
     /// Share of a tyre's deflection by which it rolls shorter.
     pub deflection_share: f64,
+    /// How fast the contacts fall behind the mass centre per rate of dive, m.
+    pub dive_arm: [f64; 2],
     /// Lateral acceleration per roll rate that the static balance leaves out, m/s.
     pub roll_rate_term: f64,
     /// Sensor zeros.
@@ -170,6 +174,8 @@ pub const BASE: &[Parameter] = &[
     parameter!("overturning_stiffness", 0.005, 5.0, |w| w.overturning),
     parameter!("crown_ratio", CROWN_RATIO[1], 1.0, |w| w.crown_ratio),
     parameter!("deflection_share", DEFLECTION_SHARE[1], 1.0, |w| w.deflection_share),
+    parameter!("dive_arm_front", 0.2, 1.0, |w| w.dive_arm[0]),
+    parameter!("dive_arm_rear", 0.15, 1.0, |w| w.dive_arm[1]),
     parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
     parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term),
     parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.yaw_rate_zero),
@@ -212,6 +218,16 @@ impl Parameters {
     /// Crown radii of the tyres, m.
     pub fn crown(&self) -> [f64; 2] {
         self.width.map(|w| self.crown_ratio * w)
+    }
+
+    /// What the base's sensors read at rest, in the channels' units.
+    pub fn sensor_zeros(&self) -> [(Channel, f64); 4] {
+        [
+            (Channel::YawRate, self.yaw_rate_zero),
+            (Channel::AccelerationY, self.ay_zero),
+            (Channel::AccelerationX, self.ax_zero),
+            (Channel::VelocityY, self.vy_zero),
+        ]
     }
 
     /// Centre of the priors: that of the characterisation, but for the cornering
@@ -266,6 +282,7 @@ impl Parameters {
             friction,
             stiffness,
             overturning: 0.05,
+            dive_arm: contact_arms(bike.cg_height, radius, bike.wheelbase, bike.caster_angle),
             width: each(&|axle, _| wheel(axle).width),
             crown_ratio: CROWN_RATIO[0],
             vertical_stiffness: each(&|axle, _| wheel(axle).vertical_stiffness),

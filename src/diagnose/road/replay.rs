@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::dive::{above_axles, dive};
+use super::dive::true_dive;
 use super::parameters::Parameters;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -16,6 +16,7 @@ use crate::effects::ModelError;
 use crate::effects::ride::{BrakeHistory, along_strip};
 use crate::ingest::gaps::bridge;
 use crate::ingest::grid::Interpolation;
+use crate::model::dive::above_axles;
 use crate::model::{Stiffness, Tyre};
 use crate::simulate::motorcycle::{Action, Plant, State};
 use crate::simulate::programme::Lean;
@@ -80,6 +81,7 @@ pub fn plant(values: &Parameters) -> Plant {
         brake_gain: values.brake_gain,
         crown: values.crown(),
         deflection_share: values.deflection_share,
+        dive_arm: values.dive_arm,
         model_error: ModelError::default(),
     }
     .with(&values.model_error)
@@ -140,6 +142,9 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
             recorded.set(channel, column);
         }
     }
+    if session.has(Channel::Pitch) {
+        recorded.set(Channel::Pitch, measured.dive);
+    }
     plant.model_error.measure(&mut recorded);
     // what the brakes were really given, without the noise of a lever at rest
     for (channel, pressure) in PRESSURES.into_iter().zip(measured.pressures) {
@@ -173,8 +178,9 @@ struct Measured {
     along: Vec<f64>,
     /// Whether the bike coasts or is braked: the throttle is closed.
     undriven: Vec<bool>,
-    /// Pitch beyond the usual one, rad.
+    /// Pitch beyond the usual one, rad, and its rate.
     dive: Vec<f64>,
+    dive_rate: Vec<f64>,
 }
 
 impl Measured {
@@ -190,6 +196,7 @@ impl Measured {
         for s in segments.iter().filter(|s| UNDRIVEN.contains(&s.kind)) {
             undriven[s.start..s.end.min(n)].fill(true);
         }
+        let dive = true_dive(session).unwrap_or_else(missing);
         Measured {
             ax: gradient(&v, rate),
             vy: column(Channel::VelocityY),
@@ -202,7 +209,8 @@ impl Measured {
             roll,
             roll_rate,
             undriven,
-            dive: dive(session).unwrap_or_else(|| vec![0.0; n]),
+            dive_rate: gradient(&dive, rate),
+            dive,
         }
     }
 
@@ -278,13 +286,20 @@ impl<'a> Ride<'a> {
         self.brakes.update(self.state.vx, braking, dt);
         let gain = plant.model_error.brake_gain(1.0, plant.mass, self.brakes);
         let drag = plant.model_error.brake_drag(0.0, plant.mass, self.brakes);
-        self.action.brake = [0, 1].map(|k| {
-            let on = pressure[k] > BrakeHistory::PRESSED;
-            drag + if on { plant.brake_gain[k] * gain * pressure[k] } else { 0.0 }
-        });
-        self.action.time = i as f64 * dt;
         let radius = plant.tyres.map(|tyre| tyre.rolling_radius);
-        self.action.ahead = above_axles(plant.cg_height, radius) * measured.dive[i];
+        let above = above_axles(plant.cg_height, radius);
+        // what was measured goes on evenly: held from the start of a step it would act half a step late
+        let given = |action: Action, i: usize| Action {
+            brake: [0, 1].map(|k| {
+                let pressure = known(&measured.pressures[k], i);
+                let on = pressure > BrakeHistory::PRESSED;
+                drag + if on { plant.brake_gain[k] * gain * pressure } else { 0.0 }
+            }),
+            ahead: above * measured.dive[i],
+            dive_rate: measured.dive_rate[i],
+            ..action
+        };
+        self.action = Action { time: i as f64 * dt, ..given(self.action, i) };
         // where the road climbs and the wind blows is where it was
         if measured.along[i].is_finite() {
             self.state.yaw = measured.along[i].acos();
@@ -300,7 +315,8 @@ impl<'a> Ride<'a> {
         };
         self.action.steer = steer(plant, &self.state, &response, &lean);
         let before = self.state;
-        let response = plant.advance(&mut self.state, &self.action, dt);
+        let next = given(self.action, (i + 1).min(measured.v.len() - 1));
+        let response = plant.advance_between(&mut self.state, &self.action, &next, dt);
         if self.state.vx < 0.0 {
             self.state.vx = 0.0;
         }

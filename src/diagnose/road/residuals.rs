@@ -13,7 +13,6 @@
 //! parameters, so that any two sets of them are compared on the same blocks.
 
 use super::attitude::{Attitude, Posture};
-use super::dive::above_axles;
 use super::parameters::Parameters;
 use super::samples::{BLOCK, Samples};
 use crate::GRAVITY;
@@ -21,6 +20,7 @@ use crate::contract::bike::Axle;
 use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::contract::residual_channel::{PerChannel, ResidualChannel};
 use crate::effects::physics::Rolling;
+use crate::model::dive::above_axles;
 use crate::model::magic_formula::MagicFormula;
 use crate::model::tyre_model::Carcass;
 

@@ -49,6 +49,7 @@ pub struct Samples {
     pub along: Vec<f64>,
     /// Pitch beyond the usual one, rad ([`dive`]).
     pub dive: Vec<f64>,
+    pub dived: Vec<f64>,
     /// Heat in the brakes.
     pub brakes: Vec<BrakeHistory>,
     /// One per manoeuvre: its kind and its samples, whole blocks.
@@ -101,6 +102,7 @@ impl Samples {
         let brakes = brake_history(session);
         let along = along_strip(session);
         let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
+        let dived = gradient(&dive, rate);
         let mut out = Samples::default();
         for (kind, chosen) in picks {
             let start = out.len();
@@ -108,6 +110,7 @@ impl Samples {
                 out.time.push(i as f64 / rate);
                 out.along.push(along[i]);
                 out.dive.push(dive[i]);
+                out.dived.push(dived[i]);
                 out.brakes.push(brakes[i]);
                 for (to, x) in [
                     (&mut out.v, &v),

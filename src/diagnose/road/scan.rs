@@ -54,6 +54,9 @@ pub fn scores(
         problem.accumulate(linear, blocks, &mut whole, &mut unused);
     }
     whole.fill_lower_triangle_with_upper_triangle();
+    // the priors are observations of the base: what strains them is evidence of what relieves them
+    let priors: Vec<(f64, f64)> =
+        base.parameters.iter().map(|p| problem.prior(p, &base.values)).collect();
     let mut base_matrix = whole.view((0, 0), (b, b)).into_owned();
     for (k, parameter) in base.parameters.iter().enumerate() {
         base_matrix[(k, k)] += 1.0 / (parameter.prior * parameter.prior);
@@ -74,6 +77,10 @@ pub fn scores(
                     let blocks = range.start / BLOCK..range.end / BLOCK;
                     problem.along(linear, blocks, &columns, &weights)
                 })
+                .chain(priors.iter().zip(&weights).map(|((z, weight), share)| {
+                    let row = share * weight;
+                    (-row * z, row * row)
+                }))
                 .collect();
             let prior = parameters[j].prior;
             let (sum, information) =
