@@ -13,12 +13,13 @@ use crate::contract::coefficient::{Coefficient, Requirement, Source};
 use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
+use crate::fit::missing;
 use crate::ingest::aids::Aids;
 use crate::ingest::map::ChannelMap;
 use crate::ingest::map::file::with_aids;
 use crate::ingest::{self, Raw, Track};
 use crate::objects::Location;
-use crate::pipeline::Pipeline;
+use crate::pipeline::{Pipeline, characterise};
 use crate::statistics::order::upper_median_of;
 
 mod facts;
@@ -87,7 +88,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Some(folder) => Some(read_bike(folder, &raw.meta)?),
         None => None,
     };
-    let inspection = inspect(raw, bike.as_ref(), &pipeline.ingest).map_err(rejected)?;
+    let inspection = inspect(raw, bike.as_ref(), &pipeline).map_err(rejected)?;
     let text = if arguments.json {
         let json = serde_json::to_string_pretty(&inspection);
         json.map_err(|e| Failure::Output(e.to_string()))? + "\n"
@@ -111,8 +112,9 @@ fn read_bike(folder: &Path, meta: &Meta) -> Result<(PathBuf, Bike), Failure> {
 fn inspect(
     raw: Raw,
     bike: Option<&(PathBuf, Bike)>,
-    config: &ingest::Config,
+    pipeline: &Pipeline,
 ) -> Result<Inspection, ingest::Error> {
+    let config = &pipeline.ingest;
     let source: Vec<(Channel, usize, Option<f64>)> =
         raw.tracks.iter().map(|t| (t.channel, recorded(t), source_rate(t))).collect();
     let (mut session, mut warnings) = ingest::run(raw, config)?;
@@ -148,8 +150,21 @@ fn inspect(
         }
     }
     let estimates = estimates(&session);
+    let costs = match bike {
+        Some((_, bike)) if rejected.is_none() => costs(session, bike, pipeline),
+        _ => Vec::new(),
+    };
     let warnings = warnings.into_iter().map(noticed).collect();
-    Ok(Inspection { session: facts, channels, warnings, rejected, estimates })
+    Ok(Inspection { session: facts, channels, warnings, rejected, estimates, costs })
+}
+
+/// What the numbers cost that the bike file does not have: known once the tyres are estimated.
+fn costs(session: Session, bike: &Bike, pipeline: &Pipeline) -> Vec<String> {
+    if pipeline.offroad.is_some() {
+        return Vec::new();
+    }
+    let ridden = characterise(session, bike, pipeline, pipeline.estimate.formulation);
+    missing::costs(&ridden.solution).iter().map(ToString::to_string).collect()
 }
 
 fn noticed(w: Warning) -> Noticed {
@@ -324,7 +339,7 @@ mod tests {
             ],
             ..Raw::default()
         };
-        let got = inspect(raw, None, &ingest::Config::default()).expect("readable");
+        let got = inspect(raw, None, &Pipeline::onroad()).expect("readable");
         let velocity = &got.channels[0];
         assert_eq!((velocity.channel, velocity.samples, velocity.gaps), ("velocity_x", 2750, 1));
         assert!((velocity.rate.expect("rate") - 50.0).abs() < 1e-6);
@@ -347,7 +362,8 @@ mod tests {
         };
         // the last second is missing of one that has 100 samples a second, not of one that has one
         let (fast, slow, short) = (clock(100.0, 2099), clock(1.0, 21), clock(100.0, 2000));
-        let config = ingest::Config { stuck_time: 0.0, ..ingest::Config::default() };
+        let ingest = ingest::Config { stuck_time: 0.0, ..ingest::Config::default() };
+        let pipeline = Pipeline { ingest, ..Pipeline::onroad() };
         let raw = Raw {
             tracks: vec![
                 track(Channel::RollRate, &fast, |t| (7.0 * t).sin()),
@@ -356,7 +372,7 @@ mod tests {
             ],
             ..Raw::default()
         };
-        let got = inspect(raw, None, &config).expect("readable");
+        let got = inspect(raw, None, &pipeline).expect("readable");
         let gaps = |c: Channel| {
             let facts = got.channels.iter().find(|f| f.channel == c.name()).expect("there");
             (facts.gaps, (100.0 * facts.longest_gap).round())

@@ -9,13 +9,22 @@
 //! [uncertainty]
 //! mass = 2.0
 //! ```
+//!
+//! A number that is given without one is exact. Of a number that is not given the schema says what
+//! is taken instead and how far motorcycles differ from it ([`Prior`]): that is passed on too.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::schema::KeyTable;
+use super::schema::{Key, KeyTable};
+
+/// Spin inertia of the wheels where the file has none, front and rear, kg m²: 17 inch wheels with
+/// tyre and disc; `assumed` in the schema.
+pub const USUAL_WHEEL_INERTIA: [f64; 2] = [0.45, 0.60];
+/// Trail where the file has none, m: `assumed` in the schema.
+pub const USUAL_TRAIL: f64 = 0.1;
 
 /// What can be wrong with a bike file.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +55,15 @@ pub enum Error {
     },
 }
 
+/// A number that the file does not give: what is taken instead, and how well that is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// In the key's unit.
+    pub value: f64,
+    /// Standard deviation: the file's `[uncertainty]`, else the schema's, in the key's unit.
+    pub sd: f64,
+}
+
 /// What is known of one tyre before the ride. Symbols as in Bartolozzi et al. 2024.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WheelData {
@@ -55,7 +73,7 @@ pub struct WheelData {
     pub width: f64,
     /// Tyre model, where the session does not say.
     pub model: Option<String>,
-    /// Spin inertia, kg m², where known.
+    /// Spin inertia, kg m², where given; see [`Bike::wheel_inertia`].
     pub wheel_inertia: Option<f64>,
     /// Side force stiffness ratio `C`.
     pub side_force_ratio: f64,
@@ -63,8 +81,8 @@ pub struct WheelData {
     pub twisting_stiffness: f64,
     /// Vertical stiffness `K_z`, N/m.
     pub vertical_stiffness: f64,
-    /// Share of the vertical deflection by which the rolling radius falls; `None` is unknown, and
-    /// none is taken.
+    /// Share of the vertical deflection by which the rolling radius falls, where given; else about a
+    /// third (`crate::model::tyre_model::USUAL_SHARE`).
     pub deflection_share: Option<f64>,
     /// Relaxation length, m; `None` means the wheel radius.
     pub relaxation_length: Option<f64>,
@@ -114,6 +132,9 @@ pub struct Bike {
     /// Measured curves by key: pairs of abscissa and ordinate.
     pub curves: BTreeMap<String, Vec<[f64; 2]>>,
     keys: BTreeMap<String, f64>,
+    /// Of keys that the file does not have. Apart from `uncertainty`: simulations draw the truth
+    /// around that, and a default is none of theirs.
+    prior: BTreeMap<String, Prior>,
 }
 
 /// The declaration of every key.
@@ -168,6 +189,7 @@ impl Bike {
         }
         let mut bike = Self::assemble(bike_id, values.text, values.number, uncertainty);
         bike.curves = values.curve;
+        bike.prior = bike.priors(&schema, &values.defaulted);
         if bike.cg_to_front >= bike.wheelbase {
             return Err(fail(format!(
                 "`cg_to_front` = {} m lies behind the rear contact (`wheelbase` = {} m)",
@@ -179,8 +201,9 @@ impl Bike {
 
     /// The same bike with one numeric key changed: how uncertainty of the bike file is passed on.
     pub fn with(&self, key: &str, value: f64) -> Self {
-        let mut keys = self.keys.clone();
+        let (mut keys, mut prior) = (self.keys.clone(), self.prior.clone());
         keys.insert(key.to_owned(), value);
+        prior.remove(key);
         let mut text = BTreeMap::new();
         for (k, v) in [
             ("name", &self.name),
@@ -192,7 +215,50 @@ impl Bike {
             }
         }
         let bike = Self::assemble(&self.bike_id, text, keys, self.uncertainty.clone());
-        Bike { curves: self.curves.clone(), ..bike }
+        Bike { curves: self.curves.clone(), prior, ..bike }
+    }
+
+    /// The same bike with every number exact.
+    #[must_use]
+    pub fn certain(mut self) -> Self {
+        self.uncertainty.clear();
+        self.prior.clear();
+        self
+    }
+
+    /// What is taken of the keys that the file does not have, by key; only of keys that the schema
+    /// gives an uncertainty.
+    pub fn priors_of_missing(&self) -> &BTreeMap<String, Prior> {
+        &self.prior
+    }
+
+    /// See [`Bike::priors_of_missing`].
+    fn priors(&self, schema: &KeyTable, defaulted: &BTreeSet<String>) -> BTreeMap<String, Prior> {
+        let missing =
+            |key: &&Key| defaulted.contains(&key.path) || !self.keys.contains_key(&key.path);
+        let prior = |key: &Key| {
+            let value = key.default.or(key.assumed).or_else(|| self.rule(&key.path))?;
+            let relative = key.default_relative_uncertainty.map(|share| share * value);
+            let width = key.default_uncertainty.or(relative)?;
+            let sd = self.uncertainty.get(&key.path).copied().unwrap_or(width);
+            Some((key.path.clone(), Prior { value, sd }))
+        };
+        schema.keys.iter().filter(missing).filter_map(prior).collect()
+    }
+
+    /// A key that follows from others where the file does not have it.
+    fn rule(&self, key: &str) -> Option<f64> {
+        match key {
+            "yaw_inertia" => Some(self.yaw_inertia()),
+            "front.relaxation_length" => Some(self.front.radius),
+            "rear.relaxation_length" => Some(self.rear.radius),
+            _ => None,
+        }
+    }
+
+    /// Spin inertia of a wheel, kg m²: the file's, or a usual one. A wheel without inertia is none.
+    pub fn wheel_inertia(&self, axle: Axle) -> f64 {
+        self.wheel(axle).wheel_inertia.unwrap_or(USUAL_WHEEL_INERTIA[axle as usize])
     }
 
     /// A numeric key's value, given or default.
@@ -210,9 +276,9 @@ impl Bike {
     }
 
     /// How far the front contact leaves the frame's plane per sine of the handlebar angle, m: the
-    /// trail square to the steering axis; zero where the trail is not known.
+    /// trail square to the steering axis, of the file's trail or a usual one.
     pub fn normal_trail(&self) -> f64 {
-        self.keys.get("trail").map_or(0.0, |trail| trail * self.caster_angle.cos())
+        self.value("trail").unwrap_or(USUAL_TRAIL) * self.caster_angle.cos()
     }
 
     /// Distance of the mass centre from the rear contact `l_r`, m.
@@ -309,6 +375,7 @@ impl Bike {
             uncertainty,
             curves: BTreeMap::new(),
             keys,
+            prior: BTreeMap::new(),
         }
     }
 }
@@ -343,5 +410,50 @@ impl Bike {
             Axle::Front => &self.front,
             Axle::Rear => &self.rear,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHORT: &str = "mass = 260.0\nwheelbase = 1.4\ncg_to_front = 0.7\ncg_height = 0.6\n\
+        caster_angle = 0.42\nfront.radius = 0.3\nfront.width = 0.12\nrear.radius = 0.31\n\
+        rear.width = 0.18\n";
+
+    fn bike(more: &str) -> Bike {
+        Bike::parse(&format!("{SHORT}{more}"), "b", Path::new("b.toml")).expect("a bike file")
+    }
+
+    #[test]
+    fn what_is_not_given_has_an_uncertainty_apart_from_the_files() {
+        let bike = bike("");
+        assert!(bike.uncertainty.is_empty());
+        let prior = bike.priors_of_missing();
+        let of = |key: &str| (prior[key].value, prior[key].sd);
+        assert_eq!(of("front.side_force_ratio"), (0.095, 0.0475));
+        assert_eq!(of("front.wheel_inertia"), (USUAL_WHEEL_INERTIA[0], 0.135));
+        assert_eq!(of("rear.wheel_inertia"), (USUAL_WHEEL_INERTIA[1], 0.18));
+        assert_eq!(of("trail").0, USUAL_TRAIL);
+        assert_eq!(of("yaw_inertia").0, bike.yaw_inertia());
+        let (length, sd) = of("rear.relaxation_length");
+        assert!(length == 0.31 && (sd - 0.425 * 0.31).abs() < 1e-12, "{sd}");
+        assert!(!prior.contains_key("mass"));
+        // and a bike file that is written says nothing of them
+        assert!(!bike.to_toml().contains("wheel_inertia") && !bike.to_toml().contains("trail"));
+    }
+
+    #[test]
+    fn what_is_given_is_exact_and_an_uncertainty_of_the_file_counts() {
+        let bike = bike(
+            "front.wheel_inertia = 0.5\n[uncertainty]\n\"rear.wheel_inertia\" = 0.1\n\
+             \"front.side_force_ratio\" = 0.02\n",
+        );
+        let prior = bike.priors_of_missing();
+        assert!(!prior.contains_key("front.wheel_inertia"));
+        assert_eq!(prior["rear.wheel_inertia"].sd, 0.1);
+        assert_eq!(prior["front.side_force_ratio"].sd, 0.02);
+        assert!(!bike.with("rear.wheel_inertia", 0.7).prior.contains_key("rear.wheel_inertia"));
+        assert!(bike.certain().prior.is_empty());
     }
 }

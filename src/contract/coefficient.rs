@@ -74,7 +74,8 @@ pub enum Source {
     OnRoad,
     /// From the tyre forces of an off-road session.
     OffRoad,
-    /// Not estimated but taken from the bike file; how, as the column `reason` has it.
+    /// Not estimated but taken from the bike file or a rule; how, as the column `reason` has it where
+    /// nothing is known better.
     BikeFile(&'static str),
 }
 
@@ -192,9 +193,9 @@ coefficients! {
     OverturningStiffness: "overturning_stiffness", "k_x", "m",
         "overturning stiffness (crown radius)", OnRoad, OVERTURNING;
     RelaxationLength: "relaxation_length", "r_l", "m", "relaxation length",
-        BikeFile("the wheel radius, or the bike file's value (eq. 1)"), ASSUMED;
+        BikeFile("the wheel radius (eq. 1), not given: a rule, true within 0.3 to 2 times"), ASSUMED;
     PneumaticTrail0: "pneumatic_trail_0", "t_p0", "m", "pneumatic trail at small slip",
-        BikeFile("from the bike file's vertical stiffness (eq. 12)"), ASSUMED;
+        BikeFile("from the vertical stiffness (eq. 12): a rule, true within 0.3 to 2 times"), ASSUMED;
     EngagedFrictionBraking: "engaged_friction_braking", "B/N", "1",
         "friction engaged by braking", OffRoad, BRAKED_OFFROAD;
     EngagedFrictionDriving: "engaged_friction_driving", "D/N", "1",
@@ -202,7 +203,12 @@ coefficients! {
 }
 
 use Source::{BikeFile, OffRoad, OnRoad};
-const TAKEN: Source = BikeFile("taken from the bike file");
+const TAKEN: Source = BikeFile(GIVEN);
+
+/// The reason of what the bike file gives.
+pub const GIVEN: &str = "given in the bike file";
+/// The true value over that of a rule (relaxation length, pneumatic trail): within these.
+pub const RULE: [f64; 2] = [0.3, 2.0];
 
 const fn needs(part: Part, channels: &'static [Channel], riding: Riding) -> Requirement {
     Requirement { part, channels, riding }

@@ -4,8 +4,7 @@
 //! from it, the readers check against it, `roadbench schema NAME` prints it. The files that users
 //! write are listed here, the tables that come out in [`crate::tables::registry`].
 
-use std::collections::BTreeMap;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
@@ -124,9 +123,18 @@ pub struct Key {
     pub range: Option<[f64; 2]>,
     /// Used where the file does not have it.
     pub default: Option<f64>,
+    /// As `default`, but not filled in: the estimate takes it, and who asks for the key still learns
+    /// that it was not given.
+    pub assumed: Option<f64>,
+    /// Standard deviation of what is taken where the file does not have the key, in `unit`.
+    pub default_uncertainty: Option<f64>,
+    /// The same over that number, where it follows from other keys.
+    pub default_relative_uncertainty: Option<f64>,
     /// What it means.
     pub description: String,
-    /// Where the default comes from.
+    /// How the number is found.
+    pub remedy: Option<String>,
+    /// Where the default and its uncertainty come from.
     pub source: Option<String>,
 }
 
@@ -150,6 +158,8 @@ pub struct KeyTable {
 pub struct Values {
     /// Numbers.
     pub number: BTreeMap<String, f64>,
+    /// Those of the numbers that the file does not have: defaults.
+    pub defaulted: BTreeSet<String>,
     /// Texts.
     pub text: BTreeMap<String, String>,
     /// Curves: rows of abscissa and ordinate, abscissae strictly increasing.
@@ -246,6 +256,7 @@ impl KeyTable {
             }
             if let Some(default) = key.default {
                 values.number.insert(key.path.clone(), default);
+                values.defaulted.insert(key.path.clone());
             }
         }
         Ok(values)

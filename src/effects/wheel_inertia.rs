@@ -2,6 +2,7 @@
 
 use super::physics::{Physics, Remove};
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::USUAL_WHEEL_INERTIA;
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
@@ -28,8 +29,10 @@ impl Physics for WheelInertia {
         faint: false,
     };
     const REMOVE: Option<Remove> = Some(|_, bike, size| {
-        for wheel in [&mut bike.front, &mut bike.rear] {
-            wheel.wheel_inertia = wheel.wheel_inertia.map(|i| Self::wheel_inertia(size, i));
+        for (wheel, usual) in [&mut bike.front, &mut bike.rear].into_iter().zip(USUAL_WHEEL_INERTIA)
+        {
+            let inertia = wheel.wheel_inertia.unwrap_or(usual);
+            wheel.wheel_inertia = Some(Self::wheel_inertia(size, inertia));
         }
     });
 

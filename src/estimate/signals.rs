@@ -17,9 +17,10 @@
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
-use crate::model::kinematics::{FrontWheel, front_wheel};
 use crate::model::dive::{above_axles, contact_arms};
+use crate::model::kinematics::{FrontWheel, front_wheel};
 use crate::model::tyre::trail_0;
+use crate::model::tyre_model::USUAL_SHARE;
 
 use super::relaxation::SlipLag;
 use super::samples::Samples;
@@ -120,8 +121,8 @@ impl Inputs {
     /// Mass that the wheels add to the longitudinal balance, kg; nothing in the printed form.
     pub fn rotating_mass(&self) -> [f64; 2] {
         Axle::BOTH.map(|axle| {
-            let inertia = self.bike.wheel(axle).wheel_inertia.filter(|_| self.is_corrected());
-            inertia.map_or(0.0, |inertia| inertia / self.radius[axle as usize].powi(2))
+            let k = axle as usize;
+            self.inertia()[k] / self.radius[k].powi(2)
         })
     }
 
@@ -134,8 +135,19 @@ impl Inputs {
 
     /// Spin inertia of the wheels, kg m²; nothing in the printed form.
     fn inertia(&self) -> [f64; 2] {
-        let corrected = self.is_corrected();
-        Axle::BOTH.map(|a| self.bike.wheel(a).wheel_inertia.filter(|_| corrected).unwrap_or(0.0))
+        Axle::BOTH.map(|a| if self.is_corrected() { self.bike.wheel_inertia(a) } else { 0.0 })
+    }
+
+    /// Speed of wheel `k`, rad/s; a wheel without a sensor rolls as fast as the motorcycle.
+    fn wheel_speed(&self, x: &Samples, i: usize, k: usize) -> f64 {
+        let omega = x.omega[k][i];
+        if omega.is_finite() { omega } else { x.velocity_x[i] / self.radius[k] }
+    }
+
+    /// Its rate, rad/s².
+    fn wheel_rate(&self, x: &Samples, i: usize, k: usize) -> f64 {
+        let rate = x.omega_rate[k][i];
+        if rate.is_finite() { rate } else { x.velocity_x_rate[i] / self.radius[k] }
     }
 
     /// Forward speed of the mass centre for a sample.
@@ -175,17 +187,15 @@ impl Inputs {
             .map(|arm| v - (arm + b.velocity_sensor_z) * rate.clamp(-1.0, 1.0))
     }
 
-    /// Rolling radius of wheel `k` under a load, m: it falls by a share of the deflection, where
-    /// the bike file gives one.
+    /// Rolling radius of wheel `k` under a load, m: it falls by a share of the deflection.
     fn loaded_radius(&self, k: usize, load: f64) -> f64 {
-        let wheel = self.bike.wheel(Axle::BOTH[k]);
-        match wheel.deflection_share {
-            Some(share) if self.is_corrected() => {
-                let standing = self.loads(0.0, 0.0, 1.0, 0.0, 0.0)[k];
-                self.radius[k] - share * (load - standing) / wheel.vertical_stiffness
-            }
-            _ => self.radius[k],
+        if !self.is_corrected() {
+            return self.radius[k];
         }
+        let wheel = self.bike.wheel(Axle::BOTH[k]);
+        let share = wheel.deflection_share.unwrap_or(USUAL_SHARE);
+        let standing = self.loads(0.0, 0.0, 1.0, 0.0, 0.0)[k];
+        self.radius[k] - share * (load - standing) / wheel.vertical_stiffness
     }
 
     /// Wheel loads with their transfer, eq. 25.
@@ -215,7 +225,7 @@ impl Inputs {
             let a = x.acceleration_x[i] - self.zeros.acceleration_x;
             let total = m * a + self.drag * v * v; // m a_x - F_drag
             let spin_rate: f64 = (0..2)
-                .map(|k| if inertia[k] > 0.0 { inertia[k] * x.omega_rate[k][i] } else { 0.0 })
+                .map(|k| if inertia[k] > 0.0 { inertia[k] * self.wheel_rate(x, i, k) } else { 0.0 })
                 .sum();
             let load = self.loads(total, spin_rate, cos_phi, 0.0, self.dive(x, i));
             let speeds = self.contact_speeds(x, i, v);
@@ -223,7 +233,7 @@ impl Inputs {
             // an undriven, unbraked wheel is pushed by its own inertia only
             let free = |k: usize| {
                 if rotating[k] > 0.0 {
-                    -inertia[k] * x.omega_rate[k][i] / self.radius[k]
+                    -inertia[k] * self.wheel_rate(x, i, k) / self.radius[k]
                 } else {
                     0.0
                 }
@@ -401,7 +411,9 @@ impl Inputs {
             Formulation::Corrected => {
                 let inertia = self.inertia();
                 let spin: f64 = (0..2)
-                    .map(|k| if inertia[k] > 0.0 { inertia[k] * x.omega[k][i] } else { 0.0 })
+                    .map(|k| {
+                        if inertia[k] > 0.0 { inertia[k] * self.wheel_speed(x, i, k) } else { 0.0 }
+                    })
                     .sum();
                 // the steered front wheel stands beside the frame's plane by its trail, to the right
                 // in a left corner: its load rights the bike less than the crown does

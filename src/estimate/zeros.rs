@@ -70,6 +70,9 @@ const MAX_LATENCY: f64 = 0.4;
 /// the same side whether it leans in or out, and the roll zero would be biased.
 const MAX_ROLL_RATE: f64 = 0.03;
 
+/// Longest block of straight running, s.
+const BLOCK: f64 = 5.0;
+
 /// Speed changes slower than this, m/s², count as none for the pitch zero.
 const STEADY: f64 = 0.6;
 
@@ -321,14 +324,41 @@ fn longitudinal(
     let seconds = straight.len() as f64 / coarse.rate;
     let zero = straight.iter().map(|&i| a[(i as i64 - best) as usize] - dv[i]).sum::<f64>()
         / straight.len() as f64;
-    // what remains of the mean is the velocity error at the ends of each straight
-    let stretches = 1 + straight.windows(2).filter(|w| w[1] != w[0] + 1).count();
+    let differences: Vec<f64> =
+        straight.iter().map(|&i| a[(i as i64 - best) as usize] - dv[i] - zero).collect();
     zeros.acceleration_x = zero;
-    zeros.acceleration_x_se = 0.05 * (stretches as f64).sqrt() / seconds;
+    zeros.acceleration_x_se = of_ends(&straight, &differences, coarse.rate) / seconds;
     if zero.abs() > 0.1 {
         let message = format!("acceleration_x reads {zero:.3} m/s² too much; corrected");
         warnings.push(noticed("acceleration_bias", Channel::AccelerationX, message));
     }
+}
+
+/// Standard error, m/s, of the integral of `differences` (m/s², mean zero; of the samples `straight`
+/// at `rate` Hz).
+///
+/// What remains of an acceleration less the velocity's derivative is the velocity's error at both
+/// ends of each stretch. How large that is the blocks of the stretches show, whose integrals have two
+/// such errors each.
+fn of_ends(straight: &[usize], differences: &[f64], rate: f64) -> f64 {
+    let longest = (BLOCK * rate) as usize;
+    let (mut blocks, mut stretches): (Vec<f64>, usize) = (Vec::new(), 0);
+    let mut since = 0;
+    for (k, &i) in straight.iter().enumerate() {
+        let begins = k == 0 || straight[k - 1] + 1 != i;
+        stretches += usize::from(begins);
+        if begins || i - since >= longest {
+            blocks.push(0.0);
+            since = i;
+        }
+        if let Some(block) = blocks.last_mut() {
+            *block += differences[k] / rate;
+        }
+    }
+    // the zero is one of the blocks' degrees of freedom
+    let free = blocks.len().saturating_sub(1).max(1) as f64;
+    let of_both_ends = blocks.iter().map(|b| b * b).sum::<f64>() / free;
+    (stretches as f64 * of_both_ends).sqrt()
 }
 
 /// How far one signal is behind another.
@@ -398,7 +428,7 @@ fn straight_blocks(
     roll: Option<&[f64]>,
     coarse: &Coarse,
 ) -> Vec<(usize, usize)> {
-    let longest = (5.0 * coarse.rate) as usize;
+    let longest = (BLOCK * coarse.rate) as usize;
     let reach = (0.3 * coarse.rate).round() as usize;
     let mut rows = Vec::new();
     let (mut block, mut since) = (0, usize::MAX);
@@ -442,4 +472,30 @@ fn robust(x: &[&[f64]], y: &[f64], blocks: &[(usize, usize)]) -> Option<(Vec<f64
     })
     .ok()?;
     Some((fit.coefficients, covariance.covariance.iter().copied().collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::random::Random;
+
+    #[test]
+    fn the_error_of_the_acceleration_zero_has_both_ends_of_every_stretch() {
+        let (rate, error, stretches, length) = (25.0, 0.08, 40, 250);
+        let mut random = Random::new(1, "zeros");
+        let (mut straight, mut differences) = (Vec::new(), Vec::new());
+        for stretch in 0..stretches {
+            // minus the slope of a velocity with an error that is new at every sample
+            let noise: Vec<f64> = (0..=length).map(|_| error * random.normal()).collect();
+            for k in 0..length {
+                straight.push(stretch * (length + 10) + k);
+                differences.push((noise[k] - noise[k + 1]) * rate);
+            }
+        }
+        let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+        differences.iter_mut().for_each(|d| *d -= mean);
+        let got = of_ends(&straight, &differences, rate);
+        let want = error * (2.0 * stretches as f64).sqrt();
+        assert!((got / want - 1.0).abs() < 0.25, "{got} {want}");
+    }
 }

@@ -14,7 +14,7 @@ use super::friction;
 use super::refit::Refit;
 use super::rows::{friction_rows, front_overturning, lateral_rows};
 use super::selection;
-use super::solution::{Fits, FittedSamples, Solution};
+use super::solution::{Fits, FittedSamples, Solution, Upstream};
 use super::variation::variations;
 use crate::contract::bike::{Axle, Bike};
 use crate::estimate::signals::Inputs;
@@ -62,8 +62,11 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     let found = fits.parameters().assemble(&inputs);
     let refit = Refit::new(data, &nominal, &fits, &samples, config);
     let upstream = variations(bike, &data.zeros, &fits.coasting, formulation)
-        .iter()
-        .map(|variation| refit.with(variation).minus(&found))
+        .into_iter()
+        .map(|variation| Upstream {
+            change: refit.with(&variation).minus(&found),
+            missing: variation.missing,
+        })
         .collect();
     Solution { found, upstream, fits, samples, inputs }
 }

@@ -2,9 +2,9 @@
 
 use super::config::Config;
 use super::solution::Solution;
-use super::verdict::Case;
+use super::verdict::{Case, is_of_rule};
 use crate::contract::bike::Bike;
-use crate::contract::coefficient::{Coefficient as C, Id};
+use crate::contract::coefficient::{Coefficient as C, Id, RULE};
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::{Interval, combined_dof, delta, ratio, ratio_se};
 use crate::tables::rows::{Coefficient, Ident, Provenance, Status};
@@ -60,9 +60,15 @@ struct Estimate {
     interval: Interval,
 }
 
+/// What a rule knows: its own width, whatever its inputs are known to.
+fn of_rule(value: f64) -> Estimate {
+    let [low, high] = RULE.map(|share| share * value);
+    Estimate { std_error: 0.25 * (high - low), interval: Interval::Bounded { low, high } }
+}
+
 /// Sum of squares of the upstream changes of a coefficient.
-fn upstream_variance(solution: &Solution, id: Id) -> f64 {
-    let changes = solution.upstream.iter().map(|u| u.values[id]);
+pub(super) fn upstream_variance(solution: &Solution, id: Id) -> f64 {
+    let changes = solution.upstream.iter().map(|u| u.change.values[id]);
     changes.filter(|d| d.is_finite()).map(|d| d * d).sum()
 }
 
@@ -71,7 +77,18 @@ fn estimate(solution: &Solution, bike: &Bike, id: Id, own: &Uncertainty) -> Esti
     if let C::CorneringStiffness0 | C::CamberStiffness0 = id.coefficient {
         return stiffness(solution, bike, id, own);
     }
-    let outside = upstream_variance(solution, id);
+    if is_of_rule(bike, id) {
+        return of_rule(solution.found.values[id]);
+    }
+    let (std_error, dof) = together(own, upstream_variance(solution, id));
+    if std_error == 0.0 {
+        return Estimate { std_error: f64::NAN, interval: Interval::Unbounded };
+    }
+    Estimate { std_error, interval: delta(solution.found.values[id], std_error, dof) }
+}
+
+/// Standard error and degrees of freedom of a fit's own variance and that of what is upstream.
+pub(super) fn together(own: &Uncertainty, outside: f64) -> (f64, f64) {
     let std_error = (own.variance + outside).sqrt();
     let dof = if own.dof > 0.0 {
         combined_dof(&[(own.variance.sqrt(), own.dof), (outside.sqrt(), f64::INFINITY)])
@@ -80,10 +97,7 @@ fn estimate(solution: &Solution, bike: &Bike, id: Id, own: &Uncertainty) -> Esti
     } else {
         f64::INFINITY
     };
-    if std_error == 0.0 {
-        return Estimate { std_error: f64::NAN, interval: Interval::Unbounded };
-    }
-    Estimate { std_error, interval: delta(solution.found.values[id], std_error, dof) }
+    (std_error, dof)
 }
 
 /// `k_alpha0` or `k_gamma0 = C k_alpha0`: a quotient of two uncertain numbers, so its interval
@@ -102,7 +116,7 @@ fn stiffness(solution: &Solution, bike: &Bike, id: Id, own: &Uncertainty) -> Est
     // own variance is that of the quotient: as if all of it were the denominator's
     let own_relative = own.variance.sqrt() / (scale * value).abs();
     let mut covariance = [0.0, 0.0, (own_relative * denominator).powi(2)];
-    for change in &solution.upstream {
+    for change in solution.upstream.iter().map(|u| &u.change) {
         let (mut d_n, d_d) = (change.stiffness[k].numerator, change.stiffness[k].denominator);
         if camber {
             d_n = c * d_n + numerator * change.values[(axle, C::SideForceRatio)];
@@ -118,4 +132,17 @@ fn stiffness(solution: &Solution, bike: &Bike, id: Id, own: &Uncertainty) -> Est
     let outside = (relative * relative - own_relative * own_relative).max(0.0).sqrt();
     let dof = combined_dof(&[(own_relative, own.dof), (outside, f64::INFINITY)]);
     Estimate { std_error, interval: ratio(scale * numerator, denominator, covariance, dof) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_of_a_rule_is_the_rules() {
+        let Estimate { std_error, interval } = of_rule(0.3);
+        assert!(interval.contains(0.0901) && interval.contains(0.599));
+        assert!(!interval.contains(0.089) && !interval.contains(0.601));
+        assert!((std_error - 0.425 * 0.3).abs() < 1e-12, "{std_error}");
+    }
 }

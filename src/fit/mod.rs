@@ -3,7 +3,8 @@
 //! [`coasting`], [`friction`] and [`cornering`] are the paper's fits. [`chain`] runs them in their
 //! order on the samples of a session ([`data`], [`selection`], [`rows`]) and again for every upstream quantity
 //! that is uncertain ([`variation`], [`refit`]); [`assemble`] makes the coefficients of what was
-//! fitted, [`coefficients`] the rows of the table, with the status of [`verdict`].
+//! fitted, [`coefficients`] the rows of the table, with the status of [`verdict`], [`missing`] what the
+//! numbers cost that the bike file does not have.
 
 pub mod assemble;
 pub mod chain;
@@ -13,6 +14,7 @@ pub mod config;
 pub mod cornering;
 pub mod data;
 pub mod friction;
+pub mod missing;
 pub mod refit;
 pub mod rows;
 pub mod selection;

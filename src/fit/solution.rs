@@ -54,13 +54,22 @@ pub struct FittedSamples {
     pub keep_steady: Vec<usize>,
 }
 
+/// What one standard error of one upstream quantity does.
+#[derive(Debug, Clone)]
+pub struct Upstream {
+    /// The key that the bike file does not have, if the quantity is one.
+    pub missing: Option<String>,
+    /// Change of the coefficients.
+    pub change: Assembled,
+}
+
 /// The coefficients of a session, and what moves them.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// The coefficients.
     pub found: Assembled,
-    /// Change of the coefficients for one standard error of each upstream quantity.
-    pub upstream: Vec<Assembled>,
+    /// What moves the coefficients besides their own manoeuvres.
+    pub upstream: Vec<Upstream>,
     /// The fits.
     pub fits: Fits,
     /// Their samples.

@@ -8,6 +8,8 @@ use crate::model::formulation::Formulation;
 /// One upstream quantity, or one direction of correlated ones, moved by one standard error.
 #[derive(Debug, Clone, Default)]
 pub struct Variation {
+    /// The key that the bike file does not have, where that is what is varied.
+    pub missing: Option<String>,
     /// The bike file with one of its numbers moved.
     pub bike: Option<Bike>,
     /// The sensor zeros with one of them moved.
@@ -20,6 +22,10 @@ pub struct Variation {
     pub rolling: f64,
 }
 
+/// The rear crown over the front's is the ratio of the widths within this share: an estimate, tyres
+/// of one set are not equally round; that of an independent plant is 7 % off.
+const CROWN_SPREAD: f64 = 0.1;
+
 /// Every upstream quantity in turn, one standard error up.
 pub fn variations(
     bike: &Bike,
@@ -28,12 +34,22 @@ pub fn variations(
     formulation: Formulation,
 ) -> Vec<Variation> {
     let mut out = Vec::new();
-    for (key, &sd) in &bike.uncertainty {
+    let missing = bike.priors_of_missing();
+    for (key, &sd) in bike.uncertainty.iter().filter(|(key, _)| !missing.contains_key(*key)) {
         if let (Some(value), true) = (bike.value(key), sd > 0.0) {
             let moved = bike.with(key, value + sd);
             out.push(Variation { bike: Some(moved), ..Variation::default() });
         }
     }
+    // what the ride itself gives is not taken from the bike file
+    let ridden = |key: &str| key.starts_with("aerodynamics.") && coasting.resistance.is_some();
+    for (key, prior) in missing.iter().filter(|(key, p)| p.sd > 0.0 && !ridden(key)) {
+        let bike = Some(bike.with(key, prior.value + prior.sd));
+        out.push(Variation { missing: Some(key.clone()), bike, ..Variation::default() });
+    }
+    // the fit knows the crowns of both tyres together, (36) shares them
+    let wider = bike.with("rear.width", bike.rear.width * (1.0 + CROWN_SPREAD));
+    out.push(Variation { bike: Some(wider), ..Variation::default() });
     if formulation == Formulation::Corrected {
         let moved = zero_variations(zeros).into_iter().filter(|moved| moved != zeros);
         out.extend(moved.map(|z| Variation { zeros: Some(z), ..Variation::default() }));
@@ -83,4 +99,57 @@ fn cholesky([aa, ab, bb]: [f64; 3]) -> [[f64; 2]; 2] {
     }
     let b = ab / a;
     [[a, b], [0.0, (bb - b * b).max(0.0).sqrt()]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::tyre_model::USUAL_SHARE;
+    use std::path::Path;
+
+    const SHORT: &str = "mass = 260.0\nwheelbase = 1.4\ncg_to_front = 0.7\ncg_height = 0.6\n\
+        caster_angle = 0.42\nfront.radius = 0.3\nfront.width = 0.12\nrear.radius = 0.31\n\
+        rear.width = 0.18\n";
+
+    fn varied(more: &str) -> Vec<Variation> {
+        let bike = Bike::parse(&format!("{SHORT}{more}"), "b", Path::new("b.toml")).expect("bike");
+        let (zeros, coasting) = (Zeros::default(), Coasting::default());
+        variations(&bike, &zeros, &coasting, Formulation::Corrected)
+    }
+
+    fn of<'a>(all: &'a [Variation], key: &str) -> Option<&'a Bike> {
+        let found = all.iter().find(|v| v.missing.as_deref() == Some(key));
+        found.and_then(|v| v.bike.as_ref())
+    }
+
+    #[test]
+    fn what_is_not_given_is_varied_by_the_schemas_width() {
+        let all = varied("");
+        let bike = of(&all, "front.wheel_inertia").expect("varied");
+        assert_eq!(bike.front.wheel_inertia, Some(0.45 + 0.135));
+        let bike = of(&all, "rear.side_force_ratio").expect("varied");
+        assert_eq!(bike.rear.side_force_ratio, 0.078 + 0.039);
+        let share = of(&all, "rear.deflection_share").and_then(|b| b.rear.deflection_share);
+        assert_eq!(share, Some(USUAL_SHARE + 0.1));
+        assert!(of(&all, "aerodynamics.drag").is_some() && of(&all, "yaw_inertia").is_some());
+    }
+
+    #[test]
+    fn what_is_given_without_uncertainty_is_exact() {
+        let all = varied("front.wheel_inertia = 0.45\nrear.side_force_ratio = 0.078\n");
+        assert!(of(&all, "front.wheel_inertia").is_none());
+        assert!(of(&all, "rear.side_force_ratio").is_none());
+        let moved = |v: &Variation| v.bike.as_ref().is_some_and(|b| b.mass != 260.0);
+        assert!(!all.iter().any(moved));
+        let all = varied("[uncertainty]\nmass = 2.0\n\"front.wheel_inertia\" = 0.05\n");
+        assert_eq!(all.iter().filter(|v| moved(v)).count(), 1);
+        let bike = of(&all, "front.wheel_inertia").expect("varied");
+        assert_eq!(bike.front.wheel_inertia, Some(0.5));
+    }
+
+    #[test]
+    fn the_split_of_the_crowns_is_uncertain() {
+        let wider = |v: &Variation| v.bike.as_ref().is_some_and(|b| b.rear.width > 0.18);
+        assert_eq!(varied("").iter().filter(|v| wider(v)).count(), 1);
+    }
 }

@@ -4,7 +4,8 @@
 use super::config::Config;
 use super::friction::is_of_curve;
 use super::solution::Solution;
-use crate::contract::coefficient::{Coefficient as C, Id, Source};
+use crate::contract::bike::Bike;
+use crate::contract::coefficient::{Coefficient as C, GIVEN, Id, Source};
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::Interval;
 use crate::tables::rows::Status;
@@ -62,13 +63,30 @@ impl Case<'_> {
 
     fn assumed(&self) -> Option<Objection> {
         let reason = match self.id.coefficient.spec().source {
-            Source::BikeFile(reason) => reason,
+            Source::BikeFile(reason) => self.taken(reason),
             _ if self.id.coefficient == C::MfE2 && self.value() == 0.0 => {
                 "the wheel was not both braked and driven: e1 is the curvature of the ridden side"
+                    .to_owned()
             }
             _ => return None,
         };
-        Some((Status::Assumed, reason.to_owned()))
+        Some((Status::Assumed, reason))
+    }
+
+    /// Where a value that is not estimated comes from; `reason` is the coefficient's own.
+    fn taken(&self, reason: &str) -> String {
+        let bike = &self.solution.inputs.bike;
+        if is_of_rule(bike, self.id) {
+            return reason.to_owned();
+        }
+        let key = format!("{}.{}", self.id.part, self.id.coefficient);
+        match bike.priors_of_missing().get(&key) {
+            Some(prior) => {
+                let sd = significant(prior.sd);
+                format!("default of the bike file's schema, not given: ±{sd}")
+            }
+            None => GIVEN.to_owned(),
+        }
     }
 
     fn not_available(&self, missing: Option<String>) -> Option<Objection> {
@@ -143,6 +161,22 @@ impl Case<'_> {
             _ => value,
         }
     }
+}
+
+/// Whether a coefficient's value comes from a rule and not from the bike file.
+pub fn is_of_rule(bike: &Bike, id: Id) -> bool {
+    let given = |axle| bike.wheel(axle).relaxation_length.is_some();
+    match id.coefficient {
+        C::PneumaticTrail0 => true,
+        C::RelaxationLength => !id.part.axle().is_some_and(given),
+        _ => false,
+    }
+}
+
+/// Two significant digits.
+fn significant(x: f64) -> String {
+    let decimals = (1.0 - x.abs().log10().floor()).clamp(0.0, 9.0);
+    format!("{x:.*}", decimals as usize)
 }
 
 fn poor(reason: String) -> Objection {

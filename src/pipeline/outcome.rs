@@ -24,6 +24,8 @@ pub struct Outcome {
     pub plots: Vec<rows::PlotPoint>,
     /// Estimated time series, if asked for.
     pub signals: Option<RecordBatch>,
+    /// What the numbers cost that the bike file does not have, a line each; in no table.
+    pub costs: Vec<String>,
     /// Tables that no later stage looks at (`pipeline::outcome::table`).
     pub other_tables: Vec<(&'static TableSpec, RecordBatch)>,
 }

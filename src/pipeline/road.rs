@@ -11,7 +11,7 @@ use crate::contract::channel::Channel;
 use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::fit::{Data, Solution, coefficients, cornering};
+use crate::fit::{Data, Solution, coefficients, cornering, missing};
 use crate::tables::rows::Ident;
 use crate::{estimate, plots};
 
@@ -39,9 +39,9 @@ pub fn run(
 
     let ident = Ident::from(&ride.meta);
     let provenance = provenance(input);
-    let missing = |id| missing_channels(&ride, id);
+    let reason = |id| missing_channels(&ride, id);
     let coefficients =
-        coefficients::rows(&solution, bike, &pipeline.fit, &missing, &ident, &provenance);
+        coefficients::rows(&solution, bike, &pipeline.fit, &reason, &ident, &provenance);
     let manoeuvres = manoeuvres(&ride, &segments, radii(bike, &solution), &ident);
     let signals = match input.signals {
         true => Some(signals(&ride, &data, &solution)?),
@@ -57,6 +57,7 @@ pub fn run(
         warnings,
         plots,
         signals,
+        costs: missing::costs(&solution).iter().map(ToString::to_string).collect(),
         ..Outcome::default()
     })
 }

@@ -87,6 +87,23 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
     out
 }
 
+/// What the numbers cost that the bike file does not have; nothing where it has all that matter.
+pub fn costs(costs: &[String]) -> String {
+    let mut out = String::new();
+    if !costs.is_empty() {
+        line(&mut out, "");
+        line(&mut out, "What the bike file does not have costs most");
+    }
+    for cost in costs {
+        let lines = wrap(&clean(cost), WIDTH - 4);
+        for (i, text) in lines.iter().enumerate() {
+            let indent = if i == 0 { "  " } else { "    " };
+            line(&mut out, &format!("{indent}{text}"));
+        }
+    }
+    out
+}
+
 /// A batch: what went in and came out, how long it took, and for each bike and tyre the medians
 /// of the main coefficients over its sessions.
 pub fn batch_summary(

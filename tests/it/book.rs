@@ -49,14 +49,17 @@ fn range(range: Option<[f64; 2]>) -> String {
 }
 
 fn key_row(key: &Key) -> String {
-    let given = match (key.required, key.default) {
+    let given = match (key.required, key.default.or(key.assumed)) {
         (true, _) => "required".to_owned(),
         (false, Some(default)) => format!("{default}"),
         (false, None) => String::new(),
     };
+    let percent = |share: f64| format!(" ± {} %", (1e3 * share).round() / 10.0);
+    let width = key.default_uncertainty.map(|sd| format!(" ± {sd}"));
+    let width = width.or(key.default_relative_uncertainty.map(percent)).unwrap_or_default();
     let source = key.source.as_ref().map(|s| format!(" ({s})")).unwrap_or_default();
     format!(
-        "| `{}` | {} | {} | {given} | {} | {}{} |\n",
+        "| `{}` | {} | {} | {given}{width} | {} | {}{} |\n",
         key.path,
         key.kind,
         cell(key.unit.as_deref().unwrap_or("")),

@@ -12,6 +12,8 @@ pub struct Inspection {
     pub warnings: Vec<Noticed>,
     pub rejected: Option<Reason>,
     pub estimates: Vec<Estimate>,
+    /// What the numbers cost that the bike file does not have, a line each.
+    pub costs: Vec<String>,
 }
 
 /// The session as a whole.

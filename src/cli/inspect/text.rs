@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::facts::{ChannelFacts, Estimate, Facts, Inspection};
 use crate::cli::number::number;
+use crate::report::terminal;
 
 impl Inspection {
     /// All of it.
@@ -14,6 +15,7 @@ impl Inspection {
         let _ = write_channels(&self.channels, &mut out);
         let _ = self.write_findings(&mut out);
         let _ = write_estimates(&self.estimates, &mut out);
+        out.push_str(&terminal::costs(&self.costs));
         out
     }
 
@@ -91,7 +93,7 @@ fn write_estimates(estimates: &[Estimate], out: &mut String) -> std::fmt::Result
     let titles = [
         ("possible", "Can be estimated, if it was ridden"),
         ("not_available", "Cannot be estimated"),
-        ("assumed", "Taken from the bike file"),
+        ("assumed", "Taken from the bike file, its defaults or a rule"),
     ];
     for (status, title) in titles {
         let mut rows = estimates.iter().filter(|e| e.status == status).peekable();
