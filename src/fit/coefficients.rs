@@ -1,7 +1,7 @@
 //! From fits to the rows of the `coefficients` table: standard errors, intervals and status.
 
 use super::config::Config;
-use super::solution::Solution;
+use super::solution::{Solution, Upstream};
 use super::verdict::{Case, is_of_rule};
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient as C, Id, RULE};
@@ -22,7 +22,7 @@ pub fn rows(
         .map(|id| {
             let value = solution.found.values[id];
             let own = solution.uncertainty(id);
-            let estimate = estimate(solution, bike, id, &own);
+            let estimate = estimate(solution, &solution.upstream, bike, id, &own);
             let interval = estimate.interval;
             let case = Case { solution, config, id, own: &own, interval };
             let (status, reason) = case.verdict(missing(id));
@@ -54,41 +54,55 @@ pub fn rows(
         .collect()
 }
 
-/// A standard error and an interval.
-struct Estimate {
-    std_error: f64,
+/// How well a coefficient is known.
+pub(super) struct Estimate {
+    /// In the coefficient's unit; NaN where it is not known.
+    pub(super) std_error: f64,
+    /// Degrees of freedom of the standard error.
+    pub(super) dof: f64,
+    /// 95 %.
     interval: Interval,
 }
+
+/// Of what nothing is known.
+const UNKNOWN: Estimate = Estimate { std_error: f64::NAN, dof: 0.0, interval: Interval::Unbounded };
 
 /// What a rule knows: its own width, whatever its inputs are known to.
 fn of_rule(value: f64) -> Estimate {
     let [low, high] = RULE.map(|share| share * value);
-    Estimate { std_error: 0.25 * (high - low), interval: Interval::Bounded { low, high } }
+    let interval = Interval::Bounded { low, high };
+    Estimate { std_error: 0.25 * (high - low), dof: f64::INFINITY, interval }
 }
 
 /// Sum of squares of the upstream changes of a coefficient.
-pub(super) fn upstream_variance(solution: &Solution, id: Id) -> f64 {
-    let changes = solution.upstream.iter().map(|u| u.change.values[id]);
+fn upstream_variance(upstream: &[Upstream], id: Id) -> f64 {
+    let changes = upstream.iter().map(|u| u.change.values[id]);
     changes.filter(|d| d.is_finite()).map(|d| d * d).sum()
 }
 
-/// Standard error and interval of a coefficient.
-fn estimate(solution: &Solution, bike: &Bike, id: Id, own: &Uncertainty) -> Estimate {
+/// Standard error and interval of a coefficient, with what is upstream of it.
+pub(super) fn estimate(
+    solution: &Solution,
+    upstream: &[Upstream],
+    bike: &Bike,
+    id: Id,
+    own: &Uncertainty,
+) -> Estimate {
     if let C::CorneringStiffness0 | C::CamberStiffness0 = id.coefficient {
-        return stiffness(solution, bike, id, own);
+        return stiffness(solution, upstream, bike, id, own);
     }
     if is_of_rule(bike, id) {
         return of_rule(solution.found.values[id]);
     }
-    let (std_error, dof) = together(own, upstream_variance(solution, id));
+    let (std_error, dof) = together(own, upstream_variance(upstream, id));
     if std_error == 0.0 {
-        return Estimate { std_error: f64::NAN, interval: Interval::Unbounded };
+        return UNKNOWN;
     }
-    Estimate { std_error, interval: delta(solution.found.values[id], std_error, dof) }
+    Estimate { std_error, dof, interval: delta(solution.found.values[id], std_error, dof) }
 }
 
 /// Standard error and degrees of freedom of a fit's own variance and that of what is upstream.
-pub(super) fn together(own: &Uncertainty, outside: f64) -> (f64, f64) {
+fn together(own: &Uncertainty, outside: f64) -> (f64, f64) {
     let std_error = (own.variance + outside).sqrt();
     let dof = if own.dof > 0.0 {
         combined_dof(&[(own.variance.sqrt(), own.dof), (outside.sqrt(), f64::INFINITY)])
@@ -102,9 +116,15 @@ pub(super) fn together(own: &Uncertainty, outside: f64) -> (f64, f64) {
 
 /// `k_alpha0` or `k_gamma0 = C k_alpha0`: a quotient of two uncertain numbers, so its interval
 /// is Fieller's, which opens where the denominator may vanish.
-fn stiffness(solution: &Solution, bike: &Bike, id: Id, own: &Uncertainty) -> Estimate {
+fn stiffness(
+    solution: &Solution,
+    upstream: &[Upstream],
+    bike: &Bike,
+    id: Id,
+    own: &Uncertainty,
+) -> Estimate {
     let Some(axle) = id.part.axle() else {
-        return Estimate { std_error: f64::NAN, interval: Interval::Unbounded };
+        return UNKNOWN;
     };
     let k = axle as usize;
     let camber = id.coefficient == C::CamberStiffness0;
@@ -116,7 +136,7 @@ fn stiffness(solution: &Solution, bike: &Bike, id: Id, own: &Uncertainty) -> Est
     // own variance is that of the quotient: as if all of it were the denominator's
     let own_relative = own.variance.sqrt() / (scale * value).abs();
     let mut covariance = [0.0, 0.0, (own_relative * denominator).powi(2)];
-    for change in solution.upstream.iter().map(|u| &u.change) {
+    for change in upstream.iter().map(|u| &u.change) {
         let (mut d_n, d_d) = (change.stiffness[k].numerator, change.stiffness[k].denominator);
         if camber {
             d_n = c * d_n + numerator * change.values[(axle, C::SideForceRatio)];
@@ -131,7 +151,7 @@ fn stiffness(solution: &Solution, bike: &Bike, id: Id, own: &Uncertainty) -> Est
     let relative = std_error / (scale * value).abs();
     let outside = (relative * relative - own_relative * own_relative).max(0.0).sqrt();
     let dof = combined_dof(&[(own_relative, own.dof), (outside, f64::INFINITY)]);
-    Estimate { std_error, interval: ratio(scale * numerator, denominator, covariance, dof) }
+    Estimate { std_error, dof, interval: ratio(scale * numerator, denominator, covariance, dof) }
 }
 
 #[cfg(test)]
@@ -140,7 +160,7 @@ mod tests {
 
     #[test]
     fn the_interval_of_a_rule_is_the_rules() {
-        let Estimate { std_error, interval } = of_rule(0.3);
+        let Estimate { std_error, interval, .. } = of_rule(0.3);
         assert!(interval.contains(0.0901) && interval.contains(0.599));
         assert!(!interval.contains(0.089) && !interval.contains(0.601));
         assert!((std_error - 0.425 * 0.3).abs() < 1e-12, "{std_error}");

@@ -1,10 +1,9 @@
 //! What the numbers cost that the bike file does not have.
 
-use super::coefficients::{together, upstream_variance};
-use super::solution::Solution;
+use super::coefficients::estimate;
+use super::solution::{Solution, Upstream};
 use crate::contract::bike;
 use crate::contract::coefficient::{Coefficient as C, Id};
-use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::t95;
 
 /// Most keys that are named.
@@ -19,7 +18,7 @@ pub struct Cost {
     pub key: String,
     /// The coefficient that it widens most.
     pub id: Id,
-    /// Half of the 95 % interval over the value, as it is.
+    /// Half of the 95 % interval over the value, as it is; of a quotient by its standard error.
     pub relative: f64,
     /// The same if the key were exact.
     pub relative_without: f64,
@@ -64,22 +63,14 @@ fn cost(solution: &Solution, key: &str) -> Option<Cost> {
     // those that may well be zero have no relative width
     let sized =
         |id: &Id| !matches!(id.coefficient, C::MfE1 | C::MfE2 | C::SlipCamberC1 | C::SlipCamberC3);
+    let of_key = |u: &&Upstream| u.missing.as_deref().is_some_and(|k| leaf(k) == key);
+    let others: Vec<Upstream> = solution.upstream.iter().filter(|u| !of_key(u)).cloned().collect();
     let widened = Id::onroad().filter(sized).filter_map(|id| {
-        let own = solution.uncertainty(id);
-        let value = solution.found.values[id].abs();
-        if own.quality.n_samples == 0 || !value.is_finite() {
+        if solution.uncertainty(id).quality.n_samples == 0 {
             return None;
         }
-        let all = upstream_variance(solution, id);
-        let of_key: f64 = solution
-            .upstream
-            .iter()
-            .filter(|u| u.missing.as_deref().is_some_and(|k| leaf(k) == key))
-            .map(|u| u.change.values[id].powi(2))
-            .filter(|square| square.is_finite())
-            .sum();
-        let relative = half(&own, all) / value;
-        let relative_without = half(&own, (all - of_key).max(0.0)) / value;
+        let relative = relative_of(solution, &solution.upstream, id);
+        let relative_without = relative_of(solution, &others, id);
         (relative.is_finite() && relative > LEAST * relative_without).then_some((
             id,
             relative,
@@ -93,10 +84,11 @@ fn cost(solution: &Solution, key: &str) -> Option<Cost> {
     Some(Cost { key: key.to_owned(), id, relative, relative_without, remedy })
 }
 
-/// Half of a 95 % interval.
-fn half(own: &Uncertainty, outside: f64) -> f64 {
-    let (std_error, dof) = together(own, outside);
-    t95(dof) * std_error
+/// Half of a 95 % interval over the value, with what is upstream.
+fn relative_of(solution: &Solution, upstream: &[Upstream], id: Id) -> f64 {
+    let (bike, own) = (&solution.inputs.bike, solution.uncertainty(id));
+    let found = estimate(solution, upstream, bike, id, &own);
+    t95(found.dof) * found.std_error / solution.found.values[id].abs()
 }
 
 #[cfg(test)]
