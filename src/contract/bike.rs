@@ -218,6 +218,28 @@ impl Bike {
         Bike { curves: self.curves.clone(), prior, ..bike }
     }
 
+    /// To be called once numbers of the wheels were changed in place: [`Bike::with`] starts from the
+    /// keys, and what is not given is varied from where it is now.
+    pub fn settle(&mut self) {
+        for axle in Axle::BOTH {
+            let wheel = self.wheel(axle);
+            let numbers = [
+                ("side_force_ratio", Some(wheel.side_force_ratio)),
+                ("twisting_stiffness", Some(wheel.twisting_stiffness)),
+                ("wheel_inertia", wheel.wheel_inertia),
+                ("relaxation_length", wheel.relaxation_length),
+            ];
+            for (leaf, number) in numbers {
+                let Some(value) = number else { continue };
+                let key = format!("{}.{leaf}", axle.name());
+                if let Some(prior) = self.prior.get_mut(&key) {
+                    prior.value = value;
+                }
+                self.keys.insert(key, value);
+            }
+        }
+    }
+
     /// The same bike with every number exact.
     #[must_use]
     pub fn certain(mut self) -> Self {
@@ -441,6 +463,18 @@ mod tests {
         assert!(!prior.contains_key("mass"));
         // and a bike file that is written says nothing of them
         assert!(!bike.to_toml().contains("wheel_inertia") && !bike.to_toml().contains("trail"));
+    }
+
+    #[test]
+    fn what_was_changed_in_place_stays_when_another_number_moves() {
+        let mut bike = bike("");
+        bike.rear.side_force_ratio = 0.06;
+        bike.rear.wheel_inertia = Some(0.7);
+        bike.settle();
+        let moved = bike.with("mass", 262.0);
+        assert_eq!((moved.rear.side_force_ratio, moved.rear.wheel_inertia), (0.06, Some(0.7)));
+        assert_eq!(moved.front, bike.front);
+        assert_eq!(bike.priors_of_missing()["rear.wheel_inertia"].value, 0.7);
     }
 
     #[test]

@@ -19,6 +19,7 @@ pub fn remove(error: &ModelError, session: &mut Session, bike: &mut Bike) -> Vec
             None => left.push(effect.name),
         }
     }
+    bike.settle();
     left
 }
 

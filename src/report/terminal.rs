@@ -304,6 +304,16 @@ mod tests {
     }
 
     #[test]
+    fn costs_fit_the_page() {
+        assert_eq!(costs(&[]), "");
+        let long = "wheel_inertia not given: vehicle overturning_stiffness ±38 % instead of ±5.1 %; \
+                    swing the wheel, or coast and brake in neutral";
+        let text = costs(&[long.to_owned()]);
+        assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(text.contains("\n  wheel_inertia not given: vehicle"), "{text}");
+    }
+
+    #[test]
     fn a_batch_accounts_for_every_input() {
         let rejected = Rejected {
             path: "bad.csv".into(),
