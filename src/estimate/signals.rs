@@ -42,6 +42,8 @@ pub struct Inputs {
     pub drag: f64,
     /// Rolling resistance coefficient.
     pub rolling: f64,
+    /// Pneumatic trail over that of the rule (12).
+    pub trail_ratio: f64,
 }
 
 /// Estimated signals, one value per sample; pairs are front and rear.
@@ -111,6 +113,7 @@ impl Inputs {
             radius: [bike.front.radius, bike.rear.radius],
             drag: bike.drag,
             rolling: bike.rolling_resistance,
+            trail_ratio: 1.0,
         }
     }
 
@@ -360,7 +363,8 @@ impl Inputs {
             };
             // without a lateral velocity the trails are left out: a per cent of the forces
             let part = if part.is_finite() { part } else { 0.0 };
-            part.clamp(-3.0, 3.0) * trail_0(self.radius[k], wheel.vertical_stiffness, s.load[k])
+            let trail = trail_0(self.radius[k], wheel.vertical_stiffness, s.load[k]);
+            part.clamp(-3.0, 3.0) * self.trail_ratio * trail
         })
     }
 

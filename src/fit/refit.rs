@@ -104,6 +104,7 @@ impl<'a> Refit<'a> {
         }
         inputs.drag += variation.drag;
         inputs.rolling += variation.rolling;
+        inputs.trail_ratio += variation.trail_ratio;
         (inputs, radius, resistance)
     }
 

@@ -2,6 +2,7 @@
 
 use super::coasting::{Coasting, DRAG, RADIUS, ROLLING};
 use crate::contract::bike::Bike;
+use crate::contract::coefficient::RULE;
 use crate::estimate::zeros::{LateralZero, Zeros};
 use crate::model::formulation::Formulation;
 
@@ -20,6 +21,8 @@ pub struct Variation {
     pub drag: f64,
     /// Change of the rolling resistance.
     pub rolling: f64,
+    /// Change of the pneumatic trail over that of the rule.
+    pub trail_ratio: f64,
 }
 
 /// The rear crown over the front's is the ratio of the widths within this share: an estimate, tyres
@@ -50,6 +53,8 @@ pub fn variations(
     // the fit knows the crowns of both tyres together, (36) shares them
     let wider = bike.with("rear.width", bike.rear.width * (1.0 + CROWN_SPREAD));
     out.push(Variation { bike: Some(wider), ..Variation::default() });
+    let trail_ratio = 0.25 * (RULE[1] - RULE[0]);
+    out.push(Variation { trail_ratio, ..Variation::default() });
     if formulation == Formulation::Corrected {
         let moved = zero_variations(zeros).into_iter().filter(|moved| moved != zeros);
         out.extend(moved.map(|z| Variation { zeros: Some(z), ..Variation::default() }));
