@@ -83,7 +83,7 @@ impl Ride {
             .map_err(|e| e.message)?;
         let plan = self.truth["plan"].as_str().unwrap_or("?");
         let mut text = format!("{} ({plan}), hidden: {}\n", self.name, self.hidden());
-        let said = |v: &str| ["named", "ambiguous", "unexplained"].contains(&v);
+        let said = |v: &str| std::env::var("ALLROWS").is_ok() || ["named", "ambiguous", "unexplained"].contains(&v);
         for row in found.causes.iter().filter(|row| said(&row.verdict)) {
             let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4}"));
             text += &format!(
@@ -97,7 +97,7 @@ impl Ride {
                 row.score,
                 row.equivalent_to.as_deref().map_or(String::new(), |e| format!("; or {e}")),
             );
-            if row.effect == "unexplained" {
+            if row.effect == "unexplained" || std::env::var("ALLROWS").is_ok() {
                 text += &format!("        {}\n", row.reason);
             }
         }

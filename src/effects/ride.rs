@@ -44,6 +44,26 @@ impl BrakeHistory {
     }
 }
 
+/// How long before and after a press a lever's small pressures act, s.
+const AROUND: f64 = 0.3;
+
+/// The pressure that acts: nothing where the lever is at rest, whatever its sensor's noise. `pressure` in Pa
+/// at `rate` Hz, missing samples stay missing.
+pub fn acting_pressure(pressure: &[f64], rate: f64) -> Vec<f64> {
+    let reach = (AROUND * rate) as usize;
+    let n = pressure.len();
+    let mut acts = vec![false; n];
+    for i in (0..n).filter(|&i| pressure[i] > BrakeHistory::PRESSED) {
+        acts[i.saturating_sub(reach)..(i + reach + 1).min(n)].fill(true);
+    }
+    let of = |(p, acts): (&f64, bool)| match (p.is_nan(), acts) {
+        (true, _) => f64::NAN,
+        (_, true) => p.max(0.0),
+        _ => 0.0,
+    };
+    pressure.iter().zip(acts).map(of).collect()
+}
+
 /// Heat in the brakes, sample by sample; samples without speed keep the last.
 pub fn brake_history(session: &Session) -> Vec<BrakeHistory> {
     let Some(v) = session.get(Channel::VelocityX) else {

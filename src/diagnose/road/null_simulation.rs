@@ -64,7 +64,7 @@ impl<'a> NullSimulation<'a> {
         // what an effect explains is neither scatter nor noise, or a large one would hide itself
         let free = base.with_everything(&measured, ALL);
         let problem = free.problem(&measured);
-        let scatter = Scatter::of(&measured, &problem, &problem.linear(&free.values));
+        let scatter = Scatter::of(&measured, &problem, &problem.linear(&free.values), &free.values);
         let sigma = [0, 1, 2, 3, 4, 5, 6, 7].map(|c| base.sigma[c].min(TAKEN_UP * free.sigma[c]));
         let picks = picks(session, segments);
         let mut simulation = NullSimulation {
@@ -104,6 +104,11 @@ impl<'a> NullSimulation<'a> {
             scatter: self.scatter.clone(),
             ..*self
         }
+    }
+
+    /// White noise of the channels, their drifts, and the long-run noise added to the residuals.
+    pub fn noise(&self) -> (&[(Channel, f64)], &[Drift], &[f64; 8]) {
+        (&self.white, &self.drift, &self.colour)
     }
 
     /// What a perfect logger would have recorded on a model.
