@@ -176,7 +176,11 @@ fn pool_one(effect: &Effect, says: &[Evidence]) -> Vec<CauseRow> {
                 false_alarm_rate: 0.001,
                 gain_heldout: Some(gain),
                 separate_by: Some(effect.separate_by.to_owned()),
-                reason: format!("{}: shared by {} sessions{also}", effect.sentence, group.len()),
+                reason: format!(
+                    "{}: shared by {} sessions{also}",
+                    effect.sentence_of(value),
+                    group.len()
+                ),
                 ..CauseRow::default()
             })
         })

@@ -11,6 +11,7 @@ pub struct BrakeDrag;
 impl Physics for BrakeDrag {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the brakes drag while they are warm",
+        opposite: "the bike slows less while the brakes are warm",
         unit: "N m",
         typical: 2.0,
         // it cannot push

@@ -171,6 +171,31 @@ mod tests {
         }
     }
 
+    /// Effects of which one sentence is true with either sign: zeros and numbers that are not the assumed
+    /// ones, and what has only a direction against the first straight's.
+    const NEUTRAL: [&str; 9] = [
+        "wind",
+        "road_bank",
+        "steer_zero",
+        "roll_zero",
+        "velocity_lever_arm",
+        "side_force_ratio_front",
+        "side_force_ratio_rear",
+        "twisting_stiffness",
+        "pneumatic_trail",
+    ];
+
+    #[test]
+    fn the_sentence_of_a_size_has_its_sign() {
+        for effect in ALL {
+            let neutral = NEUTRAL.contains(&effect.name);
+            assert_eq!(effect.sentence == effect.opposite, neutral, "{}", effect.name);
+            assert_eq!(effect.sentence_of(effect.typical), effect.sentence);
+            assert_eq!(effect.sentence_of(-effect.typical), effect.opposite);
+            assert_eq!(effect.sentence_of(f64::NAN), effect.sentence);
+        }
+    }
+
     #[test]
     fn sizes_are_read_and_put_by_name() {
         for effect in ALL {

@@ -36,6 +36,7 @@ impl Ride<'_> {
             name: effect.name,
             parameter: effect.name,
             sentence: effect.sentence,
+            opposite: effect.opposite,
             unit: effect.unit,
             separate_by: effect.separate_by,
             typical: effect.typical,
