@@ -3,6 +3,7 @@
 use super::physics::{Physics, Remove};
 use super::ride::{BrakeHistory, HEAT, add_with};
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
@@ -37,7 +38,7 @@ impl Physics for BrakeDrag {
         });
     });
 
-    fn brake_drag(size: f64, torque: f64, mass: f64, brakes: BrakeHistory) -> f64 {
+    fn brake_drag(size: f64, torque: f64, mass: f64, brakes: BrakeHistory, _axle: Axle) -> f64 {
         torque + size * mass * brakes.warm / HEAT
     }
 }

@@ -23,12 +23,14 @@ mod drag_height;
 pub mod extended_model;
 pub mod extended_tyre;
 mod friction_load;
+mod front_brake_drag;
 mod front_compliance;
 mod gyroscopic;
 mod latency;
 mod lift;
 mod low_friction_patch;
 mod model_error;
+mod pad_heat;
 pub mod physics;
 mod pneumatic_trail;
 mod radius_camber;
@@ -64,7 +66,9 @@ effects! {
     radius_camber::RadiusCamber,
     radius_load::RadiusLoad,
     brake_fade::BrakeFade,
+    pad_heat::PadHeat,
     brake_drag::BrakeDrag,
+    front_brake_drag::FrontBrakeDrag,
     steer_zero::SteerZero,
     roll_zero::RollZero,
     velocity_lever_arm::VelocityLeverArm,

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::dive::true_dive;
 use super::parameters::Parameters;
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ModelError;
@@ -285,7 +286,8 @@ impl<'a> Ride<'a> {
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
         self.brakes.update(self.state.vx, braking, dt);
         let gain = plant.model_error.brake_gain(1.0, plant.mass, self.brakes);
-        let drag = plant.model_error.brake_drag(0.0, plant.mass, self.brakes);
+        let (error, brakes) = (&plant.model_error, self.brakes);
+        let drag = Axle::BOTH.map(|axle| error.brake_drag(0.0, plant.mass, brakes, axle));
         let radius = plant.tyres.map(|tyre| tyre.rolling_radius);
         let above = above_axles(plant.cg_height, radius);
         // what was measured goes on evenly: held from the start of a step it would act half a step late
@@ -293,7 +295,7 @@ impl<'a> Ride<'a> {
             brake: [0, 1].map(|k| {
                 let pressure = known(&measured.pressures[k], i);
                 let on = pressure > BrakeHistory::PRESSED;
-                drag + if on { plant.brake_gain[k] * gain * pressure } else { 0.0 }
+                drag[k] + if on { plant.brake_gain[k] * gain * pressure } else { 0.0 }
             }),
             ahead: above * measured.dive[i],
             dive_rate: measured.dive_rate[i],
