@@ -96,10 +96,14 @@ impl Evidence {
         Ok(Evidence { member: member.clone(), value, std_error, named })
     }
 
-    /// Whether it has an effect of the sign of a size: by name, or beyond its error.
-    fn supports(&self, size: f64) -> [bool; 2] {
-        let same = self.value * size > 0.0;
-        [same && self.named, same && self.value.abs() > SEEN * self.std_error]
+    /// Whether it has the sign of a size.
+    fn agrees(&self, size: f64) -> bool {
+        self.value * size > 0.0
+    }
+
+    /// Whether it is beyond its error.
+    fn is_seen(&self) -> bool {
+        self.value.abs() > SEEN * self.std_error
     }
 }
 
@@ -252,10 +256,9 @@ fn shared(effect: &Effect, group: &Group<'_>) -> Option<CauseRow> {
     if group.seen.len() < 2 || !sound {
         return None;
     }
-    let [named, seen] = [0, 1].map(|by| {
-        let supports = |s: &&&Evidence| s.supports(value)[by];
-        group.seen.iter().filter(supports).count()
-    });
+    let agreeing = || group.seen.iter().filter(|s| s.agrees(value));
+    let named = agreeing().filter(|s| s.named).count();
+    let seen = agreeing().filter(|s| s.is_seen()).count();
     let supported = named > 0 || seen >= FEWEST;
     let verdict = if supported { Verdict::Named } else { Verdict::NotNeeded };
     let half_width = 1.96 * std_error.hypot(TOGETHER * value);

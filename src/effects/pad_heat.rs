@@ -52,14 +52,19 @@ mod tests {
 
     #[test]
     fn the_gain_falls_from_stop_to_stop_and_not_below_the_least() {
-        let gain = |total: f64| {
+        let gain_after = |stops: usize| {
             let mut brakes = BrakeHistory::default();
-            brakes.total = total;
+            for _ in 0..stops {
+                // 250 kg with 200 J/kg are one unit of heat
+                brakes.update(20.0, true, 0.01);
+                brakes.update(0.0, true, 0.01);
+                brakes.update(0.0, false, 60.0);
+            }
             PadHeat::brake_gain(0.04, 1.0, 250.0, brakes)
         };
-        // 250 kg with 200 J/kg are one unit of heat
-        assert!((gain(200.0) - 0.96).abs() < 1e-12);
-        assert!((gain(1000.0) - 0.8).abs() < 1e-12);
-        assert_eq!(gain(1e5), LEAST);
+        assert_eq!(gain_after(0), 1.0);
+        assert!((gain_after(1) - 0.96).abs() < 1e-12);
+        assert!((gain_after(5) - 0.8).abs() < 1e-12);
+        assert_eq!(gain_after(50), LEAST);
     }
 }
