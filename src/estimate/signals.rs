@@ -17,8 +17,8 @@
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
-use crate::model::kinematics::{FrontWheel, front_wheel};
 use crate::model::dive::{above_axles, contact_arms};
+use crate::model::kinematics::{FrontWheel, front_wheel};
 use crate::model::tyre::trail_0;
 
 use super::relaxation::SlipLag;

@@ -347,9 +347,8 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
     let weight = bike.mass * GRAVITY / bike.wheelbase;
     let load = [bike.cg_to_rear(), bike.cg_to_front].map(|l| weight * l);
     // the overturning stiffness is the crown of the loaded tyre
-    let crown = [0, 1].map(|k| {
-        tyres[k].overturning_stiffness + load[k] / tyres[k].vertical_stiffness
-    });
+    let crown =
+        [0, 1].map(|k| tyres[k].overturning_stiffness + load[k] / tyres[k].vertical_stiffness);
     Plant {
         mass: bike.mass,
         cg_to_front: bike.cg_to_front,

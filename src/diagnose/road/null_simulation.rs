@@ -46,12 +46,7 @@ pub struct NullSimulation<'a> {
 
 impl<'a> NullSimulation<'a> {
     /// Learns a ride's noise, and simulates it on the fitted base.
-    pub fn new(
-        session: &'a Session,
-        segments: &'a [Segment],
-            base: &Base,
-        seed: u64,
-    ) -> Self {
+    pub fn new(session: &'a Session, segments: &'a [Segment], base: &Base, seed: u64) -> Self {
         let clean = ridden(session, segments, &base.values, From::Session);
         let white = clean
             .channels()
@@ -186,7 +181,6 @@ impl<'a> NullSimulation<'a> {
         (samples, quick)
     }
 }
-
 
 /// What a perfect logger with the zeros of a model would have recorded on it.
 fn ridden(session: &Session, segments: &[Segment], values: &Parameters, from: From) -> Session {

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::dive::{NOISY, true_dive};
 use super::parameters::Parameters;
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ModelError;
@@ -290,14 +291,14 @@ impl<'a> Ride<'a> {
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
         self.brakes.update(self.state.vx, braking, dt);
         let gain = plant.model_error.brake_gain(1.0, plant.mass, self.brakes);
-        let drag = plant.model_error.brake_drag(0.0, plant.mass, self.brakes);
+        let (error, brakes) = (&plant.model_error, self.brakes);
+        let drag = Axle::BOTH.map(|axle| error.brake_drag(0.0, plant.mass, brakes, axle));
         let radius = plant.tyres.map(|tyre| tyre.rolling_radius);
         let above = above_axles(plant.cg_height, radius);
         // what was measured goes on evenly: held from the start of a step it would act half a step late
         let given = |action: Action, i: usize| Action {
-            brake: [0, 1].map(|k| {
-                drag + plant.brake_gain[k] * gain * known(&measured.pressures[k], i)
-            }),
+            brake: [0, 1]
+                .map(|k| drag[k] + plant.brake_gain[k] * gain * known(&measured.pressures[k], i)),
             ahead: above * measured.dive[i],
             dive_rate: measured.dive_rate[i],
             ..action

@@ -36,6 +36,7 @@ impl Ride<'_> {
             name: effect.name,
             parameter: effect.name,
             sentence: effect.sentence,
+            opposite: effect.opposite,
             unit: effect.unit,
             separate_by: effect.separate_by,
             typical: effect.typical,
@@ -130,11 +131,9 @@ impl<'a> Stage<'a> {
             let relieves = strained > super::base::RELIEVED;
             // what is linear about a strained base is not about the truth: the fit with the candidate is
             let score = match relieves {
-                true => Score {
-                    delta: size,
-                    std_error: self.calibration.scale.scatter[k],
-                    ..*score
-                },
+                true => {
+                    Score { delta: size, std_error: self.calibration.scale.scatter[k], ..*score }
+                }
                 false => *score,
             };
             let calibrated = self.calibration.judge(k, &score);
