@@ -1,7 +1,6 @@
 //! The work of `roadbench diagnose`: each session's causes by [`diagnose::run`], then what several
 //! sessions share, and the report.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::error::Error;
@@ -10,7 +9,7 @@ use super::local_copy::LocalCopy;
 use super::store::Store;
 use super::work::{Output, SessionFile, Work, encoded};
 use crate::contract::bike::Bike;
-use crate::diagnose::levels::{self, Evidence};
+use crate::diagnose::levels::{Member, Pooling};
 use crate::diagnose::{self, Diagnosis, Settings};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::report::{self, Pages};
@@ -146,17 +145,15 @@ pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
 /// What the sessions of an output share, from their own rows of `causes`.
 fn pooled(out: &Path) -> Result<Vec<CauseRow>, Error> {
     let mut sessions: Vec<DiagnosisRow> = read::rows(out)?;
-    sessions.retain(|s| s.poolable);
     // sums depend on the order, in the last digit
     sessions.sort_by(|a, b| Path::new(&a.path).cmp(Path::new(&b.path)));
-    let mut all: BTreeMap<&'static str, Vec<Evidence>> = BTreeMap::new();
-    for session in &sessions {
+    let mut pooling = Pooling::default();
+    for session in sessions {
         let file = format!("{}.parquet", file_name(&session.ident.session_id));
         let folder = out.join("causes").join(format!("bike={}", session.ident.bike_id));
         let causes: Vec<CauseRow> = read::file_rows(&folder.join(file))?;
-        for (effect, evidence) in levels::evidence(&causes, session.site.as_deref()) {
-            all.entry(effect).or_default().push(evidence);
-        }
+        let DiagnosisRow { ident, site, poolable, .. } = session;
+        pooling.add(Member { ident, site, sound: poolable }, &causes);
     }
-    Ok(levels::pool(&all))
+    Ok(pooling.rows())
 }

@@ -137,7 +137,7 @@ fn causes(scenario: &str, out: &Path, colours: bool) -> Result<(), Failure> {
         rows.iter().filter(|r| matches!(r.verdict.as_str(), "named" | "ambiguous")).collect();
     say!("\n{}", colour::bold("Hidden in these rides, and not told to `diagnose`", colours));
     for (effect, value) in &hidden {
-        say!("{:24} {value:8.4} {:4} {}", effect.name, effect.unit, effect.sentence);
+        say!("{:24} {value:8.4} {:4} {}", effect.name, effect.unit, effect.sentence_of(*value));
     }
     say!("\n{}", colour::bold("Named by `diagnose`", colours));
     for row in &named {

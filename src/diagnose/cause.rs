@@ -1,6 +1,7 @@
 //! Candidates, causes and what a diagnosis makes of all of them: the types that road and off-road share.
 
 use crate::contract::verdict::Verdict;
+use crate::effects::spec::by_sign;
 
 /// A candidate cause: an effect of the road model or of the off-road one.
 #[derive(Debug, Clone, Copy)]
@@ -11,8 +12,10 @@ pub struct Candidate {
     pub name: &'static str,
     /// Name of its one number in the tables.
     pub parameter: &'static str,
-    /// What happens, as a main clause.
+    /// What happens where its number has the sign of `typical`, as a main clause.
     pub sentence: &'static str,
+    /// What happens where it has the other sign.
+    pub opposite: &'static str,
     /// Unit of its number.
     pub unit: &'static str,
     /// The riding or the channel that tells it from others.
@@ -27,6 +30,11 @@ impl Candidate {
     /// Whether a size is physically plausible.
     pub fn in_bounds(&self, size: f64) -> bool {
         (self.bounds[0]..=self.bounds[1]).contains(&size)
+    }
+
+    /// What happens at a size; at one that is not known, what usually does.
+    pub fn sentence_of(&self, size: f64) -> &'static str {
+        by_sign(size, self.typical, [self.sentence, self.opposite])
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a diagnosis gives, on the road and off it.
 
-use super::levels::{self, Evidence};
+use super::levels::Member;
 use super::offroad::OffroadDiagnosis;
 use super::road::RoadDiagnosis;
 use super::summary;
@@ -22,20 +22,17 @@ pub struct Diagnosis {
     pub replays: Vec<SimulatedSample>,
     /// The extended model; off-road there is no file of it.
     pub model: Option<ExtendedModel>,
-    /// Whether the sizes in `causes` may be pooled over sessions: sizes under a model that is known to
-    /// be wrong are no sizes.
+    /// Whether the sizes in `causes` are pooled over sessions with their own errors: those under a model
+    /// that is known to be wrong are pooled with twice that.
     pub poolable: bool,
     /// The verdict for a terminal: lines without colour, the last one not ended.
     pub summary: String,
 }
 
 impl Diagnosis {
-    /// What the session contributes to effects shared by several ([`levels::pool`]), by effect.
-    pub fn evidence(&self) -> Vec<(&'static str, Evidence)> {
-        match self.poolable {
-            true => levels::evidence(&self.causes, self.site.as_deref()),
-            false => Vec::new(),
-        }
+    /// The session as one that is pooled over ([`Pooling::add`](super::levels::Pooling::add)).
+    pub fn member(&self) -> Member {
+        Member { ident: self.ident.clone(), site: self.site.clone(), sound: self.poolable }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The rows of `causes` and `discrepancies`.
 
 use super::calibration::{Cell, Rms, correlation, rms};
-use super::cause::{Candidate, Cause, Naming, Objection};
+use super::cause::{Cause, Naming, Objection};
 use super::engine::{CellResiduals, Engine, Unexplained};
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
@@ -75,7 +75,8 @@ fn unexplained_row(own: Unexplained, ident: &Ident) -> CauseRow {
 
 /// Why a candidate has its verdict.
 fn reason(cause: &Cause, remark: &str) -> String {
-    let Candidate { sentence, separate_by, .. } = cause.candidate;
+    let sentence = cause.candidate.sentence_of(cause.value());
+    let separate_by = cause.candidate.separate_by;
     let gain = cause.gain;
     match (cause.verdict, cause.objection) {
         (_, Some(Objection::Contradicted)) => format!(

@@ -3,6 +3,7 @@
 use super::physics::{Physics, Remove};
 use super::ride::{BrakeHistory, HEAT, add_with};
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::contract::manoeuvre::ManoeuvreKind;
 
@@ -11,6 +12,7 @@ pub struct BrakeDrag;
 impl Physics for BrakeDrag {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the brakes drag while they are warm",
+        opposite: "the bike slows less while the brakes are warm",
         unit: "N m",
         typical: 2.0,
         // it cannot push
@@ -36,7 +38,7 @@ impl Physics for BrakeDrag {
         });
     });
 
-    fn brake_drag(size: f64, torque: f64, mass: f64, brakes: BrakeHistory) -> f64 {
+    fn brake_drag(size: f64, torque: f64, mass: f64, brakes: BrakeHistory, _axle: Axle) -> f64 {
         torque + size * mass * brakes.warm / HEAT
     }
 }

@@ -11,6 +11,7 @@ pub struct BrakeFade;
 impl Physics for BrakeFade {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the brakes fade as they warm up within a stop",
+        opposite: "the brakes bite better as they warm up within a stop",
         unit: "1",
         typical: 0.06,
         bounds: [-0.3, 0.5],

@@ -10,6 +10,7 @@ pub struct DragHeight;
 impl Physics for DragHeight {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the air pushes higher than the mass centre",
+        opposite: "the air pushes lower than the mass centre",
         unit: "m",
         typical: 0.3,
         bounds: [-0.6, 1.0],

@@ -10,6 +10,7 @@ pub struct FrictionLoad;
 impl Physics for FrictionLoad {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "friction falls with load",
+        opposite: "friction rises with load",
         unit: "1",
         typical: 0.15,
         bounds: [-0.3, 0.6],

@@ -10,6 +10,7 @@ pub struct FrontCompliance;
 impl Physics for FrontCompliance {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the front frame gives way under side force",
+        opposite: "the front frame steers further under side force",
         unit: "rad/N",
         typical: 5e-06,
         bounds: [-5e-06, 5e-05],

@@ -9,7 +9,8 @@ pub struct Gyroscopic;
 
 impl Physics for Gyroscopic {
     const SPEC: EffectSpec = EffectSpec {
-        sentence: "more spins than the wheels: the engine, or less",
+        sentence: "more spins than the wheels, as an engine does",
+        opposite: "less spins than the bike file says of the wheels",
         unit: "1",
         typical: 0.25,
         bounds: [-1.0, 1.5],

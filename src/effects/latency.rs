@@ -11,6 +11,7 @@ pub struct Latency;
 impl Physics for Latency {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the velocity comes late",
+        opposite: "the velocity comes early",
         unit: "s",
         typical: 0.015,
         bounds: [-0.1, 0.3],

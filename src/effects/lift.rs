@@ -10,6 +10,7 @@ pub struct Lift;
 impl Physics for Lift {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the air lifts the bike",
+        opposite: "the air presses the bike down",
         unit: "kg/m",
         typical: 0.05,
         bounds: [-0.3, 0.5],

@@ -10,6 +10,7 @@ pub struct LowFrictionPatch;
 impl Physics for LowFrictionPatch {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the far end of the strip is slippery",
+        opposite: "the far end of the strip grips better than the rest",
         unit: "1",
         typical: 0.06,
         bounds: [-0.3, 0.3],

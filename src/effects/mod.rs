@@ -23,12 +23,14 @@ mod drag_height;
 pub mod extended_model;
 pub mod extended_tyre;
 mod friction_load;
+mod front_brake_drag;
 mod front_compliance;
 mod gyroscopic;
 mod latency;
 mod lift;
 mod low_friction_patch;
 mod model_error;
+mod pad_heat;
 pub mod physics;
 mod pneumatic_trail;
 mod radius_camber;
@@ -64,7 +66,9 @@ effects! {
     radius_camber::RadiusCamber,
     radius_load::RadiusLoad,
     brake_fade::BrakeFade,
+    pad_heat::PadHeat,
     brake_drag::BrakeDrag,
+    front_brake_drag::FrontBrakeDrag,
     steer_zero::SteerZero,
     roll_zero::RollZero,
     velocity_lever_arm::VelocityLeverArm,
@@ -168,6 +172,31 @@ mod tests {
                     assert!(other.is_confounded_with(effect.name));
                 }
             }
+        }
+    }
+
+    /// Effects of which one sentence is true with either sign: zeros and numbers that are not the assumed
+    /// ones, and what has only a direction against the first straight's.
+    const NEUTRAL: [&str; 9] = [
+        "wind",
+        "road_bank",
+        "steer_zero",
+        "roll_zero",
+        "velocity_lever_arm",
+        "side_force_ratio_front",
+        "side_force_ratio_rear",
+        "twisting_stiffness",
+        "pneumatic_trail",
+    ];
+
+    #[test]
+    fn the_sentence_of_a_size_has_its_sign() {
+        for effect in ALL {
+            let neutral = NEUTRAL.contains(&effect.name);
+            assert_eq!(effect.sentence == effect.opposite, neutral, "{}", effect.name);
+            assert_eq!(effect.sentence_of(effect.typical), effect.sentence);
+            assert_eq!(effect.sentence_of(-effect.typical), effect.opposite);
+            assert_eq!(effect.sentence_of(f64::NAN), effect.sentence);
         }
     }
 

@@ -90,8 +90,8 @@ macro_rules! hooks {
             // brakes
             /// Brake torque per pressure over its base value, of a motorcycle of a mass (kg).
             fn brake_gain(ratio, mass: f64, brakes: BrakeHistory);
-            /// Torque of released brakes on each wheel, N m, of a motorcycle of a mass (kg).
-            fn brake_drag(torque, mass: f64, brakes: BrakeHistory);
+            /// Torque of a released brake on its wheel, N m, of a motorcycle of a mass (kg).
+            fn brake_drag(torque, mass: f64, brakes: BrakeHistory, axle: Axle);
 
             // sensors: the truth behind a reading
             /// Handlebar angle, rad.

@@ -10,6 +10,7 @@ pub struct PneumaticTrail;
 impl Physics for PneumaticTrail {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the pneumatic trail is not the assumed one",
+        opposite: "the pneumatic trail is not the assumed one",
         unit: "1",
         typical: 0.4,
         bounds: [-1.0, 3.0],

@@ -11,6 +11,7 @@ pub struct RadiusCamber;
 impl Physics for RadiusCamber {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the rolling radius falls more with camber than the tyres' width makes it",
+        opposite: "the rolling radius falls less with camber than the tyres' width makes it",
         unit: "m",
         typical: 0.02,
         bounds: [-0.12, 0.12],

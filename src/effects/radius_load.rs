@@ -10,6 +10,7 @@ pub struct RadiusLoad;
 impl Physics for RadiusLoad {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the rolling radius falls more under load than a third of the deflection",
+        opposite: "the rolling radius falls less under load than a third of the deflection",
         unit: "1/kN",
         typical: 0.005,
         bounds: [-0.02, 0.04],

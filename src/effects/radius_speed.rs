@@ -14,6 +14,7 @@ pub struct RadiusSpeed;
 impl Physics for RadiusSpeed {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the tyres grow with speed",
+        opposite: "the tyres shrink with speed",
         unit: "1",
         typical: 0.003,
         bounds: [-0.004, 0.03],

@@ -13,6 +13,7 @@ pub struct RelaxationLength;
 impl Physics for RelaxationLength {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the tyres answer later than assumed",
+        opposite: "the tyres answer sooner than assumed",
         unit: "m",
         typical: 0.15,
         bounds: [-0.3, 0.8],

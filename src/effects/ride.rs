@@ -5,7 +5,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::statistics::smooth::smooth;
 
-/// Energy that one unit of fading and of warm-brake drag is for, J.
+/// Energy that one unit of fading, of lost pad friction and of warm-brake drag is for, J.
 pub const HEAT: f64 = 50e3;
 /// Time over which brakes cool, s.
 const COOLING: f64 = 60.0;
@@ -21,6 +21,11 @@ pub struct BrakeHistory {
     pub stop: f64,
     /// Heat of the stops so far that has not gone yet.
     pub warm: f64,
+    /// Heat of all stops since the start of the session, without cooling: it never falls.
+    pub total: f64,
+    /// Most heat of the stop under way so far: noise of the speed goes up and down in `stop`, and is not
+    /// to be counted each time that it goes up.
+    most: f64,
     /// Speed at the start of the stop under way, m/s.
     from: Option<f64>,
 }
@@ -35,13 +40,36 @@ impl BrakeHistory {
         if !braking {
             self.from = None;
             self.stop = 0.0;
+            self.most = 0.0;
             return;
         }
         let from = *self.from.get_or_insert(speed);
         let stop = 0.5 * (from * from - speed * speed).max(0.0);
         self.warm += (stop - self.stop).max(0.0);
+        self.total += (stop - self.most).max(0.0);
+        self.most = stop.max(self.most);
         self.stop = stop;
     }
+}
+
+/// How long before and after a press a lever's small pressures act, s.
+const AROUND: f64 = 0.3;
+
+/// The pressure that acts: nothing where the lever is at rest, whatever its sensor's noise. `pressure` in Pa
+/// at `rate` Hz, missing samples stay missing.
+pub fn acting_pressure(pressure: &[f64], rate: f64) -> Vec<f64> {
+    let reach = (AROUND * rate) as usize;
+    let n = pressure.len();
+    let mut acts = vec![false; n];
+    for i in (0..n).filter(|&i| pressure[i] > BrakeHistory::PRESSED) {
+        acts[i.saturating_sub(reach)..(i + reach + 1).min(n)].fill(true);
+    }
+    let of = |(p, acts): (&f64, bool)| match (p.is_nan(), acts) {
+        (true, _) => f64::NAN,
+        (_, true) => p.max(0.0),
+        _ => 0.0,
+    };
+    pressure.iter().zip(acts).map(of).collect()
 }
 
 /// Heat in the brakes, sample by sample; samples without speed keep the last.
@@ -160,5 +188,22 @@ mod tests {
             brakes.update(5.0, false, 0.01);
         }
         assert!(brakes.stop == 0.0 && (brakes.warm / 187.5 - 0.36).abs() < 0.02);
+        assert!((brakes.total - 187.5).abs() < 1.0, "{}", brakes.total);
+    }
+
+    #[test]
+    fn the_heat_of_all_stops_never_falls_and_takes_no_noise_for_heat() {
+        let mut brakes = BrakeHistory::default();
+        for stop in 1..=3 {
+            for k in 0..1000 {
+                let before = brakes.total;
+                let noise = if k % 2 == 0 { 0.02 } else { -0.02 };
+                brakes.update(20.0 - 0.01 * f64::from(k) + noise, true, 0.01);
+                assert!(brakes.total >= before);
+            }
+            brakes.update(10.0, false, 0.01);
+            // (20² - 10²) / 2 each
+            assert!((brakes.total - 150.0 * f64::from(stop)).abs() < 3.0, "{}", brakes.total);
+        }
     }
 }

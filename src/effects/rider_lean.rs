@@ -10,6 +10,7 @@ pub struct RiderLean;
 impl Physics for RiderLean {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the rider leans his body with the bike",
+        opposite: "the rider leans his body against the bike's lean",
         unit: "m/rad",
         typical: 0.06,
         bounds: [-0.3, 0.3],

@@ -10,6 +10,7 @@ pub struct RoadBank;
 impl Physics for RoadBank {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the road is banked",
+        opposite: "the road is banked",
         unit: "rad",
         typical: 0.006,
         bounds: [-0.06, 0.06],

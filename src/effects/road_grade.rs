@@ -11,6 +11,7 @@ pub struct RoadGrade;
 impl Physics for RoadGrade {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the road climbs along the strip",
+        opposite: "the road falls along the strip",
         unit: "1",
         typical: 0.003,
         bounds: [-0.15, 0.15],

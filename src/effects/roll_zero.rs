@@ -12,6 +12,7 @@ pub struct RollZero;
 impl Physics for RollZero {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the roll sensor does not read zero upright",
+        opposite: "the roll sensor does not read zero upright",
         unit: "rad",
         typical: 0.006,
         bounds: [-0.06, 0.06],

@@ -11,6 +11,7 @@ pub struct RollingSpeed;
 impl Physics for RollingSpeed {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "rolling resistance rises with speed",
+        opposite: "rolling resistance falls with speed",
         unit: "s/m",
         typical: 0.0005,
         bounds: [-0.001, 0.004],

@@ -11,6 +11,7 @@ pub struct SideForceRatioFront;
 impl Physics for SideForceRatioFront {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the front side-force ratio is not the assumed one",
+        opposite: "the front side-force ratio is not the assumed one",
         unit: "1",
         typical: 0.03,
         bounds: [-0.15, 0.15],

@@ -11,6 +11,7 @@ pub struct SideForceRatioRear;
 impl Physics for SideForceRatioRear {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the rear side-force ratio is not the assumed one",
+        opposite: "the rear side-force ratio is not the assumed one",
         unit: "1",
         typical: 0.03,
         bounds: [-0.15, 0.15],

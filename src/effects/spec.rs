@@ -34,8 +34,11 @@ impl Level {
 /// The words, the unit and the prior of an effect: what its file declares beside its formula.
 #[derive(Debug, Clone, Copy)]
 pub struct EffectSpec {
-    /// What happens, as a main clause for reports.
+    /// What happens where its size has the sign of `typical`, as a main clause for reports.
     pub sentence: &'static str,
+    /// What happens where it has the other sign; `sentence` again where that is true of both, as of a
+    /// zero that is off to either side.
+    pub opposite: &'static str,
     /// Unit of its size.
     pub unit: &'static str,
     /// Its usual size with its usual sign: the scale of steps and of the prior.
@@ -59,4 +62,17 @@ pub struct EffectSpec {
     pub level: Level,
     /// Whether the built-in ride plans show next to nothing of it at its usual size.
     pub faint: bool,
+}
+
+impl EffectSpec {
+    /// What an effect of a size does.
+    pub fn sentence_of(&self, size: f64) -> &'static str {
+        by_sign(size, self.typical, [self.sentence, self.opposite])
+    }
+}
+
+/// The first of two sentences, or the second where a size has not the sign of a usual one; a size that is
+/// zero or not known has the first.
+pub fn by_sign(size: f64, typical: f64, [same, other]: [&'static str; 2]) -> &'static str {
+    if size * typical < 0.0 { other } else { same }
 }

@@ -12,6 +12,7 @@ pub struct SteerZero;
 impl Physics for SteerZero {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the steering sensor does not read zero straight on",
+        opposite: "the steering sensor does not read zero straight on",
         unit: "rad",
         typical: 0.005,
         bounds: [-0.05, 0.05],

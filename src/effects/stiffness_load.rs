@@ -10,6 +10,7 @@ pub struct StiffnessLoad;
 impl Physics for StiffnessLoad {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "cornering stiffness per load falls with load",
+        opposite: "cornering stiffness per load rises with load",
         unit: "1",
         typical: -0.2,
         bounds: [-0.9, 0.5],

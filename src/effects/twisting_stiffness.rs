@@ -10,6 +10,7 @@ pub struct TwistingStiffness;
 impl Physics for TwistingStiffness {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the twisting stiffness is not the assumed one",
+        opposite: "the twisting stiffness is not the assumed one",
         unit: "m/rad",
         typical: 0.02,
         bounds: [-0.08, 0.08],

@@ -13,6 +13,7 @@ pub struct TyreWarmUp;
 impl Physics for TyreWarmUp {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the tyres grip less while they are cold",
+        opposite: "the tyres grip better while they are cold",
         unit: "1",
         typical: 0.06,
         bounds: [-0.3, 0.5],

@@ -11,6 +11,7 @@ pub struct VelocityLeverArm;
 impl Physics for VelocityLeverArm {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the velocity is not that of the place the bike file says",
+        opposite: "the velocity is not that of the place the bike file says",
         unit: "m",
         typical: 0.15,
         bounds: [-1.2, 1.2],

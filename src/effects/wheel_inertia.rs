@@ -11,6 +11,7 @@ pub struct WheelInertia;
 impl Physics for WheelInertia {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "the wheels are harder to spin up than the bike file says",
+        opposite: "the wheels are easier to spin up than the bike file says",
         unit: "1",
         typical: 0.3,
         bounds: [-0.7, 2.0],

@@ -11,6 +11,7 @@ pub struct Wind;
 impl Physics for Wind {
     const SPEC: EffectSpec = EffectSpec {
         sentence: "a steady wind blows along the strip",
+        opposite: "a steady wind blows along the strip",
         unit: "m/s",
         typical: 1.0,
         bounds: [-15.0, 15.0],

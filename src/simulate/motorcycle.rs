@@ -412,10 +412,8 @@ impl Plant {
     fn with_load(&self, pose: &Pose, s: &State, action: &Action, assumed: [f64; 2]) -> Forces {
         let error = &self.model_error;
         let (m, h) = (self.mass, self.cg_height);
-        let (lf, lr) = (
-            self.cg_to_front - action.ahead,
-            self.wheelbase - self.cg_to_front + action.ahead,
-        );
+        let (lf, lr) =
+            (self.cg_to_front - action.ahead, self.wheelbase - self.cg_to_front + action.ahead);
         let (sin_phi, cos_phi) = pose.roll;
         let per_load = self.tyres_under(pose, s, action.time, assumed);
         let PerLoad { unit, x, y, lever_arm, .. } = &per_load;
@@ -428,8 +426,7 @@ impl Plant {
         });
         let spin =
             error.spin(1.0) * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
-        let drive_per_load: [f64; 2] =
-            std::array::from_fn(|i| lever_arm[i] * unit[i].force_x);
+        let drive_per_load: [f64; 2] = std::array::from_fn(|i| lever_arm[i] * unit[i].force_x);
 
         let drag = error.drag(self.drag, s.vx, pose.along);
         let lift = error.lift(0.0, s.vx);

@@ -129,9 +129,7 @@ pub fn braking(
     let m = &model.motorcycle;
     let loads = m.static_loads();
     let radius: [f64; 2] = std::array::from_fn(|i| {
-        m.tyres.as_ref().map_or(m.centres[i].z, |t| {
-            t[i].carcass().rolling_radius(loads[i], 0.0)
-        })
+        m.tyres.as_ref().map_or(m.centres[i].z, |t| t[i].carcass().rolling_radius(loads[i], 0.0))
     });
     let start = velocity[range.start];
     let trim = trim::steady(model, start, 0.0, None)?;

@@ -8,6 +8,7 @@ use super::motorcycle::{Action, Plant, Response, State};
 use super::plan::Phase;
 use super::programme::{Controls, Lean, Perceived, Programme};
 use crate::GRAVITY;
+use crate::contract::bike::Axle;
 use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::effects::ride::BrakeHistory;
 use crate::statistics::random::{Coloured, Random};
@@ -141,8 +142,8 @@ impl<'a> Rider<'a> {
         self.brakes.update(state.vx, braking, self.dt);
         let (mass, error) = (self.plant.mass, &self.plant.model_error);
         let gain = error.brake_gain(1.0, mass, self.brakes);
-        let drag = error.brake_drag(0.0, mass, self.brakes);
-        for i in 0..2 {
+        for (i, axle) in Axle::BOTH.into_iter().enumerate() {
+            let drag = error.brake_drag(0.0, mass, self.brakes, axle);
             action.brake[i] = self.gain[i] * gain * self.pressure[i] + drag;
         }
         self.time += self.dt;

@@ -4,6 +4,7 @@
 use super::programme::Controls;
 use super::rider::Disturbance;
 use crate::GRAVITY;
+use crate::contract::bike::Axle;
 use crate::effects::ModelError;
 use crate::effects::ride::BrakeHistory;
 use crate::motorcycle::{Action, Motorcycle};
@@ -80,8 +81,8 @@ impl Unsteady {
         let pressed = controls.pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
         self.brakes.update(speed, pressed, self.period);
         let gain = self.model_error.brake_gain(1.0, self.mass, self.brakes);
-        let dragging = self.model_error.brake_drag(0.0, self.mass, self.brakes);
-        for (torque, pad) in action.brake.iter_mut().zip(self.pads) {
+        for ((torque, pad), axle) in action.brake.iter_mut().zip(self.pads).zip(Axle::BOTH) {
+            let dragging = self.model_error.brake_drag(0.0, self.mass, self.brakes, axle);
             *torque = *torque * pad * gain + dragging;
         }
         action.wind = self.wind;

@@ -40,6 +40,26 @@ fn weights(half: usize) -> Vec<f64> {
         .collect()
 }
 
+/// Mean over a window (s), taken twice; towards the ends the window shrinks. For motions that are slower than
+/// the noise of their sensor; missing samples spread, so bridge them first.
+pub fn mean_twice(x: &[f64], rate: f64, window: f64) -> Vec<f64> {
+    let half = (0.5 * window * rate) as usize;
+    let mean = |x: &[f64]| -> Vec<f64> {
+        let mut sums = Vec::with_capacity(x.len() + 1);
+        sums.push(0.0);
+        for (i, x) in x.iter().enumerate() {
+            sums.push(sums[i] + x);
+        }
+        (0..x.len())
+            .map(|i| {
+                let half = half.min(i).min(x.len() - 1 - i);
+                (sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64
+            })
+            .collect()
+    };
+    mean(&mean(x))
+}
+
 /// Central differences; one-sided at the ends of a run.
 pub fn gradient(x: &[f64], rate: f64) -> Vec<f64> {
     let mut out = vec![f64::NAN; x.len()];

@@ -130,16 +130,17 @@ fn constants_are_those_of_the_naming() {
 fn effects_are_those_that_are_looked_for() {
     let mut text = format!(
         "# Effects that diagnose looks for\n\n{} on the road. `[effects]` of a scenario switches each one on, by the same name and in \
-         the same unit.\n\n| effect | what happens | unit | usual size | belongs to | hard to tell from | told apart by |\n\
-         |---|---|---|---|---|---|---|\n",
+         the same unit.\n\n| effect | what happens | where its size has the other sign | unit | usual size | belongs to | hard to tell from | told apart by |\n\
+         |---|---|---|---|---|---|---|---|\n",
         ALL.len()
     );
     for e in ALL {
         let _ = writeln!(
             text,
-            "| `{}` | {} | {} | {} | {} | {} | {} |",
+            "| `{}` | {} | {} | {} | {} | {} | {} | {} |",
             e.name,
             cell(e.sentence),
+            if e.opposite == e.sentence { "the same".to_owned() } else { cell(e.opposite) },
             cell(e.unit),
             e.typical,
             e.level.name(),

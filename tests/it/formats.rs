@@ -33,8 +33,7 @@ fn map(name: &str) -> Vec<ChannelMap> {
 
 /// The session that the samples were made from.
 fn original() -> Raw {
-    let path = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
-    ingest::read(root().join(path), &[]).expect("bundled")
+    ingest::read(root().join("fixtures/formats/ride.parquet"), &[]).expect("bundled")
 }
 
 /// A channel of the original at the stamps of a track, which count from `zero`.

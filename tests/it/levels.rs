@@ -1,9 +1,7 @@
 //! Effects that sessions share: told at the motorcycle, the site or the night that has them.
 
-use std::collections::BTreeMap;
-
 use roadbench::diagnose::Settings;
-use roadbench::diagnose::levels::{self, Evidence};
+use roadbench::diagnose::levels::{Member, Pooling};
 use roadbench::diagnose::road::diagnose;
 use roadbench::effects::Effect;
 use roadbench::pipeline::Pipeline;
@@ -20,7 +18,7 @@ fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
     let names = ["road_grade", "latency", "steer_zero", "roll_zero"];
     let effects: Vec<Effect> = names.map(|n| *Effect::named(n).expect("known")).to_vec();
     let settings = Settings { nulls: 8, effects, advise: false };
-    let mut says: BTreeMap<&'static str, Vec<Evidence>> = BTreeMap::new();
+    let mut pooling = Pooling::default();
     for k in 0..4 {
         let (late, slopes) = (k % 2 == 1, k / 2 == 0);
         let hidden = [("latency", late, LATE), ("road_grade", slopes, GRADE)]
@@ -48,15 +46,10 @@ fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
         session.meta.start_time = Some(format!("2026-05-0{night}T10:00:00Z"));
         let found =
             diagnose(&session, &machine.bike, &Pipeline::onroad(), &settings).expect("diagnosed");
-        for row in &found.causes {
-            if let (Ok(effect), Some(say)) =
-                (Effect::named(&row.effect), Evidence::of(row, found.site.as_deref()))
-            {
-                says.entry(effect.name).or_default().push(say);
-            }
-        }
+        let member = Member { ident: found.ident, site: found.site, sound: true };
+        pooling.add(member, &found.causes);
     }
-    let rows = levels::pool(&says);
+    let rows = pooling.rows();
     let told: Vec<_> =
         rows.iter().map(|r| (r.effect.as_str(), r.level.as_str(), r.value)).collect();
     let of = |effect: &str| rows.iter().filter(|r| r.effect == effect).collect::<Vec<_>>();

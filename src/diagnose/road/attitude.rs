@@ -127,9 +127,7 @@ impl Attitude {
         // of the contacts: beside and below the mass centre by a crown less and more than a thin disk's
         let falling = p.dive_arm.map(|arm| arm * s.dived[i]);
         let along = [0, 1].map(|k| v - falling[k] - r * (h - p.crown[k]) * sin_phi);
-        let across = p.crown.map(|crown| {
-            vy + (h * cos_phi + crown * (1.0 - cos_phi)) * s.rolld[i]
-        });
+        let across = p.crown.map(|crown| vy + (h * cos_phi + crown * (1.0 - cos_phi)) * s.rolld[i]);
         let (across_f, across_r) = (across[0] + lf * r, across[1] - lr * r);
         let ahead = along[0] * cos_d + across_f * sin_d;
         let aside = across_f * cos_d - along[0] * sin_d;

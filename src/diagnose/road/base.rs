@@ -47,8 +47,9 @@ pub struct Start {
     pub near: Base,
     /// What leaves noise only.
     pub noise: Base,
-    /// What each candidate gains when the base is fitted with it; nothing where the base is believable.
-    pub gains: Vec<f64>,
+    /// What each candidate gains when the base is fitted with it, and its size then in usual ones; nothing
+    /// where the base is believable.
+    pub gains: Vec<(f64, f64)>,
 }
 
 /// Fits the base from a start.
@@ -211,7 +212,11 @@ impl Base {
             .map(|effect| (effect, self.extended(samples, &[effect.parameter()], 8)))
             .map(|(effect, refit)| (effect, 2.0 * (self.loss - refit.loss), refit))
             .collect();
-        let gains: Vec<f64> = refits.iter().map(|(_, gain, _)| *gain).collect();
+        let sized = |(effect, gain, refit): &(&Effect, f64, Base)| {
+            let p = effect.parameter();
+            (*gain, (p.get(&refit.values) - p.get(&refit.start)) / p.scale)
+        };
+        let gains: Vec<(f64, f64)> = refits.iter().map(sized).collect();
         let best = refits
             .into_iter()
             .filter(|(effect, _, refit)| effect.in_bounds(effect.parameter().get(&refit.values)))

@@ -17,7 +17,7 @@ use crate::contract::session::Session;
 use crate::ingest::yaw::trace_angle;
 use crate::model::dive::above_axles;
 use crate::statistics::order::median_or_zero;
-use crate::statistics::smooth::{gradient, smooth};
+use crate::statistics::smooth::{gradient, mean_twice, smooth};
 
 /// More pitch is no dive, rad.
 const DEEPEST: f64 = 0.2;
@@ -40,27 +40,12 @@ pub fn dive(session: &Session) -> Option<Vec<f64>> {
     Some(pitch.iter().map(|p| if p.is_finite() { beyond(p) } else { 0.0 }).collect())
 }
 
-/// Window of the means that take the sensor's noise off a dive, s.
-const NOISY: f64 = 0.3;
+/// Window of the means that take the sensor's noise off a motion, s.
+pub const NOISY: f64 = 0.3;
 
-/// The dive that a frame did, without the noise of its sensor: twice the mean over a window.
+/// The dive that a frame did, without the noise of its sensor.
 pub fn true_dive(session: &Session) -> Option<Vec<f64>> {
-    let half = (0.5 * NOISY * session.rate) as usize;
-    let mean = |x: &[f64]| -> Vec<f64> {
-        let sums: Vec<f64> = std::iter::once(0.0)
-            .chain(x.iter().scan(0.0, |sum, x| {
-                *sum += x;
-                Some(*sum)
-            }))
-            .collect();
-        (0..x.len())
-            .map(|i| {
-                let half = half.min(i).min(x.len() - 1 - i);
-                (sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64
-            })
-            .collect()
-    };
-    Some(mean(&mean(&dive(session)?)))
+    Some(mean_twice(&dive(session)?, session.rate, NOISY))
 }
 
 /// The session without the dive of its frame; `None` where pitch or roll is not measured.

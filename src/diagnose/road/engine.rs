@@ -103,7 +103,8 @@ impl<'a> RoadEngine<'a> {
             let fits = &stage.calibration.scale.fits;
             let sizes = true_sizes(ride, &stage.model, &stage.simulated, fits, &named);
             let is = |(cause, size): &(Cause, Estimate)| {
-                size.value.abs() >= EVIDENT * size.std_error && cause.candidate.in_bounds(size.value)
+                size.value.abs() >= EVIDENT * size.std_error
+                    && cause.candidate.in_bounds(size.value)
             };
             let sized: Vec<(Cause, Estimate)> = named.into_iter().zip(sizes).collect();
             complete = sized.iter().all(is);

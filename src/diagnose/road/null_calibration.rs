@@ -25,6 +25,10 @@ pub const LARGEST_LIMIT: f64 = 4.0;
 const LIMIT: f64 = 3.3;
 /// What a bias is uncertain by, as a share of it: it is as right as the noise of the null simulations.
 const BIAS_ERROR: f64 = 0.2;
+/// Standard deviation, in usual sizes, of what effects show on machines of which they are not true, beyond what
+/// null simulations show: small things that the base model leaves out look like them. From the six rides of
+/// an independent plant with nothing hidden (`examples/plant --sizes`), where the others show nothing of the kind.
+const UNMODELLED: [(&str, f64); 1] = [("wheel_inertia", 0.5)];
 /// How many times the threshold a size must be beyond what the null simulations alone scatter by, where
 /// the ride's own manoeuvres scatter less: the prototype's weight of its two scores.
 const PLAIN: f64 = 1.4;
@@ -37,6 +41,8 @@ pub struct SizeScale {
     /// Share of a true size that the estimates show, per candidate: the prior holds them back where the
     /// ride says little.
     pub response: Vec<f64>,
+    /// Standard deviation of what the base model's own errors show of it, per candidate.
+    pub unmodelled: Vec<f64>,
     /// Median standard error from the manoeuvres' own scatter, per candidate.
     pub scatter: Vec<f64>,
     /// Thresholds of the largest `|z|`, with and without the manoeuvres' own scatter.
@@ -105,6 +111,8 @@ pub fn calibrate(
     let terms: Vec<&[Term]> = shown.iter().map(|s| s.terms.as_slice()).collect();
     let floor = floor(shown.iter().map(|s| &s.sizes), nulls);
     let mut out = of_scores(&scores, effects.len(), StructureScale::of(&terms), floor);
+    let unmodelled = |e: &Effect| UNMODELLED.iter().find(|(name, _)| *name == e.name);
+    out.scale.unmodelled = effects.iter().map(|e| unmodelled(e).map_or(0.0, |u| u.1)).collect();
     let top = |scores: &&[Score]| {
         (0..effects.len()).map(|j| out.judge(j, &scores[j]).score).fold(0.0, f64::max)
     };
@@ -149,6 +157,7 @@ fn of_scores(
     let scale = SizeScale {
         threshold: [largest(true), largest(false)],
         scatter: all(|s| s.std_error).iter().map(|x| median_or_zero(x)).collect(),
+        unmodelled: vec![0.0; spread.len()],
         spread,
         response,
         structure,
@@ -207,6 +216,7 @@ impl Calibration<SizeScale> {
             spread: of(&self.scale.spread),
             response: of(&self.scale.response),
             scatter: of(&self.scale.scatter),
+            unmodelled: of(&self.scale.unmodelled),
             ..self.scale.clone()
         };
         Calibration { bias: of(&self.bias), scale, ..self.clone() }
@@ -226,10 +236,11 @@ impl Calibration<SizeScale> {
         LIMIT * self.error(j, 0.0) / self.scale.response[j]
     }
 
-    /// Standard error of a size: that of null simulations or of the manoeuvres, and what the bias is
-    /// uncertain by.
+    /// Standard error of a size: that of null simulations or of the manoeuvres, what the bias is uncertain
+    /// by, and what the base model's own errors show.
     fn error(&self, j: usize, own: f64) -> f64 {
-        self.scale.spread[j].max(own).hypot(BIAS_ERROR * self.bias[j])
+        let beyond = (BIAS_ERROR * self.bias[j]).hypot(self.scale.unmodelled[j]);
+        self.scale.spread[j].max(own).hypot(beyond)
     }
 
     /// Whether candidate `j` would show in such a ride at a size within its bounds.

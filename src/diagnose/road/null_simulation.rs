@@ -46,12 +46,7 @@ pub struct NullSimulation<'a> {
 
 impl<'a> NullSimulation<'a> {
     /// Learns a ride's noise, and simulates it on the fitted base.
-    pub fn new(
-        session: &'a Session,
-        segments: &'a [Segment],
-            base: &Base,
-        seed: u64,
-    ) -> Self {
+    pub fn new(session: &'a Session, segments: &'a [Segment], base: &Base, seed: u64) -> Self {
         let clean = ridden(session, segments, &base.values, From::Session);
         let white = clean
             .channels()
@@ -64,7 +59,7 @@ impl<'a> NullSimulation<'a> {
         // what an effect explains is neither scatter nor noise, or a large one would hide itself
         let free = base.with_everything(&measured, ALL);
         let problem = free.problem(&measured);
-        let scatter = Scatter::of(&measured, &problem, &problem.linear(&free.values));
+        let scatter = Scatter::of(&measured, &problem, &problem.linear(&free.values), &free.values);
         let sigma = [0, 1, 2, 3, 4, 5, 6, 7].map(|c| base.sigma[c].min(TAKEN_UP * free.sigma[c]));
         let picks = picks(session, segments);
         let mut simulation = NullSimulation {
@@ -104,6 +99,11 @@ impl<'a> NullSimulation<'a> {
             scatter: self.scatter.clone(),
             ..*self
         }
+    }
+
+    /// White noise of the channels, their drifts, and the long-run noise added to the residuals.
+    pub fn noise(&self) -> (&[(Channel, f64)], &[Drift], &[f64; 8]) {
+        (&self.white, &self.drift, &self.colour)
     }
 
     /// What a perfect logger would have recorded on a model.
@@ -181,7 +181,6 @@ impl<'a> NullSimulation<'a> {
         (samples, quick)
     }
 }
-
 
 /// What a perfect logger with the zeros of a model would have recorded on it.
 fn ridden(session: &Session, segments: &[Segment], values: &Parameters, from: From) -> Session {

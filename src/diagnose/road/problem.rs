@@ -137,12 +137,13 @@ impl Problem<'_> {
     }
 
     /// Takes a linearisation's residuals to the optimum of this problem's parameters, the first of its
-    /// columns, to first order.
-    pub fn relax(&self, linear: &mut Linear, values: &Parameters) {
+    /// columns, to first order; gives the values there.
+    pub fn relax(&self, linear: &mut Linear, values: &Parameters) -> Parameters {
         let (matrix, gradient) = self.normal_of(linear, values, true);
-        let Some(factor) = matrix.cholesky() else { return };
+        let Some(factor) = matrix.cholesky() else { return values.clone() };
         let step = factor.solve(&gradient);
         linear.step_by(&step);
+        self.stepped(values, &step, 1.0)
     }
 
     pub(super) fn stepped(

@@ -8,12 +8,13 @@
 
 use std::ops::Range;
 
-use super::dive::true_dive;
+use super::dive::{NOISY, true_dive};
 use super::parameters::Parameters;
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ModelError;
-use crate::effects::ride::{BrakeHistory, along_strip};
+use crate::effects::ride::{BrakeHistory, acting_pressure, along_strip};
 use crate::ingest::gaps::bridge;
 use crate::ingest::grid::Interpolation;
 use crate::model::dive::above_axles;
@@ -21,7 +22,7 @@ use crate::model::{Stiffness, Tyre};
 use crate::simulate::motorcycle::{Action, Plant, State};
 use crate::simulate::programme::Lean;
 use crate::simulate::rider::steer;
-use crate::statistics::smooth::{gradient, smooth};
+use crate::statistics::smooth::{gradient, mean_twice, smooth};
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// How fast the throttle brings the speed back, 1/s.
@@ -149,8 +150,7 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
     // what the brakes were really given, without the noise of a lever at rest
     for (channel, pressure) in PRESSURES.into_iter().zip(measured.pressures) {
         if session.has(channel) {
-            let on = pressure.iter().map(|p| if *p > BrakeHistory::PRESSED { *p } else { 0.0 });
-            recorded.set(channel, on.collect());
+            recorded.set(channel, pressure);
         }
     }
     recorded
@@ -188,22 +188,28 @@ impl Measured {
         let (n, rate) = (session.len, session.rate);
         let missing = || vec![0.0; n];
         let column = |c: Channel| session.get(c).map_or_else(missing, |x| smooth(x, rate));
-        // through a gap the ride goes on as straight as it can
-        let v = bridged(column(Channel::VelocityX));
-        let roll = bridged(column(Channel::Roll));
+        // through a gap the ride goes on as straight as it can; the noise of a sensor is no motion: a
+        // rider and a throttle that follow it would shake the motorcycle
+        let motion = |x: Vec<f64>| mean_twice(&bridged(x), rate, NOISY);
+        let v = motion(column(Channel::VelocityX));
+        let roll = motion(column(Channel::Roll));
         let roll_rate = gradient(&roll, rate);
+        let ax = match session.has(Channel::AccelerationX) {
+            true => motion(column(Channel::AccelerationX)),
+            false => gradient(&v, rate),
+        };
         let mut undriven = vec![false; n];
         for s in segments.iter().filter(|s| UNDRIVEN.contains(&s.kind)) {
             undriven[s.start..s.end.min(n)].fill(true);
         }
         let dive = true_dive(session).unwrap_or_else(missing);
         Measured {
-            ax: gradient(&v, rate),
+            ax,
             vy: column(Channel::VelocityY),
             yaw_rate: column(Channel::YawRate),
-            roll_acceleration: gradient(&smooth(&roll_rate, rate), rate),
+            roll_acceleration: gradient(&roll_rate, rate),
             omega: [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(column),
-            pressures: PRESSURES.map(column),
+            pressures: PRESSURES.map(|c| acting_pressure(&column(c), rate)),
             along: along_strip(session),
             v,
             roll,
@@ -285,16 +291,14 @@ impl<'a> Ride<'a> {
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
         self.brakes.update(self.state.vx, braking, dt);
         let gain = plant.model_error.brake_gain(1.0, plant.mass, self.brakes);
-        let drag = plant.model_error.brake_drag(0.0, plant.mass, self.brakes);
+        let (error, brakes) = (&plant.model_error, self.brakes);
+        let drag = Axle::BOTH.map(|axle| error.brake_drag(0.0, plant.mass, brakes, axle));
         let radius = plant.tyres.map(|tyre| tyre.rolling_radius);
         let above = above_axles(plant.cg_height, radius);
         // what was measured goes on evenly: held from the start of a step it would act half a step late
         let given = |action: Action, i: usize| Action {
-            brake: [0, 1].map(|k| {
-                let pressure = known(&measured.pressures[k], i);
-                let on = pressure > BrakeHistory::PRESSED;
-                drag + if on { plant.brake_gain[k] * gain * pressure } else { 0.0 }
-            }),
+            brake: [0, 1]
+                .map(|k| drag[k] + plant.brake_gain[k] * gain * known(&measured.pressures[k], i)),
             ahead: above * measured.dive[i],
             dive_rate: measured.dive_rate[i],
             ..action

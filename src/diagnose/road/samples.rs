@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::dive::dive;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::ride::{BrakeHistory, along_strip, brake_history};
+use crate::effects::ride::{BrakeHistory, acting_pressure, along_strip, brake_history};
 use crate::statistics::smooth::{gradient, smooth};
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
@@ -98,7 +98,8 @@ impl Samples {
         let (omega_r, omegad_r) = column(Channel::WheelSpeedRear);
         let [ax, ay] = [Channel::AccelerationX, Channel::AccelerationY].map(smoothed);
         let steer = smoothed(Channel::SteerAngle);
-        let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear].map(smoothed);
+        let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
+            .map(|c| acting_pressure(&smoothed(c), rate));
         let brakes = brake_history(session);
         let along = along_strip(session);
         let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
@@ -135,9 +136,7 @@ impl Samples {
                 out.omegad[0].push(omegad_f[i]);
                 out.omegad[1].push(omegad_r[i]);
                 for k in 0..2 {
-                    // a lever at rest does not brake, whatever its sensor's noise
-                    let on = pressure[k][i] > BrakeHistory::PRESSED || pressure[k][i].is_nan();
-                    out.pressure[k].push(if on { pressure[k][i] } else { 0.0 });
+                    out.pressure[k].push(pressure[k][i]);
                 }
             }
             out.manoeuvres.push((*kind, start..out.len()));

@@ -34,11 +34,12 @@ pub fn scan(samples: &Samples, base: &Base, effects: &[Effect]) -> Vec<Score> {
         base.parameters.iter().copied().chain(effects.iter().map(Effect::parameter)).collect();
     let problem = Problem::new(samples, &base.start, base.sigma, &parameters);
     let mut linear = problem.linear(&base.values);
-    base.problem(samples).relax(&mut linear, &base.values);
-    scores(samples, base, &parameters, &linear)
+    let values = base.problem(samples).relax(&mut linear, &base.values);
+    scores(samples, &Base { values, ..base.clone() }, &parameters, &linear)
 }
 
-/// Scores of the parameters beyond the base's, from a linearisation of them all.
+/// Scores of the parameters beyond the base's, from a linearisation of them all whose residuals are those at
+/// the base's values.
 pub fn scores(
     samples: &Samples,
     base: &Base,

@@ -4,6 +4,7 @@
 //! Such scatter is neither an effect nor noise within a manoeuvre; null simulations must have it, or what six
 //! stops happen to share looks certain.
 
+use super::parameters::Parameters;
 use super::problem::{Linear, Problem};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
@@ -14,6 +15,10 @@ use crate::statistics::random::Random;
 const GAINS: [&str; 2] = ["brake_gain_front", "brake_gain_rear"];
 /// Curvature from which a manoeuvre tells a parameter: to half a scale.
 const KNOWN: f64 = 4.0;
+/// Standard deviation, as a share, of what a brake's gain differs by over the range of pressures of a ride, as
+/// well over that of speeds and over the heat of its stops. The base model has it constant; that of an
+/// independent plant without a fault, whose lever arm follows a tyre on another suspension, differs by 0.3 %.
+const INCONSTANT: f64 = 0.005;
 /// Fewest manoeuvres that a spread is made from.
 const FEWEST: usize = 4;
 
@@ -22,21 +27,30 @@ const FEWEST: usize = 4;
 pub struct Scatter {
     /// Of base parameters: place among the parameters, standard deviation in scales.
     pub gains: Vec<(usize, f64)>,
+    /// Base parameters that are not quite constant: place, value in scales.
+    pub inconstant: Vec<(usize, f64)>,
     /// Of the longitudinal force, m/s².
     pub level: f64,
 }
 
 impl Scatter {
     /// That of a ride at a fit's optimum, where `linear` was made.
-    pub fn of(samples: &Samples, problem: &Problem<'_>, linear: &Linear) -> Self {
+    pub fn of(
+        samples: &Samples,
+        problem: &Problem<'_>,
+        linear: &Linear,
+        values: &Parameters,
+    ) -> Self {
         let blocks = |k: usize| {
             let range = &samples.manoeuvres[k].1;
             range.start / BLOCK..range.end / BLOCK
         };
         let manoeuvres = 0..samples.manoeuvres.len();
-        let mut gains = Vec::new();
+        let (mut gains, mut inconstant) = (Vec::new(), Vec::new());
         for name in GAINS {
             let Some(j) = problem.parameters.iter().position(|p| p.name == name) else { continue };
+            let parameter = problem.parameters[j];
+            inconstant.push((j, parameter.get(values) / parameter.scale));
             let known: Vec<(f64, f64)> = manoeuvres
                 .clone()
                 .map(|k| problem.along(linear, blocks(k), &[j], &[1.0]))
@@ -56,11 +70,12 @@ impl Scatter {
                 (n > 4.0).then(|| (own.iter().sum::<f64>() / n, sigma * sigma / n))
             })
             .collect();
-        Scatter { gains, level: spread(&level).unwrap_or(0.0) }
+        Scatter { gains, inconstant, level: spread(&level).unwrap_or(0.0) }
     }
 
     /// Adds scatter to the residuals of a null simulation.
     pub fn add(&self, samples: &Samples, linear: &Linear, random: &mut Random, to: &mut Blocks) {
+        self.add_inconstant(samples, linear, random, to);
         for (_, range) in &samples.manoeuvres {
             let level = self.level * random.normal();
             let gains: Vec<(usize, f64)> =
@@ -71,6 +86,32 @@ impl Scatter {
                     for (channel, column) in to.iter_mut().zip(&linear.columns[*j]) {
                         // where a channel says nothing it goes on saying nothing
                         channel[b] += if column[b].is_finite() { by * column[b] } else { 0.0 };
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Scatter {
+    /// Adds what gains that are not quite constant change, the same in all manoeuvres.
+    fn add_inconstant(
+        &self,
+        samples: &Samples,
+        linear: &Linear,
+        random: &mut Random,
+        to: &mut Blocks,
+    ) {
+        for (k, (j, value)) in self.inconstant.iter().enumerate() {
+            let heat: Vec<f64> = samples.brakes.iter().map(|b| b.stop).collect();
+            for variable in [&samples.pressure[k], &samples.v, &heat] {
+                let by = INCONSTANT * value * random.normal();
+                let largest = variable.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+                for b in 0..samples.blocks() {
+                    let x = 2.0 * variable[b * BLOCK + BLOCK / 2] / largest - 1.0;
+                    for (channel, column) in to.iter_mut().zip(&linear.columns[*j]) {
+                        let change = by * x * column[b];
+                        channel[b] += if change.is_finite() { change } else { 0.0 };
                     }
                 }
             }

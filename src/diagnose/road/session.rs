@@ -63,7 +63,8 @@ pub struct RoadDiagnosis {
 }
 
 impl RoadDiagnosis {
-    /// Whether its sizes may be pooled with those of other sessions.
+    /// Whether its sizes are pooled with those of other sessions with their own errors: nothing stays
+    /// unexplained, nor an alarm without a name.
     pub fn is_poolable(&self) -> bool {
         let sound = self.naming.any_named() || self.naming.alarm <= RoadTuning::default().alarm;
         sound && !self.naming.unexplained

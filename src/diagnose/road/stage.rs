@@ -36,6 +36,7 @@ impl Ride<'_> {
             name: effect.name,
             parameter: effect.name,
             sentence: effect.sentence,
+            opposite: effect.opposite,
             unit: effect.unit,
             separate_by: effect.separate_by,
             typical: effect.typical,
@@ -74,8 +75,9 @@ pub struct Stage<'a> {
     pub scores: Vec<Score>,
     /// What they show on the null simulations, in the order of `open`.
     pub calibration: RoadCalibration,
-    /// What each gains when a strained base is fitted with it; empty where the base is not strained.
-    pub strain_gains: Vec<f64>,
+    /// What each gains when a strained base is fitted with it, and its size then in usual ones; empty where
+    /// the base is not strained.
+    pub strain_gains: Vec<(f64, f64)>,
 }
 
 impl<'a> Stage<'a> {
@@ -125,8 +127,16 @@ impl<'a> Stage<'a> {
     /// Every open candidate.
     pub fn judge(&self, ride: &Ride<'_>) -> Vec<Judged> {
         let judged = |(k, (place, score)): (usize, (&usize, &Score))| {
-            let strained = self.strain_gains.get(k).copied().unwrap_or(0.0);
-            let calibrated = self.calibration.judge(k, score);
+            let (strained, size) = self.strain_gains.get(k).copied().unwrap_or((0.0, 0.0));
+            let relieves = strained > super::base::RELIEVED;
+            // what is linear about a strained base is not about the truth: the fit with the candidate is
+            let score = match relieves {
+                true => {
+                    Score { delta: size, std_error: self.calibration.scale.scatter[k], ..*score }
+                }
+                false => *score,
+            };
+            let calibrated = self.calibration.judge(k, &score);
             let candidate = ride.candidate(*place);
             let unit = candidate.typical.abs();
             let (value, std_error) = (calibrated.delta * unit, calibrated.std_error * unit);
@@ -136,7 +146,7 @@ impl<'a> Stage<'a> {
                 bias: self.calibration.bias[k] * unit,
                 score: calibrated.score,
                 gain: score.gain.max(strained),
-                relieves: strained > super::base::RELIEVED,
+                relieves,
             }
         };
         self.open.iter().zip(&self.scores).enumerate().map(judged).collect()

@@ -8,13 +8,19 @@ use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::tables::rows::CauseRow;
 
-/// What an effect does, as a clause; a name that this version does not know is read as it stands.
-pub fn effect(name: &str) -> String {
+/// What an effect of a size does, as a clause, and what it usually does where its size is not known; a
+/// name that this version does not know is read as it stands.
+pub fn effect(name: &str, size: Option<f64>) -> String {
     match Effect::named(name) {
-        Ok(effect) => effect.sentence.to_owned(),
+        Ok(effect) => effect.sentence_of(size.unwrap_or(f64::NAN)).to_owned(),
         Err(_) if name == UNEXPLAINED => "something that is no candidate".to_owned(),
         Err(_) => labels::spaced(name),
     }
+}
+
+/// What the effect of a name does in a ride, of whose rows one may have its size.
+pub fn effect_in(causes: &[CauseRow], name: &str) -> String {
+    effect(name, causes.iter().find(|c| c.effect == name).and_then(|c| c.value))
 }
 
 /// A sentence with its first letter large.
@@ -128,9 +134,21 @@ mod tests {
     }
 
     #[test]
+    fn a_sentence_has_the_sign_of_the_size() {
+        assert_eq!(effect("latency", Some(0.01)), "the velocity comes late");
+        assert_eq!(effect("latency", Some(-0.01)), "the velocity comes early");
+        // its usual size is negative
+        assert!(effect("stiffness_load", Some(-0.1)).ends_with("falls with load"));
+        assert!(effect("stiffness_load", Some(0.1)).ends_with("rises with load"));
+        let row = CauseRow { effect: "lift".into(), value: Some(-0.1), ..CauseRow::default() };
+        assert_eq!(effect_in(&[row], "lift"), "the air presses the bike down");
+        assert_eq!(effect_in(&[], "lift"), "the air lifts the bike");
+    }
+
+    #[test]
     fn unknown_names_are_read_as_they_stand() {
-        assert_eq!(effect("latency"), "the velocity comes late");
-        assert_eq!(effect("moon_phase"), "moon phase");
+        assert_eq!(effect("latency", None), "the velocity comes late");
+        assert_eq!(effect("moon_phase", Some(1.0)), "moon phase");
         assert_eq!(verdict("not_yet"), "not yet");
         assert_eq!(channel("roll", "m/s2"), "roll balance");
         assert_eq!(channel("roll", "rad"), "roll");

@@ -29,7 +29,7 @@ pub fn model(text: &str, file: &str) -> Option<Model> {
         let error = error.map(|e| format!(" ± {}", fixed(e, digits))).unwrap_or_default();
         let unit = effect.get("unit").and_then(toml::Value::as_str).unwrap_or_default();
         let size = typeset(&format!("{}{error}", fixed(value, digits)));
-        Some((cause_labels::effect(name), name.clone(), size, labels::unit(unit)))
+        Some((cause_labels::effect(name, Some(value)), name.clone(), size, labels::unit(unit)))
     });
     let base = table.get("base").and_then(toml::Value::as_table);
     let base = base.into_iter().flatten().filter_map(|(name, value)| {

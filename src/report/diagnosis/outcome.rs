@@ -120,10 +120,13 @@ pub(super) fn findings(causes: &[CauseRow]) -> Vec<Finding> {
             let (size, interval) = cause_labels::size(c);
             Finding {
                 name: c.effect.clone(),
-                sentence: cause_labels::effect(&c.effect),
+                sentence: cause_labels::effect(&c.effect, c.value),
                 size,
                 interval,
-                or: equivalents(c).into_iter().map(cause_labels::effect).collect(),
+                or: equivalents(c)
+                    .into_iter()
+                    .map(|name| cause_labels::effect_in(causes, name))
+                    .collect(),
                 level: cause_labels::level(&c.level),
             }
         })
@@ -190,7 +193,7 @@ pub(super) fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
         out.push(if top.score > 1.0 {
             format!(
                 "The largest score is {score}, of “{}”: beyond 1, but not confirmed: {}.",
-                cause_labels::effect(&top.effect),
+                cause_labels::effect(&top.effect, top.value),
                 top.reason.trim_end_matches('.')
             )
         } else {

@@ -143,9 +143,11 @@ pub fn build(
 
 fn candidate(row: &CauseRow) -> Candidate {
     let (size, interval) = cause_labels::size(row);
+    // the sign of a size within its noise says nothing
+    let told = row.value.filter(|_| is_found(row) || row.score > 1.0);
     Candidate {
         name: row.effect.clone(),
-        sentence: cause_labels::effect(&row.effect),
+        sentence: cause_labels::effect(&row.effect, told),
         verdict: cause_labels::verdict(&row.verdict),
         class: match Verdict::from_name(&row.verdict) {
             Some(Verdict::Named) => "named",
@@ -174,7 +176,7 @@ fn rivals(causes: &[CauseRow]) -> Vec<Rivals> {
             let names = std::iter::once(c.effect.as_str()).chain(equivalents(c));
             Rivals {
                 members: names
-                    .map(|n| (sentence(&cause_labels::effect(n)), n.to_owned()))
+                    .map(|n| (sentence(&cause_labels::effect_in(causes, n)), n.to_owned()))
                     .collect(),
                 separate_by: c.separate_by.clone().unwrap_or_default(),
             }
@@ -205,7 +207,7 @@ fn unseen(causes: &[CauseRow]) -> Vec<(String, Vec<(String, String)>)> {
     for c in causes.iter().filter(|c| c.verdict == Verdict::NotIdentifiable.name()) {
         let ride =
             c.separate_by.clone().filter(|s| !s.is_empty()).unwrap_or_else(|| c.reason.clone());
-        let item = (cause_labels::effect(&c.effect), c.effect.clone());
+        let item = (cause_labels::effect(&c.effect, None), c.effect.clone());
         match out.iter_mut().find(|(r, _)| *r == ride) {
             Some((_, items)) => items.push(item),
             None => out.push((ride, vec![item])),
