@@ -610,7 +610,7 @@ mod tests {
 
     #[test]
     fn coasting_follows_the_closed_form() {
-        // m* v' = -c v^2 - c_rol m g with m* = m + sum(I/R^2):
+        // m* v' = -c v^2 - c_rol m g with m* = m + sum(I/(R R_l)), R_l the lever arm:
         // v(t) = sqrt(r/c) tan(atan(v0 sqrt(c/r)) - sqrt(r c)/m* t)
         let p = plant();
         let mut s = State { vx: 20.0, ..State::default() };
@@ -619,7 +619,13 @@ mod tests {
             p.advance(&mut s, &Action::default(), 0.01);
         }
         let effective = p.mass
-            + (0..2).map(|i| p.wheel_inertia[i] / p.tyres[i].rolling_radius.powi(2)).sum::<f64>();
+            + (0..2)
+                .map(|i| {
+                    let load = p.static_load()[i];
+                    let lever = p.carcass(i, load).lever_arm(load, 0.0);
+                    p.wheel_inertia[i] / (p.tyres[i].rolling_radius * lever)
+                })
+                .sum::<f64>();
         let resist = p.tyres[0].rolling_resistance * p.mass * GRAVITY;
         let root = (resist / p.drag).sqrt();
         let v = root * ((20.0 / root).atan() - (resist * p.drag).sqrt() / effective * 10.0).tan();

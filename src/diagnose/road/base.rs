@@ -14,6 +14,8 @@ use super::samples::{BLOCK, Samples};
 use crate::diagnose::held_out::{FOLDS, sum_over_folds};
 use crate::effects::Effect;
 
+/// Most Gauss-Newton rounds of a fit; most end earlier.
+const ROUNDS: usize = 16;
 /// Lags of the long-run variance, blocks: 3 s.
 const LAGS: usize = 10;
 /// Distance of a base parameter from what is believed, in prior standard deviations, that is too far.
@@ -67,7 +69,7 @@ pub fn fit_with(
 ) -> Base {
     let mut values = from.clone();
     let mut problem = Problem { extra, ..Problem::new(samples, start, [1.0; 8], parameters) };
-    for round in 0..8 {
+    for round in 0..ROUNDS {
         // the scale follows the first rounds, then it is the same for everybody
         if round < 4 {
             problem.sigma = noise(samples, &problem.residuals(&values));

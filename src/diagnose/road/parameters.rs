@@ -175,7 +175,6 @@ pub const BASE: &[Parameter] = &[
     parameter!("crown_ratio", CROWN_RATIO[1], 1.0, |w| w.crown_ratio),
     parameter!("deflection_share", DEFLECTION_SHARE[1], 1.0, |w| w.deflection_share),
     parameter!("vertical_stiffness_front", 1e4, 1.0, |w| w.vertical_stiffness[0]),
-    parameter!("cg_height", 0.01, 1.0, |w| w.cg_height),
     parameter!("dive_arm_front", 0.2, 1.0, |w| w.dive_arm[0]),
     parameter!("dive_arm_rear", 0.15, 1.0, |w| w.dive_arm[1]),
     parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
