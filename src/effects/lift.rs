@@ -18,7 +18,7 @@ impl Physics for Lift {
         enters: "wheel loads over speed",
         channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::VelocityX],
         kinds: &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::Cornering],
-        confounded_with: &["drag_height"],
+        confounded_with: &[],
         separate_by: "bends above 30 m/s",
         level: Level::Bike,
         faint: true,

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::dive::dive;
+use super::dive::{NOISY, dive};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ride::{BrakeHistory, acting_pressure, along_strip, brake_history};
-use crate::statistics::smooth::{gradient, smooth};
+use crate::statistics::smooth::{gradient, mean_twice, smooth};
 use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Samples per second.
@@ -103,7 +103,7 @@ impl Samples {
         let brakes = brake_history(session);
         let along = along_strip(session);
         let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
-        let dived = gradient(&dive, rate);
+        let dived = gradient(&mean_twice(&dive, rate, NOISY), rate);
         let mut out = Samples::default();
         for (kind, chosen) in picks {
             let start = out.len();
