@@ -25,6 +25,7 @@ use roadbench::diagnose::road::residuals::{CHANNELS, blocks};
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::diagnose::road::scan::scan;
 use roadbench::diagnose::road::{self, Fitted};
+use roadbench::effects::Effect;
 use roadbench::pipeline::{self, Pipeline};
 use serde_json::Value;
 
@@ -83,9 +84,7 @@ impl Ride {
             .map_err(|e| e.message)?;
         let plan = self.truth["plan"].as_str().unwrap_or("?");
         let mut text = format!("{} ({plan}), hidden: {}\n", self.name, self.hidden());
-        let said = |v: &str| {
-            std::env::var("ALLROWS").is_ok() || ["named", "ambiguous", "unexplained"].contains(&v)
-        };
+        let said = |v: &str| ["named", "ambiguous", "unexplained"].contains(&v);
         for row in found.causes.iter().filter(|row| said(&row.verdict)) {
             let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4}"));
             text += &format!(
@@ -99,7 +98,7 @@ impl Ride {
                 row.score,
                 row.equivalent_to.as_deref().map_or(String::new(), |e| format!("; or {e}")),
             );
-            if row.effect == "unexplained" || std::env::var("ALLROWS").is_ok() {
+            if row.effect == "unexplained" {
                 text += &format!("        {}\n", row.reason);
             }
         }
@@ -117,8 +116,23 @@ struct Compared {
 
 type Cells = BTreeMap<(ManoeuvreKind, usize), Compared>;
 
-/// The cells of a ride, and its candidates: name, usual size, size, bias and spread in usual ones.
-fn compared(ride: &Ride, nulls: usize) -> Result<(Cells, Vec<(&'static str, [f64; 5])>), Failure> {
+/// What a ride and its null simulations show of a candidate, in usual sizes.
+struct Size {
+    name: &'static str,
+    /// On the ride.
+    size: f64,
+    /// Median on null simulations.
+    bias: f64,
+    /// On a null simulation without noise.
+    bare: f64,
+    /// Between null simulations.
+    spread: f64,
+    /// Detection limit.
+    limit: f64,
+}
+
+/// The cells of a ride, and its candidates.
+fn compared(ride: &Ride, nulls: usize) -> Result<(Cells, Vec<Size>), Failure> {
     let pipeline = Pipeline::onroad();
     let effects = Settings::default().effects;
     let Fitted { session, segments, samples, base } =
@@ -145,14 +159,15 @@ fn compared(ride: &Ride, nulls: usize) -> Result<(Cells, Vec<(&'static str, [f64
     let bare = base::fit_with(&clean_samples, &start.near.start, &start.near.values, BASE, None);
     let bare = Base { sigma: start.near.sigma, ..bare }.extended(&clean_samples, &[], 6);
     let bare = scan(&clean_samples, &bare, &effects);
-    let sizes = effects
-        .iter()
-        .enumerate()
-        .map(|(j, e)| {
-            let (bias, spread) = (calibration.bias[j], calibration.scale.spread[j]);
-            (e.name, [scores[j].delta, bias, spread, calibration.limit(j), bare[j].delta])
-        })
-        .collect();
+    let size = |(j, e): (usize, &Effect)| Size {
+        name: e.name,
+        size: scores[j].delta,
+        bias: calibration.bias[j],
+        bare: bare[j].delta,
+        spread: calibration.scale.spread[j],
+        limit: calibration.limit(j),
+    };
+    let sizes = effects.iter().enumerate().map(size).collect();
     Ok((cells, sizes))
 }
 
@@ -206,18 +221,15 @@ fn main() -> Result<(), Failure> {
     }
     if arguments.sizes {
         println!(
-            "size | bias of null simulations | size on one without noise | their spread, in usual sizes; ride by ride; detection limit"
+            "in usual sizes, ride by ride: size | bias of null simulations | without noise | spread"
         );
-        for (j, (name, _)) in all[0].1.iter().enumerate() {
-            let text: Vec<String> = all
-                .iter()
-                .map(|(_, sizes)| {
-                    let [size, bias, spread, _, bare] = sizes[j].1;
-                    format!("{size:6.2}|{bias:5.2}|{bare:5.2}|{spread:5.2}")
-                })
-                .collect();
-            let limit = median(all.iter().map(|(_, sizes)| sizes[j].1[3]).collect());
-            println!("{name:24} {}   {limit:.2}", text.join("  "));
+        for j in 0..all.first().map_or(0, |(_, sizes)| sizes.len()) {
+            let text = |Size { size, bias, bare, spread, .. }: &Size| {
+                format!("{size:6.2}|{bias:5.2}|{bare:5.2}|{spread:5.2}")
+            };
+            let texts: Vec<String> = all.iter().map(|(_, sizes)| text(&sizes[j])).collect();
+            let limit = median(all.iter().map(|(_, sizes)| sizes[j].limit).collect());
+            println!("{:24} {}   limit {limit:.2}", all[0].1[j].name, texts.join("  "));
         }
     }
     Ok(())
