@@ -27,7 +27,7 @@ const LIMIT: f64 = 3.3;
 const BIAS_ERROR: f64 = 0.2;
 /// Standard deviation, in usual sizes, of what effects show on machines of which they are not true, beyond what
 /// null simulations show: small things that the base model leaves out look like them. From the six rides of
-/// an independent plant with nothing hidden (`examples/plant --sizes`), where the others show nothing of the kind.
+/// an independent plant with nothing hidden (`examples/plant --sizes`), where no other effect was named.
 const UNMODELLED: [(&str, f64); 1] = [("wheel_inertia", 0.5)];
 /// How many times the threshold a size must be beyond what the null simulations alone scatter by, where
 /// the ride's own manoeuvres scatter less: the prototype's weight of its two scores.

@@ -101,11 +101,6 @@ impl<'a> NullSimulation<'a> {
         }
     }
 
-    /// White noise of the channels, their drifts, and the long-run noise added to the residuals.
-    pub fn noise(&self) -> (&[(Channel, f64)], &[Drift], &[f64; 8]) {
-        (&self.white, &self.drift, &self.colour)
-    }
-
     /// What a perfect logger would have recorded on a model.
     pub fn noiseless(&self, values: &Parameters, from: From) -> Session {
         ridden(self.session, self.segments, values, from)
