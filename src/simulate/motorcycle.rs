@@ -534,7 +534,17 @@ impl Plant {
 
     /// Everything that follows from a state and an action at this instant.
     pub fn response(&self, state: &State, action: &Action) -> Response {
-        self.derivative(self.caster_angle.sin_cos(), state, action, None).1
+        self.response_near(state, action, None)
+    }
+
+    /// The same where the loads of an instant before, N, are known.
+    pub fn response_near(
+        &self,
+        state: &State,
+        action: &Action,
+        load: Option<[f64; 2]>,
+    ) -> Response {
+        self.derivative(self.caster_angle.sin_cos(), state, action, load).1
     }
 
     /// Rates of the state at this instant: zero in a steady turn but for the heading.
@@ -558,22 +568,23 @@ impl Plant {
 
     /// Advances the state by `dt` with the action held; gives what followed from them before.
     pub fn advance(&self, state: &mut State, action: &Action, dt: f64) -> Response {
-        self.advance_between(state, action, action, dt)
+        self.advance_between(state, [action, action], dt, None)
     }
 
     /// Advances the state by `dt` with an action that goes evenly from one to another (classical
-    /// Runge-Kutta, sub-stepped); gives what followed from them before.
+    /// Runge-Kutta, sub-stepped); gives what followed from them before. `load` are the loads of an instant
+    /// before, N, where they are known.
     pub fn advance_between(
         &self,
         state: &mut State,
-        from: &Action,
-        to: &Action,
+        [from, to]: [&Action; 2],
         dt: f64,
+        load: Option<[f64; 2]>,
     ) -> Response {
         let n = self.substeps(state, dt);
         let h = dt / n as f64;
         let caster = self.caster_angle.sin_cos();
-        let (mut k1, response) = self.derivative(caster, state, from, None);
+        let (mut k1, response) = self.derivative(caster, state, from, load);
         // what loads do to radii changes little within a step
         let mut load = response.load;
         for step in 0..n {

@@ -172,7 +172,8 @@ impl Base {
             .map(Effect::parameter)
             .filter(|p| known.iter().all(|k| k.name != p.name))
             .collect();
-        let free = self.extended(samples, &more, 2);
+        // one set of slopes: the noise that is left need not be exact
+        let free = self.extended(samples, &more, 1);
         let sigma = noise(samples, &free.problem(samples).residuals(&free.values));
         Base { sigma, ..free }
     }

@@ -125,6 +125,7 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
             down = measured.bend(i);
             out.iter_mut().for_each(|column| column[down.start..i].fill(f64::NAN));
             (ride.state, ride.action) = (State::default(), Action::default());
+            ride.load = None;
         }
         if !parts.simulated[i] || down.contains(&i) {
             ride.brakes.update(known(&measured.v, i), measured.brakes(i), dt);
@@ -258,17 +259,21 @@ struct Ride<'a> {
     state: State,
     action: Action,
     brakes: BrakeHistory,
+    /// Loads of the step before, N: what they do to the tyres changes little within one.
+    load: Option<[f64; 2]>,
 }
 
 impl<'a> Ride<'a> {
     fn start(plant: &'a Plant, speed: f64) -> Self {
         let mut state = State { vx: speed, ..State::default() };
         state.omega = [0, 1].map(|k| speed / plant.tyres[k].rolling_radius);
-        Ride { plant, state, action: Action::default(), brakes: BrakeHistory::default() }
+        let (action, brakes) = (Action::default(), BrakeHistory::default());
+        Ride { plant, state, action, brakes, load: None }
     }
 
     /// Takes up the measured motion.
     fn take_up(&mut self, measured: &Measured, i: usize) {
+        self.load = None;
         let Ride { plant, state, .. } = self;
         let error = &plant.model_error;
         state.yaw_rate = known(&measured.yaw_rate, i);
@@ -286,7 +291,7 @@ impl<'a> Ride<'a> {
     /// One step of `dt` s, and what is recorded before it, in the order of [`CHANNELS`].
     fn advance(&mut self, measured: &Measured, i: usize, dt: f64) -> [f64; 9] {
         let plant = self.plant;
-        let response = plant.response(&self.state, &self.action);
+        let response = plant.response_near(&self.state, &self.action, self.load);
         let pressure = [0, 1].map(|k| known(&measured.pressures[k], i).max(0.0));
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
         self.brakes.update(self.state.vx, braking, dt);
@@ -320,7 +325,9 @@ impl<'a> Ride<'a> {
         self.action.steer = steer(plant, &self.state, &response, &lean);
         let before = self.state;
         let next = given(self.action, (i + 1).min(measured.v.len() - 1));
-        let response = plant.advance_between(&mut self.state, &self.action, &next, dt);
+        let response =
+            plant.advance_between(&mut self.state, [&self.action, &next], dt, Some(response.load));
+        self.load = Some(response.load);
         if self.state.vx < 0.0 {
             self.state.vx = 0.0;
         }
