@@ -3,7 +3,7 @@
 use super::physics::{Multibody, Physics, Rolling};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
 
 pub struct RadiusLoad;
 

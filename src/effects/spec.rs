@@ -1,7 +1,7 @@
 //! What is declared of an effect.
 
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
 
 /// What an effect belongs to, and so what it should be the same for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::contract::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::contract::schema::{Column, Key, KeyTable, Table};
 use roadbench::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
 use roadbench::effects::ALL;
 use roadbench::ingest::formats::FORMATS;
+use roadbench::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::tables::registry;
 
 fn book(path: &str) -> PathBuf {
@@ -163,7 +163,7 @@ fn manoeuvres_are_those_that_are_declared() {
     let mut text = String::from(
         "# Kinds of manoeuvre\n\nAs the column `kind` of the tables `manoeuvres`, `forces`, `discrepancies` and \
          `replays` has them. Pages, figures and the terminal take words, letters and colours from the same \
-         declaration, `src/contract/manoeuvre.rs`.\n\n| kind | what it is | looked for | direction | letter | colour on \
+         declarations, in `src/manoeuvre`.\n\n| kind | what it is | looked for | direction | letter | colour on \
          light, on dark |\n|---|---|---|---|---|---|\n",
     );
     for d in ManoeuvreKind::ALL.iter().map(|k| k.declaration()) {
