@@ -3,6 +3,10 @@
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
 
+/// Every kind of braking.
+pub const BRAKING: &[ManoeuvreKind] =
+    &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::CombinedBraking];
+
 /// What an effect belongs to, and so what it should be the same for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
