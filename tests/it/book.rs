@@ -12,6 +12,8 @@ use roadbench::ingest::formats::FORMATS;
 use roadbench::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::tables::registry;
 
+use crate::commands::listed;
+
 fn book(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src").join(path)
 }
@@ -247,16 +249,7 @@ fn commands_are_those_of_the_program() {
         text.lines().map(|l| format!("{}\n", l.trim_end())).collect()
     };
     let top = help(&[]);
-    let commands: Vec<&str> = top
-        .lines()
-        .skip_while(|l| !l.starts_with("Commands:"))
-        .skip(1)
-        .take_while(|l| !l.is_empty())
-        .filter(|l| l.starts_with("  ") && !l.starts_with("   "))
-        .filter_map(|l| l.split_whitespace().next())
-        .filter(|name| *name != "help")
-        .collect();
-    assert!(commands.len() >= 15, "{commands:?}");
+    let commands = listed(&top);
     let mut text =
         format!("# Commands\n\nWhat `--help` says.\n\n## roadbench\n\n```text\n{top}```\n");
     for name in commands {
