@@ -59,6 +59,10 @@ pub mod contract;
 
 pub mod tables;
 
+pub mod filter;
+
+pub mod manoeuvre;
+
 pub mod multibody;
 
 pub mod model;
@@ -68,8 +72,6 @@ pub mod effects;
 pub mod motorcycle;
 
 pub mod ingest;
-
-pub mod filter;
 
 pub mod segment;
 

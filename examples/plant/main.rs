@@ -12,7 +12,6 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
-use roadbench::contract::manoeuvre::ManoeuvreKind;
 use roadbench::contract::session::Session;
 use roadbench::diagnose::Settings;
 use roadbench::diagnose::calibration::rms;
@@ -26,6 +25,7 @@ use roadbench::diagnose::road::samples::Samples;
 use roadbench::diagnose::road::scan::scan;
 use roadbench::diagnose::road::{self, Fitted};
 use roadbench::effects::Effect;
+use roadbench::manoeuvre::ManoeuvreKind;
 use roadbench::pipeline::{self, Pipeline};
 use serde_json::Value;
 

@@ -1,7 +1,7 @@
 //! "Beyond 20 degrees the model gave less side force than the bench: the machine's track has possibly
 //! more friction than the asphalt" (Discussion).
 
-use roadbench::contract::manoeuvre::ManoeuvreKind;
+use roadbench::manoeuvre::ManoeuvreKind;
 use roadbench::model::tir;
 use roadbench::model::tyre::Input;
 use roadbench::motorcycle::{Model, Road};

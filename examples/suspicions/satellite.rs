@@ -2,12 +2,12 @@
 //! vector, which is used to compute the slip angles" (Discussion).
 
 use roadbench::contract::bike::Bike;
-use roadbench::contract::manoeuvre::ManoeuvreKind;
 use roadbench::contract::session::Session;
 use roadbench::diagnose::road::attitude::{Attitude, Posture};
 use roadbench::diagnose::road::parameters::Parameters;
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::effects::Effect;
+use roadbench::manoeuvre::ManoeuvreKind;
 use roadbench::model::formulation::Formulation;
 use roadbench::pipeline::{self, Characterised, Pipeline};
 use roadbench::simulate::multibody;

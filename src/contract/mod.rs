@@ -1,12 +1,11 @@
 //! What every stage relies on: the channels of a session, the session itself, the bike file, the
-//! coefficients, verdicts, warnings, kinds of manoeuvre, and the schemas of tables and files as
-//! declared in `schemas/`.
+//! coefficients, verdicts, warnings, and the schemas of tables and files as declared in
+//! `schemas/`.
 
 pub mod bike;
 pub mod channel;
 pub mod coefficient;
 pub mod fleet_event;
-pub mod manoeuvre;
 pub mod residual_channel;
 pub mod schema;
 pub mod session;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
 
 /// Share of the null simulations whose largest score lies below the threshold.
 const QUANTILE: f64 = 0.95;

@@ -5,7 +5,7 @@ use super::ride::{BrakeHistory, HEAT, add_with};
 use super::spec::{EffectSpec, Level};
 use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
 
 pub struct BrakeDrag;
 

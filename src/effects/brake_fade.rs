@@ -1,10 +1,9 @@
 //! Brakes that lose gain within a stop.
 
 use super::physics::{Physics, Remove};
-use super::ride::{BrakeHistory, HEAT, scale_with};
-use super::spec::{EffectSpec, Level};
+use super::ride::{BrakeHistory, HEAT, scale_pressures};
+use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
 
 pub struct BrakeFade;
 
@@ -18,23 +17,14 @@ impl Physics for BrakeFade {
         source: "organic pads lose 5 to 20 % in one hard stop",
         enters: "brake gain over the heat of the stop",
         channels: &[Channel::BrakePressureFront, Channel::BrakePressureRear],
-        kinds: &[
-            ManoeuvreKind::FrontBraking,
-            ManoeuvreKind::RearBraking,
-            ManoeuvreKind::CombinedBraking,
-        ],
+        kinds: BRAKING,
         confounded_with: &[],
         separate_by: "hard stops from different speeds",
         level: Level::Bike,
         faint: false,
     };
     const REMOVE: Option<Remove> = Some(|session, bike, size| {
-        let mass = bike.mass;
-        for channel in [Channel::BrakePressureFront, Channel::BrakePressureRear] {
-            scale_with(session, channel, |ride, i| {
-                Self::brake_gain(size, 1.0, mass, ride.brakes[i])
-            });
-        }
+        scale_pressures(session, |brakes| Self::brake_gain(size, 1.0, bike.mass, brakes));
     });
 
     fn brake_gain(size: f64, ratio: f64, mass: f64, brakes: BrakeHistory) -> f64 {

@@ -1,9 +1,8 @@
 //! Load sensitivity of friction.
 
 use super::physics::Physics;
-use super::spec::{EffectSpec, Level};
+use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
 
 pub struct FrictionLoad;
 
@@ -22,11 +21,7 @@ impl Physics for FrictionLoad {
             Channel::WheelSpeedFront,
             Channel::WheelSpeedRear,
         ],
-        kinds: &[
-            ManoeuvreKind::FrontBraking,
-            ManoeuvreKind::RearBraking,
-            ManoeuvreKind::CombinedBraking,
-        ],
+        kinds: BRAKING,
         confounded_with: &["lift"],
         separate_by: "the same slip at different loads",
         level: Level::Bike,

@@ -3,7 +3,7 @@
 use super::physics::Physics;
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
 
 pub struct LowFrictionPatch;
 

@@ -1,10 +1,9 @@
 //! Pads whose friction changes with all the heat they have taken.
 
 use super::physics::{Physics, Remove};
-use super::ride::{BrakeHistory, HEAT, scale_with};
-use super::spec::{EffectSpec, Level};
+use super::ride::{BrakeHistory, HEAT, scale_pressures};
+use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
 
 /// Least friction that is left of the pads', as a share.
 const LEAST: f64 = 0.3;
@@ -21,23 +20,14 @@ impl Physics for PadHeat {
         source: "assumed: a tenth of the friction over twenty stops from 50 km/h; not measured",
         enters: "brake gain over the heat of all stops so far, without cooling",
         channels: &[Channel::BrakePressureFront, Channel::BrakePressureRear],
-        kinds: &[
-            ManoeuvreKind::FrontBraking,
-            ManoeuvreKind::RearBraking,
-            ManoeuvreKind::CombinedBraking,
-        ],
+        kinds: BRAKING,
         confounded_with: &[],
         separate_by: "the same stop at the start and at the end of a ride with many",
         level: Level::Bike,
         faint: false,
     };
     const REMOVE: Option<Remove> = Some(|session, bike, size| {
-        let mass = bike.mass;
-        for channel in [Channel::BrakePressureFront, Channel::BrakePressureRear] {
-            scale_with(session, channel, |ride, i| {
-                Self::brake_gain(size, 1.0, mass, ride.brakes[i])
-            });
-        }
+        scale_pressures(session, |brakes| Self::brake_gain(size, 1.0, bike.mass, brakes));
     });
 
     /// The heat of the whole motorcycle stands for that of each brake.

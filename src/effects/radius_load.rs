@@ -1,9 +1,8 @@
 //! Flattening of the tyres.
 
 use super::physics::{Multibody, Physics, Rolling};
-use super::spec::{EffectSpec, Level};
+use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
 
 pub struct RadiusLoad;
 
@@ -17,11 +16,7 @@ impl Physics for RadiusLoad {
         source: "a third of a deflection of 6 mm per kN on 300 mm",
         enters: "rolling radius of both wheels",
         channels: &[Channel::WheelSpeedFront, Channel::WheelSpeedRear, Channel::BrakePressureFront],
-        kinds: &[
-            ManoeuvreKind::FrontBraking,
-            ManoeuvreKind::RearBraking,
-            ManoeuvreKind::CombinedBraking,
-        ],
+        kinds: BRAKING,
         confounded_with: &[],
         separate_by: "braking of the other wheel",
         level: Level::Bike,

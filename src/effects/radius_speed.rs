@@ -4,7 +4,7 @@ use super::physics::{Physics, Remove, Rolling};
 use super::ride::scale_with;
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
 
 /// Speed of the stated growth, m/s.
 const GROWN_AT: f64 = 20.0;

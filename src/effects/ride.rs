@@ -169,6 +169,13 @@ pub fn scale_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, us
     }
 }
 
+/// Multiplies both brake pressures, as far as they are there, by what depends on the heat in the brakes.
+pub fn scale_pressures(session: &mut Session, by: impl Fn(BrakeHistory) -> f64) {
+    for channel in [Channel::BrakePressureFront, Channel::BrakePressureRear] {
+        scale_with(session, channel, |ride, i| by(ride.brakes[i]));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

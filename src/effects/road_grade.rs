@@ -4,7 +4,7 @@ use super::physics::{Physics, Remove};
 use super::ride::add_with;
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
 
 pub struct RoadGrade;
 

@@ -4,7 +4,7 @@ use super::physics::{Physics, Remove};
 use super::spec::{EffectSpec, Level};
 use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
 
 pub struct SideForceRatioFront;
 

@@ -1,7 +1,11 @@
 //! What is declared of an effect.
 
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::ManoeuvreKind;
+
+/// Every kind of braking.
+pub const BRAKING: &[ManoeuvreKind] =
+    &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::CombinedBraking];
 
 /// What an effect belongs to, and so what it should be the same for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,8 +3,8 @@
 use super::physics::{Physics, Remove};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::contract::session::Session;
+use crate::manoeuvre::ManoeuvreKind;
 
 pub struct VelocityLeverArm;
 

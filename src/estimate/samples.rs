@@ -3,7 +3,7 @@
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::{
-    contract::manoeuvre::{Direction, ManoeuvreKind},
+    manoeuvre::{Direction, ManoeuvreKind},
     segment::Segment,
 };
 

@@ -2,12 +2,12 @@
 
 use super::coasting;
 use crate::contract::bike::Bike;
-use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::contract::session::Session;
 use crate::estimate::quasi_static::QuasiStatic;
 use crate::estimate::samples::{Samples, gather};
 use crate::estimate::signals::Action;
 use crate::estimate::zeros::Zeros;
+use crate::manoeuvre::ManoeuvreKind;
 use crate::{estimate, segment::Segment};
 
 /// The samples of a session, gathered once.

@@ -29,30 +29,19 @@ pub fn extent(values: &[f64]) -> Option<([f64; 3], usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::statistics::order::tests::hard_to_sample;
 
     #[test]
     fn the_middle_is_that_of_the_numbers_in_order() {
-        let mut state = 3_u32;
-        let mut random = move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1 << 24)
-        };
-        for n in [1, 2, 3, 1000, 16_383, 16_384, 50_001] {
-            let noise: Vec<f64> = (0..n).map(|_| random()).collect();
-            let wave: Vec<f64> = (0..n).map(|i| (f64::from(i) / 700.0).sin()).collect();
-            let steps: Vec<f64> = noise.iter().map(|v| (4.0 * v).round() - 2.0).collect();
-            // the sample sees only the ones
-            let stride = (n as usize / 2048).max(1);
-            let hidden: Vec<f64> = (0..n as usize).map(|i| f64::from(i % stride == 0)).collect();
-            for values in [noise, wave, steps, hidden, vec![7.0; n as usize]] {
-                let mut ordered = values.clone();
-                ordered.sort_unstable_by(f64::total_cmp);
-                let wanted = [ordered[0], ordered[n as usize / 2], ordered[n as usize - 1]];
-                let mut patchy = values.clone();
-                patchy.extend([f64::NAN, f64::INFINITY]);
-                assert_eq!(extent(&values), Some((wanted, n as usize)));
-                assert_eq!(extent(&patchy), Some((wanted, n as usize)));
-            }
+        for values in hard_to_sample() {
+            let n = values.len();
+            let mut ordered = values.clone();
+            ordered.sort_unstable_by(f64::total_cmp);
+            let wanted = [ordered[0], ordered[n / 2], ordered[n - 1]];
+            let mut patchy = values.clone();
+            patchy.extend([f64::NAN, f64::INFINITY]);
+            assert_eq!(extent(&values), Some((wanted, n)));
+            assert_eq!(extent(&patchy), Some((wanted, n)));
         }
         assert_eq!(extent(&[f64::NAN]), None);
     }

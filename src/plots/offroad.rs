@@ -9,7 +9,7 @@ use super::sheet::{Sheet, TIMELINE_BINS};
 use crate::contract::session::Session;
 use crate::estimate::offroad::{Estimate, RiderEstimate};
 use crate::tables::rows::PlotPoint;
-use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
+use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 const TIME: Axis = Axis::new("time", "s", 1.0);
 const RIDER_FORCE: Axis = Axis::new("force on the bike", "N", 1.0);

@@ -1,11 +1,11 @@
 //! Kinds of manoeuvre on pages and in figures: words, style and script made from their
-//! declarations ([`crate::contract::manoeuvre`]).
+//! declarations ([`crate::manoeuvre`]).
 
 use std::fmt::Write as _;
 
 use serde_json::json;
 
-use crate::contract::manoeuvre::{Declaration, ManoeuvreKind};
+use crate::manoeuvre::{Declaration, ManoeuvreKind};
 use crate::report::labels;
 
 /// The declaration of a kind by its name in the tables; that of `other` where this version does not
@@ -48,7 +48,7 @@ pub(super) fn script() -> String {
     let kinds: serde_json::Map<_, _> = all()
         .map(|d| {
             let sides = d.letter_by_side.map(|[left, right]| json!({"left": left, "right": right}));
-            let rest = d.kind == ManoeuvreKind::Other;
+            let rest = d.name == ManoeuvreKind::Other.name();
             let kind = json!({"words": d.words, "letter": d.letter, "sides": sides, "rest": rest});
             (d.name.to_owned(), kind)
         })

@@ -1,10 +1,10 @@
 //! Claims of several detectors made into segments that cover the ride.
 
-use super::detector::{Claim, Detector};
-use super::features::Features;
 use super::heading::Axis;
 use super::segments::Segment;
-use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
+use crate::manoeuvre::detector::{Claim, Detector};
+use crate::manoeuvre::features::Features;
+use crate::manoeuvre::{Direction, ManoeuvreKind};
 
 /// Who has a block: place of the detector, and what it claims.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,7 +28,7 @@ impl Piece {
 
 /// Cuts `samples` samples into segments. Of several detectors that claim a block the first in the
 /// list has it; blocks that nobody claims are the last one's.
-pub fn cut(f: &Features, detectors: &[&dyn Detector], samples: usize) -> Vec<Segment> {
+pub fn cut(f: &Features, detectors: &[Box<dyn Detector + '_>], samples: usize) -> Vec<Segment> {
     let found: Vec<Vec<Claim>> = detectors.iter().map(|d| d.find(f)).collect();
     let mut braked = vec![false; f.len()];
     for claim in found.iter().flatten().filter(|c| c.kind.is_braking()) {
@@ -47,7 +47,7 @@ pub fn cut(f: &Features, detectors: &[&dyn Detector], samples: usize) -> Vec<Seg
             let verdict = detectors[owner.detector].judge(f, &claim, &braked);
             let straight = claim.kind.is_straight();
             Segment {
-                kind: claim.kind,
+                kind: owner.kind,
                 start: claim.at.start * f.step,
                 end: (claim.at.end * f.step).min(samples),
                 direction: if straight { axis.direction(f, &claim.at) } else { claim.direction },
@@ -69,7 +69,8 @@ fn owners(found: &[Vec<Claim>], blocks: usize) -> Vec<Owner> {
     let mut owners = vec![nobody; blocks];
     for (detector, claims) in found.iter().enumerate().rev() {
         for Claim { at, kind, direction } in claims {
-            owners[at.clone()].fill(Owner { detector, kind: *kind, direction: *direction });
+            let kind = ManoeuvreKind::of(kind);
+            owners[at.clone()].fill(Owner { detector, kind, direction: *direction });
         }
     }
     owners
@@ -84,7 +85,8 @@ fn merge_short(owners: Vec<Owner>, shortest: impl Fn(usize) -> usize) -> Vec<Pie
             Some(last) if last.owner == owner => last.claim.at.end = i + 1,
             _ => {
                 let Owner { kind, direction, .. } = owner;
-                out.push(Piece { owner, claim: Claim { at: i..i + 1, kind, direction } });
+                let claim = Claim { at: i..i + 1, kind: kind.declaration(), direction };
+                out.push(Piece { owner, claim });
             }
         }
     }

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::detector::Claim;
-use super::features::Features;
-use crate::contract::manoeuvre::Direction;
+use crate::manoeuvre::Direction;
+use crate::manoeuvre::detector::Claim;
+use crate::manoeuvre::features::Features;
 
 /// Share of the way along the axis (cosine) from which a straight counts as out or back.
 const ALONG: f64 = 0.5;

@@ -1,8 +1,9 @@
 //! A session cut into manoeuvres.
 //!
-//! Assumes a filtered session. A few signals on a coarse clock ([`features`]) are given to one
-//! [`Detector`](detector::Detector) per manoeuvre; of those that claim a block the first in
-//! [`run`]'s list has it:
+//! Assumes a filtered session. A few signals on a coarse clock
+//! ([`features`](crate::manoeuvre::features)) are given to one
+//! [`Detector`](crate::manoeuvre::detector::Detector) per manoeuvre; of those that claim a block
+//! the first in the list ([`Config::detectors`]) has it:
 //!
 //! ```text
 //! no velocity  >  standing or slow  >  bend  >  rolling in or out  >  braking  >  coasting  >  driving
@@ -12,81 +13,25 @@
 //! stays in the table with its reason, and so does the rest (`other`), so that the segments
 //! cover the session.
 //!
-//! Adding a manoeuvre: a file with its settings and its `Detector`; here its module, its settings
-//! and its place in the list of [`run`]; its declaration in
-//! [`contract::manoeuvre`](crate::contract::manoeuvre).
+//! Which kinds there are, with their detectors and thresholds, is in [`manoeuvre`](crate::manoeuvre).
 //!
 //! Cost: the means over the coarse blocks; a 20-minute session takes a few milliseconds.
 
-use serde::{Deserialize, Serialize};
-
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
+use crate::manoeuvre::features::Features;
 
-pub mod braking;
-pub mod coasting;
-pub mod cornering;
 mod cut;
-pub mod detector;
-pub mod driving;
-pub mod features;
 mod heading;
-mod mask;
 pub mod offroad;
-pub mod rolling;
 mod segments;
-pub mod standing;
 
+pub use crate::manoeuvre::Config;
 pub use segments::Segment;
-
-/// Settings of the stage.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Config {
-    /// Below this speed nothing begins, m/s.
-    pub min_speed: f64,
-    /// Below this speed everything ends, m/s.
-    pub end_speed: f64,
-    /// Bends.
-    pub cornering: cornering::Config,
-    /// Brakings.
-    pub braking: braking::Config,
-    /// Coasting.
-    pub coasting: coasting::Config,
-    /// Driving.
-    pub driving: driving::Config,
-    /// Off-road manoeuvres.
-    pub offroad: offroad::Config,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Config {
-            min_speed: 2.0,
-            end_speed: 0.5,
-            cornering: cornering::Config::default(),
-            braking: braking::Config::default(),
-            coasting: coasting::Config::default(),
-            driving: driving::Config::default(),
-            offroad: offroad::Config::default(),
-        }
-    }
-}
 
 /// Cuts a filtered session into segments, in time order, none overlapping, all of it covered.
 /// Empty without forward velocity.
 pub fn run(session: &Session, bike: &Bike, config: &Config) -> Vec<Segment> {
-    let Config { min_speed, end_speed, cornering, braking, coasting, driving, .. } = config;
-    let features = features::Features::new(session, bike);
-    // the strongest claim first; driving claims all that is left
-    let detectors: [&dyn detector::Detector; _] = [
-        &standing::NoVelocity,
-        &standing::Standing { min_speed: *min_speed, end_speed: *end_speed },
-        cornering,
-        &rolling::Rolling(cornering),
-        braking,
-        coasting,
-        driving,
-    ];
-    cut::cut(&features, &detectors, session.len)
+    let features = Features::new(session, bike);
+    cut::cut(&features, &config.detectors(), session.len)
 }

@@ -1,6 +1,6 @@
 //! Segments: what the stage gives to the estimates and to the table `manoeuvres`.
 
-use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
+use crate::manoeuvre::{Direction, ManoeuvreKind};
 
 /// One manoeuvre: samples `start..end` of the session.
 #[derive(Debug, Clone, PartialEq)]

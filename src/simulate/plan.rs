@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::path::LaneChange;
-use crate::contract::manoeuvre::Direction;
+use crate::manoeuvre::Direction;
 use crate::statistics::random::Random;
 
 /// One thing the rider does, with its end.

@@ -8,8 +8,8 @@ use super::scenario::{Machine, Scenario};
 use super::sensors;
 use super::simulated::{Simulated, labels};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::contract::session::{Meta, Session};
+use crate::manoeuvre::{Direction, ManoeuvreKind};
 use crate::statistics::random::Random;
 
 /// Longest ride that is simulated, s: a plan that does not end is a defect.

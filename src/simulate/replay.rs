@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::preview::{Preview, Target};
 use crate::contract::channel::Channel;
-use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::contract::session::{Meta, Session};
+use crate::manoeuvre::ManoeuvreKind;
 use crate::motorcycle::run::{Fall, Run};
 use crate::motorcycle::trim::{self, NoTrim};
 use crate::motorcycle::{Action, Model};

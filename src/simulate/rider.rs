@@ -9,8 +9,8 @@ use super::plan::Phase;
 use super::programme::{Controls, Lean, Perceived, Programme};
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
-use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::effects::ride::BrakeHistory;
+use crate::manoeuvre::{Direction, ManoeuvreKind};
 use crate::statistics::random::{Coloured, Random};
 
 /// How unsteady rider, road and air are.

@@ -1,8 +1,8 @@
 //! One simulated session.
 
 use super::motorcycle::{Response, State};
-use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 use crate::contract::session::Session;
+use crate::manoeuvre::{Direction, ManoeuvreKind};
 
 /// What the rider was doing: kind, start and end (s), direction.
 pub type Label = (ManoeuvreKind, f64, f64, Option<Direction>);

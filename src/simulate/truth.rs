@@ -9,11 +9,11 @@ use super::simulated::Simulated;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part, Values};
-use crate::contract::manoeuvre::ManoeuvreKind;
 use crate::estimate;
 use crate::estimate::quasi_static::QuasiStatic;
 use crate::estimate::signals::Signals;
 use crate::fit::cornering;
+use crate::manoeuvre::ManoeuvreKind;
 use crate::model::tyre::trail_0;
 
 /// True coefficients, in the order of the tables; those that are not known are not there.

@@ -108,8 +108,27 @@ pub fn spread_about(values: &[f64], centre: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+
+    /// Few and many values: noise, a wave, steps, values of which the sample sees only the ones, and equal
+    /// ones.
+    pub(crate) fn hard_to_sample() -> Vec<Vec<f64>> {
+        let mut state = 3_u32;
+        let mut random = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24)
+        };
+        let of = |n: i32| {
+            let noise: Vec<f64> = (0..n).map(|_| random()).collect();
+            let wave = (0..n).map(|i| (f64::from(i) / 700.0).sin()).collect();
+            let steps = noise.iter().map(|v| (4.0 * v).round() - 2.0).collect();
+            let stride = (n as usize / SAMPLE).max(1);
+            let hidden = (0..n as usize).map(|i| f64::from(i % stride == 0)).collect();
+            [noise, wave, steps, hidden, vec![7.0; n as usize]]
+        };
+        [1, 2, 3, 1000, 16_383, 16_384, 50_001].into_iter().flat_map(of).collect()
+    }
 
     #[test]
     fn medians() {
@@ -124,21 +143,8 @@ mod tests {
 
     #[test]
     fn the_median_of_many_values_is_that_of_the_values_in_order() {
-        let mut state = 3_u32;
-        let mut random = move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1 << 24)
-        };
-        for n in [1, 2, 3, 1000, 16_383, 16_384, 50_001] {
-            let noise: Vec<f64> = (0..n).map(|_| random()).collect();
-            let wave: Vec<f64> = (0..n).map(|i| (f64::from(i) / 700.0).sin()).collect();
-            let steps: Vec<f64> = noise.iter().map(|v| (4.0 * v).round() - 2.0).collect();
-            // the sample holds the ones alone
-            let stride = (n as usize / SAMPLE).max(1);
-            let hidden: Vec<f64> = (0..n as usize).map(|i| f64::from(i % stride == 0)).collect();
-            for values in [noise, wave, steps, hidden, vec![7.0; n as usize]] {
-                assert_eq!(upper_median_of(&values), upper_median(&mut values.clone()));
-            }
+        for values in hard_to_sample() {
+            assert_eq!(upper_median_of(&values), upper_median(&mut values.clone()));
         }
         assert_eq!(upper_median_of(&[]), None);
     }

@@ -5,12 +5,14 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::contract::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::contract::schema::{Column, Key, KeyTable, Table};
 use roadbench::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
 use roadbench::effects::ALL;
 use roadbench::ingest::formats::FORMATS;
+use roadbench::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::tables::registry;
+
+use crate::commands::listed;
 
 fn book(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src").join(path)
@@ -163,7 +165,7 @@ fn manoeuvres_are_those_that_are_declared() {
     let mut text = String::from(
         "# Kinds of manoeuvre\n\nAs the column `kind` of the tables `manoeuvres`, `forces`, `discrepancies` and \
          `replays` has them. Pages, figures and the terminal take words, letters and colours from the same \
-         declaration, `src/contract/manoeuvre.rs`.\n\n| kind | what it is | looked for | direction | letter | colour on \
+         declarations, in `src/manoeuvre`.\n\n| kind | what it is | looked for | direction | letter | colour on \
          light, on dark |\n|---|---|---|---|---|---|\n",
     );
     for d in ManoeuvreKind::ALL.iter().map(|k| k.declaration()) {
@@ -247,16 +249,7 @@ fn commands_are_those_of_the_program() {
         text.lines().map(|l| format!("{}\n", l.trim_end())).collect()
     };
     let top = help(&[]);
-    let commands: Vec<&str> = top
-        .lines()
-        .skip_while(|l| !l.starts_with("Commands:"))
-        .skip(1)
-        .take_while(|l| !l.is_empty())
-        .filter(|l| l.starts_with("  ") && !l.starts_with("   "))
-        .filter_map(|l| l.split_whitespace().next())
-        .filter(|name| *name != "help")
-        .collect();
-    assert!(commands.len() >= 15, "{commands:?}");
+    let commands = listed(&top);
     let mut text =
         format!("# Commands\n\nWhat `--help` says.\n\n## roadbench\n\n```text\n{top}```\n");
     for name in commands {

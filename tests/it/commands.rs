@@ -55,6 +55,21 @@ fn commands(page: &str) -> Vec<String> {
     all
 }
 
+/// The commands that `roadbench --help` lists, without `help`.
+pub fn listed(help: &str) -> Vec<&str> {
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|l| !l.starts_with("Commands:"))
+        .skip(1)
+        .take_while(|l| !l.is_empty())
+        .filter(|l| l.starts_with("  ") && !l.starts_with("   "))
+        .filter_map(|l| l.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.len() >= 15, "{commands:?}");
+    commands
+}
+
 /// A folder with what the commands name: two rides, the bikes, and the real recordings if there are any.
 fn copy() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("folder");
@@ -139,17 +154,7 @@ fn the_readme_is_short_and_lists_every_command() {
     let binary = assert_cmd::cargo::cargo_bin("roadbench");
     let help = Command::new(binary).arg("--help").output().expect("ran");
     let help = String::from_utf8_lossy(&help.stdout).into_owned();
-    let commands: Vec<&str> = help
-        .lines()
-        .skip_while(|l| !l.starts_with("Commands:"))
-        .skip(1)
-        .take_while(|l| !l.is_empty())
-        .filter(|l| l.starts_with("  ") && !l.starts_with("   "))
-        .filter_map(|l| l.split_whitespace().next())
-        .filter(|name| *name != "help")
-        .collect();
-    assert!(commands.len() >= 15, "{commands:?}");
-    for name in commands {
+    for name in listed(&help) {
         let row = [format!("| `roadbench {name} "), format!("| `roadbench {name}`")];
         assert!(row.iter().any(|start| page.contains(start)), "README.md has no row for {name}");
     }

@@ -3,7 +3,6 @@
 
 use rayon::prelude::*;
 use roadbench::contract::channel::Channel;
-use roadbench::contract::manoeuvre::Direction;
 use roadbench::contract::session::{Meta, Session};
 use roadbench::diagnose::road;
 use roadbench::diagnose::road::attitude::Posture;
@@ -12,6 +11,7 @@ use roadbench::diagnose::road::residuals::{Blocks, Curves, attitudes, blocks, bl
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::effects::physics::Multibody;
 use roadbench::effects::{ALL, Effect, ModelError};
+use roadbench::manoeuvre::Direction;
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};

@@ -127,7 +127,7 @@ fn the_papers_study_again() {
     let mut count = 0;
     for s in segments
         .iter()
-        .filter(|s| s.used && s.kind == roadbench::contract::manoeuvre::ManoeuvreKind::FrontBraking)
+        .filter(|s| s.used && s.kind == roadbench::manoeuvre::ManoeuvreKind::FrontBraking)
     {
         let from = s.start.saturating_sub(30);
         let replay =

@@ -9,7 +9,7 @@ use roadbench::filter;
 use roadbench::ingest;
 use roadbench::simulate::{self, Simulated, scenario::Scenario};
 use roadbench::{
-    contract::manoeuvre::{Direction, ManoeuvreKind},
+    manoeuvre::{Direction, ManoeuvreKind},
     segment::{self, Segment},
 };
 

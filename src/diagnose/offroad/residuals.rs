@@ -23,7 +23,7 @@ use crate::estimate::offroad::Estimate;
 use crate::estimate::offroad::rider;
 use crate::model::offroad::equations::Matrices;
 use crate::model::offroad::machine::Machine;
-use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
+use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Samples per second that the residuals are made from.
 const RATE: f64 = 200.0;

@@ -1,17 +1,20 @@
 //! The road's side of the diagnosis engine: block residuals of the base model, null simulations by the
 //! reduced simulator, scores to first order, joint fits.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::base::{Base, RELIEVED, Start};
+use super::kept::Key;
 use super::null_calibration::{RoadCalibration, SizeScale, cells};
 use super::null_simulation::NullSimulation;
 use super::parameters::BASE;
 use super::problem::Linear;
 use super::residuals::{Blocks, CHANNELS, UNITS, blocks};
 use super::samples::BLOCK;
-use super::scan::{Score, scan};
-use super::stage::{Ride, Stage, true_sizes};
+use super::scan::Score;
+use super::stage::{Memory, Ride, Stage, true_sizes};
 use super::structure::Term;
 use crate::contract::verdict::Verdict;
 use crate::diagnose::calibration::{Calibration, Rms};
@@ -27,24 +30,27 @@ const EVIDENT: f64 = 1.96;
 
 /// A ride on the road with its base fit and its null simulations.
 #[derive(Debug)]
-pub struct RoadEngine<'a> {
-    ride: Ride<'a>,
-    start: &'a Start,
-    calibration: &'a RoadCalibration,
-    simulation: &'a NullSimulation<'a>,
+pub struct RoadEngine<'r, 'a> {
+    ride: Ride<'r>,
+    memory: &'r Memory<'a>,
+    start: &'r Start,
+    calibration: &'r RoadCalibration,
+    simulation: &'r Arc<NullSimulation<'a>>,
     scores: Vec<Score>,
 }
 
-impl<'a> RoadEngine<'a> {
-    /// `calibration` is that of the ride's candidates on `simulation`, near the start.
+impl<'r, 'a> RoadEngine<'r, 'a> {
+    /// `calibration` is that of the ride's candidates on `simulation`, near the start; `memory` holds what
+    /// is known of the ride already.
     pub fn new(
-        ride: Ride<'a>,
-        start: &'a Start,
-        calibration: &'a RoadCalibration,
-        simulation: &'a NullSimulation<'a>,
+        ride: Ride<'r>,
+        memory: &'r Memory<'a>,
+        start: &'r Start,
+        calibration: &'r RoadCalibration,
+        simulation: &'r Arc<NullSimulation<'a>>,
     ) -> Self {
-        let scores = scan(ride.samples, &start.near, ride.effects);
-        RoadEngine { ride, start, calibration, simulation, scores }
+        let scores = memory.scan(&ride, &start.near, ride.effects).to_vec();
+        RoadEngine { ride, memory, start, calibration, simulation, scores }
     }
 
     fn is_identifiable(&self, judged: &Judged) -> bool {
@@ -96,9 +102,10 @@ impl<'a> RoadEngine<'a> {
         let mut lost = Vec::new();
         while !named.is_empty() {
             if !complete {
-                let more: Vec<_> = named.iter().map(|c| ride.parameter(&c.candidate)).collect();
-                let kept = self.start.near.extended(ride.samples, &more, 8);
-                *stage = Stage::next(ride, &kept, Vec::new(), &self.first(), &named);
+                let more: Vec<_> = named.iter().map(|c| c.candidate).collect();
+                let kept = self.memory.extended(ride, &self.start.near, &more);
+                let first = self.first();
+                *stage = Stage::next(ride, self.memory, &kept, Vec::new(), &first, &named);
             }
             let fits = &stage.calibration.scale.fits;
             let sizes = true_sizes(ride, &stage.model, &stage.simulated, fits, &named);
@@ -124,7 +131,7 @@ impl<'a> RoadEngine<'a> {
     }
 }
 
-impl<'a> Engine for RoadEngine<'a> {
+impl<'a> Engine for RoadEngine<'_, 'a> {
     type Model = Base;
     type Stage = Stage<'a>;
     type Scale = SizeScale;
@@ -146,7 +153,8 @@ impl<'a> Engine for RoadEngine<'a> {
         let near = &self.start.near;
         Stage {
             model: near.clone(),
-            simulation: self.simulation.with_parameters(&near.values),
+            simulation: self.simulation.clone(),
+            noise_of: Key::of(&"the start"),
             simulated: near.values.clone(),
             open: (0..self.ride.effects.len()).collect(),
             scores: self.scores.clone(),
@@ -184,13 +192,12 @@ impl<'a> Engine for RoadEngine<'a> {
         let mut refits: Vec<Refit<Base>> = gated
             .into_par_iter()
             .map(|j| {
-                let parameter = ride.parameter(&j.candidate);
-                let model = stage.model.extended(ride.samples, &[parameter], 8);
+                let model = self.memory.extended(ride, &stage.model, &[j.candidate]);
                 let gain = 2.0 * (stage.model.loss - model.loss);
                 let size = ride.size(&j.candidate, &model);
                 let std_error = j.estimate.map_or(f64::INFINITY, |e| e.std_error);
                 let estimate = Some(Estimate::linear(size - j.bias, std_error));
-                (size, Refit { judged: j.clone(), estimate, gain, model })
+                (size, Refit { judged: j.clone(), estimate, gain, model: Base::clone(&model) })
             })
             .filter(|(size, refit)| refit.judged.candidate.in_bounds(*size))
             .map(|(_, refit)| refit)
@@ -216,7 +223,7 @@ impl<'a> Engine for RoadEngine<'a> {
         let mut open = stage.open.clone();
         let joined = refit.judged.candidate.place;
         open.retain(|&place| self.calibration.is_identifiable(place) && place != joined);
-        Stage::next(&self.ride, &refit.model, open, &stage, named)
+        Stage::next(&self.ride, self.memory, &refit.model, open, &stage, named)
     }
 
     /// Further structure is held against null simulations on the model with the causes: what a large cause

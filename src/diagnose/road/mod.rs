@@ -22,6 +22,7 @@ pub mod base;
 pub mod dive;
 pub mod engine;
 pub mod extended_model;
+pub mod kept;
 pub mod null_calibration;
 pub mod null_simulation;
 pub mod parameters;

@@ -5,9 +5,12 @@
 //! already ([`NullSimulation`]), given all the noise it has, and put through the whole of fit and scan.
 //! What a candidate shows there is bias of the method and noise, not an effect.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::base::Base;
+use super::kept::{Kept, Key};
 use super::null_simulation::NullSimulation;
 use super::parameters::{Parameter, Parameters};
 use super::residuals::Blocks;
@@ -77,7 +80,8 @@ pub struct Calibrated {
 }
 
 /// What one null simulation shows.
-struct Shown {
+#[derive(Debug)]
+pub struct Shown {
     scores: Vec<Score>,
     sizes: Rms,
     terms: Vec<Term>,
@@ -92,20 +96,34 @@ pub fn calibrate(
     effects: &[Effect],
     nulls: usize,
 ) -> RoadCalibration {
+    calibrate_keeping(&Kept::default(), Key::of(&""), simulation, model, effects, nulls)
+}
+
+/// As [`calibrate`]: what each null simulation shows is taken from what is `kept` of simulations, model and
+/// effects that `key` stands for.
+pub fn calibrate_keeping(
+    kept: &Kept<Shown>,
+    key: Key,
+    simulation: &NullSimulation<'_>,
+    model: &Base,
+    effects: &[Effect],
+    nulls: usize,
+) -> RoadCalibration {
     let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
     let all: Vec<Parameter> = model.parameters.iter().chain(&more).copied().collect();
-    let shown: Vec<Shown> = (0..nulls)
+    let show = |number| {
+        let (samples, quick) = simulation.fit(number, model, &model.parameters, &more);
+        let problem = quick.base.problem(&samples);
+        Shown {
+            scores: scores(&samples, &quick.base, &all, &quick.linear),
+            sizes: rms(cells(&samples, &quick.linear.residuals).map(|(cell, _, r)| (cell, r))),
+            terms: structure::terms(&samples, &problem, &quick.linear),
+            fit: quick.base.values,
+        }
+    };
+    let shown: Vec<Arc<Shown>> = (0..nulls)
         .into_par_iter()
-        .map(|number| {
-            let (samples, quick) = simulation.fit(number, model, &model.parameters, &more);
-            let problem = quick.base.problem(&samples);
-            Shown {
-                scores: scores(&samples, &quick.base, &all, &quick.linear),
-                sizes: rms(cells(&samples, &quick.linear.residuals).map(|(cell, _, r)| (cell, r))),
-                terms: structure::terms(&samples, &problem, &quick.linear),
-                fit: quick.base.values,
-            }
-        })
+        .map(|number| kept.get_or(&(key, number), || show(number)))
         .collect();
     let scores: Vec<&[Score]> = shown.iter().map(|s| s.scores.as_slice()).collect();
     let terms: Vec<&[Term]> = shown.iter().map(|s| s.terms.as_slice()).collect();
@@ -117,7 +135,7 @@ pub fn calibrate(
         (0..effects.len()).map(|j| out.judge(j, &scores[j]).score).fold(0.0, f64::max)
     };
     out.tops = scores.iter().map(top).collect();
-    out.scale.fits = shown.into_iter().map(|s| s.fit).collect();
+    out.scale.fits = shown.iter().map(|s| s.fit.clone()).collect();
     out
 }
 

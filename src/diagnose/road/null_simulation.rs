@@ -20,7 +20,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ALL;
 use crate::statistics::random::Random;
-use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
+use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Simulations with sensor noise only, from which follows what other noise there is.
 const QUIET: usize = 3;

@@ -23,7 +23,7 @@ use crate::simulate::motorcycle::{Action, Plant, State};
 use crate::simulate::programme::Lean;
 use crate::simulate::rider::steer;
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
-use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
+use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// How fast the throttle brings the speed back, 1/s.
 const THROTTLE: f64 = 0.8;

@@ -7,7 +7,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ride::{BrakeHistory, acting_pressure, along_strip, brake_history};
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
-use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
+use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Samples per second.
 pub const RATE: f64 = 10.0;

@@ -1,6 +1,7 @@
 //! One session of road riding from its log to its causes.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::advice::{self, Advice};
 use super::base::{self, Base, Start};
@@ -12,7 +13,7 @@ use super::null_simulation::NullSimulation;
 use super::parameters::Parameters;
 use super::replays::replays;
 use super::samples::{BLOCK, RATE, Samples};
-use super::stage::Ride;
+use super::stage::{Memory, Ride};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -159,8 +160,9 @@ pub struct Prepared<'a> {
     fitted: &'a Fitted<'a>,
     effects: &'a [Effect],
     start: Start,
-    simulation: NullSimulation<'a>,
+    simulation: Arc<NullSimulation<'a>>,
     calibration: RoadCalibration,
+    memory: Memory<'a>,
 }
 
 impl<'a> Prepared<'a> {
@@ -173,12 +175,20 @@ impl<'a> Prepared<'a> {
         let simulation = NullSimulation::new(session, segments, &start.noise, seed)
             .with_parameters(&start.near.values);
         let calibration = calibrate(&simulation, &start.near, effects, settings.nulls);
-        Prepared { fitted, effects, start, simulation, calibration }
+        let (simulation, memory) = (Arc::new(simulation), Memory::default());
+        Prepared { fitted, effects, start, simulation, calibration, memory }
     }
 
-    fn engine<'b>(&'b self, tuning: &'b RoadTuning) -> RoadEngine<'b> {
+    /// With what one naming computes kept for the next, so that many by different constants take little
+    /// longer than one. A simulated ride is as large as the session, and there are a few for every cause.
+    #[must_use]
+    pub fn keeping(self) -> Self {
+        Prepared { memory: Memory::keeping(), ..self }
+    }
+
+    fn engine<'b>(&'b self, tuning: &'b RoadTuning) -> RoadEngine<'b, 'a> {
         let ride = Ride { samples: &self.fitted.samples, effects: self.effects, tuning };
-        RoadEngine::new(ride, &self.start, &self.calibration, &self.simulation)
+        RoadEngine::new(ride, &self.memory, &self.start, &self.calibration, &self.simulation)
     }
 
     /// The causes under some constants.

@@ -1,10 +1,13 @@
 //! A stage of the naming on the road: a model, and what candidates and structure show on null simulations
 //! of it.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::base::Base;
-use super::null_calibration::{RoadCalibration, calibrate};
+use super::kept::{Kept, Key};
+use super::null_calibration::{RoadCalibration, Shown, calibrate_keeping};
 use super::null_simulation::NullSimulation;
 use super::parameters::{Parameter, Parameters};
 use super::problem::Linear;
@@ -60,13 +63,69 @@ impl Ride<'_> {
     }
 }
 
+/// What namings of one ride by different constants have in common; by default nothing is kept.
+#[derive(Debug, Default)]
+pub struct Memory<'a> {
+    /// Models fitted to the ride.
+    models: Kept<Base>,
+    /// Scores to first order on a model.
+    scores: Kept<Vec<Score>>,
+    /// The ride simulated on a model.
+    simulations: Kept<NullSimulation<'a>>,
+    /// What a null simulation shows.
+    shown: Kept<Shown>,
+    /// What the fit to a null simulation gives.
+    fits: Kept<Parameters>,
+}
+
+impl Memory<'_> {
+    /// Keeps everything.
+    pub fn keeping() -> Self {
+        Memory {
+            models: Kept::keeping(),
+            scores: Kept::keeping(),
+            simulations: Kept::keeping(),
+            shown: Kept::keeping(),
+            fits: Kept::keeping(),
+        }
+    }
+
+    /// [`Base::extended`] by some candidates.
+    pub fn extended(&self, ride: &Ride<'_>, model: &Base, more: &[Candidate]) -> Arc<Base> {
+        let names: Vec<&str> = more.iter().map(|c| c.name).collect();
+        self.models.get_or(&(key_of(model), names), || {
+            let more: Vec<Parameter> = more.iter().map(|c| ride.parameter(c)).collect();
+            model.extended(ride.samples, &more, 8)
+        })
+    }
+
+    /// [`scan`] of some candidates.
+    pub fn scan(&self, ride: &Ride<'_>, model: &Base, effects: &[Effect]) -> Arc<Vec<Score>> {
+        let made_from = (key_of(model), names(effects));
+        self.scores.get_or(&made_from, || scan(ride.samples, model, effects))
+    }
+}
+
+/// What a model is told from others by.
+fn key_of(model: &Base) -> Key {
+    let Base { start, values, sigma, loss, parameters } = model;
+    let names: Vec<&str> = parameters.iter().map(|p| p.name).collect();
+    Key::of(&(start, values, sigma, loss, names))
+}
+
+fn names(effects: &[Effect]) -> Vec<&'static str> {
+    effects.iter().map(|e| e.name).collect()
+}
+
 /// A model, and what candidates and structure show on null simulations of it.
 #[derive(Debug)]
 pub struct Stage<'a> {
     /// The base, or the base with causes.
     pub model: Base,
     /// Null simulations with the noise that the model leaves.
-    pub simulation: NullSimulation<'a>,
+    pub simulation: Arc<NullSimulation<'a>>,
+    /// The model that their noise was learnt from.
+    pub noise_of: Key,
     /// What is simulated: the model, with sizes as they must be for fits to give the model's.
     pub simulated: Parameters,
     /// Places of the candidates that are not in the model.
@@ -87,6 +146,7 @@ impl<'a> Stage<'a> {
     /// those of the stage before have it that one may be a cause as well: they cost the most.
     pub fn next(
         ride: &Ride<'_>,
+        memory: &Memory<'a>,
         model: &Base,
         open: Vec<usize>,
         before: &Stage<'a>,
@@ -95,28 +155,57 @@ impl<'a> Stage<'a> {
         let tuning = ride.tuning;
         let count = before.calibration.nulls.min(tuning.nulls_of_stage);
         let sigma = model.sigma;
-        let model = model.with_own_noise(ride.samples);
+        let own_noise = || model.with_own_noise(ride.samples);
+        let model = memory.models.get_or(&("own noise", key_of(model)), own_noise);
+        let model = Base::clone(&model);
         let quieter = sigma.iter().zip(model.sigma).map(|(before, now)| now / before);
         let quieter = quieter.fold(1.0, f64::min);
-        let simulation = match quieter < tuning.quieter {
-            true => before.simulation.with_noise_of(&model),
-            false => before.simulation.with_parameters(&model.values),
+        let (simulation, noise_of) = match quieter < tuning.quieter {
+            true => {
+                let learnt = || before.simulation.with_noise_of(&model);
+                let own = key_of(&model);
+                (memory.simulations.get_or(&("noise of", own), learnt), own)
+            }
+            false => (before.simulation.clone(), before.noise_of),
         };
-        let simulated = simulated(ride, &model, &simulation, count, named);
-        let simulation = simulation.with_parameters(&simulated);
+        let riding = |values: &Parameters| {
+            let with = || simulation.with_parameters(values);
+            memory.simulations.get_or(&(noise_of, values), with)
+        };
+        let simulation = riding(&model.values);
+        let fit = |number: usize| {
+            let fit = || simulation.fit(number, &model, &model.parameters, &[]).1.base.values;
+            let kept = memory.fits.get_or(&(noise_of, key_of(&model), number), fit);
+            Parameters::clone(&kept)
+        };
+        let simulated = simulated(ride, &model, fit, count, named);
+        let simulation = match simulated == model.values {
+            true => simulation,
+            false => riding(&simulated),
+        };
         // candidates as those before would judge them; what is quieter now they judge too low
         let place = |e: &usize| before.open.iter().position(|b| b == e);
         let places: Vec<usize> = open.iter().filter_map(place).collect();
         let effects = ride.effects_of(&open);
-        let scores = scan(ride.samples, &model, &effects);
+        let scores = memory.scan(ride, &model, &effects).to_vec();
         let calibration = before.calibration.only(&places);
         let strain_gains = Vec::new();
-        let mut stage =
-            Stage { model, simulation, simulated, open, scores, calibration, strain_gains };
+        let mut stage = Stage {
+            model,
+            simulation,
+            noise_of,
+            simulated,
+            open,
+            scores,
+            calibration,
+            strain_gains,
+        };
         let largest = stage.judge(ride).iter().map(|j| j.score).fold(0.0, f64::max);
         let alarming = largest > tuning.look * quieter;
         let effects = if alarming { effects.as_slice() } else { &[] };
-        let calibration = calibrate(&stage.simulation, &stage.model, effects, count);
+        let made_from = (noise_of, &stage.simulated, key_of(&stage.model), names(effects));
+        let (key, Stage { simulation, model, .. }) = (Key::of(&made_from), &stage);
+        let calibration = calibrate_keeping(&memory.shown, key, simulation, model, effects, count);
         stage.calibration = match alarming {
             true => calibration,
             false => calibration.judging_as(&stage.calibration),
@@ -169,18 +258,18 @@ impl<'a> Stage<'a> {
 }
 
 /// The model to simulate for fits to give the sizes that the model's fit gives: a fit that gives half of a
-/// size leaves the other half for another candidate to take up.
+/// size leaves the other half for another candidate to take up. `fit` is that to a null simulation of the
+/// model.
 fn simulated(
     ride: &Ride<'_>,
     model: &Base,
-    simulation: &NullSimulation<'_>,
+    fit: impl Fn(usize) -> Parameters + Sync,
     count: usize,
     named: &[Cause],
 ) -> Parameters {
     let tuning = ride.tuning;
-    let fit = |number| simulation.fit(number, model, &model.parameters, &[]).1.base.values;
     let first = count.min(tuning.nulls_of_sizes);
-    let fits: Vec<Parameters> = (0..first).into_par_iter().map(fit).collect();
+    let fits: Vec<Parameters> = (0..first).into_par_iter().map(&fit).collect();
     let sizes = true_sizes(ride, model, &model.values, &fits, named);
     let mut simulated = model.values.clone();
     let off = |(cause, size): (&Cause, &Estimate)| {

@@ -4,7 +4,7 @@
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
 use crate::tables::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
-use crate::{contract::manoeuvre::ManoeuvreKind, segment::Segment};
+use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 use super::Estimate;
 use super::solve::TyreForces;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::contract::manoeuvre::{Declaration, ManoeuvreKind, Peak};
+use crate::manoeuvre::{Declaration, ManoeuvreKind, Peak};
 use crate::plots::offroad::rider_label;
 use crate::report::number_format::{fixed, typeset};
 use crate::report::{kinds, labels};

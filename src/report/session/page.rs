@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::contract::manoeuvre::Peak;
+use crate::manoeuvre::Peak;
 use crate::plots::catalogue::{FITS, OFFROAD, RIDE};
 use crate::plots::plot::Plot;
 use crate::report::charts::figures::Figures;

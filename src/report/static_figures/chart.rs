@@ -303,7 +303,7 @@ fn stretches(y: &[Option<f64>]) -> Vec<std::ops::Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contract::manoeuvre::ManoeuvreKind;
+    use crate::manoeuvre::ManoeuvreKind;
 
     #[test]
     fn a_chart_becomes_svg_with_its_units_and_no_markup_of_its_texts() {

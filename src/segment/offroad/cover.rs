@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::config::Config;
-use super::means::Ride;
-use crate::contract::manoeuvre::{Course, Direction, ManoeuvreKind};
+use crate::manoeuvre::means::Ride;
+use crate::manoeuvre::offroad::Config;
+use crate::manoeuvre::{Course, Direction, ManoeuvreKind};
 use crate::segment::segments::Segment;
 
 /// Runs shorter than this go to the run before them, s.

@@ -7,42 +7,27 @@
 //! braking forces are known by then. Flights are exact to the sample; one that begins in whoops
 //! belongs to them.
 
-use crate::contract::manoeuvre::ManoeuvreKind;
+use crate::manoeuvre::airborne;
+use crate::manoeuvre::means::Means;
+use crate::manoeuvre::{ManoeuvreKind, OFF_ROAD};
 
-mod config;
-mod corners;
-mod cover;
-mod flights;
-mod means;
-mod straights;
-mod whoops;
-
-use super::detector::Claim;
 use super::segments::Segment;
-use means::Means;
 
-pub use config::Config;
-pub use means::Ride;
+mod cover;
 
-/// Finds claims on blocks of means.
-type Detect = fn(&Means, &Config) -> Vec<Claim>;
-
-/// Detectors on the means, the weakest claim first.
-const DETECTORS: [Detect; 4] =
-    [straights::driving, straights::braking, corners::corners, |means, _| {
-        whoops::whoops(&means.waves)
-    }];
+pub use crate::manoeuvre::means::Ride;
+pub use crate::manoeuvre::offroad::Config;
 
 /// Cuts a ride into segments, in time order, none overlapping, all of it covered.
 pub fn run(ride: &Ride<'_>, config: &Config) -> Vec<Segment> {
     let means = Means::new(ride, config);
     let mut kinds = vec![ManoeuvreKind::Other; means.speed.len()];
-    for claim in DETECTORS.iter().flat_map(|detect| detect(&means, config)) {
-        kinds[claim.at].fill(claim.kind);
+    for claim in OFF_ROAD.iter().flat_map(|detect| detect(&means, config)) {
+        kinds[claim.at].fill(ManoeuvreKind::of(claim.kind));
     }
     let mut kinds: Vec<ManoeuvreKind> =
         (0..ride.load.len()).map(|i| kinds[i / means.step]).collect();
-    for flight in flights::flights(ride, &means, config) {
+    for flight in airborne::flights(ride, &means, config) {
         kinds[flight].fill(ManoeuvreKind::Airborne);
     }
     cover::cover(ride, &kinds, config)

@@ -6,7 +6,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::GRAVITY;
-use crate::contract::manoeuvre::Direction::{self, Left, Right};
+use crate::manoeuvre::Direction::{self, Left, Right};
 use crate::simulate::plan::Phase;
 
 /// Pressure that no brake is limited by, Pa.

@@ -2,9 +2,24 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::declaration::{Course, Declaration, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
-use crate::contract::manoeuvre::ManoeuvreKind;
+
+pub(super) static DRIVING: Declaration = Declaration {
+    name: "driving",
+    words: "driving",
+    description: "Under engine power, straight.",
+    letter: "D",
+    letter_by_side: None,
+    colour: "#2e8b57",
+    colour_dark: "#5fb98a",
+    terrain: Terrain::Both,
+    course: Course::Straight,
+    brakes: [false, false],
+    peak: Peak::Acceleration,
+    force_row: Some(6),
+};
 
 /// Pieces shorter than this go to their neighbour, s.
 const SHORTEST: f64 = 0.3;
@@ -28,7 +43,7 @@ impl Default for Config {
 impl Detector for Config {
     /// All of the ride: the other detectors come first.
     fn find(&self, f: &Features) -> Vec<Claim> {
-        vec![Claim::new(0..f.len(), ManoeuvreKind::Driving)]
+        vec![Claim::new(0..f.len(), &DRIVING)]
     }
 
     fn shortest(&self) -> f64 {

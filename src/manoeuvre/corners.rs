@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::config::Config;
+use super::cornering::CORNERING;
+use super::detector::Claim;
 use super::means::{Means, smooth};
-use crate::contract::manoeuvre::ManoeuvreKind;
-use crate::segment::detector::Claim;
+use super::offroad::Config;
 
 /// The slowest point has a rise to both sides within this time, s.
 const SIGHT: f64 = 6.0;
@@ -43,5 +43,5 @@ pub fn corners(m: &Means, config: &Config) -> Vec<Claim> {
             _ => out.push(start..end),
         }
     }
-    out.into_iter().map(|at| Claim::new(at, ManoeuvreKind::Cornering)).collect()
+    out.into_iter().map(|at| Claim::new(at, &CORNERING)).collect()
 }

@@ -6,10 +6,25 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::declaration::{Course, Declaration, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
 use super::mask::{close_holes, drop_short, hysteresis, runs};
-use crate::contract::manoeuvre::ManoeuvreKind;
+
+pub(super) static COASTING: Declaration = Declaration {
+    name: "coasting",
+    words: "coasting",
+    description: "In neutral, no brake, straight.",
+    letter: "C",
+    letter_by_side: None,
+    colour: "#6b7f93",
+    colour_dark: "#8fa3b8",
+    terrain: Terrain::Road,
+    course: Course::Straight,
+    brakes: [false, false],
+    peak: Peak::Acceleration,
+    force_row: None,
+};
 
 /// Thresholds of coasting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -95,7 +110,7 @@ fn rolls_freely(f: &Features, config: &Config) -> Vec<bool> {
 impl Detector for Config {
     fn find(&self, f: &Features) -> Vec<Claim> {
         let free = runs(&rolls_freely(f, self));
-        free.into_iter().map(|at| Claim::new(at, ManoeuvreKind::Coasting)).collect()
+        free.into_iter().map(|at| Claim::new(at, &COASTING)).collect()
     }
 
     fn shortest(&self) -> f64 {

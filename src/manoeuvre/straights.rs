@@ -1,10 +1,11 @@
 //! Braking and driving, by acceleration; which brake, by the braking forces of the estimate.
 
-use super::config::Config;
+use super::braking::{COMBINED_BRAKING, FRONT_BRAKING, REAR_BRAKING};
+use super::detector::Claim;
+use super::driving::DRIVING;
+use super::mask::{close_holes, drop_short, hysteresis, runs};
 use super::means::Means;
-use crate::contract::manoeuvre::ManoeuvreKind;
-use crate::segment::detector::Claim;
-use crate::segment::mask::{close_holes, drop_short, hysteresis, runs};
+use super::offroad::Config;
 
 /// Front share of the braking force above which the front brake is the only one.
 const FRONT_ONLY: f64 = 0.85;
@@ -27,7 +28,7 @@ fn strong(
 /// Drives.
 pub fn driving(m: &Means, config: &Config) -> Vec<Claim> {
     let mask = strong(m.acceleration.iter().copied(), config.driving, m, config);
-    runs(&mask).into_iter().map(|at| Claim::new(at, ManoeuvreKind::Driving)).collect()
+    runs(&mask).into_iter().map(|at| Claim::new(at, &DRIVING)).collect()
 }
 
 /// Brakings.
@@ -36,9 +37,9 @@ pub fn braking(m: &Means, config: &Config) -> Vec<Claim> {
     let claim = |at| {
         let [front, rear] = m.braking.each_ref().map(|x| Means::sum(x, &at));
         let kind = match front / (front + rear) {
-            share if share > FRONT_ONLY => ManoeuvreKind::FrontBraking,
-            share if share < REAR_ONLY => ManoeuvreKind::RearBraking,
-            _ => ManoeuvreKind::CombinedBraking,
+            share if share > FRONT_ONLY => &FRONT_BRAKING,
+            share if share < REAR_ONLY => &REAR_BRAKING,
+            _ => &COMBINED_BRAKING,
         };
         Claim::new(at, kind)
     };

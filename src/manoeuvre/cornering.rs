@@ -2,10 +2,25 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::declaration::{Course, Declaration, Direction, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
 use super::mask::{drop_short, hysteresis, runs};
-use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
+
+pub(super) static CORNERING: Declaration = Declaration {
+    name: "cornering",
+    words: "cornering",
+    description: "Leaning steadily in a bend; off-road from the braking before its slowest point to the end of the drive after it.",
+    letter: "\u{21b6}\u{21b7}",
+    letter_by_side: Some(["\u{21b6}", "\u{21b7}"]),
+    colour: "#2472b3",
+    colour_dark: "#5aa3de",
+    terrain: Terrain::Both,
+    course: Course::Bend,
+    brakes: [false, false],
+    peak: Peak::Roll,
+    force_row: Some(2),
+};
 
 /// Thresholds of bends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -62,7 +77,7 @@ impl Detector for Config {
     fn find(&self, f: &Features) -> Vec<Claim> {
         let [left, right] = by_side(f, self);
         let claims = |mask: &[bool], side: Direction| -> Vec<Claim> {
-            let claim = |at| Claim { at, kind: ManoeuvreKind::Cornering, direction: Some(side) };
+            let claim = |at| Claim { at, kind: &CORNERING, direction: Some(side) };
             runs(mask).into_iter().map(claim).collect()
         };
         [claims(&left, Direction::Left), claims(&right, Direction::Right)].concat()

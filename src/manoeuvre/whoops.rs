@@ -1,10 +1,25 @@
 //! Whoops: waves close together, seen in the pitch.
 
-use super::config::Config;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use super::declaration::{Course, Declaration, Peak, Terrain};
+use super::detector::Claim;
+use super::mask::runs;
+use super::offroad::Config;
 use crate::filter::remove_slow;
-use crate::segment::detector::Claim;
-use crate::segment::mask::runs;
+
+pub(super) static WHOOPS: Declaration = Declaration {
+    name: "whoops",
+    words: "whoops",
+    description: "Over waves close together.",
+    letter: "W",
+    letter_by_side: None,
+    colour: "#8d6e4b",
+    colour_dark: "#b8977a",
+    terrain: Terrain::OffRoad,
+    course: Course::Any,
+    brakes: [false, false],
+    peak: Peak::Acceleration,
+    force_row: Some(1),
+};
 
 /// Where the pitch, rad, at `rate` Hz swings to and fro: runs of half waves, each high and short
 /// enough.
@@ -37,5 +52,5 @@ pub fn waves(pitch: &[f64], rate: f64, config: &Config) -> Vec<bool> {
 
 /// Runs of waves.
 pub fn whoops(waves: &[bool]) -> Vec<Claim> {
-    runs(waves).into_iter().map(|at| Claim::new(at, ManoeuvreKind::Whoops)).collect()
+    runs(waves).into_iter().map(|at| Claim::new(at, &WHOOPS)).collect()
 }

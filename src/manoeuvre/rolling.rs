@@ -6,7 +6,7 @@ use super::cornering;
 use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
 use super::mask::runs;
-use crate::contract::manoeuvre::ManoeuvreKind;
+use super::standing::OTHER;
 
 /// Longest stretch before and after a bend that is looked at, s.
 const REACH: f64 = 1.5;
@@ -40,7 +40,7 @@ impl Detector for Rolling<'_> {
                 rolling[i] = true;
             }
         }
-        runs(&rolling).into_iter().map(|at| Claim::new(at, ManoeuvreKind::Other)).collect()
+        runs(&rolling).into_iter().map(|at| Claim::new(at, &OTHER)).collect()
     }
 
     fn shortest(&self) -> f64 {

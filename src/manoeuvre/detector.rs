@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::declaration::{Declaration, Direction};
 use super::features::Features;
-use crate::contract::manoeuvre::{Direction, ManoeuvreKind};
 
 /// Blocks that a detector takes for a manoeuvre.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -11,14 +11,14 @@ pub struct Claim {
     /// The blocks.
     pub at: Range<usize>,
     /// The manoeuvre.
-    pub kind: ManoeuvreKind,
+    pub kind: &'static Declaration,
     /// Side of a bend; of a straight manoeuvre it follows from the heading.
     pub direction: Option<Direction>,
 }
 
 impl Claim {
     /// A claim without a side.
-    pub fn new(at: Range<usize>, kind: ManoeuvreKind) -> Self {
+    pub fn new(at: Range<usize>, kind: &'static Declaration) -> Self {
         Claim { at, kind, direction: None }
     }
 }

@@ -1,9 +1,24 @@
 //! Where nothing is ridden: no velocity recorded, or too slow for anything to begin.
 
+use super::declaration::{Course, Declaration, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
 use super::mask::{hysteresis, runs};
-use crate::contract::manoeuvre::ManoeuvreKind;
+
+pub(super) static OTHER: Declaration = Declaration {
+    name: "other",
+    words: "other",
+    description: "Anything else, standing included.",
+    letter: "",
+    letter_by_side: None,
+    colour: "#b4bac1",
+    colour_dark: "#5b6470",
+    terrain: Terrain::Both,
+    course: Course::Any,
+    brakes: [false, false],
+    peak: Peak::Acceleration,
+    force_row: None,
+};
 
 /// Blocks without forward velocity.
 #[derive(Debug)]
@@ -42,5 +57,5 @@ impl Detector for Standing {
 }
 
 fn others(mask: &[bool]) -> Vec<Claim> {
-    runs(mask).into_iter().map(|at| Claim::new(at, ManoeuvreKind::Other)).collect()
+    runs(mask).into_iter().map(|at| Claim::new(at, &OTHER)).collect()
 }

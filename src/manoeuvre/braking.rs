@@ -15,11 +15,56 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::declaration::{Course, Declaration, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
 use super::features::{Features, SLIP_STIFFNESS};
 use super::mask::{close_holes, drop_short, hysteresis, runs};
 use crate::GRAVITY;
-use crate::contract::manoeuvre::ManoeuvreKind;
+
+pub(super) static FRONT_BRAKING: Declaration = Declaration {
+    name: "front_braking",
+    words: "front braking",
+    description: "Front brake only, straight.",
+    letter: "F",
+    letter_by_side: None,
+    colour: "#c0392b",
+    colour_dark: "#e2695c",
+    terrain: Terrain::Both,
+    course: Course::Straight,
+    brakes: [true, false],
+    peak: Peak::Acceleration,
+    force_row: Some(3),
+};
+
+pub(super) static REAR_BRAKING: Declaration = Declaration {
+    name: "rear_braking",
+    words: "rear braking",
+    description: "Rear brake only, straight.",
+    letter: "R",
+    letter_by_side: None,
+    colour: "#d98324",
+    colour_dark: "#e8a555",
+    terrain: Terrain::Both,
+    course: Course::Straight,
+    brakes: [false, true],
+    peak: Peak::Acceleration,
+    force_row: Some(4),
+};
+
+pub(super) static COMBINED_BRAKING: Declaration = Declaration {
+    name: "combined_braking",
+    words: "combined braking",
+    description: "Both brakes, straight.",
+    letter: "FR",
+    letter_by_side: None,
+    colour: "#8e44ad",
+    colour_dark: "#b27fd0",
+    terrain: Terrain::Both,
+    course: Course::Straight,
+    brakes: [true, true],
+    peak: Peak::Acceleration,
+    force_row: Some(5),
+};
 
 /// Share of the last half second's hold at which the lever is being let go.
 const LETTING_GO: f64 = 0.7;
@@ -93,9 +138,9 @@ fn brakings(f: &Features, config: &Config) -> Vec<Claim> {
                     / run.len() as f64
             };
             let kind = match on.each_ref().map(|m| share(m) >= config.least_share) {
-                [true, true] => ManoeuvreKind::CombinedBraking,
-                [false, true] => ManoeuvreKind::RearBraking,
-                _ => ManoeuvreKind::FrontBraking,
+                [true, true] => &COMBINED_BRAKING,
+                [false, true] => &REAR_BRAKING,
+                _ => &FRONT_BRAKING,
             };
             events.push(Claim::new(run, kind));
         }
@@ -110,8 +155,8 @@ fn brakings(f: &Features, config: &Config) -> Vec<Claim> {
         };
         let kind = match (share(&on[0]), share(&on[1])) {
             // one pressure is known and that brake was not used: it was the other
-            (Some(false), None) => ManoeuvreKind::RearBraking,
-            (None, Some(false)) => ManoeuvreKind::FrontBraking,
+            (Some(false), None) => &REAR_BRAKING,
+            (None, Some(false)) => &FRONT_BRAKING,
             _ => by_slip(f, &run, config),
         };
         events.push(Claim::new(run, kind));
@@ -156,8 +201,8 @@ fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
 }
 
 /// Which brake, by what the wheels do; both where that cannot be told.
-fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> ManoeuvreKind {
-    let Some(slip) = &f.slip else { return ManoeuvreKind::CombinedBraking };
+fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> &'static Declaration {
+    let Some(slip) = &f.slip else { return &COMBINED_BRAKING };
     let (mut in_front, mut all) = (0.0, 0.0);
     for i in run.clone().filter(|&i| f.surplus[i] < -0.5 && slip[i].is_finite()) {
         let force = -f.surplus[i] / GRAVITY;
@@ -169,11 +214,11 @@ fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> ManoeuvreKind {
     }
     let share = if all > 0.0 { in_front / all } else { 0.5 };
     if share > config.front_share {
-        ManoeuvreKind::FrontBraking
+        &FRONT_BRAKING
     } else if share < config.rear_share {
-        ManoeuvreKind::RearBraking
+        &REAR_BRAKING
     } else {
-        ManoeuvreKind::CombinedBraking
+        &COMBINED_BRAKING
     }
 }
 
@@ -188,7 +233,7 @@ impl Detector for Config {
 
     fn judge(&self, f: &Features, claim: &Claim, _: &[bool]) -> Verdict {
         let peak = claim.at.clone().map(|i| -f.acceleration[i]).fold(0.0, f64::max);
-        let reason = if claim.kind == ManoeuvreKind::CombinedBraking {
+        let reason = if claim.kind == &COMBINED_BRAKING {
             let known = f.slip.is_some() || f.pressure.iter().any(Option::is_some);
             Some(if known {
                 "both brakes: the tyres' shares of the force are not known".to_owned()

@@ -2,9 +2,25 @@
 
 use std::ops::Range;
 
-use super::config::Config;
+use super::declaration::{Course, Declaration, Peak, Terrain};
+use super::mask::runs;
 use super::means::{Means, Ride};
-use crate::segment::mask::runs;
+use super::offroad::Config;
+
+pub(super) static AIRBORNE: Declaration = Declaration {
+    name: "airborne",
+    words: "airborne",
+    description: "Both wheels off the ground.",
+    letter: "A",
+    letter_by_side: None,
+    colour: "#0f8b8d",
+    colour_dark: "#45b5b7",
+    terrain: Terrain::OffRoad,
+    course: Course::Any,
+    brakes: [false, false],
+    peak: Peak::Flight,
+    force_row: Some(0),
+};
 
 /// Flights that are long enough and do not begin in whoops, in samples.
 pub fn flights(ride: &Ride<'_>, means: &Means, config: &Config) -> Vec<Range<usize>> {

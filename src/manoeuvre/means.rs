@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::config::Config;
+use super::offroad::Config;
 use super::whoops;
 
 /// A ride after the off-road estimate, sample by sample; NaN where unknown.

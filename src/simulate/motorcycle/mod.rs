@@ -1,0 +1,96 @@
+//! A reduced-order motorcycle on the paper's tyres: planar motion of the mass centre, yaw,
+//! roll, both wheel spins, lagged slip angles, steering.
+//!
+//! Wheel loads and roll acceleration follow from the same instant's balances (tyre forces are
+//! proportional to load, so this is a 3x3 linear solve, not a lag):
+//!
+//! ```text
+//! vertical  Nf + Nr                       = m (g + z''),  z = h cos(phi)
+//! pitch     -lf Nf + lr Nr - h cos(phi) X = cos(phi) sum(I omega')
+//! roll      Ix phi''  = N h sin(phi) + h cos(phi) Y + Mx + sum(I omega) r cos(phi)
+//! yaw       Iz r'     = lf Yf - lr Yr + Mz - h sin(phi) X - d/dt sum(I omega sin(phi))
+//! plane     m (vx' - r vy) = X - drag + Fx,   m (vy' + r vx) = Y + Fy
+//! ```
+//!
+//! Level frame on the trace of the bike's plane, ISO 8855; `X, Y` are tyre forces in that frame,
+//! `v` is the mass centre's velocity. Left out: pitch and bounce dynamics, products of inertia,
+//! the difference of yaw and pitch inertia. Tyres are toroids on springs ([`Carcass`]): rolling radius and
+//! lever arm of the longitudinal force follow load and camber.
+
+mod equations;
+mod integration;
+mod plant;
+mod state;
+
+pub use plant::Plant;
+pub use state::{Action, Response, State};
+
+#[cfg(test)]
+mod tests {
+    use super::state::N;
+    use super::*;
+    use crate::GRAVITY;
+    use crate::simulate::scenario::Scenario;
+
+    fn plant() -> Plant {
+        Scenario::builtin("perfect").expect("scenario").nominal_plant()
+    }
+
+    #[test]
+    fn coasting_follows_the_closed_form() {
+        // m* v' = -c v^2 - c_rol m g with m* = m + sum(I/(R R_l)), R_l the lever arm:
+        // v(t) = sqrt(r/c) tan(atan(v0 sqrt(c/r)) - sqrt(r c)/m* t)
+        let p = plant();
+        let mut s = State { vx: 20.0, ..State::default() };
+        s.omega = [20.0 / p.tyres[0].rolling_radius, 20.0 / p.tyres[1].rolling_radius];
+        for _ in 0..1000 {
+            p.advance(&mut s, &Action::default(), 0.01);
+        }
+        let effective = p.mass
+            + (0..2)
+                .map(|i| {
+                    let load = p.static_load()[i];
+                    let lever = p.carcass(i, load).lever_arm(load, 0.0);
+                    p.wheel_inertia[i] / (p.tyres[i].rolling_radius * lever)
+                })
+                .sum::<f64>();
+        let resist = p.tyres[0].rolling_resistance * p.mass * GRAVITY;
+        let root = (resist / p.drag).sqrt();
+        let v = root * ((20.0 / root).atan() - (resist * p.drag).sqrt() / effective * 10.0).tan();
+        assert!((s.vx - v).abs() < 2e-3, "{} {v}", s.vx);
+    }
+
+    #[test]
+    fn loads_carry_the_weight_and_the_load_transfer() {
+        let p = plant();
+        let s = State { vx: 15.0, omega: [50.0, 48.0], ..State::default() };
+        let action = Action { brake: [400.0, 0.0], ..Action::default() };
+        let r = p.response(&s, &action);
+        assert!((r.load[0] + r.load[1] - p.mass * GRAVITY).abs() < 1e-6);
+        // pitch balance about the front contact with drag at the mass centre
+        let rates = p.rates(&s, &action);
+        let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * rates.omega[i]).sum();
+        let x = p.mass * r.acceleration[0] + p.drag * s.vx * s.vx;
+        let rear = (p.mass * GRAVITY * p.cg_to_front + x * p.cg_height + spin) / p.wheelbase;
+        assert!((r.load[1] - rear).abs() < 1e-6, "{} {rear}", r.load[1]);
+    }
+
+    #[test]
+    fn a_finer_step_changes_nothing_visible() {
+        let p = plant();
+        let start = State { vx: 12.0, omega: [41.0, 39.5], roll: -0.2, ..State::default() };
+        let action = Action { steer: 0.02, brake: [150.0, 40.0], ..Action::default() };
+        let (mut a, mut b) = (start, start);
+        for _ in 0..50 {
+            p.advance(&mut a, &action, 0.01);
+            for _ in 0..8 {
+                p.advance(&mut b, &action, 0.00125);
+            }
+        }
+        let (a, b) = (a.to_array(), b.to_array());
+        for i in 0..N {
+            // a hundredth of what the best velocity sensor sees
+            assert!((a[i] - b[i]).abs() < 2e-4 * (1.0 + b[i].abs()), "{i}: {} {}", a[i], b[i]);
+        }
+    }
+}

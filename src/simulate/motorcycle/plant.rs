@@ -1,0 +1,74 @@
+//! The parameters of the reduced-order motorcycle, and what they give at rest.
+
+use crate::GRAVITY;
+use crate::contract::bike::Axle;
+use crate::effects::ModelError;
+use crate::model::tyre::Tyre;
+use crate::model::tyre_model::Carcass;
+
+/// Everything true about the simulated bike. SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plant {
+    /// Mass with rider.
+    pub mass: f64,
+    /// Front contact to mass centre.
+    pub cg_to_front: f64,
+    /// Wheelbase.
+    pub wheelbase: f64,
+    /// Mass centre height.
+    pub cg_height: f64,
+    /// Caster angle.
+    pub caster_angle: f64,
+    /// Roll inertia about the mass centre.
+    pub roll_inertia: f64,
+    /// Yaw inertia about the mass centre.
+    pub yaw_inertia: f64,
+    /// Wheel spin inertias, front and rear.
+    pub wheel_inertia: [f64; 2],
+    /// Tyres, front and rear.
+    pub tyres: [Tyre; 2],
+    /// Drag `F = c v^2`.
+    pub drag: f64,
+    /// Road friction.
+    pub friction: f64,
+    /// Brake torque per pressure, front and rear.
+    pub brake_gain: [f64; 2],
+    /// Crown radii of the unloaded tyres, m.
+    pub crown: [f64; 2],
+    /// Share of a tyre's deflection by which it rolls shorter.
+    pub deflection_share: f64,
+    /// How fast the contacts fall behind the mass centre per rate of dive, m.
+    pub dive_arm: [f64; 2],
+    /// What it has beyond all that; put in by [`Plant::with`].
+    pub model_error: ModelError,
+}
+
+impl Plant {
+    /// The plant with a model error in it.
+    #[must_use]
+    pub fn with(mut self, error: &ModelError) -> Self {
+        for (tyre, axle) in self.tyres.iter_mut().zip(Axle::BOTH) {
+            let change = error.side_force_ratio(0.0, axle);
+            tyre.side_force_ratio += change;
+            tyre.stiffness.c1 -= change; // k_alpha stays what it is
+            tyre.twisting_stiffness = error.twisting_stiffness(tyre.twisting_stiffness);
+            tyre.relaxation_length = error.relaxation_length(tyre.relaxation_length);
+        }
+        self.wheel_inertia = self.wheel_inertia.map(|i| error.wheel_inertia(i));
+        self.model_error = *error;
+        self
+    }
+
+    /// The carcass of tyre `k`.
+    pub(super) fn carcass(&self, k: usize, static_load: f64) -> Carcass {
+        let Tyre { rolling_radius, vertical_stiffness, .. } = self.tyres[k];
+        let (crown, share) = (self.crown[k], self.deflection_share);
+        Carcass::of_rolling(rolling_radius, static_load, vertical_stiffness, crown, share)
+    }
+
+    /// Wheel loads at rest.
+    pub(super) fn static_load(&self) -> [f64; 2] {
+        let weight = self.mass * GRAVITY / self.wheelbase;
+        [weight * (self.wheelbase - self.cg_to_front), weight * self.cg_to_front]
+    }
+}
