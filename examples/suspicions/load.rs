@@ -91,12 +91,10 @@ pub fn study(truth: f64, rides: usize, prepare: fn(&mut Scenario)) -> Found {
     let reference = lane_change(own.clone(), 1.0);
     let [front, rear] = boxed(given);
     let before = lane_change(own.with_tyres(front, rear), 1.0);
-    let refitted = [0, 1].map(|k| ExtendedTyre {
-        custom: given[k],
-        load: load[k],
-        error: ModelError { stiffness_load: sensitivity[k].0, ..ModelError::default() },
+    let [front, rear] = [0, 1].map(|k| {
+        let error = ModelError { stiffness_load: sensitivity[k].0, ..ModelError::default() };
+        ExtendedTyre::boxed(given[k], load[k], &error)
     });
-    let [front, rear] = boxed(refitted);
     let after = lane_change(own.with_tyres(front, rear), 1.0);
     table(&reference, &[("as characterised light", &before), ("with load sensitivity", &after)]);
     let error = [0, 1].map(|k| {

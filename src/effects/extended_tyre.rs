@@ -1,68 +1,92 @@
-//! The paper's tyre with what it leaves out: a tyre of the simulator that departs from it.
+//! A tyre with what its formulas leave out: a tyre of the simulator that departs from them.
 
 use super::ModelError;
 use super::composed::Acting;
 use crate::model::custom::Custom;
-use crate::model::tyre::{Input, Output};
+use crate::model::tyre::{Input, Output, Tyre};
 use crate::model::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
-/// A tyre whose stiffness, friction, trail and rolling resistance are not the paper's.
+/// A tyre whose stiffness, friction, trail and rolling resistance are not those of its formulas.
 ///
-/// Errors of the paper's own numbers (side-force ratio, twisting stiffness, relaxation length) are in
-/// `custom`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Errors of the paper's own numbers (side-force ratio, twisting stiffness, relaxation length) are in a
+/// [`Custom`] already; on any other tyre they are the difference of two of the paper's tyres.
+#[derive(Debug, Clone)]
 pub struct ExtendedTyre {
-    /// The paper's.
-    pub custom: Custom,
+    base: Box<dyn TyreModel>,
+    /// The paper's tyre that is like the base, and that which the base should be like.
+    like: [Tyre; 2],
     /// Load to which changes are relative, N.
-    pub load: f64,
+    load: f64,
     /// How it departs.
-    pub error: ModelError,
+    error: ModelError,
 }
 
 impl ExtendedTyre {
     /// On the heap; the plain tyre where nothing departs.
     pub fn boxed(custom: Custom, load: f64, error: &ModelError) -> Box<dyn TyreModel> {
+        Self::of_any(Box::new(custom), [custom.tyre; 2], load, error)
+    }
+
+    /// Of a tyre of any formulas, that is `like` the first and should be `like` the second of two of the
+    /// paper's tyres.
+    pub fn of_any(
+        base: Box<dyn TyreModel>,
+        like: [Tyre; 2],
+        load: f64,
+        error: &ModelError,
+    ) -> Box<dyn TyreModel> {
         if *error == ModelError::default() {
-            return Box::new(custom);
+            return base;
         }
-        Box::new(ExtendedTyre { custom, load, error: *error })
+        Box::new(ExtendedTyre { base, like, load, error: *error })
     }
 }
 
 impl TyreModel for ExtendedTyre {
     fn forces(&self, input: &Input) -> Output {
+        let [is, should] = &self.like;
+        let load = input.load.max(0.0);
         let acting = Acting {
-            tyre: &self.custom.tyre,
+            tyre: should,
             slip_angle: input.slip_angle,
             camber: input.camber,
-            load: input.load.max(0.0),
+            load,
             reference_load: self.load,
             extra_load: input.load / self.load - 1.0,
         };
-        self.error.tyre_output(self.custom.forces(input), &acting)
+        let mut out = self.base.forces(input);
+        let ratio = should.side_force_ratio - is.side_force_ratio;
+        if ratio != 0.0 {
+            let k_alpha = is.stiffness.k_alpha(input.camber, is.side_force_ratio);
+            out.force_y -= ratio * k_alpha * load * input.camber; // (15)
+        }
+        out.moment_z -= (should.twisting_stiffness - is.twisting_stiffness) * load * input.camber;
+        self.error.tyre_output(out, &acting)
     }
 
     fn relaxation(&self, load: f64, speed: f64) -> Relaxation {
-        self.custom.relaxation(load, speed)
+        let [is, should] = &self.like;
+        let base = self.base.relaxation(load, speed);
+        let longer = should.relaxation_length / is.relaxation_length;
+        Relaxation { lateral: base.lateral * longer, ..base }
     }
 
     fn rolling_resistance(&self, input: &Input, speed: f64) -> f64 {
         let coefficient = self.error.rolling_resistance(0.0, speed.abs());
-        self.custom.rolling_resistance(input, speed)
-            + coefficient * input.load.max(0.0) * self.custom.tyre.rolling_radius
+        self.base.rolling_resistance(input, speed)
+            + coefficient * input.load.max(0.0) * self.like[0].rolling_radius
     }
 
     fn carcass(&self) -> Carcass {
-        self.custom.carcass()
+        self.base.carcass()
     }
 
     fn reference(&self) -> Reference {
-        self.custom.reference()
+        self.base.reference()
     }
 
     fn boxed_clone(&self) -> Box<dyn TyreModel> {
-        Box::new(*self)
+        Box::new(self.clone())
     }
 }
 

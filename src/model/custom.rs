@@ -12,7 +12,7 @@ use crate::contract::coefficient::Coefficient as C;
 ///
 /// ```text
 /// crown radius    rho = k_x + deflection      (k_x is the loaded one)
-/// unloaded radius R   = R_rol + deflection/3
+/// unloaded radius R   = R_rol + share deflection
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -25,6 +25,9 @@ pub struct Custom {
     /// Relaxation length of the slip ratio, m; the paper has none.
     #[serde(default = "lag_x")]
     pub longitudinal_relaxation: f64,
+    /// Share of the deflection by which it rolls shorter.
+    #[serde(default = "share")]
+    pub deflection_share: f64,
     /// The tyre.
     pub tyre: Tyre,
 }
@@ -37,10 +40,20 @@ fn lag_x() -> f64 {
     0.1
 }
 
+fn share() -> f64 {
+    USUAL_SHARE
+}
+
 impl Custom {
     /// A characterised tyre with the usual damping and longitudinal lag.
     pub fn new(tyre: Tyre, nominal_load: f64) -> Self {
-        Custom { nominal_load, vertical_damping: damping(), longitudinal_relaxation: lag_x(), tyre }
+        Custom {
+            nominal_load,
+            vertical_damping: damping(),
+            longitudinal_relaxation: lag_x(),
+            deflection_share: share(),
+            tyre,
+        }
     }
 
     /// From a characterisation: `value` gives the tyre's coefficients, `wheel` is the bike file's, `load` the static load (N), `rolling_resistance` the
@@ -118,11 +131,11 @@ impl TyreModel for Custom {
 
     fn carcass(&self) -> Carcass {
         Carcass {
-            radius: self.tyre.rolling_radius + USUAL_SHARE * self.deflection(),
+            radius: self.tyre.rolling_radius + self.deflection_share * self.deflection(),
             crown: self.tyre.overturning_stiffness + self.deflection(),
             stiffness: self.tyre.vertical_stiffness,
             damping: self.vertical_damping,
-            deflection_share: USUAL_SHARE,
+            deflection_share: self.deflection_share,
         }
     }
 

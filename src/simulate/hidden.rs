@@ -5,7 +5,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::multibody;
 use super::scenario::{Machine, Scenario};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
@@ -135,10 +134,15 @@ impl Case {
     pub fn ride(&self) -> Result<(Session, Machine), String> {
         let (scenario, machine) = self.machine()?;
         let mut session = super::session(&scenario, &machine, self.number).session;
-        if let Some((name, size)) = self.foreign {
-            distort(&mut session, name, size);
-        }
+        self.distort(&mut session);
         Ok((session, machine))
+    }
+
+    /// Puts what no effect describes into a session.
+    pub(super) fn distort(&self, session: &mut Session) {
+        if let Some((name, size)) = self.foreign {
+            distort(session, name, size);
+        }
     }
 
     /// Writes log and bike file into a folder; the paths of both.
@@ -149,23 +153,14 @@ impl Case {
         let (session, machine) = self.ride()?;
         files(folder, &session, &machine.bike)
     }
-
-    /// The same ridden on the multibody motorcycle, whose frame dives, whose tyres are toroids on
-    /// springs and whose rider steers: there is more in it than what is hidden.
-    ///
-    /// # Errors
-    /// It cannot stand or falls, or the files cannot be written.
-    pub fn write_multibody(&self, folder: &Path) -> Result<(PathBuf, PathBuf), String> {
-        let (scenario, machine) = self.machine()?;
-        let (ridden, bike) = multibody::session(&scenario, &machine, self.number)?;
-        match ridden.fall {
-            Some(fall) => Err(format!("it falls: {fall}")),
-            None => files(folder, &ridden.session, &bike),
-        }
-    }
 }
 
-fn files(folder: &Path, session: &Session, bike: &Bike) -> Result<(PathBuf, PathBuf), String> {
+/// Writes log and bike file into a folder; the paths of both.
+pub(super) fn files(
+    folder: &Path,
+    session: &Session,
+    bike: &Bike,
+) -> Result<(PathBuf, PathBuf), String> {
     let log = folder.join("sessions").join(format!("{}.parquet", session.meta.session_id));
     let path = folder.join("bikes").join(format!("{}.toml", bike.bike_id));
     write_session(&log, session, false).map_err(|e| e.to_string())?;

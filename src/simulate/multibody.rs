@@ -5,11 +5,12 @@
 //! scenario, machine -> motorcycle (bodies scaled to the machine) + its tyres -> tour -> ride
 //! ```
 //!
-//! The bodies are those of `sports_small`, moved and weighted so that mass, wheelbase, mass centre
+//! The bodies are those of a built-in motorcycle, moved and weighted so that mass, wheelbase, mass centre
 //! and caster are the machine's; the tyres are the machine's own (the paper's) on a toroidal, springy
-//! carcass. What is hidden in the machine comes along by the same formulas, but for what arises from
+//! carcass, unless [`construct`] is given others. What is hidden in the machine comes along by the same formulas, but for what arises from
 //! the construction ([`Multibody`](crate::effects::physics::Multibody)).
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::manoeuvre::Manoeuvre;
@@ -23,10 +24,9 @@ use crate::contract::bike::Bike;
 use crate::effects::ModelError;
 use crate::effects::extended_tyre::ExtendedTyre;
 use crate::model::custom::Custom;
+use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road, description};
 
-/// The machine that lends its bodies.
-const BODIES: &str = "sports_small";
 /// Density of the air, kg/m³.
 const AIR: f64 = 1.225;
 /// Longest integration step, s.
@@ -45,12 +45,19 @@ pub fn session(
     number: usize,
 ) -> Result<(MultibodyRide, Bike), String> {
     let tour = tour(scenario, machine, number)?;
-    // riders learn on a motorcycle as it should be, on a level road
+    let ridden = ridden(&tour, number)?;
+    Ok((ridden, tour.bike))
+}
+
+/// A session of a tour by a rider who learnt on the motorcycle as it should be, on a level road.
+///
+/// # Errors
+/// The machine cannot be ridden straight on; a sentence that says why.
+pub fn ridden(tour: &Tour, number: usize) -> Result<MultibodyRide, String> {
     let usual = tour.model.clone().with(&ModelError::default());
     let skill = Skill::learn(&usual, ride::period(tour.rate))
         .map_err(|e| format!("{}: {e}", tour.bike.bike_id))?;
-    let ridden = ride::ride(&tour, &skill, number);
-    Ok((ridden, tour.bike))
+    Ok(ride::ride(tour, &skill, number))
 }
 
 /// What is ridden for it.
@@ -58,14 +65,24 @@ pub fn session(
 /// # Errors
 /// The machine cannot stand.
 pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tour, String> {
-    let plant = &machine.plant;
-    let motorcycle = motorcycle(plant)?;
+    let motorcycle = motorcycle(&machine.plant)?;
     let mut bike = machine.bike.clone();
     bike = bike.with("trail", motorcycle.trail());
     bike = bike.with("yaw_inertia", motorcycle.inertia()[(2, 2)]);
+    Ok(tour_on(scenario, &machine.plant, motorcycle, bike, number))
+}
+
+/// What is ridden on a motorcycle that stands for a plant.
+pub fn tour_on(
+    scenario: &Scenario,
+    plant: &Plant,
+    motorcycle: Motorcycle,
+    bike: Bike,
+    number: usize,
+) -> Tour {
     let error = plant.model_error;
     let road = Road { friction: plant.friction, ..Road::default() };
-    Ok(Tour {
+    Tour {
         name: scenario.name.clone(),
         description: scenario.description.clone(),
         seed: scenario.seed,
@@ -84,85 +101,132 @@ pub fn tour(scenario: &Scenario, machine: &Machine, number: usize) -> Result<Tou
         disturbance: scenario.disturbance,
         bike,
         model: Model::new(motorcycle, road).with(&error),
-    })
+    }
 }
 
-/// The multibody motorcycle of a plant.
+/// How a motorcycle is built beyond what its plant says.
+#[derive(Debug, Clone)]
+pub struct Build {
+    /// The built-in motorcycle that lends its bodies.
+    pub bodies: &'static str,
+    /// Its frame's moments of inertia over the lender's.
+    pub frame_inertia: f64,
+    /// Trail on the road, m; `None` is the lender's.
+    pub trail: Option<f64>,
+    /// Keys of the motorcycle file that are not the lender's; `None` takes a key away.
+    pub keys: BTreeMap<String, Option<f64>>,
+}
+
+impl Default for Build {
+    fn default() -> Self {
+        Build { bodies: "sports_small", frame_inertia: 1.0, trail: None, keys: BTreeMap::new() }
+    }
+}
+
+/// Puts a number into a table, or takes it away, by its dotted key.
+fn put(table: &mut toml::Table, key: &str, value: Option<f64>) {
+    match (key.split_once('.'), value) {
+        (Some((above, below)), _) => {
+            let empty = || toml::Value::Table(toml::Table::new());
+            let inner = table.entry(above).or_insert_with(empty).as_table_mut();
+            inner.into_iter().for_each(|inner| put(inner, below, value));
+        }
+        (None, Some(x)) => {
+            table.insert(key.to_owned(), toml::Value::Float(x));
+        }
+        (None, None) => {
+            table.remove(key);
+        }
+    }
+}
+
+/// Static loads of a plant, front and rear, N.
+pub fn static_loads(plant: &Plant) -> [f64; 2] {
+    let weight = plant.mass * GRAVITY / plant.wheelbase;
+    [plant.wheelbase - plant.cg_to_front, plant.cg_to_front].map(|l| weight * l)
+}
+
+/// The multibody motorcycle of a plant on its own tyres (the paper's).
 ///
 /// # Errors
 /// It cannot stand; a sentence that says why.
 pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, String> {
-    let text = description::BUILTIN.iter().find(|(name, _)| *name == BODIES).map(|(_, text)| *text);
+    let load = static_loads(plant);
+    let tyre = |k: usize| {
+        ExtendedTyre::boxed(Custom::new(plant.tyres[k], load[k]), load[k], &plant.model_error)
+    };
+    construct(plant, &Build::default(), [tyre(0), tyre(1)])
+}
+
+/// The multibody motorcycle of a plant, built and shod as given.
+///
+/// # Errors
+/// It cannot stand; a sentence that says why.
+pub fn construct(
+    plant: &Plant,
+    build: &Build,
+    tyres: [Box<dyn TyreModel>; 2],
+) -> Result<Motorcycle, String> {
+    let name = build.bodies;
+    let text = description::BUILTIN.iter().find(|(n, _)| *n == name).map(|(_, text)| *text);
     let mut table: toml::Table =
         text.unwrap_or_default().parse().map_err(|e: toml::de::Error| e.to_string())?;
-    let weight = plant.mass * GRAVITY / plant.wheelbase;
-    let load = [plant.wheelbase - plant.cg_to_front, plant.cg_to_front].map(|l| weight * l);
-    let tyres = [0, 1].map(|k| Custom::new(plant.tyres[k], load[k]));
-    let given = Motorcycle::load(BODIES).map_err(|e| e.to_string())?;
-    let mut put = |key: &str, value: f64| {
-        let mut place = &mut table;
-        let mut parts: Vec<&str> = key.split('.').collect();
-        let leaf = parts.pop().unwrap_or_default();
-        for part in parts {
-            let inner = place
-                .entry(part)
-                .or_insert_with(|| toml::Value::Table(toml::Table::new()))
-                .as_table_mut();
-            match inner {
-                Some(inner) => place = inner,
-                None => return,
+    let given = Motorcycle::load(name).map_err(|e| e.to_string())?;
+    // the front end moves with the wheelbase
+    let longer = plant.wheelbase - given.wheelbase();
+    let ground = plant.wheelbase + build.trail.unwrap_or_else(|| given.trail());
+    let caster = plant.caster_angle;
+    let centre = plant.wheelbase - plant.cg_to_front;
+    let error = &plant.model_error;
+    let numbers = [
+        ("gravity", GRAVITY),
+        ("caster_angle", caster),
+        ("steering.tilt", caster),
+        ("fork.tilt", caster),
+        ("steering.axis_x", ground - given.steering_axis.z * caster.tan()),
+        ("steering.x", given.steering.centre.x + longer),
+        ("fork.x", given.fork.centre.x + longer),
+        ("front.wheel.x", plant.wheelbase),
+        ("aerodynamics.air_density", AIR),
+        ("aerodynamics.drag_area", 2.0 * plant.drag / AIR),
+        ("aerodynamics.lift_area", 2.0 * (2.0 * error.lift(0.0, 1.0)) / AIR),
+        ("aerodynamics.x", centre),
+        ("aerodynamics.z", plant.cg_height + error.pitch_moment(0.0, 1.0)),
+    ];
+    for (key, value) in numbers {
+        put(&mut table, key, Some(value));
+    }
+    let load = static_loads(plant);
+    for (k, end) in ["front", "rear"].into_iter().enumerate() {
+        let carcass = tyres[k].carcass();
+        let height = carcass.radius - load[k] / carcass.stiffness;
+        put(&mut table, &format!("{end}.wheel.z"), Some(height));
+        put(&mut table, &format!("{end}.wheel.spin_inertia"), Some(plant.wheel_inertia[k]));
+        put(&mut table, &format!("brakes.gain_{end}"), Some(plant.brake_gain[k]));
+    }
+    for (key, value) in &build.keys {
+        put(&mut table, key, *value);
+    }
+    let parse = |table: &toml::Table| {
+        Motorcycle::parse(&table.to_string(), name, Path::new(name)).map_err(|e| e.to_string())
+    };
+    // the frame carries what is missing to the whole, where it is missing
+    let m = parse(&table)?;
+    let others = m.mass() - m.frame.mass;
+    let moment = m.centre() * m.mass() - m.frame.centre * m.frame.mass;
+    let frame = plant.mass - others;
+    put(&mut table, "frame.mass", Some(frame));
+    put(&mut table, "frame.x", Some((plant.mass * centre - moment.x) / frame));
+    put(&mut table, "frame.z", Some((plant.mass * plant.cg_height - moment.z) / frame));
+    if let Some(own) = table.get_mut("frame").and_then(toml::Value::as_table_mut) {
+        for key in ["ixx", "iyy", "izz", "ixz"] {
+            if let Some(x) = own.get(key).and_then(toml::Value::as_float) {
+                put(own, key, Some(x * build.frame_inertia));
             }
         }
-        place.insert(leaf.to_owned(), toml::Value::Float(value));
-    };
-    // the front end moves with the wheelbase and keeps its trail
-    let longer = plant.wheelbase - given.wheelbase();
-    let ground = plant.wheelbase + given.trail();
-    put("gravity", GRAVITY);
-    put("caster_angle", plant.caster_angle);
-    put("steering.tilt", plant.caster_angle);
-    put("fork.tilt", plant.caster_angle);
-    put("steering.axis_x", ground - given.steering_axis.z * plant.caster_angle.tan());
-    let steering_x = given.steering.centre.x + longer;
-    let fork_x = given.fork.centre.x + longer;
-    put("steering.x", steering_x);
-    put("fork.x", fork_x);
-    put("front.wheel.x", plant.wheelbase);
-    let mut heights = [0.0; 2];
-    for (k, end) in ["front", "rear"].into_iter().enumerate() {
-        let tyre = &plant.tyres[k];
-        heights[k] = tyre.rolling_radius - 2.0 / 3.0 * load[k] / tyre.vertical_stiffness;
-        put(&format!("{end}.wheel.z"), heights[k]);
-        put(&format!("{end}.wheel.spin_inertia"), plant.wheel_inertia[k]);
-        put(&format!("brakes.gain_{end}"), plant.brake_gain[k]);
     }
-    // the frame carries what is missing to the whole, where it is missing
-    let others = [
-        (given.swing_arm.mass, given.swing_arm.centre.x, given.swing_arm.centre.z),
-        (given.steering.mass, steering_x, given.steering.centre.z),
-        (given.fork.mass, fork_x, given.fork.centre.z),
-        (given.wheels[0].mass, plant.wheelbase, heights[0]),
-        (given.wheels[1].mass, 0.0, heights[1]),
-    ];
-    let sum = |f: &dyn Fn(&(f64, f64, f64)) -> f64| others.iter().map(f).sum::<f64>();
-    let frame = plant.mass - sum(&|b| b.0);
-    let centre = plant.wheelbase - plant.cg_to_front;
-    // measured from the rear contact
-    let centre_x = (plant.mass * centre - sum(&|b| b.0 * b.1)) / frame;
-    let centre_z = (plant.mass * plant.cg_height - sum(&|b| b.0 * b.2)) / frame;
-    put("frame.mass", frame);
-    put("frame.x", centre_x);
-    put("frame.z", centre_z);
-    let error = &plant.model_error;
-    put("aerodynamics.air_density", AIR);
-    put("aerodynamics.drag_area", 2.0 * plant.drag / AIR);
-    put("aerodynamics.lift_area", 2.0 * (2.0 * error.lift(0.0, 1.0)) / AIR);
-    put("aerodynamics.x", centre);
-    put("aerodynamics.z", plant.cg_height + error.pitch_moment(0.0, 1.0));
-    let motorcycle = Motorcycle::parse(&table.to_string(), BODIES, Path::new(BODIES))
-        .map_err(|e| e.to_string())?;
-    let [front, rear] = [0, 1].map(|k| ExtendedTyre::boxed(tyres[k], load[k], error));
-    Ok(motorcycle.with_tyres(front, rear))
+    let [front, rear] = tyres;
+    Ok(parse(&table)?.with_tyres(front, rear))
 }
 
 #[cfg(test)]

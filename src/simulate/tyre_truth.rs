@@ -6,7 +6,8 @@
 use super::truth::Truth;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
-use crate::model::tyre::Input;
+use crate::model::magic_formula::MagicFormula;
+use crate::model::tyre::{Input, Stiffness, Tyre};
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::Model;
 use crate::statistics::search;
@@ -64,6 +65,41 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
         rolling_radius,
         relaxation_length: tyre.relaxation(load, 15.0).lateral,
         rolling_resistance: tyre.rolling_resistance(&input, 15.0) / (load * rolling_radius),
+    }
+}
+
+/// The paper's tyre that is most like another: what the bench shows of it at a load (N), on its own road.
+pub fn like(tyre: &dyn TyreModel, load: f64) -> Tyre {
+    let b = bench(tyre, load, 1.0);
+    let (peak_friction, peak_slip) = (b.peak_friction, b.peak_slip);
+    let ratio = b.camber_stiffness / b.cornering_stiffness;
+    let pull = |slip_ratio: f64| {
+        let input = Input { slip_ratio, slip_angle: 0.0, camber: 0.0, load, friction: 1.0 };
+        tyre.forces(&input).force_x / load
+    };
+    let stiffness = (pull(1e-4) - pull(-1e-4)) / 2e-4;
+    let c = 1.5;
+    Tyre {
+        friction: MagicFormula {
+            b: stiffness / (c * peak_friction),
+            c,
+            d: peak_friction,
+            e1: 0.0,
+            e2: 0.0,
+        },
+        stiffness: Stiffness { ct: -b.cornering_stiffness * ratio, c1: 0.0, c3: 0.0 },
+        side_force_ratio: ratio,
+        twisting_stiffness: b.twisting_stiffness,
+        overturning_stiffness: b.overturning_stiffness,
+        rolling_radius: b.rolling_radius,
+        rolling_resistance: b.rolling_resistance,
+        relaxation_length: b.relaxation_length,
+        vertical_stiffness: tyre.carcass().stiffness,
+        slip_transition: 1.1,
+        camber_force_decay: 1.0,
+        camber_moment_decay: 1.0,
+        reference_friction: 1.0,
+        peak_slip: if peak_slip.is_finite() { peak_slip } else { 0.2 },
     }
 }
 
