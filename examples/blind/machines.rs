@@ -5,11 +5,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 
+use roadbench::effects::ALL;
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::population::{self, Machine};
 
 use super::summary::{share, summary};
 use super::{Arguments, Outcome, ask, outcomes};
+
+/// Standard error, in usual sizes, up to which a ride says something of an effect.
+const CLEAR: f64 = 1.5;
 
 /// What is known of a machine in words, for a count of false names by it.
 fn traits(machine: &Machine) -> [String; 4] {
@@ -49,6 +53,10 @@ pub fn run(arguments: &Arguments, work: &Path) {
         std::fs::remove_dir_all(&folder).expect("cleared");
         outcome
     });
+    if arguments.learn {
+        learn(&all);
+        return;
+    }
     println!("\npopulation of machines");
     if !all.is_empty() {
         summary(&all);
@@ -66,6 +74,51 @@ pub fn run(arguments: &Arguments, work: &Path) {
     for why in failed {
         println!("  {why}");
     }
+}
+
+/// Prints what effects show on machines of which they are not true: a file of `pipelines/`.
+fn learn(all: &[Outcome]) {
+    for (place, effect) in ALL.iter().enumerate() {
+        let of =
+            |o: &Outcome| o.found.get(place).copied().filter(|[x, e]| x.is_finite() && *e > 0.0);
+        let clear = |[_, error]: &[f64; 2]| *error < CLEAR;
+        let found: Vec<[f64; 2]> =
+            all.iter().filter(|o| o.case.hidden.is_empty()).filter_map(of).filter(clear).collect();
+        if found.len() < 10 {
+            continue;
+        }
+        let [offset, sd] = common(&found);
+        let rms = found.iter().map(|[x, e]| (x / e).powi(2)).sum::<f64>() / found.len() as f64;
+        println!(
+            "[{}]\noffset = {offset:.3}\nsd = {sd:.3} # {} rides, rms of size over error {:.2}",
+            effect.name,
+            found.len(),
+            rms.sqrt()
+        );
+    }
+}
+
+/// Mean of sizes with known errors, and their standard deviation beyond these (Paule and Mandel 1982).
+fn common(found: &[[f64; 2]]) -> [f64; 2] {
+    let mean = |sd: f64| {
+        let weigh = |[_, e]: &[f64; 2]| 1.0 / (e * e + sd * sd);
+        let sum: f64 = found.iter().map(weigh).sum();
+        found.iter().map(|x| weigh(x) * x[0]).sum::<f64>() / sum
+    };
+    let excess = |sd: f64| {
+        let centre = mean(sd);
+        let square = |[x, e]: &[f64; 2]| (x - centre).powi(2) / (e * e + sd * sd);
+        found.iter().map(square).sum::<f64>() - (found.len() as f64 - 1.0)
+    };
+    let (mut low, mut high) = (0.0, 10.0);
+    if excess(0.0) <= 0.0 {
+        return [mean(0.0), 0.0];
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    [mean(low), low]
 }
 
 /// What was named where nothing is hidden, and on which machines.

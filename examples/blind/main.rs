@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::Settings;
+use roadbench::diagnose::cause::Cause;
 use roadbench::diagnose::road;
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
@@ -55,6 +56,9 @@ struct Arguments {
     /// Motocross archives beside them.
     #[arg(long, default_value_t = 0)]
     offroad: usize,
+    /// Print what effects show on machines of which they are not true, from the rides with nothing hidden.
+    #[arg(long)]
+    learn: bool,
     /// A line per archive.
     #[arg(long)]
     verbose: bool,
@@ -75,6 +79,9 @@ struct Outcome {
     limits: Vec<f64>,
     /// Those of every effect, in the order of [`ALL`].
     all_limits: Vec<f64>,
+    /// What was found of every effect and its standard error without what is known of other machines, in usual
+    /// sizes, in the order of [`ALL`].
+    found: Vec<[f64; 2]>,
     gain: Option<f64>,
     /// Held-out gain of the base with the hidden effects free.
     oracle: Option<f64>,
@@ -97,6 +104,8 @@ struct Kept {
     covariate: Option<String>,
     limits: Vec<Option<f64>>,
     all_limits: Vec<Option<f64>>,
+    #[serde(default)]
+    found: Vec<Option<[f64; 2]>>,
     gain: Option<f64>,
     oracle: Option<f64>,
     seconds: f64,
@@ -119,6 +128,11 @@ impl Kept {
             covariate: outcome.covariate.clone(),
             limits: known(&outcome.limits),
             all_limits: known(&outcome.all_limits),
+            found: outcome
+                .found
+                .iter()
+                .map(|x| Some(*x).filter(|x| x.iter().all(|x| x.is_finite())))
+                .collect(),
             gain: outcome.gain,
             oracle: outcome.oracle,
             seconds: outcome.seconds,
@@ -135,6 +149,7 @@ impl Kept {
             covariate: self.covariate,
             limits: whole(self.limits),
             all_limits: whole(self.all_limits),
+            found: self.found.into_iter().map(|x| x.unwrap_or([f64::NAN; 2])).collect(),
             gain: self.gain,
             oracle: self.oracle,
             seconds: self.seconds,
@@ -299,6 +314,16 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
     };
     let limits = case.hidden.iter().map(|(e, _)| limit(e)).collect();
     let all_limits = ALL.iter().map(limit).collect();
+    let own = |e: &Effect| {
+        let cause = found.naming.causes.iter().find(|c| c.candidate.name == e.name);
+        let place = settings.effects.iter().position(|f| f.name == e.name);
+        let unmodelled = place.map_or(0.0, |j| found.calibration.scale.unmodelled[j]);
+        let of = |c: &Cause| {
+            let error = c.std_error() / e.typical.abs();
+            [c.value() / e.typical.abs(), (error * error - unmodelled * unmodelled).max(0.0).sqrt()]
+        };
+        cause.map_or([f64::NAN; 2], of)
+    };
     let first = found.causes.iter().find(|c| c.gain_heldout.is_some());
     Some(Outcome {
         told,
@@ -311,6 +336,7 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
             .map(|s| format!("{} {:.1}", s.description, s.times)),
         limits,
         all_limits,
+        found: ALL.iter().map(own).collect(),
         gain: first.and_then(|c| c.gain_heldout),
         oracle: (!case.hidden.is_empty()).then(|| {
             let hidden: Vec<Effect> = case.hidden.iter().map(|(e, _)| **e).collect();
