@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::motorcycle::Plant;
-use super::population::within;
-use super::tyre_truth;
+use super::within;
 use crate::model::custom::Custom;
 use crate::model::tyre::Tyre;
 use crate::model::tyre_model::{TyreModel, USUAL_SHARE};
 use crate::model::{published, tir};
+use crate::simulate::motorcycle::Plant;
+use crate::simulate::tyre_truth;
 use crate::statistics::random::Random;
 
 /// Whose formulas the tyres are of.
