@@ -117,18 +117,12 @@ fn described(number: usize, seed: u64) -> String {
     let begin = std::time::Instant::now();
     match ride::ride(&case, BikeFile::Full) {
         Err(why) => why,
-        Ok(Ridden { machine, ride, failed, tour }) => format!(
-            "{number} {} {}: {:.0} kg, {:.3} m, {:?} tyres, springs {:?}, {}, ride {:.0} s, simulated in {:.1} s{}",
+        Ok(Ridden { machine, ride, failed, .. }) => format!(
+            "{number} {}: {machine}; ride {:.0} s, simulated in {:.1} s{}",
             case.plan,
-            machine.build.bodies,
-            machine.plant.mass,
-            tour.model.motorcycle.wheelbase(),
-            machine.make,
-            machine.springs,
-            if machine.imu.is_some() { "filter" } else { "sensor" },
             ride.session.duration(),
             begin.elapsed().as_secs_f64(),
-            failed.iter().map(|why| format!("; before: {why}")).collect::<String>(),
+            failed.iter().map(|why| format!("\n    before: {why}")).collect::<String>(),
         ),
     }
 }

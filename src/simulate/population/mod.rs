@@ -73,6 +73,28 @@ pub struct Machine {
     carcasses: Carcasses,
 }
 
+impl std::fmt::Display for Machine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let p = &self.plant;
+        let has = |key: &str| self.build.keys.contains_key(key);
+        write!(
+            f,
+            "{:.0} kg, wheelbase {:.2} m, centre {:.2} m behind the front, {:.2} m up, {:?} tyres of {} in \
+             front, springs {:?}, {}, {}, attitude by {}",
+            p.mass,
+            p.wheelbase,
+            p.cg_to_front,
+            p.cg_height,
+            self.make,
+            self.tyres.name(),
+            self.springs,
+            if has("chain.engine_x") { "chain" } else { "shaft" },
+            if has("frame_twist.stiffness") { "frame twists" } else { "frame stiff" },
+            if self.imu.is_some() { "a filter" } else { "a sensor" },
+        )
+    }
+}
+
 /// Even in the logarithm between two bounds.
 fn spread(random: &mut Random, low: f64, high: f64) -> f64 {
     random.between(low.ln(), high.ln()).exp()
@@ -98,10 +120,10 @@ impl Machine {
         plant.mass = spread(r, 190.0, 350.0);
         // data sheets: 1.34 m (supersport 600) to 1.52 m (touring)
         plant.wheelbase = r.between(1.34, 1.52);
-        // 43 to 52 % of the weight on the front wheel with a rider (Cossalter 2006, sec. 3.2)
-        plant.cg_to_front = plant.wheelbase * r.between(0.48, 0.56);
-        // 0.5 to 0.7 m with a rider (Cossalter 2006, sec. 3.2)
-        plant.cg_height = r.between(0.55, 0.68);
+        // 43 to 51 % of the weight on the front wheel with a rider (Cossalter 2006, sec. 3.2)
+        plant.cg_to_front = plant.wheelbase * r.between(0.49, 0.57);
+        // 0.5 to 0.68 m with a rider (Cossalter 2006, sec. 3.2): the longer, the higher
+        plant.cg_height = plant.wheelbase * r.between(0.38, 0.45);
         // 22 deg (supersport) to 29 deg (touring), data sheets
         plant.caster_angle = r.between(22.0, 29.0).to_radians();
         // faired and prone to naked and upright: 0.3 to 0.6 m2 (Cossalter 2006, sec. 3.5)

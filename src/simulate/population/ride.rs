@@ -84,8 +84,12 @@ pub fn ride(case: &Case, file: BikeFile) -> Result<Ridden, String> {
                 case.distort(&mut ride.session);
                 return Ok(Ridden { machine, tour, ride, failed });
             }
-            Ok((ride, _)) => failed.push(ride.fall.map_or(String::new(), |f| f.to_string())),
-            Err(why) => failed.push(why),
+            Ok((ride, _)) => {
+                let why = ride.fall.map_or(String::new(), |fall| fall.to_string());
+                let doing = ride.labels.last().map_or("", |label| label.0.name());
+                failed.push(format!("{why}, {doing} ({machine})"));
+            }
+            Err(why) => failed.push(format!("{why} ({machine})")),
         }
     }
     Err(format!("machine {}: {}", case.number, failed.join("; ")))
