@@ -7,7 +7,7 @@ use std::sync::Mutex;
 
 use roadbench::effects::ALL;
 use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::population::{self, Machine};
+use roadbench::simulate::population::{Machine, ride};
 
 use super::summary::{share, summary};
 use super::{Arguments, Outcome, ask, outcomes};
@@ -32,13 +32,13 @@ pub fn run(arguments: &Arguments, work: &Path) {
         return;
     }
     let sizes = [arguments.sizes[0], arguments.sizes[1]];
-    let draw = |n, kind| population::case(arguments.seed, n, kind, sizes);
+    let draw = |n, kind| ride::case(arguments.seed, n, kind, sizes);
     let failed: Mutex<Vec<String>> = Mutex::new(Vec::new());
     let seconds: Mutex<Vec<f64>> = Mutex::new(Vec::new());
     let all = outcomes(arguments, true, arguments.machines, &draw, |case: Case| {
         let folder = work.join(format!("machine-{}", case.number));
         let begin = std::time::Instant::now();
-        let (files, ridden) = match population::write(&case, &folder) {
+        let (files, ridden) = match ride::write(&case, &folder) {
             Ok(written) => written,
             Err(why) => {
                 println!("{why}");

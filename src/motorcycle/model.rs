@@ -300,7 +300,8 @@ impl Model {
         let between = engine - wheel.position;
         let length = between.norm();
         let along = between / length;
-        let normal = along.cross(&y);
+        // downwards: the run that pulls in drive lies above
+        let normal = y.cross(&along);
         // the run that pulls: the upper one in drive, the lower one in engine braking
         let side = torque.signum();
         let lean = ((chain.wheel_radius - chain.engine_radius) / length).clamp(-0.9, 0.9).asin();

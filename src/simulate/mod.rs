@@ -24,8 +24,6 @@ pub mod path;
 pub mod pilot;
 pub mod plan;
 pub mod population;
-pub mod population_bike;
-pub mod population_tyre;
 pub mod preview;
 pub mod programme;
 pub mod reduced;

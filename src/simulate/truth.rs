@@ -5,7 +5,8 @@
 //! angles, cambers and forces of the ride, in the samples that the estimate takes too.
 
 use super::motorcycle::Plant;
-use super::simulated::Simulated;
+use super::ride::MultibodyRide;
+use super::simulated::{Label, Simulated};
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part, Values};
@@ -15,43 +16,91 @@ use crate::estimate::signals::Signals;
 use crate::fit::cornering;
 use crate::manoeuvre::ManoeuvreKind;
 use crate::model::tyre::trail_0;
+use crate::motorcycle::Wheel;
 
 /// True coefficients, in the order of the tables; those that are not known are not there.
 pub type Truth = Vec<(Id, f64)>;
 
+/// What is true of both tyres at one sample of a ride, front and rear.
+struct Cornering {
+    roll: f64,
+    roll_rate: f64,
+    /// Of both tyres, N.
+    longitudinal: f64,
+    camber: [f64; 2],
+    slip_angle: [f64; 2],
+    force_y: [f64; 2],
+    load: [f64; 2],
+}
+
 /// The true states of a tyre in the quasi-static, uncombined samples of a ride's corners, as
-/// rows of the very fit that the estimates go through.
+/// rows of the very fit that the estimates go through. `at` gives what is true at one of `len` samples.
 fn cornering_rows(
-    plant: &Plant,
-    ride: &Simulated,
-    tyre: usize,
+    (labels, rate, len): (&[Label], f64, usize),
+    at: &dyn Fn(usize) -> Cornering,
+    weight: f64,
+    (tyre, side_force_ratio): (usize, f64),
     config: &estimate::Config,
 ) -> cornering::Rows {
-    let rate = ride.session.rate;
-    let weight = plant.mass * GRAVITY;
     let step = (rate / config.corner_rate).round().max(1.0) as usize;
     let quasi_static = QuasiStatic::from(config);
     let mut signals = Signals::default();
     let mut clusters = Vec::new();
-    for (number, &(kind, start, end, _)) in ride.labels.iter().enumerate() {
+    for (number, &(kind, start, end, _)) in labels.iter().enumerate() {
         if kind != ManoeuvreKind::Cornering {
             continue;
         }
-        let range = (start * rate) as usize..((end * rate) as usize).min(ride.states.len());
+        let range = (start * rate) as usize..((end * rate) as usize).min(len);
         for i in range.step_by(step) {
-            let (state, response) = (&ride.states[i], &ride.trace[i]);
-            let pull = plant.mass * response.acceleration[0] + plant.drag * state.vx * state.vx;
-            if quasi_static.holds(state.roll, state.roll_rate, pull, weight) {
-                signals.camber[tyre].push(response.camber[tyre]);
-                signals.slip_angle[tyre].push(state.alpha[tyre]);
-                signals.force_y[tyre].push(response.tyre[tyre].force_y);
-                signals.load[tyre].push(response.load[tyre]);
+            let now = at(i);
+            if quasi_static.holds(now.roll, now.roll_rate, now.longitudinal, weight) {
+                signals.camber[tyre].push(now.camber[tyre]);
+                signals.slip_angle[tyre].push(now.slip_angle[tyre]);
+                signals.force_y[tyre].push(now.force_y[tyre]);
+                signals.load[tyre].push(now.load[tyre]);
                 clusters.push(number);
             }
         }
     }
     let keep: Vec<usize> = (0..clusters.len()).collect();
-    cornering::rows(&signals, &clusters, &keep, tyre, plant.tyres[tyre].side_force_ratio)
+    cornering::rows(&signals, &clusters, &keep, tyre, side_force_ratio)
+}
+
+/// `c1`, `c3` and `ct` of both tyres on a ride of the multibody motorcycle, whose side-force ratios are
+/// given.
+pub fn of_corners(
+    ride: &MultibodyRide,
+    weight: f64,
+    side_force_ratio: [f64; 2],
+    config: &estimate::Config,
+) -> Truth {
+    let at = |i: usize| {
+        let s = &ride.samples[i];
+        let each = |f: fn(&Wheel) -> f64| [f(&s.wheels[0]), f(&s.wheels[1])];
+        Cornering {
+            roll: s.wheels[1].camber,
+            roll_rate: s.motion.spin.x,
+            longitudinal: s.wheels[0].force[0] + s.wheels[1].force[0],
+            camber: each(|w| w.camber),
+            slip_angle: each(|w| w.slip[1]),
+            force_y: each(|w| w.force[1]),
+            load: each(|w| w.load),
+        }
+    };
+    let ridden = (ride.labels.as_slice(), ride.session.rate, ride.samples.len());
+    let of = |(i, axle): (usize, Axle)| {
+        let rows = cornering_rows(ridden, &at, weight, (i, side_force_ratio[i]), config);
+        lateral(&rows).map(|(coefficient, value)| (Id::from((axle, coefficient)), value))
+    };
+    Axle::BOTH.into_iter().enumerate().flat_map(of).collect()
+}
+
+/// `c1`, `c3` and `ct` as a fit gives them.
+fn lateral(rows: &cornering::Rows) -> [(C, f64); 3] {
+    let lateral = cornering::fit(rows).parameters();
+    let [c1, c3] = lateral.slip.unwrap_or([f64::NAN; 2]);
+    let ct = lateral.ct.unwrap_or(f64::NAN);
+    [(C::SlipCamberC1, c1), (C::SlipCamberC3, c3), (C::LateralFrictionCt, ct)]
 }
 
 /// Every coefficient of an on-road session; `config` chooses the corner samples as in the estimate.
@@ -59,10 +108,26 @@ pub fn coefficients(plant: &Plant, ride: &Simulated, config: &estimate::Config) 
     let mut v = Values::default();
     let (lf, l) = (plant.cg_to_front, plant.wheelbase);
     let share = [(l - lf) / l, lf / l];
+    let at = |k: usize| {
+        let (state, response) = (&ride.states[k], &ride.trace[k]);
+        Cornering {
+            roll: state.roll,
+            roll_rate: state.roll_rate,
+            longitudinal: plant.mass * response.acceleration[0] + plant.drag * state.vx * state.vx,
+            camber: response.camber,
+            slip_angle: state.alpha,
+            force_y: response.tyre.map(|t| t.force_y),
+            load: response.load,
+        }
+    };
     for (i, axle) in Axle::BOTH.into_iter().enumerate() {
         let tyre = &plant.tyres[i];
-        let lateral = cornering::fit(&cornering_rows(plant, ride, i, config)).parameters();
-        let [c1, c3] = lateral.slip.unwrap_or([f64::NAN; 2]);
+        let ridden = (ride.labels.as_slice(), ride.session.rate, ride.states.len());
+        let weight = plant.mass * GRAVITY;
+        let of = (i, tyre.side_force_ratio);
+        for (coefficient, value) in lateral(&cornering_rows(ridden, &at, weight, of, config)) {
+            v[(axle, coefficient)] = value;
+        }
         let k0 = tyre.stiffness.k_alpha(0.0, tyre.side_force_ratio);
         let mf = tyre.friction;
         let load = plant.mass * GRAVITY * share[i];
@@ -74,9 +139,6 @@ pub fn coefficients(plant: &Plant, ride: &Simulated, config: &estimate::Config) 
             (C::MfD, mf.d),
             (C::MfE1, mf.e1),
             (C::MfE2, mf.e2),
-            (C::SlipCamberC1, c1),
-            (C::SlipCamberC3, c3),
-            (C::LateralFrictionCt, lateral.ct.unwrap_or(f64::NAN)),
             (C::CorneringStiffness0, k0),
             (C::CamberStiffness0, k0 * tyre.side_force_ratio),
             (C::SideForceRatio, tyre.side_force_ratio),

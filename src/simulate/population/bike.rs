@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::population::{Machine, within};
+use super::{Machine, within};
 use crate::contract::bike::{Bike, schema};
 use crate::motorcycle::Motorcycle;
 use crate::statistics::random::Random;

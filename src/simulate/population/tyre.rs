@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::motorcycle::Plant;
-use super::population::within;
-use super::tyre_truth;
+use super::within;
 use crate::model::custom::Custom;
 use crate::model::tyre::Tyre;
 use crate::model::tyre_model::{TyreModel, USUAL_SHARE};
 use crate::model::{published, tir};
+use crate::simulate::motorcycle::Plant;
+use crate::simulate::tyre_truth;
 use crate::statistics::random::Random;
 
 /// Whose formulas the tyres are of.
@@ -69,11 +69,19 @@ impl Carcasses {
 pub enum Pair {
     /// In the plant.
     Paper,
-    /// On their own.
-    Published([Box<dyn TyreModel>; 2]),
+    /// On their own, varied from the sets of these names.
+    Published([&'static str; 2], [Box<dyn TyreModel>; 2]),
 }
 
 impl Pair {
+    /// Of the front one's set.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Pair::Paper => "the paper",
+            Pair::Published([front, _], _) => front,
+        }
+    }
+
     /// One of them: `tyre` is the plant's, under a static load (N).
     pub fn tyre(
         &self,
@@ -83,7 +91,7 @@ impl Pair {
         carcasses: &Carcasses,
     ) -> Box<dyn TyreModel> {
         match self {
-            Pair::Published(pair) => pair[k].clone(),
+            Pair::Published(_, pair) => pair[k].clone(),
             Pair::Paper => Box::new(Custom {
                 deflection_share: carcasses.share[k],
                 ..Custom::new(*tyre, load)
@@ -138,7 +146,7 @@ pub fn draw(
     for k in 0..2 {
         plant.tyres[k] = tyre_truth::like(pair[k].as_ref(), load[k]);
     }
-    Ok((Pair::Published(pair), carcasses))
+    Ok((Pair::Published(set, pair), carcasses))
 }
 
 /// A published set with its coefficients varied, of the size and springs of a tyre and with a braking

@@ -9,17 +9,13 @@
 //! the same formulas as into any other plant; [`BikeFile`] says how much its owner knows.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
-use super::hidden::{Case, Kind};
 use super::imu::{Attitude, Imu, Satellite, Triad};
 use super::motorcycle::Plant;
 use super::multibody::{self, Build};
-use super::population_bike::{self, BikeFile};
-use super::population_tyre::{self, Carcasses, Make};
-use super::ride::MultibodyRide;
 use super::rider::Disturbance;
 use super::scenario::Scenario;
+use super::sensors::Sensor;
 use super::tour::Tour;
 use crate::contract::channel::Channel;
 use crate::effects::extended_tyre::ExtendedTyre;
@@ -27,9 +23,13 @@ use crate::effects::{ALL, ModelError};
 use crate::model::dive::contact_arms;
 use crate::motorcycle::Motorcycle;
 use crate::statistics::random::Random;
+use bike::BikeFile;
+use tyre::{Carcasses, Make};
 
-/// Attempts at a machine that stands and a ride that does not fall.
-pub const ATTEMPTS: usize = 8;
+pub mod bike;
+pub mod ride;
+pub mod tyre;
+
 /// Density of the air, kg/m³.
 const AIR: f64 = 1.225;
 
@@ -69,8 +69,30 @@ pub struct Machine {
     pub noise: f64,
     /// Unsteadiness of rider, pads and air.
     pub disturbance: Disturbance,
-    tyres: population_tyre::Pair,
+    tyres: tyre::Pair,
     carcasses: Carcasses,
+}
+
+impl std::fmt::Display for Machine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let p = &self.plant;
+        let has = |key: &str| self.build.keys.contains_key(key);
+        write!(
+            f,
+            "{:.0} kg, wheelbase {:.2} m, centre {:.2} m behind the front, {:.2} m up, {:?} tyres of {} in \
+             front, springs {:?}, {}, {}, attitude by {}",
+            p.mass,
+            p.wheelbase,
+            p.cg_to_front,
+            p.cg_height,
+            self.make,
+            self.tyres.name(),
+            self.springs,
+            if has("chain.engine_x") { "chain" } else { "shaft" },
+            if has("frame_twist.stiffness") { "frame twists" } else { "frame stiff" },
+            if self.imu.is_some() { "a filter" } else { "a sensor" },
+        )
+    }
 }
 
 /// Even in the logarithm between two bounds.
@@ -79,7 +101,7 @@ fn spread(random: &mut Random, low: f64, high: f64) -> f64 {
 }
 
 /// Normal, within `reach` standard deviations.
-pub(super) fn within(random: &mut Random, mean: f64, sd: f64, reach: f64) -> f64 {
+fn within(random: &mut Random, mean: f64, sd: f64, reach: f64) -> f64 {
     mean + sd * random.normal().clamp(-reach, reach)
 }
 
@@ -98,10 +120,10 @@ impl Machine {
         plant.mass = spread(r, 190.0, 350.0);
         // data sheets: 1.34 m (supersport 600) to 1.52 m (touring)
         plant.wheelbase = r.between(1.34, 1.52);
-        // 43 to 52 % of the weight on the front wheel with a rider (Cossalter 2006, sec. 3.2)
-        plant.cg_to_front = plant.wheelbase * r.between(0.48, 0.56);
-        // 0.5 to 0.7 m with a rider (Cossalter 2006, sec. 3.2)
-        plant.cg_height = r.between(0.55, 0.68);
+        // 43 to 51 % of the weight on the front wheel with a rider (Cossalter 2006, sec. 3.2)
+        plant.cg_to_front = plant.wheelbase * r.between(0.49, 0.57);
+        // 0.5 to 0.68 m with a rider (Cossalter 2006, sec. 3.2): the longer, the higher
+        plant.cg_height = plant.wheelbase * r.between(0.38, 0.45);
         // 22 deg (supersport) to 29 deg (touring), data sheets
         plant.caster_angle = r.between(22.0, 29.0).to_radians();
         // faired and prone to naked and upright: 0.3 to 0.6 m2 (Cossalter 2006, sec. 3.5)
@@ -113,7 +135,7 @@ impl Machine {
         plant.roll_inertia = f64::NAN;
         let load = multibody::static_loads(&plant);
         let make = Make::draw(r);
-        let (tyres, carcasses) = population_tyre::draw(make, &mut plant, load, r)?;
+        let (tyres, carcasses) = tyre::draw(make, &mut plant, load, r)?;
         let radius = [0, 1].map(|k| plant.tyres[k].rolling_radius);
         plant.dive_arm = contact_arms(plant.cg_height, radius, plant.wheelbase, plant.caster_angle);
         plant.model_error = usual_imperfections(r);
@@ -192,7 +214,7 @@ impl Machine {
         file: BikeFile,
     ) -> Result<Tour, String> {
         let usual = self.motorcycle(&ModelError::default())?;
-        let bike = population_bike::bike(self, &usual, file)?;
+        let bike = bike::bike(self, &usual, file)?;
         let motorcycle = self.motorcycle(hidden)?;
         let plant = self.plant_with(hidden);
         let mut tour = multibody::tour_on(scenario, &plant, motorcycle, bike, self.number);
@@ -202,7 +224,7 @@ impl Machine {
             sensor.slow *= self.noise;
             let unit = INERTIAL.iter().any(|c| c.name() == name);
             if self.imu.is_some() && unit {
-                *sensor = super::sensors::Sensor::default();
+                *sensor = Sensor::default();
             }
         }
         tour.imu = self.imu;
@@ -312,63 +334,101 @@ fn imu(noise: f64, r: &mut Random) -> Imu {
     }
 }
 
-/// A case on a machine of the population.
-#[derive(Debug, Clone)]
-pub struct Ridden {
-    /// The machine.
-    pub machine: Machine,
-    /// What was ridden.
-    pub tour: Tour,
-    /// The ride.
-    pub ride: MultibodyRide,
-    /// Why attempts before it failed.
-    pub failed: Vec<String>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motorcycle::{Model, Road};
 
-/// Rides a case on the machine of its number: the first attempt that does not fall.
-///
-/// # Errors
-/// None of [`ATTEMPTS`] can be ridden.
-pub fn ride(case: &Case, file: BikeFile) -> Result<Ridden, String> {
-    let (mut scenario, _) = case.machine()?;
-    scenario.seed = scenario.seed.wrapping_add(case.number as u64);
-    let mut hidden = ModelError::default();
-    for (effect, value) in &case.hidden {
-        (effect.set)(&mut hidden, *value);
+    fn draw(number: usize) -> Machine {
+        Machine::draw(3, number, 0).expect("built in")
     }
-    let mut failed = Vec::new();
-    for attempt in 0..ATTEMPTS {
-        let machine = Machine::draw(case.seed, case.number, attempt)?;
-        let ridden = machine
-            .tour(&scenario, &hidden, file)
-            .and_then(|tour| Ok((multibody::ridden(&tour, case.number)?, tour)));
-        match ridden {
-            Ok((mut ride, tour)) if ride.fall.is_none() => {
-                case.distort(&mut ride.session);
-                return Ok(Ridden { machine, tour, ride, failed });
+
+    #[test]
+    fn a_machine_depends_on_seed_number_and_attempt_alone() {
+        let text = |m: &Machine| format!("{m:?}");
+        let first: Vec<String> = (0..6).map(|n| text(&draw(n))).collect();
+        for number in (0..6).rev() {
+            assert_eq!(text(&draw(number)), first[number]);
+        }
+        assert!(first[0] != text(&Machine::draw(3, 0, 1).expect("built in")));
+        assert!(first[0] != first[1] && first[0] != text(&Machine::draw(4, 0, 0).expect("it")));
+    }
+
+    #[test]
+    fn the_first_forty_stand_and_are_what_was_drawn() {
+        for number in 0..40 {
+            let machine = draw(number);
+            let m = machine.motorcycle(&ModelError::default()).expect("stands");
+            let (plant, centre) = (&machine.plant, m.centre());
+            for (found, expected) in [
+                (m.mass(), plant.mass),
+                (m.wheelbase(), plant.wheelbase),
+                (m.centres[0].x - centre.x, plant.cg_to_front),
+                (centre.z, plant.cg_height),
+                (m.caster_angle, plant.caster_angle),
+                (m.trail(), machine.build.trail.expect("drawn")),
+            ] {
+                assert!((found / expected - 1.0).abs() < 1e-9, "{number}: {found} for {expected}");
             }
-            Ok((ride, _)) => failed.push(ride.fall.map_or(String::new(), |f| f.to_string())),
-            Err(why) => failed.push(why),
+            assert!(m.frame.mass > 80.0, "{number}: {}", m.frame.mass);
+            let at_rest = Model::new(m, Road::default()).straight(0.0);
+            assert!(at_rest.position.z.abs() < 1e-9 && at_rest.angles[2].abs() < 1e-9);
         }
     }
-    Err(format!("machine {}: {}", case.number, failed.join("; ")))
-}
 
-/// Rides a case and writes log and bike file into a folder; the paths of both and the ride.
-///
-/// # Errors
-/// It cannot be ridden, or the files cannot be written.
-pub fn write(case: &Case, folder: &Path) -> Result<((PathBuf, PathBuf), Ridden), String> {
-    let ridden = ride(case, BikeFile::Full)?;
-    let files = super::hidden::files(folder, &ridden.ride.session, &ridden.tour.bike)?;
-    Ok((files, ridden))
-}
+    #[test]
+    fn a_bike_file_tells_nothing_of_what_is_hidden_and_a_short_one_less() {
+        let scenario = Scenario::builtin("paper").expect("scenario");
+        for number in 0..8 {
+            let machine = draw(number);
+            let bike = |hidden: &ModelError, file| {
+                machine.tour(&scenario, hidden, file).expect("stands").bike
+            };
+            let mut hidden = ModelError::default();
+            for name in ["wheel_inertia", "side_force_ratio_rear", "relaxation_length"] {
+                let effect = crate::effects::Effect::named(name).expect("an effect");
+                (effect.set)(&mut hidden, effect.typical);
+            }
+            let full = bike(&ModelError::default(), BikeFile::Full);
+            assert_eq!(full, bike(&hidden, BikeFile::Full));
+            let minimal = bike(&hidden, BikeFile::Minimal);
+            assert!(minimal.mass == full.mass && minimal.uncertainty.is_empty());
+            assert!(minimal.value("trail").is_none() && full.value("trail").is_some());
+            let tutorial = bike(&hidden, BikeFile::Tutorial);
+            assert_eq!(tutorial.uncertainty.keys().collect::<Vec<_>>(), ["mass"]);
+        }
+    }
 
-/// A case of a kind that this motorcycle can carry: effects that come from its construction are not hidden.
-pub fn case(seed: u64, number: usize, kind: Kind, sizes: [f64; 2]) -> Case {
-    use crate::effects::physics::Multibody;
-    let fits = |c: &Case| c.hidden.iter().all(|(e, _)| e.multibody == Multibody::Hooks);
-    let mut tries = (0..1000).map(|k| Case::draw(seed + 1000 * k, number, kind, sizes));
-    let case = tries.find(fits).unwrap_or_else(|| Case::draw(seed, number, Kind::Null, sizes));
-    Case { seed, ..case }
+    /// The tyres of either make show on the bench what the plant, and so the bike file, says.
+    #[test]
+    fn hidden_numbers_of_tyres_are_in_tyres_of_any_make() {
+        use super::super::tyre_truth::bench;
+        let mut hidden = ModelError::default();
+        for name in ["side_force_ratio_front", "twisting_stiffness", "relaxation_length"] {
+            let effect = crate::effects::Effect::named(name).expect("an effect");
+            (effect.set)(&mut hidden, effect.typical);
+        }
+        for number in 0..8 {
+            let machine = draw(number);
+            for hidden in [ModelError::default(), hidden] {
+                let m = machine.motorcycle(&hidden).expect("stands");
+                let plant = machine.plant_with(&hidden);
+                let tyre = &m.tyres.as_ref().expect("shod")[0];
+                let b = bench(tyre.as_ref(), m.static_loads()[0], 1.0);
+                let is = &plant.tyres[0];
+                for (found, expected) in [
+                    (b.camber_stiffness / b.cornering_stiffness, is.side_force_ratio),
+                    (b.twisting_stiffness, is.twisting_stiffness),
+                    (b.relaxation_length, is.relaxation_length),
+                    (b.rolling_radius, is.rolling_radius),
+                    (b.overturning_stiffness, is.overturning_stiffness),
+                ] {
+                    assert!(
+                        (found - expected).abs() < 2e-3 * expected.abs(),
+                        "{number} {found} {expected}"
+                    );
+                }
+            }
+        }
+    }
 }

@@ -1,0 +1,186 @@
+//! Do the intervals of `run` hold the truth? Rides of the population of machines, each read with what three
+//! owners know of their motorcycle.
+//!
+//! ```text
+//! cargo run --release --example coverage -- --rides 100 > coverage.md
+//! ```
+//!
+//! Prints, for every coefficient that riding determines and every status, the share of 95 % intervals that
+//! hold the truth, how wide they are and how far off the value is.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use clap::Parser;
+use rayon::prelude::*;
+use roadbench::contract::bike::Bike;
+use roadbench::contract::coefficient::{Coefficient, Id, Part, Source};
+use roadbench::contract::status::Status;
+use roadbench::effects::ModelError;
+use roadbench::ingest::write_session;
+use roadbench::objects::Location;
+use roadbench::pipeline::{self, Input, Pipeline};
+use roadbench::simulate::hidden::Kind;
+use roadbench::simulate::population::bike::{self, BikeFile};
+use roadbench::simulate::population::ride::{self, Ridden};
+
+#[derive(Parser)]
+struct Arguments {
+    /// Rides, each on a machine of its own.
+    #[arg(long, default_value_t = 100)]
+    rides: usize,
+    /// Seed of the population.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// A line per coefficient of every ride.
+    #[arg(long)]
+    verbose: bool,
+    /// Only rides the machines: a line each, with what it is, how long the ride and its simulation took.
+    #[arg(long)]
+    machines: bool,
+}
+
+/// What a cell of the table is of.
+type Key = (BikeFile, Part, Coefficient, &'static str);
+
+/// What `run` says of one coefficient of one ride, by columns.
+#[derive(Default)]
+struct Cell {
+    /// Whether the interval holds the truth.
+    inside: Vec<bool>,
+    /// Half the interval over the truth.
+    width: Vec<f64>,
+    /// The error over half the interval.
+    error: Vec<f64>,
+}
+
+fn median(x: &[f64]) -> f64 {
+    let mut x: Vec<f64> = x.iter().copied().filter(|x| x.is_finite()).collect();
+    x.sort_by(f64::total_cmp);
+    x.get(x.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Coefficients of a log under a bike file: part, coefficient, status, value and interval.
+fn characterised(
+    log: &Path,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> Result<Vec<(Id, Status, [Option<f64>; 3])>, String> {
+    let input = Input {
+        log: Location::from(log),
+        maps: &[],
+        input_hash: String::new(),
+        pipeline_hash: String::new(),
+        signals: false,
+    };
+    let outcome = pipeline::run(&input, bike, pipeline).map_err(|e| e.message)?;
+    let row = |c: &roadbench::tables::rows::Coefficient| {
+        let part = Part::from_name(&c.tyre)?;
+        let coefficient = Coefficient::from_name(&c.coefficient)?;
+        Some((Id::from((part, coefficient)), c.status, [c.value, c.ci95_low, c.ci95_high]))
+    };
+    Ok(outcome.coefficients.iter().filter_map(row).collect())
+}
+
+/// One ride under every bike file.
+fn compared(number: usize, seed: u64, work: &Path) -> Result<Vec<(Key, [f64; 4])>, String> {
+    let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
+    let ridden = ride::ride(&case, BikeFile::Full)?;
+    let pipeline = Pipeline::onroad();
+    let log = work.join(format!("{number}.parquet"));
+    write_session(&log, &ridden.ride.session, false).map_err(|e| e.to_string())?;
+    let truth = ridden.truth(&pipeline.estimate);
+    let Ridden { machine, .. } = &ridden;
+    let usual = machine.motorcycle(&ModelError::default())?;
+    let mut cells = Vec::new();
+    for file in BikeFile::ALL {
+        let bike = bike::bike(machine, &usual, file)?;
+        for (id, status, [value, low, high]) in characterised(&log, &bike, &pipeline)? {
+            let (part, coefficient) = (id.part, id.coefficient);
+            let known = truth.iter().find(|(known, _)| *known == id);
+            let Some((_, truth)) = known.filter(|(_, truth)| truth.is_finite()) else { continue };
+            if coefficient.spec().source != Source::OnRoad {
+                continue; // no ride determines it
+            }
+            let numbers = [value, low, high].map(|x| x.unwrap_or(f64::NAN));
+            let key = (file, part, coefficient, status.name());
+            cells.push((key, [*truth, numbers[0], numbers[1], numbers[2]]));
+        }
+    }
+    std::fs::remove_file(&log).map_err(|e| e.to_string())?;
+    Ok(cells)
+}
+
+/// What a machine is and how it was ridden, in a line.
+fn described(number: usize, seed: u64) -> String {
+    let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
+    let begin = std::time::Instant::now();
+    match ride::ride(&case, BikeFile::Full) {
+        Err(why) => why,
+        Ok(Ridden { machine, ride, failed, .. }) => format!(
+            "{number} {}: {machine}; ride {:.0} s, simulated in {:.1} s{}",
+            case.plan,
+            ride.session.duration(),
+            begin.elapsed().as_secs_f64(),
+            failed.iter().map(|why| format!("\n    before: {why}")).collect::<String>(),
+        ),
+    }
+}
+
+fn main() {
+    let Arguments { rides, seed, verbose, machines } = Arguments::parse();
+    if machines {
+        (0..rides).into_par_iter().for_each(|number| println!("{}", described(number, seed)));
+        return;
+    }
+    let work = tempfile::tempdir().expect("a folder for the logs");
+    let found: Vec<_> = (0..rides)
+        .into_par_iter()
+        .filter_map(|number| match compared(number, seed, work.path()) {
+            Ok(cells) => {
+                if verbose {
+                    for ((file, part, coefficient, status), [truth, value, low, high]) in &cells {
+                        let (file, name) = (file.name(), coefficient.spec().name);
+                        eprintln!("{number} {file} {part} {name} {status} {truth:.5} {value:.5} [{low:.5}, {high:.5}]");
+                    }
+                }
+                Some(cells)
+            }
+            Err(why) => {
+                eprintln!("{number}: {why}");
+                None
+            }
+        })
+        .collect();
+    let mut table: BTreeMap<Key, Cell> = BTreeMap::new();
+    for (key, [truth, value, low, high]) in found.iter().flatten() {
+        let cell = table.entry(*key).or_default();
+        let half = 0.5 * (high - low);
+        cell.inside.push((low..=high).contains(&truth));
+        cell.width.push(half / truth.abs());
+        cell.error.push((value - truth).abs() / half);
+    }
+    println!(
+        "| bike file | tyre | coefficient | status | rides | interval holds the truth | half interval, % of the truth | error over half interval |"
+    );
+    println!("|---|---|---|---|---:|---:|---:|---:|");
+    for ((file, part, coefficient, status), cell) in &table {
+        let n = cell.inside.len();
+        let inside = cell.inside.iter().filter(|x| **x).count();
+        let with = cell.width.iter().any(|x| x.is_finite());
+        let number = |x: f64| if x.is_finite() { format!("{x:.2}") } else { "-".to_owned() };
+        println!(
+            "| {} | {part} | {} | {} | {n} | {} | {} | {} |",
+            file.name(),
+            coefficient.spec().name,
+            status.replace('_', " "),
+            if with {
+                format!("{inside} ({:.0} %)", 100.0 * inside as f64 / n as f64)
+            } else {
+                "-".into()
+            },
+            number(100.0 * median(&cell.width)),
+            number(median(&cell.error)),
+        );
+    }
+}

@@ -1,0 +1,114 @@
+//! Rides on machines of the population.
+
+use std::path::{Path, PathBuf};
+
+use super::Machine;
+use super::bike::BikeFile;
+use super::tyre::Make;
+use crate::contract::bike::Axle;
+use crate::contract::coefficient::{Coefficient as C, Id};
+use crate::effects::ModelError;
+use crate::effects::physics::Multibody;
+use crate::estimate;
+use crate::simulate::hidden::{self, Case, Kind};
+use crate::simulate::multibody;
+use crate::simulate::ride::MultibodyRide;
+use crate::simulate::tour::Tour;
+use crate::simulate::truth::{self, Truth};
+use crate::simulate::tyre_truth;
+
+/// Attempts at a machine that stands and a ride that comes to its end.
+pub const ATTEMPTS: usize = 8;
+/// A ride of this length did not come to its end, s.
+const ENDLESS: f64 = 7000.0;
+
+/// A case on a machine of the population.
+#[derive(Debug, Clone)]
+pub struct Ridden {
+    /// The machine.
+    pub machine: Machine,
+    /// What was ridden.
+    pub tour: Tour,
+    /// The ride.
+    pub ride: MultibodyRide,
+    /// Why attempts before it failed.
+    pub failed: Vec<String>,
+}
+
+impl Ridden {
+    /// The true coefficients: what a bench would find of the tyres, and what the ride's corners show of
+    /// the true slip angles, cambers and forces; of the paper's tyres also their friction curve.
+    pub fn truth(&self, config: &estimate::Config) -> Truth {
+        let model = &self.tour.model;
+        let mut truth = tyre_truth::coefficients(model);
+        let of = |axle: Axle, c: C| {
+            let id = Id::from((axle, c));
+            truth.iter().find(|(known, _)| *known == id).map_or(f64::NAN, |(_, value)| *value)
+        };
+        let ratio = Axle::BOTH.map(|axle| of(axle, C::SideForceRatio));
+        let weight = model.motorcycle.mass() * model.motorcycle.gravity;
+        truth.extend(truth::of_corners(&self.ride, weight, ratio, config));
+        if self.machine.make == Make::Paper {
+            for (axle, tyre) in Axle::BOTH.into_iter().zip(&self.machine.plant.tyres) {
+                let f = tyre.friction;
+                let numbers = [(C::MfB, f.b), (C::MfC, f.c), (C::MfE1, f.e1), (C::MfE2, f.e2)];
+                truth.extend(numbers.map(|(c, value)| (Id::from((axle, c)), value)));
+            }
+        }
+        truth
+    }
+}
+
+/// Rides a case on the machine of its number: the first attempt that does not fall.
+///
+/// # Errors
+/// None of [`ATTEMPTS`] can be ridden.
+pub fn ride(case: &Case, file: BikeFile) -> Result<Ridden, String> {
+    let (mut scenario, _) = case.machine()?;
+    scenario.seed = scenario.seed.wrapping_add(case.number as u64);
+    let mut hidden = ModelError::default();
+    for (effect, value) in &case.hidden {
+        (effect.set)(&mut hidden, *value);
+    }
+    let mut failed = Vec::new();
+    for attempt in 0..ATTEMPTS {
+        let machine = Machine::draw(case.seed, case.number, attempt)?;
+        let ridden = machine
+            .tour(&scenario, &hidden, file)
+            .and_then(|tour| Ok((multibody::ridden(&tour, case.number)?, tour)));
+        match ridden {
+            Ok((ride, _)) if ride.session.duration() > ENDLESS => {
+                failed.push("it does not come to its end".to_owned());
+            }
+            Ok((mut ride, tour)) if ride.fall.is_none() => {
+                case.distort(&mut ride.session);
+                return Ok(Ridden { machine, tour, ride, failed });
+            }
+            Ok((ride, _)) => {
+                let why = ride.fall.map_or(String::new(), |fall| fall.to_string());
+                let doing = ride.labels.last().map_or("", |label| label.0.name());
+                failed.push(format!("{why}, {doing} ({machine})"));
+            }
+            Err(why) => failed.push(format!("{why} ({machine})")),
+        }
+    }
+    Err(format!("machine {}: {}", case.number, failed.join("; ")))
+}
+
+/// Rides a case and writes log and bike file into a folder; the paths of both and the ride.
+///
+/// # Errors
+/// It cannot be ridden, or the files cannot be written.
+pub fn write(case: &Case, folder: &Path) -> Result<((PathBuf, PathBuf), Ridden), String> {
+    let ridden = ride(case, BikeFile::Full)?;
+    let files = hidden::files(folder, &ridden.ride.session, &ridden.tour.bike)?;
+    Ok((files, ridden))
+}
+
+/// A case of a kind that this motorcycle can carry: effects that come from its construction are not hidden.
+pub fn case(seed: u64, number: usize, kind: Kind, sizes: [f64; 2]) -> Case {
+    let fits = |c: &Case| c.hidden.iter().all(|(e, _)| e.multibody == Multibody::Hooks);
+    let mut tries = (0..1000).map(|k| Case::draw(seed + 1000 * k, number, kind, sizes));
+    let case = tries.find(fits).unwrap_or_else(|| Case::draw(seed, number, Kind::Null, sizes));
+    Case { seed, ..case }
+}
