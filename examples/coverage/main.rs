@@ -46,6 +46,8 @@ type Key = (BikeFile, Part, Coefficient, &'static str);
 /// What `run` says of one coefficient of one ride, by columns.
 #[derive(Default)]
 struct Cell {
+    /// Rides, also those whose interval is not known; the columns are of the others.
+    rides: usize,
     /// Whether the interval holds the truth.
     inside: Vec<bool>,
     /// Half the interval over the truth.
@@ -156,9 +158,12 @@ fn main() {
     for (key, [truth, value, low, high]) in found.iter().flatten() {
         let cell = table.entry(*key).or_default();
         let half = 0.5 * (high - low);
-        cell.inside.push((low..=high).contains(&truth));
-        cell.width.push(half / truth.abs());
-        cell.error.push((value - truth).abs() / half);
+        cell.rides += 1;
+        if half.is_finite() {
+            cell.inside.push((low..=high).contains(&truth));
+            cell.width.push(half / truth.abs());
+            cell.error.push((value - truth).abs() / half);
+        }
     }
     println!(
         "| bike file | tyre | coefficient | status | rides | interval holds the truth | half interval, % of the truth | error over half interval |"
@@ -167,15 +172,15 @@ fn main() {
     for ((file, part, coefficient, status), cell) in &table {
         let n = cell.inside.len();
         let inside = cell.inside.iter().filter(|x| **x).count();
-        let with = cell.width.iter().any(|x| x.is_finite());
         let number = |x: f64| if x.is_finite() { format!("{x:.2}") } else { "-".to_owned() };
         println!(
-            "| {} | {part} | {} | {} | {n} | {} | {} | {} |",
+            "| {} | {part} | {} | {} | {} | {} | {} | {} |",
             file.name(),
             coefficient.spec().name,
             status.replace('_', " "),
-            if with {
-                format!("{inside} ({:.0} %)", 100.0 * inside as f64 / n as f64)
+            cell.rides,
+            if n > 0 {
+                format!("{inside} of {n} ({:.0} %)", 100.0 * inside as f64 / n as f64)
             } else {
                 "-".into()
             },

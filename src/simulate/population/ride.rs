@@ -66,13 +66,13 @@ impl Ridden {
 pub fn ride(case: &Case, file: BikeFile) -> Result<Ridden, String> {
     let (mut scenario, _) = case.machine()?;
     scenario.seed = scenario.seed.wrapping_add(case.number as u64);
-    let mut hidden = ModelError::default();
-    for (effect, value) in &case.hidden {
-        (effect.set)(&mut hidden, *value);
-    }
+    let hidden = error(case);
     let mut failed = Vec::new();
     for attempt in 0..ATTEMPTS {
         let machine = Machine::draw(case.seed, case.number, attempt)?;
+        if !possible(&machine, &hidden) {
+            continue;
+        }
         let ridden = machine
             .tour(&scenario, &hidden, file)
             .and_then(|tour| Ok((multibody::ridden(&tour, case.number)?, tour)));
@@ -105,9 +105,33 @@ pub fn write(case: &Case, folder: &Path) -> Result<((PathBuf, PathBuf), Ridden),
     Ok((files, ridden))
 }
 
-/// A case of a kind that this motorcycle can carry: effects that come from its construction are not hidden.
+/// What is hidden in a case, together.
+fn error(case: &Case) -> ModelError {
+    let mut error = ModelError::default();
+    for (effect, value) in &case.hidden {
+        (effect.set)(&mut error, *value);
+    }
+    error
+}
+
+/// Whether the tyres of a machine are tyres with something hidden in them: no motorcycle is ridden whose
+/// camber pushes it out of the bend.
+fn possible(machine: &Machine, hidden: &ModelError) -> bool {
+    machine.plant_with(hidden).tyres.iter().all(|tyre| {
+        tyre.side_force_ratio > 0.02
+            && tyre.relaxation_length > 0.05
+            && tyre.twisting_stiffness > -0.05
+    })
+}
+
+/// A case of a kind that the machine of its number can carry: effects that come from its construction are
+/// not hidden, nor what would make its tyres none.
 pub fn case(seed: u64, number: usize, kind: Kind, sizes: [f64; 2]) -> Case {
-    let fits = |c: &Case| c.hidden.iter().all(|(e, _)| e.multibody == Multibody::Hooks);
+    let machine = Machine::draw(seed, number, 0).ok();
+    let fits = |c: &Case| {
+        c.hidden.iter().all(|(e, _)| e.multibody == Multibody::Hooks)
+            && machine.as_ref().is_none_or(|m| possible(m, &error(c)))
+    };
     let mut tries = (0..1000).map(|k| Case::draw(seed + 1000 * k, number, kind, sizes));
     let case = tries.find(fits).unwrap_or_else(|| Case::draw(seed, number, Kind::Null, sizes));
     Case { seed, ..case }
