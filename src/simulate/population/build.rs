@@ -1,9 +1,8 @@
-//! What a machine of the population is built of beyond its plant: bodies, springs, chain, frame and
-//! inertial unit.
+//! What a machine of the population is built of beyond its plant: bodies, springs, frame and inertial unit.
 
 use std::collections::BTreeMap;
 
-use super::{Springs, spread};
+use super::{Springs, spread, within};
 use crate::effects::ModelError;
 use crate::simulate::imu::{Attitude, Imu, Satellite, Triad};
 use crate::simulate::motorcycle::Plant;
@@ -21,7 +20,8 @@ pub(super) fn usual_imperfections(random: &mut Random) -> ModelError {
     error
 }
 
-/// Bodies, springs, chain and frame.
+/// Bodies, springs and frame; a shaft drives the wheel: with a chain's pull four of ten machines fell in slow
+/// bends, for a reason that is not known yet.
 pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
     let bodies = ["sports_small", "sports_touring"][usize::from(plant.mass > 280.0)];
     let springs = match r.between(0.0, 6.0) as usize {
@@ -62,13 +62,6 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
     }
     put("swing_arm.pivot_x", Some(r.between(0.5, 0.6)));
     put("swing_arm.pivot_z", Some(r.between(0.36, 0.42)));
-    if r.between(0.0, 1.0) < 0.7 {
-        // sprockets of 15 to 17 and 40 to 46 teeth of 5/8 inch chains, the engine's ahead of the pivot
-        put("chain.engine_x", Some(r.between(0.64, 0.70)));
-        put("chain.engine_z", Some(r.between(0.36, 0.42)));
-        put("chain.engine_radius", Some(r.between(0.038, 0.043)));
-        put("chain.wheel_radius", Some(r.between(0.10, 0.117)));
-    }
     if r.between(0.0, 1.0) < 0.5 {
         // 34 kN m/rad (Sharp and Alstead 1980) to 150 kN m/rad (Sharp et al. 2004: 100)
         put("frame_twist.stiffness", Some(spread(r, 34e3, 150e3)));
@@ -88,10 +81,12 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
 pub(super) fn imu(noise: f64, r: &mut Random) -> Imu {
     let mounting = [0; 3].map(|_| 0.001 * r.normal());
     Imu {
-        position: [r.between(-0.3, 0.3), r.between(-0.03, 0.03), r.between(0.0, 0.35)],
+        // units give the accelerations of the mass centre: what is left of a lever arm that was measured
+        position: [0; 3].map(|_| within(r, 0.0, 0.02, 2.0)),
         mounting,
-        accelerometer: Triad { white: 0.06 * noise, bias: 0.02, scale: 0.0 },
-        gyro: Triad { white: 0.004 * noise, bias: 0.0002, scale: 0.0 },
+        // zeros are effects: these tilt the attitude by a third of what shows
+        accelerometer: Triad { white: 0.06 * noise, bias: 0.005, scale: 0.0 },
+        gyro: Triad { white: 0.004 * noise, bias: 5e-5, scale: 0.0 },
         attitude: Attitude::Filter { time_constant: r.between(8.0, 20.0), speed_aided: true },
         antenna: [0.0; 3],
         satellite: Satellite { white: 0.01 * noise, slow: 0.02 * noise, slow_time: 2.0 },
