@@ -15,6 +15,9 @@ use super::{Arguments, Outcome, ask, outcomes};
 /// Standard error, in usual sizes, up to which a ride says something of an effect.
 const CLEAR: f64 = 1.5;
 
+/// Fewest rides to learn from.
+const FEWEST: usize = 10;
+
 /// What is known of a machine in words, for a count of false names by it.
 fn traits(machine: &Machine) -> [String; 4] {
     let twist = machine.build.keys.contains_key("frame_twist.stiffness");
@@ -76,49 +79,48 @@ pub fn run(arguments: &Arguments, work: &Path) {
     }
 }
 
-/// Prints what effects show on machines of which they are not true: a file of `pipelines/`.
+/// Prints what effects show on machines of which they are not true: `pipelines/other_machines.toml`.
 fn learn(all: &[Outcome]) {
+    println!(
+        "# What effects show on machines of which they are not true: share of the null simulations' bias that\n\
+         # rides have too, and standard deviation beyond that of the null simulations, in usual sizes. Learnt by\n\
+         # cargo run --release --example blind -- --archives 0 --machines N --only null --learn"
+    );
     for (place, effect) in ALL.iter().enumerate() {
-        let of =
-            |o: &Outcome| o.found.get(place).copied().filter(|[x, e]| x.is_finite() && *e > 0.0);
-        let clear = |[_, error]: &[f64; 2]| *error < CLEAR;
-        let found: Vec<[f64; 2]> =
-            all.iter().filter(|o| o.case.hidden.is_empty()).filter_map(of).filter(clear).collect();
-        if found.len() < 10 {
+        let of = |o: &Outcome| o.found.get(place).copied();
+        let clear = |[x, error, bias]: &[f64; 3]| {
+            x.is_finite() && bias.is_finite() && (1e-6..CLEAR).contains(error)
+        };
+        let nulls = all.iter().filter(|o| o.case.hidden.is_empty());
+        let found: Vec<[f64; 3]> = nulls.filter_map(of).filter(clear).collect();
+        if found.len() < FEWEST {
             continue;
         }
-        let [offset, sd] = common(&found);
-        let rms = found.iter().map(|[x, e]| (x / e).powi(2)).sum::<f64>() / found.len() as f64;
+        let [share, sd] = common(&found);
+        let rms = found.iter().map(|[x, e, b]| ((x - b) / e).powi(2)).sum::<f64>();
         println!(
-            "[{}]\noffset = {offset:.3}\nsd = {sd:.3} # {} rides, rms of size over error {:.2}",
+            "[{}] # {} rides, rms of size over error {:.2}\nbias_share = {share:.2}\nsd = {sd:.2}",
             effect.name,
             found.len(),
-            rms.sqrt()
+            (rms / found.len() as f64).sqrt()
         );
     }
 }
 
-/// Mean of sizes with known errors, and their standard deviation beyond these (Paule and Mandel 1982).
-fn common(found: &[[f64; 2]]) -> [f64; 2] {
-    let mean = |sd: f64| {
-        let weigh = |[_, e]: &[f64; 2]| 1.0 / (e * e + sd * sd);
-        let sum: f64 = found.iter().map(weigh).sum();
-        found.iter().map(|x| weigh(x) * x[0]).sum::<f64>() / sum
+/// Share of the bias and standard deviation beyond the known errors with which sizes (value, error, bias) are
+/// most likely; normal, about the share of the bias.
+fn common(found: &[[f64; 3]]) -> [f64; 2] {
+    let unlikely = |share: f64, sd: f64| -> f64 {
+        let of = |[x, e, b]: &[f64; 3]| {
+            let variance = e * e + sd * sd;
+            (x - share * b).powi(2) / variance + variance.ln()
+        };
+        found.iter().map(of).sum()
     };
-    let excess = |sd: f64| {
-        let centre = mean(sd);
-        let square = |[x, e]: &[f64; 2]| (x - centre).powi(2) / (e * e + sd * sd);
-        found.iter().map(square).sum::<f64>() - (found.len() as f64 - 1.0)
-    };
-    let (mut low, mut high) = (0.0, 10.0);
-    if excess(0.0) <= 0.0 {
-        return [mean(0.0), 0.0];
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if excess(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    [mean(low), low]
+    let shares = (2..=20).map(|k| 0.05 * f64::from(k));
+    let each = |share: f64| (0..=200).map(move |k| [share, 0.02 * f64::from(k)]);
+    let least = |a: &[f64; 2], b: &[f64; 2]| unlikely(a[0], a[1]).total_cmp(&unlikely(b[0], b[1]));
+    shares.flat_map(each).min_by(least).unwrap_or([1.0, 0.0])
 }
 
 /// What was named where nothing is hidden, and on which machines.

@@ -19,6 +19,7 @@ use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::Settings;
 use roadbench::diagnose::cause::Cause;
 use roadbench::diagnose::road;
+use roadbench::diagnose::road::other_machines::shown;
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden::{Case, Kind};
@@ -79,9 +80,9 @@ struct Outcome {
     limits: Vec<f64>,
     /// Those of every effect, in the order of [`ALL`].
     all_limits: Vec<f64>,
-    /// What was found of every effect and its standard error without what is known of other machines, in usual
-    /// sizes, in the order of [`ALL`].
-    found: Vec<[f64; 2]>,
+    /// What was found of every effect with the null simulations' bias in it, its standard error without what
+    /// is known of other machines, and that bias; in usual sizes, in the order of [`ALL`].
+    found: Vec<[f64; 3]>,
     gain: Option<f64>,
     /// Held-out gain of the base with the hidden effects free.
     oracle: Option<f64>,
@@ -105,7 +106,7 @@ struct Kept {
     limits: Vec<Option<f64>>,
     all_limits: Vec<Option<f64>>,
     #[serde(default)]
-    found: Vec<Option<[f64; 2]>>,
+    found: Vec<Option<[f64; 3]>>,
     gain: Option<f64>,
     oracle: Option<f64>,
     seconds: f64,
@@ -149,7 +150,7 @@ impl Kept {
             covariate: self.covariate,
             limits: whole(self.limits),
             all_limits: whole(self.all_limits),
-            found: self.found.into_iter().map(|x| x.unwrap_or([f64::NAN; 2])).collect(),
+            found: self.found.into_iter().map(|x| x.unwrap_or([f64::NAN; 3])).collect(),
             gain: self.gain,
             oracle: self.oracle,
             seconds: self.seconds,
@@ -319,10 +320,12 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
         let place = settings.effects.iter().position(|f| f.name == e.name);
         let unmodelled = place.map_or(0.0, |j| found.calibration.scale.unmodelled[j]);
         let of = |c: &Cause| {
-            let error = c.std_error() / e.typical.abs();
-            [c.value() / e.typical.abs(), (error * error - unmodelled * unmodelled).max(0.0).sqrt()]
+            let per = 1.0 / e.typical.abs();
+            let error = c.std_error() * per;
+            let own = (error * error - unmodelled * unmodelled).max(0.0).sqrt();
+            [(c.value() + c.bias) * per, own, c.bias * per / shown(e.name).bias_share]
         };
-        cause.map_or([f64::NAN; 2], of)
+        cause.map_or([f64::NAN; 3], of)
     };
     let first = found.causes.iter().find(|c| c.gain_heldout.is_some());
     Some(Outcome {

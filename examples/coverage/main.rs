@@ -3,19 +3,19 @@
 //!
 //! ```text
 //! cargo run --release --example coverage -- --rides 100 > coverage.md
+//! cargo run --release --example coverage -- --plant ../shared/data/independent_plant
 //! ```
 //!
 //! Prints, for every coefficient that riding determines and every status, the share of 95 % intervals that
 //! hold the truth, how wide they are and how far off the value is.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::coefficient::{Coefficient, Id, Part, Source};
-use roadbench::contract::status::Status;
 use roadbench::effects::ModelError;
 use roadbench::ingest::write_session;
 use roadbench::objects::Location;
@@ -23,6 +23,8 @@ use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::hidden::Kind;
 use roadbench::simulate::population::bike::{self, BikeFile};
 use roadbench::simulate::population::ride::{self, Ridden};
+
+mod plant;
 
 #[derive(Parser)]
 struct Arguments {
@@ -38,10 +40,19 @@ struct Arguments {
     /// Only rides the machines: a line each, with what it is, how long the ride and its simulation took.
     #[arg(long)]
     machines: bool,
+    /// Only writes the rides' logs and bike files into a folder.
+    #[arg(long)]
+    logs: Option<PathBuf>,
+    /// Folder of rides of an independent plant with their truth, instead of the population.
+    #[arg(long)]
+    plant: Option<PathBuf>,
 }
 
+type Failure = Box<dyn std::error::Error + Send + Sync>;
 /// What a cell of the table is of.
 type Key = (BikeFile, Part, Coefficient, &'static str);
+/// Truth, value and interval of one coefficient of one ride.
+type Compared = (Key, [f64; 4]);
 
 /// What `run` says of one coefficient of one ride, by columns.
 #[derive(Default)]
@@ -62,12 +73,14 @@ fn median(x: &[f64]) -> f64 {
     x.get(x.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Coefficients of a log under a bike file: part, coefficient, status, value and interval.
+/// What `run` makes of a log under a bike file, beside the truth.
 fn characterised(
     log: &Path,
     bike: &Bike,
     pipeline: &Pipeline,
-) -> Result<Vec<(Id, Status, [Option<f64>; 3])>, String> {
+    file: BikeFile,
+    truth: &[(Id, f64)],
+) -> Result<Vec<Compared>, Failure> {
     let input = Input {
         log: Location::from(log),
         maps: &[],
@@ -79,37 +92,33 @@ fn characterised(
     let row = |c: &roadbench::tables::rows::Coefficient| {
         let part = Part::from_name(&c.tyre)?;
         let coefficient = Coefficient::from_name(&c.coefficient)?;
-        Some((Id::from((part, coefficient)), c.status, [c.value, c.ci95_low, c.ci95_high]))
+        let id = Id::from((part, coefficient));
+        let (_, truth) = truth.iter().find(|(known, t)| *known == id && t.is_finite())?;
+        let key = (file, part, coefficient, c.status.name());
+        let [value, low, high] = [c.value, c.ci95_low, c.ci95_high].map(|x| x.unwrap_or(f64::NAN));
+        Some((key, [*truth, value, low, high]))
     };
     Ok(outcome.coefficients.iter().filter_map(row).collect())
 }
 
 /// One ride under every bike file.
-fn compared(number: usize, seed: u64, work: &Path) -> Result<Vec<(Key, [f64; 4])>, String> {
+fn compared(number: usize, seed: u64, work: &Path) -> Result<Vec<Compared>, Failure> {
     let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
     let ridden = ride::ride(&case, BikeFile::Full)?;
     let pipeline = Pipeline::onroad();
     let log = work.join(format!("{number}.parquet"));
-    write_session(&log, &ridden.ride.session, false).map_err(|e| e.to_string())?;
-    let truth = ridden.truth(&pipeline.estimate);
+    write_session(&log, &ridden.ride.session, false)?;
+    let mut truth = ridden.truth(&pipeline.estimate);
+    // what no ride determines is not asked
+    truth.retain(|(id, _)| id.coefficient.spec().source == Source::OnRoad);
     let Ridden { machine, .. } = &ridden;
     let usual = machine.motorcycle(&ModelError::default())?;
     let mut cells = Vec::new();
     for file in BikeFile::ALL {
         let bike = bike::bike(machine, &usual, file)?;
-        for (id, status, [value, low, high]) in characterised(&log, &bike, &pipeline)? {
-            let (part, coefficient) = (id.part, id.coefficient);
-            let known = truth.iter().find(|(known, _)| *known == id);
-            let Some((_, truth)) = known.filter(|(_, truth)| truth.is_finite()) else { continue };
-            if coefficient.spec().source != Source::OnRoad {
-                continue; // no ride determines it
-            }
-            let numbers = [value, low, high].map(|x| x.unwrap_or(f64::NAN));
-            let key = (file, part, coefficient, status.name());
-            cells.push((key, [*truth, numbers[0], numbers[1], numbers[2]]));
-        }
+        cells.extend(characterised(&log, &bike, &pipeline, file, &truth)?);
     }
-    std::fs::remove_file(&log).map_err(|e| e.to_string())?;
+    std::fs::remove_file(&log)?;
     Ok(cells)
 }
 
@@ -129,31 +138,61 @@ fn described(number: usize, seed: u64) -> String {
     }
 }
 
+/// The folders in a folder, in their order.
+fn folders(of: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(of).expect("the folder of --plant");
+    let mut all: Vec<PathBuf> =
+        entries.flatten().map(|e| e.path()).filter(|p| p.is_dir()).collect();
+    all.sort();
+    all
+}
+
 fn main() {
-    let Arguments { rides, seed, verbose, machines } = Arguments::parse();
+    let Arguments { rides, seed, verbose, machines, logs, plant } = Arguments::parse();
     if machines {
         (0..rides).into_par_iter().for_each(|number| println!("{}", described(number, seed)));
         return;
     }
+    if let Some(folder) = logs {
+        (0..rides).into_par_iter().for_each(|number| {
+            let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
+            match ride::write(&case, &folder.join(number.to_string())) {
+                Ok((_, ridden)) => println!("{number} {}: {}", case.plan, ridden.machine),
+                Err(why) => println!("{number}: {why}"),
+            }
+        });
+        return;
+    }
     let work = tempfile::tempdir().expect("a folder for the logs");
-    let found: Vec<_> = (0..rides)
-        .into_par_iter()
-        .filter_map(|number| match compared(number, seed, work.path()) {
-            Ok(cells) => {
-                if verbose {
-                    for ((file, part, coefficient, status), [truth, value, low, high]) in &cells {
-                        let (file, name) = (file.name(), coefficient.spec().name);
-                        eprintln!("{number} {file} {part} {name} {status} {truth:.5} {value:.5} [{low:.5}, {high:.5}]");
-                    }
+    let one = |(name, found): (String, Result<Vec<Compared>, Failure>)| match found {
+        Ok(cells) => {
+            if verbose {
+                for ((file, part, coefficient, status), [truth, value, low, high]) in &cells {
+                    let (file, c) = (file.name(), coefficient.spec().name);
+                    eprintln!(
+                        "{name} {file} {part} {c} {status} {truth:.5} {value:.5} [{low:.5}, {high:.5}]"
+                    );
                 }
-                Some(cells)
             }
-            Err(why) => {
-                eprintln!("{number}: {why}");
-                None
-            }
-        })
-        .collect();
+            Some(cells)
+        }
+        Err(why) => {
+            eprintln!("{name}: {why}");
+            None
+        }
+    };
+    let found: Vec<Vec<Compared>> = match plant {
+        None => (0..rides)
+            .into_par_iter()
+            .map(|number| (number.to_string(), compared(number, seed, work.path())))
+            .filter_map(one)
+            .collect(),
+        Some(folder) => folders(&folder)
+            .into_par_iter()
+            .map(|ride| (ride.display().to_string(), plant::compared(&ride)))
+            .filter_map(one)
+            .collect(),
+    };
     let mut table: BTreeMap<Key, Cell> = BTreeMap::new();
     for (key, [truth, value, low, high]) in found.iter().flatten() {
         let cell = table.entry(*key).or_default();

@@ -443,7 +443,12 @@ impl Inputs {
             // both crowns, the rear's by the ratio of widths (36b)
             Formulation::Corrected => {
                 let ratio = b.rear.width / b.front.width;
+                let tilted = -(GRAVITY * (1.0 + s.lift) * s.sin_roll + s.lateral * s.cos_roll);
+                // on its crowns the mass centre is farther from the ground along the leaned plane
+                let farther = b.mass * (1.0 / s.cos_roll - 1.0) * tilted;
+                let crowns = (s.load[0] + ratio * s.load[1]) / (s.load[0] + s.load[1]);
                 -(s.load[0] * s.front.camber_tan + ratio * s.load[1] * s.sin_roll / s.cos_roll)
+                    - crowns * farther
             }
             Formulation::Paper => b.mass * GRAVITY * s.roll.tan(), // (35) as printed
         }

@@ -26,6 +26,12 @@ pub fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation
     (delta.cos() * phi.sin() + sign * phi.cos() * delta.sin() * epsilon.sin()).asin() // (31a)
 }
 
+/// Distance of the mass centre from the ground along the plane of a leaned motorcycle, m. Its wheels stand on
+/// crowns of radius `crown` (m, loaded): the crown's centre stays at its height over the ground.
+pub fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
+    cg_height + crown * (1.0 / cos_phi - 1.0)
+}
+
 /// The front wheel's attitude with the functions of its angles that come for free.
 #[derive(Debug, Clone, Copy)]
 pub struct FrontWheel {

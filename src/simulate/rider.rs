@@ -11,6 +11,7 @@ use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::effects::ride::BrakeHistory;
 use crate::manoeuvre::{Direction, ManoeuvreKind};
+use crate::model::kinematics::height_in_plane;
 use crate::statistics::random::{Coloured, Random};
 
 /// How unsteady rider, road and air are.
@@ -187,8 +188,11 @@ pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 
     let moment_x = response.tyre[0].moment_x + response.tyre[1].moment_x;
     let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * state.omega[i]).sum();
     let gyroscopic = spin * state.yaw_rate * cos_phi;
-    let force = (p.roll_inertia * wanted - load * p.cg_height * sin_phi - moment_x - gyroscopic)
-        / (p.cg_height * cos_phi);
+    let height = height_in_plane(p.cg_height, p.loaded_crown(), cos_phi);
+    let steered = p.normal_trail * state.steer.sin() / cos_phi * response.load[0];
+    let force = (p.roll_inertia * wanted - load * height * sin_phi - moment_x - gyroscopic
+        + steered)
+        / (height * cos_phi);
     let front = force - response.tyre[1].force_y;
     let tyre = &p.tyres[0];
     let ratio = tyre.side_force_ratio;

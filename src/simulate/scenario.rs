@@ -18,7 +18,7 @@ use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::schema::{closest, meant};
 use crate::effects::{Effect, ModelError};
-use crate::model::dive::contact_arms;
+use crate::model::dive::{PITCH_GYRATION, contact_arms};
 use crate::model::tyre_model::USUAL_SHARE;
 use crate::model::{MagicFormula, Stiffness, Tyre};
 use crate::statistics::random::Random;
@@ -367,6 +367,8 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
         brake_gain: [get("brake_gain_front"), get("brake_gain_rear")],
         crown,
         deflection_share: get("deflection_share"),
+        pitch_inertia: PITCH_GYRATION[0] * bike.mass,
+        normal_trail: bike.normal_trail(),
         dive_arm: contact_arms(
             bike.cg_height,
             [bike.front.radius, bike.rear.radius],

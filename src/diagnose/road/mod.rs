@@ -25,6 +25,7 @@ pub mod extended_model;
 pub mod kept;
 pub mod null_calibration;
 pub mod null_simulation;
+pub mod other_machines;
 pub mod parameters;
 pub mod problem;
 pub mod replay;

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::base::Base;
 use super::kept::{Kept, Key};
 use super::null_simulation::NullSimulation;
+use super::other_machines::shown;
 use super::parameters::{Parameter, Parameters};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
@@ -28,10 +29,6 @@ pub const LARGEST_LIMIT: f64 = 4.0;
 const LIMIT: f64 = 3.3;
 /// What a bias is uncertain by, as a share of it: it is as right as the noise of the null simulations.
 const BIAS_ERROR: f64 = 0.2;
-/// Standard deviation, in usual sizes, of what effects show on machines of which they are not true, beyond what
-/// null simulations show: small things that the base model leaves out look like them. From the six rides of
-/// an independent plant with nothing hidden (`examples/plant --sizes`), where no other effect was named.
-const UNMODELLED: [(&str, f64); 1] = [("wheel_inertia", 0.5)];
 /// How many times the threshold a size must be beyond what the null simulations alone scatter by, where
 /// the ride's own manoeuvres scatter less: the prototype's weight of its two scores.
 const PLAIN: f64 = 1.4;
@@ -121,20 +118,22 @@ pub fn calibrate_keeping(
             fit: quick.base.values,
         }
     };
-    let shown: Vec<Arc<Shown>> = (0..nulls)
+    let rides: Vec<Arc<Shown>> = (0..nulls)
         .into_par_iter()
         .map(|number| kept.get_or(&(key, number), || show(number)))
         .collect();
-    let scores: Vec<&[Score]> = shown.iter().map(|s| s.scores.as_slice()).collect();
-    let terms: Vec<&[Term]> = shown.iter().map(|s| s.terms.as_slice()).collect();
-    let floor = floor(shown.iter().map(|s| &s.sizes), nulls);
+    let scores: Vec<&[Score]> = rides.iter().map(|s| s.scores.as_slice()).collect();
+    let terms: Vec<&[Term]> = rides.iter().map(|s| s.terms.as_slice()).collect();
+    let floor = floor(rides.iter().map(|s| &s.sizes), nulls);
     let mut out = of_scores(&scores, effects.len(), StructureScale::of(&terms), floor);
-    let unmodelled = |e: &Effect| UNMODELLED.iter().find(|(name, _)| *name == e.name);
-    out.scale.unmodelled = effects.iter().map(|e| unmodelled(e).map_or(0.0, |u| u.1)).collect();
+    out.scale.unmodelled = effects.iter().map(|e| shown(e.name).sd).collect();
     let top = |scores: &&[Score]| {
         (0..effects.len()).map(|j| out.judge(j, &scores[j]).score).fold(0.0, f64::max)
     };
     out.tops = scores.iter().map(top).collect();
+    for (bias, effect) in out.bias.iter_mut().zip(effects) {
+        *bias *= shown(effect.name).bias_share;
+    }
     out.scale.fits = shown.iter().map(|s| s.fit.clone()).collect();
     out
 }

@@ -7,7 +7,7 @@ use crate::effects::{Effect, ModelError, PRIOR};
 use crate::fit::Solution;
 use crate::fit::cornering::{T1, T2};
 use crate::model::MagicFormula;
-use crate::model::dive::contact_arms;
+use crate::model::dive::{PITCH_GYRATION, contact_arms};
 use crate::model::tyre::trail_0;
 use crate::model::tyre_model::{Carcass, USUAL_SHARE};
 
@@ -48,6 +48,10 @@ pub struct Parameters {
     pub deflection_share: f64,
     /// How fast the contacts fall behind the mass centre per rate of dive, m.
     pub dive_arm: [f64; 2],
+    /// Pitch inertia about the mass centre over the mass, m².
+    pub pitch_gyration: f64,
+    /// How far the front contact leaves the frame's plane per sine of the handlebar angle, m.
+    pub normal_trail: f64,
     /// Lateral acceleration per roll rate that the static balance leaves out, m/s.
     pub roll_rate_term: f64,
     /// Sensor zeros.
@@ -177,6 +181,7 @@ pub const BASE: &[Parameter] = &[
     parameter!("vertical_stiffness_front", 1e4, 1.0, |w| w.vertical_stiffness[0]),
     parameter!("dive_arm_front", 0.2, 1.0, |w| w.dive_arm[0]),
     parameter!("dive_arm_rear", 0.15, 1.0, |w| w.dive_arm[1]),
+    parameter!("pitch_gyration", PITCH_GYRATION[1], 1.0, |w| w.pitch_gyration),
     parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
     parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term),
     parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.yaw_rate_zero),
@@ -284,6 +289,8 @@ impl Parameters {
             stiffness,
             overturning: 0.05,
             dive_arm: contact_arms(bike.cg_height, radius, bike.wheelbase, bike.caster_angle),
+            pitch_gyration: PITCH_GYRATION[0],
+            normal_trail: bike.normal_trail(),
             width: each(&|axle, _| wheel(axle).width),
             crown_ratio: CROWN_RATIO[0],
             vertical_stiffness: each(&|axle, _| wheel(axle).vertical_stiffness),

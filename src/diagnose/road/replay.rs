@@ -83,6 +83,8 @@ pub fn plant(values: &Parameters) -> Plant {
         crown: values.crown(),
         deflection_share: values.deflection_share,
         dive_arm: values.dive_arm,
+        pitch_inertia: values.pitch_gyration * values.mass,
+        normal_trail: values.normal_trail,
         model_error: ModelError::default(),
     }
     .with(&values.model_error)
@@ -182,6 +184,7 @@ struct Measured {
     /// Pitch beyond the usual one, rad, and its rate.
     dive: Vec<f64>,
     dive_rate: Vec<f64>,
+    dive_acceleration: Vec<f64>,
 }
 
 impl Measured {
@@ -204,6 +207,7 @@ impl Measured {
             undriven[s.start..s.end.min(n)].fill(true);
         }
         let dive = true_dive(session).unwrap_or_else(missing);
+        let dive_rate = gradient(&dive, rate);
         Measured {
             ax,
             vy: column(Channel::VelocityY),
@@ -216,7 +220,8 @@ impl Measured {
             roll,
             roll_rate,
             undriven,
-            dive_rate: gradient(&dive, rate),
+            dive_acceleration: gradient(&dive_rate, rate),
+            dive_rate,
             dive,
         }
     }
@@ -306,6 +311,7 @@ impl<'a> Ride<'a> {
                 .map(|k| drag[k] + plant.brake_gain[k] * gain * known(&measured.pressures[k], i)),
             ahead: above * measured.dive[i],
             dive_rate: measured.dive_rate[i],
+            dive_acceleration: measured.dive_acceleration[i],
             ..action
         };
         self.action = Action { time: i as f64 * dt, ..given(self.action, i) };

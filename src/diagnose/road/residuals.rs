@@ -21,6 +21,7 @@ use crate::contract::residual_channel::{PerChannel, ResidualChannel};
 use crate::effects::physics::Rolling;
 use crate::manoeuvre::ManoeuvreKind;
 use crate::model::dive::above_axles;
+use crate::model::kinematics::height_in_plane;
 use crate::model::magic_formula::MagicFormula;
 use crate::model::tyre_model::Carcass;
 
@@ -221,16 +222,28 @@ impl Instant<'_> {
         self.kind == ManoeuvreKind::Cornering
     }
 
+    /// Distance of the mass centre from the ground along the plane, m; upright where bends do not count.
+    #[inline(always)]
+    fn height(&self) -> f64 {
+        match self.cornering() {
+            true => height_in_plane(self.p.cg_height, self.p.overturning, self.a.cos_phi),
+            false => self.p.cg_height,
+        }
+    }
+
     #[inline(always)]
     fn longitudinal(&self) -> Longitudinal {
         let &Instant { s, p, fixed, a, i, along, .. } = self;
         let error = &p.model_error;
-        let (m, h, lf) = (p.mass, p.cg_height, p.cg_to_front);
+        let (m, lf) = (p.mass, p.cg_to_front);
         let &Attitude { v, sin_phi, cos_phi, .. } = a;
+        let h = self.height();
         let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
         // the mass centre goes down while leaning in
-        let sinking =
-            if self.cornering() { h * (cos_phi * rolld * rolld + sin_phi * rolldd) } else { 0.0 };
+        let sinking = match self.cornering() {
+            true => (p.cg_height - p.overturning) * (cos_phi * rolld * rolld + sin_phi * rolldd),
+            false => 0.0,
+        };
         let weight = m * (GRAVITY - sinking);
         let free = self.kind == ManoeuvreKind::Coasting;
         let braking = matches!(
@@ -245,7 +258,8 @@ impl Instant<'_> {
         let resistance = drag + rolling * weight + uphill;
         let whole = m * self.ax + drag + uphill;
         let spin_rate: f64 = (0..2).map(|k| fixed.inertia[k] * s.omegad[k][i]).sum();
-        let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * spin_rate, drag);
+        let turning = spin_rate + m * p.pitch_gyration * s.divedd[i];
+        let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * turning, drag);
         let load_rear =
             (weight * (lf - fixed.above_axles * s.dive[i]) + transferred) * fixed.per_length;
         let lifted = error.lift(0.0, v);
@@ -330,7 +344,7 @@ impl Instant<'_> {
                 - p.trail[k] * error.relative_trail(1.0) * relative.max(0.0) * by_slip;
         }
         let turning = p.yaw_inertia * s.yaw_rated[i] - moment
-            + p.cg_height * sin_phi * x.whole
+            + self.height() * sin_phi * x.whole
             + error.spin(1.0) * x.spin_rate * sin_phi
             + self.spin() * cos_phi * s.rolld[i];
         let side_front = (lr * lateral + turning) * per_length;
@@ -352,11 +366,18 @@ impl Instant<'_> {
         if !self.cornering() {
             return f64::NAN;
         }
-        let (h, rolld, rolldd) = (p.cg_height, s.rolld[i], s.rolldd[i]);
+        let (h, rolld, rolldd) = (self.height(), s.rolld[i], s.rolldd[i]);
         let aside = p.model_error.mass_centre_aside(h * a.sin_phi, a.phi);
-        let balanced = (x.weight * (-aside + p.overturning * a.tan_road) + p.roll_inertia * rolldd
-            - self.spin() * a.r * a.cos_phi)
-            * fixed.per_mass;
+        // the steered front wheel stands beside the plane
+        let handlebar = p.model_error.steer(s.steer[i]);
+        let steered = match handlebar.is_finite() {
+            true => p.normal_trail * handlebar.sin() / a.cos_phi * x.load[0],
+            false => 0.0,
+        };
+        let balanced =
+            (x.weight * (-aside + p.overturning * a.tan_road) + steered + p.roll_inertia * rolldd
+                - self.spin() * a.r * a.cos_phi)
+                * fixed.per_mass;
         self.ay - balanced / (h * a.cos_phi) - p.roll_rate_term * rolld
     }
 

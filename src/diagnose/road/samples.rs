@@ -50,6 +50,7 @@ pub struct Samples {
     /// Pitch beyond the usual one, rad ([`dive`]).
     pub dive: Vec<f64>,
     pub dived: Vec<f64>,
+    pub divedd: Vec<f64>,
     /// Heat in the brakes.
     pub brakes: Vec<BrakeHistory>,
     /// One per manoeuvre: its kind and its samples, whole blocks.
@@ -104,6 +105,7 @@ impl Samples {
         let along = along_strip(session);
         let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
         let dived = gradient(&mean_twice(&dive, rate, NOISY), rate);
+        let divedd = gradient(&dived, rate);
         let mut out = Samples::default();
         for (kind, chosen) in picks {
             let start = out.len();
@@ -112,6 +114,7 @@ impl Samples {
                 out.along.push(along[i]);
                 out.dive.push(dive[i]);
                 out.dived.push(dived[i]);
+                out.divedd.push(divedd[i]);
                 out.brakes.push(brakes[i]);
                 for (to, x) in [
                     (&mut out.v, &v),

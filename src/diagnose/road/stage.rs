@@ -9,6 +9,7 @@ use super::base::Base;
 use super::kept::{Kept, Key};
 use super::null_calibration::{RoadCalibration, Shown, calibrate_keeping};
 use super::null_simulation::NullSimulation;
+use super::other_machines::shown;
 use super::parameters::{Parameter, Parameters};
 use super::problem::Linear;
 use super::samples::Samples;
@@ -306,6 +307,9 @@ pub fn true_sizes(
         let truth = p.get(simulated) - p.get(start);
         let own: Vec<f64> = fits.iter().map(|fit| p.get(fit) - p.get(start)).collect();
         let (centre, sd) = centre_and_spread(&own);
+        // of the simulations' own bias rides have a share
+        let whole = cause.bias / shown(cause.candidate.name).bias_share;
+        let centre = centre - (whole - cause.bias);
         // the share, and how well so few simulations tell it; a size within its noise tells nothing of it
         let precision = (truth / (1.25 * sd)).powi(2) * count;
         let prior = share_prior.powi(-2);

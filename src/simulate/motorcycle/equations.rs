@@ -9,7 +9,7 @@ use crate::GRAVITY;
 use crate::effects::composed::Acting;
 use crate::effects::physics::Rolling;
 use crate::model::formulation::Formulation::Corrected;
-use crate::model::kinematics::front_wheel;
+use crate::model::kinematics::{front_wheel, height_in_plane};
 use crate::model::tyre::{Input, Output};
 
 /// How the motorcycle lies at an instant. Pairs are front and rear.
@@ -211,10 +211,14 @@ impl Plant {
     #[inline]
     fn with_load(&self, pose: &Pose, s: &State, action: &Action, assumed: [f64; 2]) -> Forces {
         let error = &self.model_error;
-        let (m, h) = (self.mass, self.cg_height);
+        let m = self.mass;
         let (lf, lr) =
             (self.cg_to_front - action.ahead, self.wheelbase - self.cg_to_front + action.ahead);
         let (sin_phi, cos_phi) = pose.roll;
+        let crown = self.loaded_crown();
+        let h = height_in_plane(self.cg_height, crown, cos_phi);
+        // the crown's centre stays where it is
+        let rising = self.cg_height - crown;
         let per_load = self.tyres_under(pose, s, action.time, assumed);
         let PerLoad { unit, x, y, lever_arm, .. } = &per_load;
         let torque: [f64; 2] = std::array::from_fn(|i| {
@@ -228,14 +232,17 @@ impl Plant {
             error.spin(1.0) * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
         let drive_per_load: [f64; 2] = std::array::from_fn(|i| lever_arm[i] * unit[i].force_x);
 
+        let diving = self.pitch_inertia * action.dive_acceleration;
         let drag = error.drag(self.drag, s.vx, pose.along);
         let lift = error.lift(0.0, s.vx);
         let aside = error.mass_centre_aside(h * sin_phi, s.roll);
-        let arm = |i: usize| aside + h * cos_phi * y[i] + unit[i].moment_x;
+        // the steered front wheel stands beside the plane
+        let beside = [self.normal_trail * s.steer.sin() / cos_phi, 0.0];
+        let arm = |i: usize| aside + h * cos_phi * y[i] + unit[i].moment_x - beside[i];
         let a = Matrix3::new(
             1.0,
             1.0,
-            m * h * sin_phi,
+            m * rising * sin_phi,
             -lf - h * cos_phi * x[0] + cos_phi * drive_per_load[0],
             lr - h * cos_phi * x[1] + cos_phi * drive_per_load[1],
             0.0,
@@ -244,8 +251,8 @@ impl Plant {
             self.roll_inertia,
         );
         let b = Vector3::new(
-            m * (GRAVITY - h * cos_phi * s.roll_rate * s.roll_rate) - 2.0 * lift,
-            error.pitch_moment(cos_phi * (torque[0] + torque[1]), drag) + (lf - lr) * lift,
+            m * (GRAVITY - rising * cos_phi * s.roll_rate * s.roll_rate) - 2.0 * lift,
+            error.pitch_moment(cos_phi * (torque[0] + torque[1] + diving), drag) + (lf - lr) * lift,
             // the extra lateral force acts at the mass centre: no moment
             spin * s.yaw_rate * cos_phi,
         );
@@ -301,12 +308,13 @@ impl Plant {
             .sum::<f64>()
             * self.model_error.spin(1.0);
         let total_x: f64 = x[0] * load[0] + x[1] * load[1];
-        let yaw_acceleration =
-            (lf * y[0] * load[0] - lr * y[1] * load[1] + tyre[0].moment_z + tyre[1].moment_z
-                - self.cg_height * sin_phi * total_x
-                - spin_moment
-                + action.moment_z)
-                / self.yaw_inertia;
+        let yaw_acceleration = (lf * y[0] * load[0] - lr * y[1] * load[1]
+            + tyre[0].moment_z
+            + tyre[1].moment_z
+            - height_in_plane(self.cg_height, self.loaded_crown(), cos_phi) * sin_phi * total_x
+            - spin_moment
+            + action.moment_z)
+            / self.yaw_inertia;
         let mut d = [
             acceleration[0] + s.yaw_rate * s.vy,
             acceleration[1] - s.yaw_rate * s.vx,

@@ -39,11 +39,22 @@ pub struct Plant {
     pub deflection_share: f64,
     /// How fast the contacts fall behind the mass centre per rate of dive, m.
     pub dive_arm: [f64; 2],
+    /// Pitch inertia about the mass centre, kg m²: what a frame that begins to dive takes off the load transfer.
+    pub pitch_inertia: f64,
+    /// How far the front contact leaves the frame's plane per sine of the handlebar angle, m.
+    pub normal_trail: f64,
     /// What it has beyond all that; put in by [`Plant::with`].
     pub model_error: ModelError,
 }
 
 impl Plant {
+    /// Radius of the crowns under their loads at rest, m: the overturning stiffness of both tyres.
+    pub fn loaded_crown(&self) -> f64 {
+        let rear = self.cg_to_front / self.wheelbase;
+        let [front_crown, rear_crown] = self.tyres.map(|t| t.overturning_stiffness);
+        (1.0 - rear) * front_crown + rear * rear_crown
+    }
+
     /// The plant with a model error in it.
     #[must_use]
     pub fn with(mut self, error: &ModelError) -> Self {

@@ -82,6 +82,8 @@ pub struct Action {
     pub ahead: f64,
     /// Rate of the dive, rad/s.
     pub dive_rate: f64,
+    /// Acceleration of the dive, rad/s².
+    pub dive_acceleration: f64,
 }
 
 impl Action {
@@ -98,6 +100,7 @@ impl Action {
             time: self.time,
             ahead: between(self.ahead, to.ahead),
             dive_rate: between(self.dive_rate, to.dive_rate),
+            dive_acceleration: between(self.dive_acceleration, to.dive_acceleration),
         }
     }
 }

@@ -9,14 +9,14 @@ use crate::simulate::motorcycle::Plant;
 use crate::simulate::multibody::Build;
 use crate::statistics::random::Random;
 
-/// What no motorcycle and no road is free of, well below what a ride shows: a tenth of the usual sizes.
+/// What no motorcycle and no road is free of, well below what a ride shows: three in a hundred of the usual sizes.
 pub(super) fn usual_imperfections(random: &mut Random) -> ModelError {
     let mut error = ModelError::default();
-    let mut tenth = |typical: f64| 0.1 * typical * random.normal().clamp(-2.0, 2.0);
-    error.road_grade = tenth(0.003);
-    error.wind = tenth(1.0);
-    error.pad_heat = tenth(0.01); // up to 4 % over twenty stops
-    error.brake_fade = tenth(0.06);
+    let mut usual = |typical: f64| 0.03 * typical * random.normal().clamp(-2.0, 2.0);
+    error.road_grade = usual(0.003);
+    error.wind = usual(1.0);
+    error.pad_heat = usual(0.01);
+    error.brake_fade = usual(0.06);
     error
 }
 
