@@ -84,7 +84,7 @@ fn learn(all: &[Outcome]) {
     println!(
         "# What effects show on machines of which they are not true: share of the null simulations' bias that\n\
          # rides have too, and standard deviation beyond that of the null simulations, in usual sizes. Learnt by\n\
-         # cargo run --release --example blind -- --archives 0 --machines N --only null --learn"
+         #   cargo run --release --example blind -- --archives 0 --machines N --only null --learn"
     );
     for (place, effect) in ALL.iter().enumerate() {
         let of = |o: &Outcome| o.found.get(place).copied();

@@ -134,7 +134,7 @@ pub fn calibrate_keeping(
     for (bias, effect) in out.bias.iter_mut().zip(effects) {
         *bias *= shown(effect.name).bias_share;
     }
-    out.scale.fits = shown.iter().map(|s| s.fit.clone()).collect();
+    out.scale.fits = rides.iter().map(|s| s.fit.clone()).collect();
     out
 }
 
