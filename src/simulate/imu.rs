@@ -144,13 +144,16 @@ struct Filter {
     /// Orientation that the filter assumes, unit to world axes.
     estimate: Matrix3<f64>,
     last_speed: Option<f64>,
+    /// Spin at the last instant and what the felt vertical turned then, unit's axes, rad/s.
+    last_turn: Option<[Vector3<f64>; 2]>,
     /// Hz.
     rate: f64,
 }
 
 impl Filter {
     /// The estimate for this instant, from specific force and spin in the unit's axes, the antenna's
-    /// velocity in world axes, and the error of its speed; then goes on to the next.
+    /// velocity in world axes, and the error of its speed. Between instants the spin goes evenly: held from
+    /// the start of a step it would leave the roll half a step late.
     fn advance(
         &mut self,
         (time_constant, speed_aided): (f64, bool),
@@ -159,6 +162,11 @@ impl Filter {
         velocity: &Vector3<f64>,
         speed_error: f64,
     ) -> Matrix3<f64> {
+        if let Some([last, vertical]) = self.last_turn {
+            let turn = 0.5 * (last + spin) + vertical;
+            let step = Rotation3::from_scaled_axis(turn * (1.0 / self.rate)).into_inner();
+            self.estimate = orthonormal(&(self.estimate * step));
+        }
         let now = self.estimate;
         let heading = trace(&now);
         let speed = velocity.x * heading.cos() + velocity.y * heading.sin() + speed_error;
@@ -173,9 +181,7 @@ impl Filter {
             vertical -= now.tr_mul(&explained);
         }
         let up = now.tr_mul(&Vector3::z());
-        let turn = spin + vertical.normalize().cross(&up) / time_constant;
-        let step = Rotation3::from_scaled_axis(turn * (1.0 / self.rate)).into_inner();
-        self.estimate = orthonormal(&(now * step));
+        self.last_turn = Some([spin, vertical.normalize().cross(&up) / time_constant]);
         now
     }
 }
@@ -220,7 +226,7 @@ pub fn measure(imu: &Imu, motions: &[Motion], rate: f64, random: &mut Random) ->
         Coloured::new(sat.slow, sat.slow_time, dt, random),
     ];
     let estimate = motions.first().map_or(Matrix3::identity(), |m| m.rotation * mounting);
-    let mut filter = Filter { estimate, last_speed: None, rate };
+    let mut filter = Filter { estimate, last_speed: None, last_turn: None, rate };
     let mut out = Measured::default();
     for m in motions {
         // specific force in the unit's own axes

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{Machine, within};
+use super::draw::within;
+use super::machine::Machine;
 use crate::contract::bike::{Bike, schema};
 use crate::motorcycle::Motorcycle;
 use crate::statistics::random::Random;

@@ -2,12 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use super::{Springs, spread, within};
+use super::draw::{spread, within};
 use crate::effects::ModelError;
 use crate::simulate::imu::{Attitude, Imu, Satellite, Triad};
 use crate::simulate::motorcycle::Plant;
 use crate::simulate::multibody::Build;
 use crate::statistics::random::Random;
+
+/// How a machine is sprung.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Springs {
+    /// Wheels fixed in the frame.
+    None,
+    /// Touring.
+    Soft,
+    /// Road.
+    Usual,
+    /// Racing.
+    Stiff,
+}
 
 /// What no motorcycle and no road is free of, well below what a ride shows: three in a hundred of the usual sizes.
 pub(super) fn usual_imperfections(random: &mut Random) -> ModelError {

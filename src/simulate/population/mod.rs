@@ -5,251 +5,26 @@
 //! seed, number -> masses, lengths, bodies, tyres, carcass, suspension, sensors -> motorcycle + bike files
 //! ```
 //!
-//! A machine depends on seed, number and the attempt alone. What is hidden in a [`Case`] is put into it by
-//! the same formulas as into any other plant; [`BikeFile`] says how much its owner knows.
-
-use super::imu::Imu;
-use super::motorcycle::Plant;
-use super::multibody::{self, Build};
-use super::rider::Disturbance;
-use super::scenario::Scenario;
-use super::sensors::Sensor;
-use super::tour::Tour;
-use crate::contract::channel::Channel;
-use crate::effects::extended_tyre::ExtendedTyre;
-use crate::effects::{ALL, ModelError};
-use crate::model::dive::contact_arms;
-use crate::motorcycle::Motorcycle;
-use crate::statistics::random::Random;
-use bike::BikeFile;
-use build::{build, imu, usual_imperfections};
-use tyre::{Carcasses, Make};
+//! A machine depends on seed, number and the attempt alone. What is hidden in a [`Case`](super::hidden::Case) is put into it by
+//! the same formulas as into any other plant; [`BikeFile`](bike::BikeFile) says how much its owner knows.
 
 pub mod bike;
 mod build;
+mod draw;
+mod machine;
 pub mod ride;
 pub mod tyre;
 
-/// Density of the air, kg/m³.
-const AIR: f64 = 1.225;
-
-/// How a machine is sprung.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Springs {
-    /// Wheels fixed in the frame.
-    None,
-    /// Touring.
-    Soft,
-    /// Road.
-    Usual,
-    /// Racing.
-    Stiff,
-}
-
-/// One machine, before anything is hidden in it.
-#[derive(Debug, Clone)]
-pub struct Machine {
-    /// Seed of the population.
-    pub seed: u64,
-    /// Its number.
-    pub number: usize,
-    /// How many drawn before it did not stand or fell.
-    pub attempt: usize,
-    /// Masses, lengths, tyres and what it has beyond that.
-    pub plant: Plant,
-    /// Bodies, springs and frame.
-    pub build: Build,
-    /// How it is sprung.
-    pub springs: Springs,
-    /// Whose tyres it has.
-    pub make: Make,
-    /// Its inertial unit; `None` is one that knows its attitude, with the scenario's errors.
-    pub imu: Option<Imu>,
-    /// Sensors' noise over the scenario's.
-    pub noise: f64,
-    /// Unsteadiness of rider, pads and air.
-    pub disturbance: Disturbance,
-    tyres: tyre::Pair,
-    carcasses: Carcasses,
-}
-
-impl std::fmt::Display for Machine {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let p = &self.plant;
-        let has = |key: &str| self.build.keys.contains_key(key);
-        write!(
-            f,
-            "{:.0} kg, wheelbase {:.2} m, centre {:.2} m behind the front, {:.2} m up, {:?} tyres of {} in \
-             front, springs {:?}, {}, {}, attitude by {}",
-            p.mass,
-            p.wheelbase,
-            p.cg_to_front,
-            p.cg_height,
-            self.make,
-            self.tyres.name(),
-            self.springs,
-            if has("chain.engine_x") { "chain" } else { "shaft" },
-            if has("frame_twist.stiffness") { "frame twists" } else { "frame stiff" },
-            if self.imu.is_some() { "a filter" } else { "a sensor" },
-        )
-    }
-}
-
-/// Even in the logarithm between two bounds.
-fn spread(random: &mut Random, low: f64, high: f64) -> f64 {
-    random.between(low.ln(), high.ln()).exp()
-}
-
-/// Normal, within `reach` standard deviations.
-fn within(random: &mut Random, mean: f64, sd: f64, reach: f64) -> f64 {
-    mean + sd * random.normal().clamp(-reach, reach)
-}
-
-impl Machine {
-    /// Draws a machine.
-    ///
-    /// # Errors
-    /// A built-in scenario or tyre does not load (a defect that a test would find).
-    pub fn draw(seed: u64, number: usize, attempt: usize) -> Result<Self, String> {
-        let mut random = Random::new(seed, &format!("machine {number} attempt {attempt}"));
-        let r = &mut random;
-        let mut scenario = Scenario::builtin("paper")?.certain();
-        scenario.seed = scenario.seed.wrapping_add(seed).wrapping_add(1000 * attempt as u64);
-        let mut plant = scenario.machine(number).plant;
-        // 125 kg of a light sports motorcycle to 270 kg of a tourer (data sheets), riders of 60 to 95 kg
-        plant.mass = spread(r, 190.0, 350.0);
-        // data sheets: 1.34 m (supersport 600) to 1.52 m (touring)
-        plant.wheelbase = r.between(1.34, 1.52);
-        // 43 to 51 % of the weight on the front wheel with a rider (Cossalter 2006, sec. 3.2)
-        plant.cg_to_front = plant.wheelbase * r.between(0.49, 0.57);
-        // 0.5 to 0.68 m with a rider (Cossalter 2006, sec. 3.2): the longer, the higher
-        plant.cg_height = plant.wheelbase * r.between(0.38, 0.45);
-        // 22 deg (supersport) to 29 deg (touring), data sheets
-        plant.caster_angle = r.between(22.0, 29.0).to_radians();
-        // faired and prone to naked and upright: 0.3 to 0.6 m2 (Cossalter 2006, sec. 3.5)
-        plant.drag = 0.5 * AIR * spread(r, 0.3, 0.6);
-        // 17 inch wheels with tyre and disc: within 30 % (schemas/bike.v1.toml)
-        plant.wheel_inertia = [0.45, 0.6].map(|usual| usual * r.between(0.7, 1.3));
-        plant.brake_gain = [2.4e-4, 1.6e-4].map(|usual| usual * r.between(0.8, 1.25));
-        plant.yaw_inertia = f64::NAN; // the bodies'
-        plant.roll_inertia = f64::NAN;
-        let load = multibody::static_loads(&plant);
-        let make = Make::draw(r);
-        let (tyres, carcasses) = tyre::draw(make, &mut plant, load, r)?;
-        let radius = [0, 1].map(|k| plant.tyres[k].rolling_radius);
-        plant.dive_arm = contact_arms(plant.cg_height, radius, plant.wheelbase, plant.caster_angle);
-        plant.model_error = usual_imperfections(r);
-        let (springs, build) = build(&plant, r);
-        let noise = spread(r, 0.5, 2.0);
-        let imu = (r.between(0.0, 1.0) < 0.5).then(|| imu(noise, r));
-        let disturbance = Disturbance {
-            gust_x: r.between(2.0, 10.0),
-            gust_y: r.between(4.0, 20.0),
-            moment_z: 0.0,
-            // sintered pads bite within 2 % from stop to stop
-            brake_gain: r.between(0.0, 0.02),
-            grade: r.between(0.0, 0.001),
-            lean: r.between(0.003, 0.01),
-        };
-        Ok(Machine {
-            seed,
-            number,
-            attempt,
-            plant,
-            build,
-            springs,
-            make,
-            imu,
-            noise,
-            disturbance,
-            tyres,
-            carcasses,
-        })
-    }
-
-    /// Width of a tyre, m, front (0) or rear (1).
-    pub fn width(&self, k: usize) -> f64 {
-        self.carcasses.width[k]
-    }
-
-    /// The plant with what is hidden in it.
-    pub fn plant_with(&self, hidden: &ModelError) -> Plant {
-        let mut error = self.plant.model_error;
-        for effect in ALL {
-            let size = (effect.get)(hidden);
-            if size != 0.0 {
-                (effect.set)(&mut error, size);
-            }
-        }
-        self.plant.clone().with(&error)
-    }
-
-    /// The motorcycle with what is hidden in it.
-    ///
-    /// # Errors
-    /// It cannot stand; a sentence that says why.
-    pub fn motorcycle(&self, hidden: &ModelError) -> Result<Motorcycle, String> {
-        let plant = self.plant_with(hidden);
-        let load = multibody::static_loads(&plant);
-        let error = &plant.model_error;
-        let tyre = |k: usize| {
-            let like = match self.make {
-                Make::Paper => [plant.tyres[k]; 2],
-                Make::Published => [self.plant.tyres[k], plant.tyres[k]],
-            };
-            let base = self.tyres.tyre(k, &plant.tyres[k], load[k], &self.carcasses);
-            ExtendedTyre::of_any(base, like, load[k], error)
-        };
-        multibody::construct(&plant, &self.build, [tyre(0), tyre(1)])
-    }
-
-    /// What is ridden on it: a plan of a scenario with something hidden.
-    ///
-    /// # Errors
-    /// It cannot stand; a sentence that says why.
-    pub fn tour(
-        &self,
-        scenario: &Scenario,
-        hidden: &ModelError,
-        file: BikeFile,
-    ) -> Result<Tour, String> {
-        let usual = self.motorcycle(&ModelError::default())?;
-        let bike = bike::bike(self, &usual, file)?;
-        let motorcycle = self.motorcycle(hidden)?;
-        let plant = self.plant_with(hidden);
-        let mut tour = multibody::tour_on(scenario, &plant, motorcycle, bike, self.number);
-        tour.disturbance = self.disturbance;
-        for (name, sensor) in &mut tour.sensors {
-            sensor.white *= self.noise;
-            sensor.slow *= self.noise;
-            let unit = INERTIAL.iter().any(|c| c.name() == name);
-            if self.imu.is_some() && unit {
-                *sensor = Sensor::default();
-            }
-        }
-        tour.imu = self.imu;
-        Ok(tour)
-    }
-}
-
-/// What an inertial unit with a satellite receiver measures: its errors are its own.
-const INERTIAL: [Channel; 10] = [
-    Channel::VelocityX,
-    Channel::VelocityY,
-    Channel::AccelerationX,
-    Channel::AccelerationY,
-    Channel::Roll,
-    Channel::Pitch,
-    Channel::Yaw,
-    Channel::RollRate,
-    Channel::PitchRate,
-    Channel::YawRate,
-];
+pub use build::Springs;
+pub use machine::Machine;
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::bike::BikeFile;
+    use super::machine::Machine;
+    use crate::effects::ModelError;
     use crate::motorcycle::{Model, Road};
+    use crate::simulate::scenario::Scenario;
 
     fn draw(number: usize) -> Machine {
         Machine::draw(3, number, 0).expect("built in")

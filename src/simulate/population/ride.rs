@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Machine;
 use super::bike::BikeFile;
+use super::machine::Machine;
 use super::tyre::Make;
 use crate::contract::bike::Axle;
+use crate::contract::channel::Channel;
 use crate::contract::coefficient::{Coefficient as C, Id};
 use crate::effects::ModelError;
 use crate::effects::physics::Multibody;
@@ -13,6 +14,8 @@ use crate::estimate;
 use crate::simulate::hidden::{self, Case, Kind};
 use crate::simulate::multibody;
 use crate::simulate::ride::MultibodyRide;
+use crate::simulate::scenario::Scenario;
+use crate::simulate::sensors::Sensor;
 use crate::simulate::tour::Tour;
 use crate::simulate::truth::{self, Truth};
 use crate::simulate::tyre_truth;
@@ -21,6 +24,50 @@ use crate::simulate::tyre_truth;
 pub const ATTEMPTS: usize = 8;
 /// A ride of this length did not come to its end, s.
 const ENDLESS: f64 = 7000.0;
+
+/// What an inertial unit with a satellite receiver measures: its errors are its own.
+const INERTIAL: [Channel; 10] = [
+    Channel::VelocityX,
+    Channel::VelocityY,
+    Channel::AccelerationX,
+    Channel::AccelerationY,
+    Channel::Roll,
+    Channel::Pitch,
+    Channel::Yaw,
+    Channel::RollRate,
+    Channel::PitchRate,
+    Channel::YawRate,
+];
+
+impl Machine {
+    /// What is ridden on it: a plan of a scenario with something hidden.
+    ///
+    /// # Errors
+    /// It cannot stand; a sentence that says why.
+    pub fn tour(
+        &self,
+        scenario: &Scenario,
+        hidden: &ModelError,
+        file: BikeFile,
+    ) -> Result<Tour, String> {
+        let usual = self.motorcycle(&ModelError::default())?;
+        let bike = super::bike::bike(self, &usual, file)?;
+        let motorcycle = self.motorcycle(hidden)?;
+        let plant = self.plant_with(hidden);
+        let mut tour = multibody::tour_on(scenario, &plant, motorcycle, bike, self.number);
+        tour.disturbance = self.disturbance;
+        for (name, sensor) in &mut tour.sensors {
+            sensor.white *= self.noise;
+            sensor.slow *= self.noise;
+            let unit = INERTIAL.iter().any(|c| c.name() == name);
+            if self.imu.is_some() && unit {
+                *sensor = Sensor::default();
+            }
+        }
+        tour.imu = self.imu;
+        Ok(tour)
+    }
+}
 
 /// A case on a machine of the population.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::within;
+use super::draw::within;
 use crate::model::custom::Custom;
 use crate::model::tyre::Tyre;
 use crate::model::tyre_model::{TyreModel, USUAL_SHARE};
