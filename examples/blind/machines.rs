@@ -15,6 +15,8 @@ use super::{Arguments, Outcome, ask, outcomes};
 /// Standard error, in usual sizes, up to which a ride says something of an effect.
 const CLEAR: f64 = 1.5;
 
+/// Rms of a bias over the size's error from which rides tell what share of it is real; a smaller one counts.
+const REAL: f64 = 2.0;
 /// Fewest rides to learn from.
 const FEWEST: usize = 10;
 
@@ -117,7 +119,9 @@ fn common(found: &[[f64; 3]]) -> [f64; 2] {
         };
         found.iter().map(of).sum()
     };
-    let shares = (2..=20).map(|k| 0.05 * f64::from(k));
+    let of_errors = found.iter().map(|[_, e, b]| (b / e).powi(2)).sum::<f64>();
+    let first = if of_errors < REAL * REAL * found.len() as f64 { 20 } else { 2 };
+    let shares = (first..=20).map(|k| 0.05 * f64::from(k));
     let each = |share: f64| (0..=200).map(move |k| [share, 0.02 * f64::from(k)]);
     let least = |a: &[f64; 2], b: &[f64; 2]| unlikely(a[0], a[1]).total_cmp(&unlikely(b[0], b[1]));
     shares.flat_map(each).min_by(least).unwrap_or([1.0, 0.0])

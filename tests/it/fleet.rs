@@ -288,9 +288,9 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
     assert!((0.93..0.97).contains(&coverage), "{coverage}");
     assert!((0.93..0.97).contains(&still), "{still}");
     assert!(drifts as f64 >= seeds as f64 * 0.8, "{drifts}");
-    // 1000 sessions with these errors know a spread to 3.8 %: three in two hundred lie beyond 10 %
-    // by chance, so that no single one is asked to lie within
-    assert!(rms < 0.05 && beyond * 50 <= offs.len() && worst < 0.15, "{rms} {beyond} {worst}");
+    // 1000 sessions with these errors know a spread to 3.8 %: of 162 two or three lie beyond 10 % by
+    // chance, more than five in one draw of thirty
+    assert!(rms < 0.05 && beyond * 32 <= offs.len() && worst < 0.15, "{rms} {beyond} {worst}");
 }
 
 /// Three riders on one motorcycle who hang off it by different amounts: its side force ratios are 0.04 and 0.03
