@@ -33,8 +33,7 @@ pub(super) fn usual_imperfections(random: &mut Random) -> ModelError {
     error
 }
 
-/// Bodies, springs and frame; a shaft drives the wheel: with a chain's pull four of ten machines fell in slow
-/// bends, for a reason that is not known yet.
+/// Bodies, springs and frame; a shaft drives the wheel.
 pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
     let bodies = ["sports_small", "sports_touring"][usize::from(plant.mass > 280.0)];
     let springs = match r.between(0.0, 6.0) as usize {
