@@ -7,7 +7,7 @@ pub fn above_axles(cg_height: f64, radius: [f64; 2]) -> f64 {
 }
 
 /// Pitch inertia of a motorcycle with rider about its mass centre over its mass, m², and what it is uncertain
-/// by: 35 to 40 kg m² of machines of 200 kg (Cossalter 2006, chapter 8), a rider's body above them.
+/// by: assumed, no source was looked up; no ride looked at so far tells it.
 pub const PITCH_GYRATION: [f64; 2] = [0.2, 0.05];
 
 /// Share of a turn about the rear contact by which the front goes down in a dive, the rear coming up with

@@ -122,6 +122,24 @@ mod tests {
         }
     }
 
+    /// A motorcycle on a crown, leaned: the load acts under the crown's centre, `crown tan(roll)` beside the line in
+    /// which the plane meets the ground (eq. 18).
+    #[test]
+    fn the_mass_centre_is_as_far_from_the_ground_as_the_leaned_body_shows() {
+        let (height, crown) = (0.6, 0.07);
+        for roll in [-0.9_f64, -0.4, 0.0, 0.7] {
+            let up = Rotation3::from_axis_angle(&Vector3::x_axis(), roll) * Vector3::z();
+            let centre_of_crown = Vector3::new(0.0, 0.0, crown);
+            let mass_centre = centre_of_crown + up * (height - crown);
+            let on_ground = centre_of_crown - up * (crown / up.z);
+            assert!(on_ground.z.abs() < 1e-12);
+            let found = height_in_plane(height, crown, roll.cos());
+            assert!((found - (mass_centre - on_ground).norm()).abs() < 1e-12, "{roll}");
+            let beside = (centre_of_crown - on_ground).y;
+            assert!((beside + crown * roll.tan()).abs() < 1e-12, "{roll}: {beside}");
+        }
+    }
+
     #[test]
     fn the_printed_camber_is_two_degrees_off_at_thirty() {
         let (phi, delta, eps) = (-30_f64.to_radians(), 3.0_f64.to_radians(), 0.42);

@@ -1,4 +1,5 @@
-//! One machine of the population.
+//! One machine of the population. Ranges and the sources beside them are from memory and were not looked up
+//! again: they are to be wide enough for real motorcycles, not to describe them.
 
 use super::super::imu::Imu;
 use super::super::motorcycle::Plant;
