@@ -328,7 +328,11 @@ impl Model {
         let half = 0.5 * m.air_density * speed;
         let up = frame.rotation.column(2).into_owned();
         let force = v * (-half * drag) + up * (half * speed * lift);
-        frame.push(&force, &at);
+        let ahead = frame.rotation.column(0);
+        let (cos, sin) = (ahead.x / ahead.x.hypot(ahead.y), ahead.y / ahead.x.hypot(ahead.y));
+        let [along, left] = action.gust;
+        let gust = Vector3::new(along * cos - left * sin, along * sin + left * cos, 0.0);
+        frame.push(&(force + gust), &at);
         let nose_up = frame.rotation.column(1) * (-half * speed * pitch);
         frame.twist(&nose_up.into_owned());
         [half * speed * drag, half * speed * lift, half * speed * pitch]

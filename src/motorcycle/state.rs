@@ -159,6 +159,8 @@ pub struct Action {
     pub support: f64,
     /// Wind, world axes, m/s.
     pub wind: [f64; 2],
+    /// Forces of gusts on the aerodynamic centre beside the wind's drag: along the heading and to the left, N.
+    pub gust: [f64; 2],
     /// Since the ride began, s.
     pub time: f64,
 }

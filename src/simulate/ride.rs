@@ -97,8 +97,8 @@ pub fn ride(tour: &Tour, skill: &Skill, number: usize) -> MultibodyRide {
             let controls;
             let done;
             (action, controls, done) = pilot.act(&run.state, &run.scratch);
-            let seen = pilot.perceive(&run.state, &run.scratch);
-            unsteady.act(&mut action, &controls, seen.speed, seen.yaw);
+            let speed = pilot.perceive(&run.state, &run.scratch).speed;
+            unsteady.act(&mut action, &controls, speed);
             if done {
                 unsteady.next_phase();
             }

@@ -29,11 +29,14 @@ pub struct Bench {
     pub peak_friction: f64,
     /// Normalised slip (`sigma_x`) of that peak.
     pub peak_slip: f64,
-    /// m.
+    /// Without slip, m.
     pub rolling_radius: f64,
+    /// Speed over spin of a wheel that nothing but the road turns: it slips by what overcomes its rolling
+    /// resistance, m.
+    pub free_rolling_radius: f64,
     /// m.
     pub relaxation_length: f64,
-    /// 1.
+    /// Force that holds a freely rolling wheel back, over its load.
     pub rolling_resistance: f64,
 }
 
@@ -53,6 +56,9 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
     let deflection = load / carcass.stiffness;
     let input = Input { slip_ratio: 0.0, slip_angle: 0.0, camber: 0.0, load, friction };
     let rolling_radius = carcass.rolling_radius(load, 0.0);
+    let resistance = tyre.rolling_resistance(&input, 15.0) / (load * carcass.lever_arm(load, 0.0));
+    let pull = |slip: f64| at(slip, 0.0, 0.0).force_x / load;
+    let free_slip = -resistance * 2.0 * h / (pull(h) - pull(-h));
     Bench {
         cornering_stiffness: -by_slip / load,
         camber_stiffness: -by_camber / load,
@@ -63,8 +69,9 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
         // a friction that never falls has no peak
         peak_slip: if slip < 0.75 { slip / (1.0 - slip) } else { f64::NAN },
         rolling_radius,
+        free_rolling_radius: rolling_radius / (1.0 + free_slip),
         relaxation_length: tyre.relaxation(load, 15.0).lateral,
-        rolling_resistance: tyre.rolling_resistance(&input, 15.0) / (load * rolling_radius),
+        rolling_resistance: resistance,
     }
 }
 
@@ -103,6 +110,15 @@ pub fn like(tyre: &dyn TyreModel, load: f64) -> Tyre {
     }
 }
 
+/// Peak of the friction that braking asks of a tyre upright at a load (N), and its normalised slip. As an
+/// estimate counts them: beyond the rolling resistance, from free rolling on.
+pub fn braked_peak(tyre: &dyn TyreModel, load: f64, friction: f64) -> [f64; 2] {
+    let b = bench(tyre, load, friction);
+    let locked = 1.0 / (1.0 + b.peak_slip);
+    let slip = 1.0 - locked * b.free_rolling_radius / b.rolling_radius;
+    [b.peak_friction - b.rolling_resistance, slip / (1.0 - slip)]
+}
+
 /// The truth of a motorcycle; none where its tyres are not known.
 pub fn coefficients(model: &Model) -> Truth {
     let m = &model.motorcycle;
@@ -111,12 +127,14 @@ pub fn coefficients(model: &Model) -> Truth {
     let friction = model.road.friction;
     let both: [Bench; 2] = std::array::from_fn(|i| bench(tyres[i].as_ref(), loads[i], friction));
     let mut truth = Vec::new();
-    for (axle, b) in Axle::BOTH.into_iter().zip(&both) {
+    for (i, axle) in Axle::BOTH.into_iter().enumerate() {
+        let b = &both[i];
+        let [peak_friction, peak_slip] = braked_peak(tyres[i].as_ref(), loads[i], friction);
         truth.extend(
             [
-                (C::EffectiveRollingRadius, b.rolling_radius),
-                (C::PeakSlip, b.peak_slip),
-                (C::MfD, b.peak_friction),
+                (C::EffectiveRollingRadius, b.free_rolling_radius),
+                (C::PeakSlip, peak_slip),
+                (C::MfD, peak_friction),
                 (C::CorneringStiffness0, b.cornering_stiffness),
                 (C::CamberStiffness0, b.camber_stiffness),
                 (C::SideForceRatio, b.camber_stiffness / b.cornering_stiffness),

@@ -10,8 +10,8 @@ use crate::effects::ride::BrakeHistory;
 use crate::motorcycle::{Action, Motorcycle};
 use crate::statistics::random::{Coloured, Random};
 
-/// Gusts are those of a ride at this speed or more, m/s.
-const BREEZE: f64 = 5.0;
+/// Below this speed gusts weaken, as slopes do: a standing motorcycle is not pushed, m/s.
+const MOVING: f64 = 2.0;
 
 /// One ride's.
 #[derive(Debug)]
@@ -20,7 +20,6 @@ pub struct Unsteady {
     model_error: ModelError,
     wind: [f64; 2],
     mass: f64,
-    drag: f64,
     noise: [Coloured; 3],
     random: Random,
     pads: [f64; 2],
@@ -52,7 +51,6 @@ impl Unsteady {
             model_error,
             wind,
             mass: motorcycle.mass(),
-            drag: 0.5 * motorcycle.air_density * motorcycle.aerodynamics[0],
             noise,
             random,
             pads: [1.0; 2],
@@ -76,8 +74,8 @@ impl Unsteady {
         self.noise[2].next(&mut self.random)
     }
 
-    /// What becomes of the rider's action at a speed (m/s) and heading (rad).
-    pub fn act(&mut self, action: &mut Action, controls: &Controls, speed: f64, yaw: f64) {
+    /// What becomes of the rider's action at a speed (m/s).
+    pub fn act(&mut self, action: &mut Action, controls: &Controls, speed: f64) {
         let pressed = controls.pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
         self.brakes.update(speed, pressed, self.period);
         let gain = self.model_error.brake_gain(1.0, self.mass, self.brakes);
@@ -88,15 +86,37 @@ impl Unsteady {
         action.wind = self.wind;
         self.time += self.period;
         action.time = self.time;
-        let gusts = [0, 1].map(|k| self.noise[k].next(&mut self.random));
-        if self.drag > 0.0 {
-            // the wind whose drag is the force
-            let stream = self.drag * speed.max(BREEZE);
-            let ahead = (gusts[0] - self.mass * GRAVITY * self.slope) / (2.0 * stream);
-            let left = gusts[1] / stream;
-            let (sin, cos) = yaw.sin_cos();
-            action.wind[0] += ahead * cos - left * sin;
-            action.wind[1] += ahead * sin + left * cos;
-        }
+        let [ahead, left] = [0, 1].map(|k| self.noise[k].next(&mut self.random));
+        let running = (speed / MOVING).clamp(0.0, 1.0);
+        action.gust = [running * (ahead - self.mass * GRAVITY * self.slope), running * left];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motorcycle::run::Run;
+    use crate::simulate::multibody;
+    use crate::simulate::scenario::Scenario;
+
+    #[test]
+    fn a_side_gust_does_not_hold_back() {
+        let scenario = Scenario::builtin("paper").expect("scenario").certain();
+        let tour = multibody::tour(&scenario, &scenario.machine(0), 0).expect("stands");
+        let (model, weight) = (&tour.model, tour.model.motorcycle.mass() * GRAVITY);
+        let observed = |gust: [f64; 2]| {
+            let mut run = Run::new(model, model.straight(5.0));
+            run.observe(&Action { gust, ..Action::default() });
+            (run.rates.velocity.linear, run.scratch.air[0])
+        };
+        let (still, drag) = observed([0.0; 2]);
+        let (pushed, in_gust) = observed([0.0, 20.0]);
+        assert_eq!(drag, in_gust);
+        assert!((pushed.x - still.x).abs() * weight < 0.2 * GRAVITY, "{pushed} {still}");
+        assert!(pushed.y > still.y);
+        let (ahead, _) = observed([20.0, 0.0]);
+        let expected = 20.0 * GRAVITY / weight;
+        let gained = ahead.x - still.x;
+        assert!(gained > 0.85 * expected && gained < expected, "{gained} for {expected}");
     }
 }

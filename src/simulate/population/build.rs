@@ -54,7 +54,9 @@ pub(super) fn build(plant: &Plant, r: &mut Random) -> (Springs, Build) {
         put(&format!("{end}.wheel.diametral_inertia"), Some(r.between(0.55, 0.62) * spin));
     }
     put("fork.mass", Some(r.between(5.5, 9.0)));
-    put("steering.damping", Some(r.between(4.0, 10.0)));
+    // longer relaxation lengths than 0.2 m need more, or the steering wobbles at 5 to 6 Hz in bends until it throws the rider
+    let lag = (plant.tyres[0].relaxation_length / 0.2).max(1.0);
+    put("steering.damping", Some(lag * lag * r.between(4.0, 10.0)));
     put("engine.inertia", Some(r.between(0.0, 0.02)));
     // stiffness at the wheel over the lender's 17 kN/m each: 10 (touring) to 30 kN/m (racing)
     let stiffer = match springs {

@@ -13,7 +13,7 @@ use crate::effects::physics::Multibody;
 use crate::estimate;
 use crate::simulate::hidden::{self, Case, Kind};
 use crate::simulate::multibody;
-use crate::simulate::ride::MultibodyRide;
+use crate::simulate::ride::{self as simulated, MultibodyRide};
 use crate::simulate::scenario::Scenario;
 use crate::simulate::sensors::Sensor;
 use crate::simulate::tour::Tour;
@@ -22,6 +22,8 @@ use crate::simulate::tyre_truth;
 
 /// Attempts at a machine that stands and a ride that comes to its end.
 pub const ATTEMPTS: usize = 8;
+/// Share of the largest braking friction of a ride from which it shows the friction curve's peak.
+const HARD: f64 = 0.7;
 /// A ride of this length did not come to its end, s.
 const ENDLESS: f64 = 7000.0;
 
@@ -83,8 +85,9 @@ pub struct Ridden {
 }
 
 impl Ridden {
-    /// The true coefficients: what a bench would find of the tyres, and what the ride's corners show of
-    /// the true slip angles, cambers and forces; of the paper's tyres also their friction curve.
+    /// The true coefficients: what a bench would find of the tyres, their braking friction under the loads of
+    /// the ride's hard braking, and what its corners show of the true slip angles, cambers and forces; of the
+    /// paper's tyres also their friction curve.
     pub fn truth(&self, config: &estimate::Config) -> Truth {
         let model = &self.tour.model;
         let mut truth = tyre_truth::coefficients(model);
@@ -95,6 +98,22 @@ impl Ridden {
         let ratio = Axle::BOTH.map(|axle| of(axle, C::SideForceRatio));
         let weight = model.motorcycle.mass() * model.motorcycle.gravity;
         truth.extend(truth::of_corners(&self.ride, weight, ratio, config));
+        for (id, value) in &mut truth {
+            let of_peak = match id.coefficient {
+                C::MfD => 0,
+                C::PeakSlip => 1,
+                _ => continue,
+            };
+            let Some((k, tyres)) =
+                id.part.axle().map(|a| a as usize).zip(model.motorcycle.tyres.as_ref())
+            else {
+                continue;
+            };
+            if let Some(load) = self.load_braked(k) {
+                *value =
+                    tyre_truth::braked_peak(tyres[k].as_ref(), load, model.road.friction)[of_peak];
+            }
+        }
         if self.machine.make == Make::Paper {
             for (axle, tyre) in Axle::BOTH.into_iter().zip(&self.machine.plant.tyres) {
                 let f = tyre.friction;
@@ -103,6 +122,17 @@ impl Ridden {
             }
         }
         truth
+    }
+}
+
+impl Ridden {
+    /// Mean load of a wheel, N, where it brakes nearly as hard as anywhere; `None` where it never does.
+    fn load_braked(&self, k: usize) -> Option<f64> {
+        let used = |s: &simulated::Sample| -s.wheels[k].force[0] / s.wheels[k].load.max(100.0);
+        let most = self.ride.samples.iter().map(used).fold(0.0, f64::max);
+        let hard = self.ride.samples.iter().filter(|s| most > 0.0 && used(s) > HARD * most);
+        let (n, sum) = hard.fold((0, 0.0), |(n, sum), s| (n + 1, sum + s.wheels[k].load));
+        (n > 0).then(|| sum / f64::from(n))
     }
 }
 
