@@ -17,39 +17,13 @@ use crate::tables::rows::DiscrepancyRow;
 /// what 19 of 20 null simulations stay below.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NamingRules {
-    /// Score from which there is an alarm, and that a named candidate must have itself.
+    /// Score from which there is an alarm, and that a named candidate and its equivalents must have.
     pub alarm: f64,
-    /// Score that an equivalent must have.
-    pub rival: f64,
-    /// Share of the largest score of a candidate within its bounds that every one must have itself.
-    pub share: f64,
     /// Share of the best gain from which a candidate is an equivalent.
     pub equivalent: f64,
     /// Share of its gain that a rival keeps beside the named one if it is a cause of its own; `None` leaves
     /// every rival an equivalent.
     pub independent: Option<f64>,
-    /// Most causes of one ride.
-    pub most: usize,
-}
-
-/// Scores that candidates must exceed at a stage.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gate {
-    /// To be named.
-    pub alarm: f64,
-    /// To be an equivalent.
-    pub rival: f64,
-}
-
-impl Gate {
-    fn new(rules: &NamingRules, judged: &[Judged], in_bounds: impl Fn(&Judged) -> bool) -> Self {
-        // a score that no size within the bounds explains is no measure for the others
-        let largest = largest(judged.iter().filter(|j| in_bounds(j)));
-        Gate {
-            alarm: rules.alarm.max(rules.share * largest),
-            rival: rules.rival.max(rules.share * largest),
-        }
-    }
 }
 
 /// A candidate in a joint fit with the model.
@@ -126,27 +100,18 @@ pub trait Engine {
     /// Every open candidate at a stage.
     fn judge(&self, stage: &Self::Stage) -> Vec<Judged>;
 
-    /// Whether a candidate's size is within its bounds.
-    fn in_bounds(&self, judged: &Judged) -> bool;
-
-    /// Joint fits with the candidates that pass the gate and have a size within their bounds, the largest
+    /// Joint fits with the candidates that alarm and have a size within their bounds, the largest
     /// gain first. `named` are in the stage's model.
     fn refits(
         &self,
         stage: &Self::Stage,
         judged: &[Judged],
-        gate: Gate,
         named: &[Cause],
     ) -> Vec<Refit<Self::Model>>;
 
     /// Whether a refitted candidate gains enough to be named, and passes what else is asked of a cause.
-    fn is_nameable(
-        &self,
-        stage: &Self::Stage,
-        refit: &Refit<Self::Model>,
-        gate: Gate,
-        named: &[Cause],
-    ) -> bool;
+    fn is_nameable(&self, stage: &Self::Stage, refit: &Refit<Self::Model>, named: &[Cause])
+    -> bool;
 
     /// The next stage: the last of `named` is in its model.
     fn join(&self, stage: Self::Stage, refit: Refit<Self::Model>, named: &[Cause]) -> Self::Stage;
@@ -206,11 +171,8 @@ pub fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
     let mut judged = engine.judge(&stage);
     let alarm = largest(judged.iter());
     let mut named: Vec<Cause> = Vec::new();
-    while named.len() < rules.most
-        && (largest(judged.iter()) > rules.alarm || judged.iter().any(|j| j.relieves))
-    {
-        let gate = Gate::new(&rules, &judged, |j| engine.in_bounds(j));
-        let Some((cause, rivals, refit)) = best(engine, &stage, &judged, gate, &named) else {
+    while largest(judged.iter()) > rules.alarm || judged.iter().any(|j| j.relieves) {
+        let Some((cause, rivals, refit)) = best(engine, &stage, &judged, &named) else {
             break;
         };
         named.push(cause);
@@ -240,11 +202,10 @@ fn best<E: Engine>(
     engine: &E,
     stage: &E::Stage,
     judged: &[Judged],
-    gate: Gate,
     named: &[Cause],
 ) -> Option<(Cause, Rivals, Refit<E::Model>)> {
-    let mut refits = engine.refits(stage, judged, gate, named);
-    let at = refits.iter().position(|r| engine.is_nameable(stage, r, gate, named))?;
+    let mut refits = engine.refits(stage, judged, named);
+    let at = refits.iter().position(|r| engine.is_nameable(stage, r, named))?;
     let best = refits.remove(at);
     let least = engine.rules().equivalent * best.gain;
     let near = |r: &&Refit<E::Model>| r.gain > least;

@@ -55,26 +55,14 @@ tuning! {
     /// simulations stay below, gains are falls of twice the loss.
     RoadTuning, ROAD:
     alarm: f64 = 1.25,
-        "Score from which there is an alarm, and that a named candidate must have itself.",
+        "Score from which there is an alarm, and that a named candidate and its equivalents must have.",
         "at 1.0 one null simulation in twenty alarms by construction; two of 40 rides with nothing hidden scored 1.1 to 1.2";
-    rival: f64 = 0.8,
-        "Score that an equivalent must have.",
-        "the prototype's gate, set on its first 106 archives";
-    share: f64 = 0.3,
-        "Share of the largest score of a candidate within its bounds that every one must have itself.",
-        "the prototype's gate, set on its first 106 archives";
     gain: f64 = 12.0,
         "Least gain of the joint fit with the first cause.",
         "the prototype's gate, set on its first 106 archives";
-    clear: f64 = 1.5,
-        "Score from which half of that gain is enough.",
-        "a clear score speaks for a cause by itself; no measurement is on record";
     further_gain: f64 = 20.0,
         "Least gain of every further cause.",
         "below a gain of 20 a multibody ride was given a wheel inertia too, and a ride with wind a brake drag";
-    further_clear: f64 = 1.8,
-        "Score from which half of that gain is enough.",
-        "as for the first cause; no measurement is on record";
     refitted: usize = 6,
         "Most candidates that are fitted together with the model.",
         "saves fits: the prototype refitted five; no measurement of a sixth is on record";
@@ -91,14 +79,8 @@ tuning! {
         "Share of what a cause changes that is in the structure's channel when the structure objects to it.",
         "no measurement is on record";
     strong: f64 = 3.0,
-        "Score from which structure in other channels objects no more.",
+        "Score from which structure objects to a cause no more.",
         "no measurement is on record";
-    overrules: f64 = 2.0,
-        "Structure that objects to those too where they show themselves.",
-        "at 1.4 a late velocity with a score of 4.5 was taken back for a structure of 1.5";
-    most: usize = 4,
-        "Most causes of one ride.",
-        "the prototype's loop ended at four";
     model_error: f64 = 0.03,
         "What a size is uncertain by because the model is, as a share of it.",
         "the prototype: intervals covered 81 of 100 without it, 86 with it";

@@ -44,6 +44,8 @@ pub struct Inputs {
     pub rolling: f64,
     /// Pneumatic trail over that of the rule (12).
     pub trail_ratio: f64,
+    /// Relaxation length of the slip ratio, m: to first order the tyre's slip lags the wheel's by it.
+    pub slip_lag: f64,
 }
 
 /// Estimated signals, one value per sample; pairs are front and rear.
@@ -114,6 +116,7 @@ impl Inputs {
             drag: bike.drag,
             rolling: bike.rolling_resistance,
             trail_ratio: 1.0,
+            slip_lag: 0.0,
         }
     }
 
@@ -250,7 +253,9 @@ impl Inputs {
             };
             for k in 0..2 {
                 let s = x.omega[k][i] * self.loaded_radius(k, load[k]) / speeds[k] - 1.0; // (24)
-                out.slip_ratio[k].push(s);
+                let spinning = self.wheel_rate(x, i, k) * self.radius[k];
+                let rate = (spinning - (1.0 + s) * x.velocity_x_rate[i]) / speeds[k];
+                out.slip_ratio[k].push(s - self.slip_lag / speeds[k] * rate);
                 out.load[k].push(load[k]);
                 // the printed form counts rolling resistance as slip force
                 let printed = if corrected { 0.0 } else { rolling[k] };

@@ -105,6 +105,7 @@ impl<'a> Refit<'a> {
         inputs.drag += variation.drag;
         inputs.rolling += variation.rolling;
         inputs.trail_ratio += variation.trail_ratio;
+        inputs.slip_lag += variation.slip_lag;
         (inputs, radius, resistance)
     }
 

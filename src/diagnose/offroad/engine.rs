@@ -13,7 +13,7 @@ use crate::contract::warning::Warning;
 use crate::diagnose::calibration::{Calibration, Rms};
 use crate::diagnose::cause::{Candidate, Cause, Estimate, Judged, Naming};
 use crate::diagnose::engine::{
-    CellResiduals, Confirmed, Engine, Gate, NamingRules, Refit, Unexplained, in_cells,
+    CellResiduals, Confirmed, Engine, NamingRules, Refit, Unexplained, in_cells,
 };
 use crate::diagnose::tables::rms_of;
 use crate::diagnose::tuning::OffroadTuning;
@@ -106,7 +106,7 @@ impl OffroadEngine<'_> {
     }
 
     /// Whether a candidate could be a cause but for the bounds of its number.
-    fn is_relevant(&self, tried: &Tried, score: f64, gate: Gate, named: &[Cause]) -> bool {
+    fn is_relevant(&self, tried: &Tried, score: f64, named: &[Cause]) -> bool {
         let Tried { place, gain, fit } = tried;
         let tuning = &self.tuning;
         let least = named.first().map_or(tuning.gain, |first| {
@@ -122,7 +122,7 @@ impl OffroadEngine<'_> {
         let family = ALL[*place].family;
         let related =
             family.is_some() && named.iter().any(|c| ALL[c.candidate.place].family == family);
-        score > gate.rival && *gain > least && is_large && !related
+        score > tuning.alarm && *gain > least && is_large && !related
     }
 
     /// Whether a candidate of usual size would be beyond the null simulations, and its number known to
@@ -175,11 +175,8 @@ impl Engine for OffroadEngine<'_> {
     fn rules(&self) -> NamingRules {
         NamingRules {
             alarm: self.tuning.alarm,
-            rival: self.tuning.alarm,
-            share: 0.0,
             equivalent: self.tuning.equivalent,
             independent: Some(self.tuning.independent),
-            most: ALL.len(),
         }
     }
 
@@ -199,22 +196,12 @@ impl Engine for OffroadEngine<'_> {
         stage.tried.iter().map(judged).collect()
     }
 
-    fn in_bounds(&self, judged: &Judged) -> bool {
-        judged.estimate.is_some_and(|e| judged.candidate.in_bounds(e.value))
-    }
-
-    fn refits(
-        &self,
-        stage: &Stage,
-        judged: &[Judged],
-        gate: Gate,
-        named: &[Cause],
-    ) -> Vec<Refit<Fit>> {
+    fn refits(&self, stage: &Stage, judged: &[Judged], named: &[Cause]) -> Vec<Refit<Fit>> {
         let mut refits: Vec<Refit<Fit>> = stage
             .tried
             .iter()
             .zip(judged)
-            .filter(|(t, j)| self.is_relevant(t, j.score, gate, named))
+            .filter(|(t, j)| self.is_relevant(t, j.score, named))
             .filter(|(t, _)| t.fit.values[t.place].is_some_and(|v| is_inside(t.place, v)))
             .map(|(t, judged)| Refit {
                 judged: judged.clone(),
@@ -228,7 +215,7 @@ impl Engine for OffroadEngine<'_> {
     }
 
     /// A cause has a known number, and is one on jumps and whoops that it was not fitted to as well.
-    fn is_nameable(&self, stage: &Stage, refit: &Refit<Fit>, _: Gate, _: &[Cause]) -> bool {
+    fn is_nameable(&self, stage: &Stage, refit: &Refit<Fit>, _: &[Cause]) -> bool {
         let (problem, place) = (self.problem, refit.judged.candidate.place);
         let joined = with(&stage.named, place);
         let sigma = problem.std_errors(&refit.model, &joined)[stage.named.len()];
@@ -247,8 +234,7 @@ impl Engine for OffroadEngine<'_> {
     }
 
     fn confirm(&self, stage: Stage, judged: Vec<Judged>, mut named: Vec<Cause>) -> Confirmed<Fit> {
-        let gate = Gate { alarm: self.tuning.alarm, rival: self.tuning.alarm };
-        let too_much = |(t, j): (&Tried, &Judged)| self.is_relevant(t, j.score, gate, &[]);
+        let too_much = |(t, j): (&Tried, &Judged)| self.is_relevant(t, j.score, &[]);
         let unexplained = named.is_empty() && stage.tried.iter().zip(&judged).any(too_much);
         for cause in &mut named {
             // a rival that was named itself is no equivalent

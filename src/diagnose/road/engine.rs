@@ -20,7 +20,7 @@ use crate::contract::verdict::Verdict;
 use crate::diagnose::calibration::{Calibration, Rms};
 use crate::diagnose::cause::{Cause, Estimate, Judged, Naming, Objection, Structure};
 use crate::diagnose::engine::{
-    CellResiduals, Confirmed, Engine, Gate, NamingRules, Refit, Unexplained, in_cells,
+    CellResiduals, Confirmed, Engine, NamingRules, Refit, Unexplained, in_cells,
 };
 use crate::effects::Effect;
 use crate::tables::rows::DiscrepancyRow;
@@ -57,8 +57,8 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
         self.calibration.is_identifiable(judged.candidate.place)
     }
 
-    fn alarms(judged: &Judged, gate: Gate) -> bool {
-        judged.score > gate.alarm || judged.relieves && judged.score > 1.0
+    fn alarms(&self, judged: &Judged) -> bool {
+        judged.score > self.ride.tuning.alarm || judged.relieves && judged.score > 1.0
     }
 
     /// Whether structure objects to what is named, or is there though nothing is.
@@ -72,7 +72,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
     fn contradicted(
         &self,
         stage: &Stage<'a>,
-        (term, times): (Term, f64),
+        term: Term,
         linear: &Linear,
         named: &mut Vec<Cause>,
     ) -> Vec<Cause> {
@@ -83,7 +83,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
             let place = stage.model.parameters.iter().position(|p| p.name == name);
             let touches =
                 |k: usize| problem.share(&linear.columns[k], term.channel) > tuning.touches;
-            place.is_some_and(touches) && (cause.score < tuning.strong || times > tuning.overrules)
+            cause.score < tuning.strong && place.is_some_and(touches)
         };
         let out = named.extract_if(.., contradicted);
         out.map(|c| c.rejected(Objection::Contradicted)).collect()
@@ -138,14 +138,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
 
     fn rules(&self) -> NamingRules {
         let t = self.ride.tuning;
-        NamingRules {
-            alarm: t.alarm,
-            rival: t.rival,
-            share: t.share,
-            equivalent: t.equivalent,
-            independent: None,
-            most: t.most,
-        }
+        NamingRules { alarm: t.alarm, equivalent: t.equivalent, independent: None }
     }
 
     /// Extensions are looked for from near the base ([`Base::starting_point`]).
@@ -167,25 +160,14 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         stage.judge(&self.ride)
     }
 
-    fn in_bounds(&self, judged: &Judged) -> bool {
-        judged.estimate.is_some_and(|e| judged.candidate.in_bounds(e.value))
-    }
-
-    fn refits(
-        &self,
-        stage: &Stage<'a>,
-        judged: &[Judged],
-        gate: Gate,
-        _: &[Cause],
-    ) -> Vec<Refit<Base>> {
+    fn refits(&self, stage: &Stage<'a>, judged: &[Judged], _: &[Cause]) -> Vec<Refit<Base>> {
         let (ride, tuning) = (&self.ride, self.ride.tuning);
         let mut gated: Vec<&Judged> = judged
             .iter()
-            .filter(|j| j.score > gate.rival || self.is_identifiable(j) && j.relieves)
+            .filter(|j| j.score > tuning.alarm || self.is_identifiable(j) && j.relieves)
             .collect();
         // those that can be named first
-        let alarms = |j: &Judged| Self::alarms(j, gate);
-        gated.sort_by(|a, b| alarms(b).cmp(&alarms(a)).then(b.gain.total_cmp(&a.gain)));
+        gated.sort_by(|a, b| self.alarms(b).cmp(&self.alarms(a)).then(b.gain.total_cmp(&a.gain)));
         gated.truncate(tuning.refitted);
         let least = tuning.far * gated.first().map_or(0.0, |j| j.gain);
         gated.retain(|j| j.gain > least);
@@ -206,17 +188,15 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         refits
     }
 
-    fn is_nameable(&self, stage: &Stage<'a>, refit: &Refit<Base>, gate: Gate, _: &[Cause]) -> bool {
+    fn is_nameable(&self, stage: &Stage<'a>, refit: &Refit<Base>, _: &[Cause]) -> bool {
         let tuning = self.ride.tuning;
         let further = stage.model.parameters.len() > BASE.len();
         let least = match refit.judged.score {
-            score if score <= gate.alarm => RELIEVED,
-            score if further && score > tuning.further_clear => 0.5 * tuning.further_gain,
+            score if score <= tuning.alarm => RELIEVED,
             _ if further => tuning.further_gain,
-            score if score > tuning.clear => 0.5 * tuning.gain,
             _ => tuning.gain,
         };
-        refit.gain > least && Self::alarms(&refit.judged, gate)
+        refit.gain > least && self.alarms(&refit.judged)
     }
 
     fn join(&self, stage: Stage<'a>, refit: Refit<Base>, named: &[Cause]) -> Stage<'a> {
@@ -241,7 +221,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         let (mut structure, linear) = stage.structure(samples);
         let mut unexplained = self.objects(structure, &named);
         let mut rejected = match structure {
-            Some(term) if unexplained => self.contradicted(&stage, term, &linear, &mut named),
+            Some((term, _)) if unexplained => self.contradicted(&stage, term, &linear, &mut named),
             _ => Vec::new(),
         };
         let (named, lost) = self.reproduced(&mut stage, named, rejected.is_empty());
