@@ -173,17 +173,26 @@ impl<'a> Rider<'a> {
     }
 }
 
-/// Handlebar angle that gives the wanted roll motion.
-pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
+/// Below this speed nobody steers by leaning, m/s.
+const SLOWEST: f64 = 2.5;
+
+/// Roll acceleration that brings the wanted roll motion about, rad/s².
+fn wanted(state: &State, lean: &Lean) -> f64 {
     const BANDWIDTH: f64 = 4.0; // rad/s
     const DAMPING: f64 = 0.9;
-    if state.vx < 2.5 {
+    lean.acceleration
+        + 2.0 * DAMPING * BANDWIDTH * (lean.rate - state.roll_rate)
+        + BANDWIDTH * BANDWIDTH * (lean.angle - state.roll)
+}
+
+/// Handlebar angle that gives the wanted roll motion of a motorcycle that is nothing but the plain one: a rider
+/// who does not know what is hidden in it.
+pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
+    if state.vx < SLOWEST {
         return 0.0;
     }
     let (sin_phi, cos_phi) = state.roll.sin_cos();
-    let wanted = lean.acceleration
-        + 2.0 * DAMPING * BANDWIDTH * (lean.rate - state.roll_rate)
-        + BANDWIDTH * BANDWIDTH * (lean.angle - state.roll);
+    let wanted = wanted(state, lean);
     let load = response.load[0] + response.load[1];
     let moment_x = response.tyre[0].moment_x + response.tyre[1].moment_x;
     let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * state.omega[i]).sum();
@@ -198,11 +207,35 @@ pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 
     let ratio = tyre.side_force_ratio;
     let k = tyre.stiffness.k_alpha(response.camber[0], ratio);
     let alpha = -(front / response.load[0].max(100.0) / k) - ratio * response.camber[0];
+    handlebar(p, state, alpha, 0.0)
+}
+
+/// Handlebar angle that gives the wanted roll motion of whatever motorcycle answered last as `response` says: what
+/// is missing in its roll acceleration is asked of the front tyre.
+pub fn steer_as_felt(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
+    if state.vx < SLOWEST {
+        return 0.0;
+    }
+    let cos_phi = state.roll.cos();
+    let height = height_in_plane(p.cg_height, p.loaded_crown(), cos_phi);
+    let missing = p.roll_inertia * (wanted(state, lean) - response.roll_acceleration);
+    let tyre = &p.tyres[0];
+    let k = tyre.stiffness.k_alpha(response.camber[0], tyre.side_force_ratio);
+    let more = missing / (height * cos_phi) / response.load[0].max(100.0);
+    // the side force turns a yielding front
+    let turned = p.model_error.compliance(0.0) * response.tyre[0].force_y;
+    handlebar(p, state, state.alpha[0] - more / k, turned)
+}
+
+/// Handlebar angle that brings the front tyre's slip angle to `alpha`, rad, where the front is `turned` back by
+/// that much.
+fn handlebar(p: &Plant, state: &State, alpha: f64, turned: f64) -> f64 {
+    let (sin_phi, cos_phi) = state.roll.sin_cos();
     // ahead of the tyre's relaxation
     let alpha = (state.alpha[0] + 2.0 * (alpha - state.alpha[0])).clamp(-0.12, 0.12);
     let u = state.vx - state.yaw_rate * p.cg_height * sin_phi;
     let w = state.vy + p.cg_height * cos_phi * state.roll_rate + p.cg_to_front * state.yaw_rate;
-    let delta = w.atan2(u) - alpha;
+    let delta = w.atan2(u) - alpha + turned;
     // eq. 30 solved for the handlebar angle
     let tan_delta = delta.tan();
     let (sin_eps, cos_eps) = p.caster_angle.sin_cos();

@@ -33,6 +33,7 @@ mod racing;
 mod racing_files;
 mod recordings;
 mod recovery;
+mod replayed;
 mod report;
 mod report_fleet;
 mod report_pages;

@@ -13,8 +13,10 @@ use super::base::Base;
 use super::kept::{Kept, Key};
 use super::null_simulation::NullSimulation;
 use super::other_machines::shown;
+use super::other_machines::structure as usual_structure;
 use super::parameters::{Parameter, Parameters};
 use super::residuals::Blocks;
+use super::residuals::CHANNELS;
 use super::samples::{BLOCK, Samples};
 use super::scan::{Score, scores};
 use super::structure::{self, Term};
@@ -214,13 +216,16 @@ impl StructureScale {
         StructureScale { usual, threshold: threshold(terms.iter().map(unusual).collect()) }
     }
 
-    /// The most unusual term and how many usual gains it has.
+    /// The term that gains most beyond its usual gain on other machines, and how many times the threshold the most
+    /// unusual one has.
     pub fn most_unusual(&self, terms: &[Term]) -> (Option<Term>, f64) {
-        terms
-            .iter()
-            .zip(&self.usual)
-            .map(|(t, usual)| (Some(*t), t.gain / usual))
-            .fold((None, 0.0), |best, own| if own.1 > best.1 { own } else { best })
+        let bars = CHANNELS.map(usual_structure);
+        let usual = || terms.iter().zip(&self.usual).map(|(t, usual)| (t, bars[t.channel] * usual));
+        // the most unusual term tells that there is something, the one that gains most beyond its
+        // usual what it goes with
+        let times = usual().map(|(t, usual)| t.gain / usual).fold(0.0, f64::max);
+        let most = usual().max_by(|a, b| (a.0.gain - a.1).total_cmp(&(b.0.gain - b.1)));
+        (most.filter(|_| times > 0.0).map(|(t, _)| *t), times / self.threshold)
     }
 }
 

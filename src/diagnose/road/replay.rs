@@ -21,7 +21,7 @@ use crate::model::dive::above_axles;
 use crate::model::{Stiffness, Tyre};
 use crate::simulate::motorcycle::{Action, Plant, State};
 use crate::simulate::programme::Lean;
-use crate::simulate::rider::steer;
+use crate::simulate::rider::steer_as_felt;
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
 use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
@@ -226,6 +226,16 @@ impl Measured {
         }
     }
 
+    /// Speed, m/s, that a sensor with these errors showed: what was ridden, not what was read.
+    fn speed(&self, error: &ModelError, i: usize) -> f64 {
+        error.velocity(known(&self.v, i), known(&self.ax, i))
+    }
+
+    /// Lean, rad, that a sensor with these errors showed.
+    fn lean(&self, error: &ModelError, i: usize) -> f64 {
+        error.roll(known(&self.roll, i))
+    }
+
     /// Whether a brake is on.
     fn brakes(&self, i: usize) -> bool {
         self.pressures.iter().any(|p| p[i] > BrakeHistory::PRESSED)
@@ -282,9 +292,9 @@ impl<'a> Ride<'a> {
         let Ride { plant, state, .. } = self;
         let error = &plant.model_error;
         state.yaw_rate = known(&measured.yaw_rate, i);
-        state.vx = error.velocity(known(&measured.v, i), known(&measured.ax, i)).max(0.0);
+        state.vx = measured.speed(error, i).max(0.0);
         state.vy = error.velocity_y(known(&measured.vy, i), state.yaw_rate);
-        state.roll = error.roll(known(&measured.roll, i));
+        state.roll = measured.lean(error, i);
         state.roll_rate = known(&measured.roll_rate, i);
         let speed = state.vx;
         state.omega = [0, 1].map(|k| match measured.omega[k][i] > 0.0 {
@@ -324,11 +334,11 @@ impl<'a> Ride<'a> {
             false => self.throttle(measured, i),
         };
         let lean = Lean {
-            angle: known(&measured.roll, i),
+            angle: measured.lean(error, i),
             rate: known(&measured.roll_rate, i),
             acceleration: known(&measured.roll_acceleration, i),
         };
-        self.action.steer = steer(plant, &self.state, &response, &lean);
+        self.action.steer = steer_as_felt(plant, &self.state, &response, &lean);
         let before = self.state;
         let next = given(self.action, (i + 1).min(measured.v.len() - 1));
         let response =
@@ -353,7 +363,8 @@ impl<'a> Ride<'a> {
     /// Drive torque, N m, that brings the speed back to the measured one.
     fn throttle(&self, measured: &Measured, i: usize) -> f64 {
         let Ride { plant, state, .. } = self;
-        let wanted = known(&measured.ax, i) + THROTTLE * (known(&measured.v, i) - state.vx);
+        let wanted =
+            known(&measured.ax, i) + THROTTLE * (measured.speed(&plant.model_error, i) - state.vx);
         let rolling = plant.tyres[1].rolling_resistance * plant.mass * crate::GRAVITY;
         let spinning: f64 =
             (0..2).map(|k| plant.wheel_inertia[k] / plant.tyres[k].rolling_radius.powi(2)).sum();

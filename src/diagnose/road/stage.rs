@@ -248,13 +248,8 @@ impl<'a> Stage<'a> {
         let problem = self.model.problem(samples);
         let linear = problem.linear(&self.model.values);
         let terms = structure::terms(samples, &problem, &linear);
-        let scale = &self.calibration.scale.structure;
-        let (most, times) = scale.most_unusual(&terms);
-        // the most unusual term tells that there is something, the one that gains most beyond its
-        // usual what it goes with
-        let beyond = terms.iter().zip(&scale.usual).map(|(t, usual)| (t, t.gain - usual));
-        let term = beyond.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| most.is_some());
-        (term.map(|(t, _)| (*t, times / scale.threshold)), linear)
+        let (most, times) = self.calibration.scale.structure.most_unusual(&terms);
+        (most.map(|term| (term, times)), linear)
     }
 }
 

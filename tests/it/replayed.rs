@@ -1,0 +1,75 @@
+//! A ride simulated on the motorcycle that it was ridden on, whatever it has: nothing is left.
+
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::Session;
+use roadbench::diagnose::road::replay::{From, replay};
+use roadbench::diagnose::road::samples::picks;
+use roadbench::effects::ALL;
+use roadbench::pipeline::Pipeline;
+use roadbench::segment::Segment;
+use roadbench::simulate::motorcycle::Plant;
+use roadbench::simulate::scenario::{Machine, Scenario};
+use roadbench::statistics::smooth::smooth;
+use roadbench::{filter, segment, simulate};
+
+/// What is compared, and below what nobody would see a difference: half a white noise of usual sensors.
+const COMPARED: [(Channel, f64); 7] = [
+    (Channel::VelocityX, 0.02),
+    (Channel::AccelerationX, 0.05),
+    (Channel::AccelerationY, 0.05),
+    (Channel::Roll, 0.003),
+    (Channel::YawRate, 0.004),
+    (Channel::WheelSpeedFront, 0.1),
+    (Channel::WheelSpeedRear, 0.1),
+];
+
+/// Rms of measured less replayed in all manoeuvres, by channel.
+fn misfit(session: &Session, segments: &[Segment], plant: &Plant) -> [f64; 7] {
+    let shown = replay(session, segments, plant, From::Manoeuvres);
+    let picks = picks(session, segments);
+    COMPARED.map(|(channel, _)| {
+        let column = |s: &Session| smooth(s.get(channel).expect("a channel"), s.rate);
+        let (measured, shown) = (column(session), column(&shown));
+        let at = picks.iter().flat_map(|(_, at)| at.iter().copied());
+        let (n, sum) = at
+            .map(|i| (measured[i] - shown[i]).powi(2))
+            .filter(|x| x.is_finite())
+            .fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x));
+        f64::sqrt(sum / n)
+    })
+}
+
+fn ridden(scenario: &Scenario, machine: &Machine) -> (Session, Vec<Segment>) {
+    let session = simulate::session(scenario, machine, 0).session;
+    let pipeline = Pipeline::onroad();
+    let mut filtered = session.clone();
+    filter::run(&mut filtered, &pipeline.filter);
+    let segments = segment::run(&filtered, &machine.bike, &pipeline.segment);
+    (session, segments)
+}
+
+#[test]
+fn the_true_effect_leaves_nothing_of_itself() {
+    let scenario = Scenario::builtin("perfect").expect("scenario");
+    let usual = scenario.machine(0);
+    let (session, segments) = ridden(&scenario, &usual);
+    let floor = misfit(&session, &segments, &usual.plant);
+    let mut wrong = Vec::new();
+    for effect in ALL {
+        let mut machine = usual.clone();
+        let mut error = machine.plant.model_error;
+        (effect.set)(&mut error, 2.0 * effect.typical);
+        machine.plant = machine.plant.with(&error);
+        let (session, segments) = ridden(&scenario, &machine);
+        let without = misfit(&session, &segments, &usual.plant);
+        let with = misfit(&session, &segments, &machine.plant);
+        for (k, (channel, small)) in COMPARED.into_iter().enumerate() {
+            // a ride with something hidden is another ride: its floor is not quite the same
+            if with[k] > 1.5 * floor[k] + small {
+                let (name, channel) = (effect.name, channel.name());
+                wrong.push(format!("{name} {channel} {:.4} -> {:.4}", without[k], with[k]));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
