@@ -12,15 +12,15 @@ use roadbench::simulate::plan::{Plan, PlanKind};
 const GRADE: f64 = 0.006;
 const LATE: f64 = 0.03;
 
-/// Two motorcycles on two sites over two nights: the second one's velocity is late, the first site slopes.
+/// Two motorcycles on two sites over three nights: the second one's velocity is late, the first site slopes.
 #[test]
 fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
     let names = ["road_grade", "latency", "steer_zero", "roll_zero"];
     let effects: Vec<Effect> = names.map(|n| *Effect::named(n).expect("known")).to_vec();
     let settings = Settings { nulls: 8, effects, advise: false };
     let mut pooling = Pooling::default();
-    for k in 0..4 {
-        let (late, slopes) = (k % 2 == 1, k / 2 == 0);
+    for k in 0..6 {
+        let (late, slopes) = (k % 2 == 1, k / 3 == 0);
         let hidden = [("latency", late, LATE), ("road_grade", slopes, GRADE)]
             .into_iter()
             .filter(|(_, there, _)| *there)
@@ -42,7 +42,7 @@ fn a_late_sensor_is_the_motorcycles_and_a_slope_the_sites() {
         session.meta.bike_id = ["a", "b"][k % 2].to_owned();
         session.meta.site = Some(if slopes { "x" } else { "y" }.to_owned());
         // neither the motorcycles' nor the sites' sessions share a night
-        let night = if k == 0 || k == 3 { 1 } else { 2 };
+        let night = 1 + k % 3;
         session.meta.start_time = Some(format!("2026-05-0{night}T10:00:00Z"));
         let found =
             diagnose(&session, &machine.bike, &Pipeline::onroad(), &settings).expect("diagnosed");

@@ -393,7 +393,7 @@ mod tests {
     use super::*;
     use crate::simulate::{self, scenario::Scenario};
 
-    /// On a rear tyre with a tenth of its cornering stiffness some bends cannot be ridden; the straights can.
+    /// On a rear tyre with a twentieth of its cornering stiffness some bends cannot be ridden; the straights can.
     #[test]
     fn bends_that_cannot_be_ridden_are_left_out() {
         let scenario = Scenario::builtin("perfect").expect("scenario");
@@ -413,7 +413,7 @@ mod tests {
         };
         let mut plant = machine.plant.clone();
         assert_eq!(lost(&plant), [0.0; 2]);
-        plant.tyres[1].stiffness.ct *= 0.1;
+        plant.tyres[1].stiffness.ct *= 0.05;
         let [bends, straights] = lost(&plant);
         assert!(bends > 0.1 && straights < 0.02, "{bends}, {straights}");
     }
