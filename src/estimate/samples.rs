@@ -83,6 +83,8 @@ samples! {
     pitch,
     /// Pitch rate, rad/s.
     pitch_rate,
+    /// Pitch acceleration, rad/s², over 0.1 s.
+    pitch_acceleration,
     /// Roll, rad.
     roll,
     /// Roll rate, rad/s.
@@ -167,6 +169,8 @@ pub fn gather(
 
 /// Half the span of a rate, s.
 const SHORT: f64 = 0.02;
+/// Half the span of the pitch acceleration, s: a wheel locks within little more.
+const MIDDLE: f64 = 0.05;
 /// Half the span of the rate of a noisy channel, s: a satellite's lateral velocity is one.
 const WIDE: f64 = 0.1;
 /// Time before and after a sample in which a change counts, s.
@@ -200,6 +204,7 @@ impl<'a> Reader<'a> {
         let (velocity_x, velocity_y) = (Some(self.velocity_x), get(Channel::VelocityY));
         let (roll, roll_rate) = (get(Channel::Roll), get(Channel::RollRate));
         let (pitch, yaw_rate) = (get(Channel::Pitch), get(Channel::YawRate));
+        let pitch_rate = get(Channel::PitchRate);
         let omega = [get(Channel::WheelSpeedFront), get(Channel::WheelSpeedRear)];
         let moved = ((i as f64 + self.latency).round().max(0.0) as usize).min(self.last);
         let velocity_x_rate = self.rate(velocity_x, moved, SHORT);
@@ -213,7 +218,11 @@ impl<'a> Reader<'a> {
             // without an accelerometer the velocity is differentiated
             acceleration_x: get(Channel::AccelerationX).map_or(velocity_x_rate, |x| x[i]),
             pitch: read(pitch),
-            pitch_rate: get(Channel::PitchRate).map_or_else(|| self.rate(pitch, i, WIDE), |x| x[i]),
+            pitch_rate: pitch_rate.map_or_else(|| self.rate(pitch, i, WIDE), |x| x[i]),
+            pitch_acceleration: pitch_rate.map_or_else(
+                || self.curvature(pitch, i, WIDE),
+                |_| self.rate(pitch_rate, i, MIDDLE),
+            ),
             roll: read(roll),
             roll_rate: roll_rate.map_or_else(|| self.rate(roll, i, SHORT), |x| x[i]),
             roll_acceleration: self.rate(roll_rate, i, WIDE),
@@ -241,6 +250,17 @@ impl<'a> Reader<'a> {
         let reach = (half * self.session.rate).round().max(1.0) as usize;
         let (a, b) = (i.saturating_sub(reach), (i + reach).min(self.last));
         x.map_or(f64::NAN, |x| (x[b] - x[a]) * self.session.rate / (b - a).max(1) as f64)
+    }
+
+    /// Second difference over `half` s on each side, per s².
+    fn curvature(&self, x: Values<'_>, i: usize, half: f64) -> f64 {
+        let reach = (half * self.session.rate).round().max(1.0) as usize;
+        let (a, b) = (i.saturating_sub(reach), (i + reach).min(self.last));
+        if i - a != b - i {
+            return f64::NAN;
+        }
+        let span = reach as f64 / self.session.rate;
+        x.map_or(f64::NAN, |x| (x[b] - 2.0 * x[i] + x[a]) / (span * span))
     }
 
     /// Largest change within [`NEAR`] before and after.

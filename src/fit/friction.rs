@@ -245,6 +245,9 @@ pub struct Friction {
     pub slip_range: [f64; 2],
 }
 
+/// What is left of a tyre's friction, over its size, when the paper's form is fitted to another's curve near its
+/// peak: published motorcycle tyres in the forms of Pacejka (2012), standard deviation.
+const FORM_ERROR: f64 = 0.0005;
 /// Starts of the search: `b`, `c` and `e1`.
 const STARTS: [(f64, f64, f64); 4] =
     [(10.0, 1.5, 0.2), (20.0, 1.3, 0.5), (6.0, 1.7, -0.5), (14.0, 1.6, -1.0)];
@@ -378,12 +381,28 @@ impl Friction {
             *contrast.get_mut(j)? = 1.0;
             dispersion = self.dispersion[j];
         }
+        let form = match coefficient {
+            Coefficient::PeakSlip => self.flat_peak()?,
+            _ => 0.0,
+        };
         let covariance = match coefficient {
             Coefficient::PeakSlip | Coefficient::MfD => &self.covariance,
             _ => &self.shape_covariance,
         };
         let (se, dof) = covariance.as_ref().map_or((f64::NAN, 0.0), |c| c.contrast(&contrast));
-        Some(Uncertainty { variance: se * se, dof, dispersion, quality: self.quality.clone() })
+        let variance = se * se + form * form;
+        Some(Uncertainty { variance, dof, dispersion, quality: self.quality.clone() })
+    }
+
+    /// How far from the fitted peak the curve is lower by no more than [`FORM_ERROR`]: so far the peak of
+    /// a tyre of another form may be.
+    fn flat_peak(&self) -> Option<f64> {
+        let peak = self.formula.peak_slip()?;
+        let friction = |sigma: f64| -self.formula.value(-sigma / (1.0 + sigma));
+        let step = 0.1 * peak;
+        let around = 0.5 * (friction(peak - step) + friction(peak + step));
+        let fall = (friction(peak) - around) / friction(peak);
+        Some(step * (FORM_ERROR / fall.max(FORM_ERROR)).sqrt())
     }
 }
 

@@ -106,6 +106,7 @@ impl<'a> Refit<'a> {
         inputs.rolling += variation.rolling;
         inputs.trail_ratio += variation.trail_ratio;
         inputs.slip_lag += variation.slip_lag;
+        inputs.pitch_gyration += variation.pitch_gyration;
         (inputs, radius, resistance)
     }
 

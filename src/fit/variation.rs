@@ -3,7 +3,9 @@
 use super::coasting::{Coasting, DRAG, RADIUS, ROLLING};
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::RULE;
+use crate::estimate::signals::SLIP_LAG;
 use crate::estimate::zeros::{LateralZero, Zeros};
+use crate::model::dive::PITCH_GYRATION;
 use crate::model::formulation::Formulation;
 
 /// One upstream quantity, or one direction of correlated ones, moved by one standard error.
@@ -25,15 +27,13 @@ pub struct Variation {
     pub trail_ratio: f64,
     /// Change of the relaxation length of the slip ratio, m.
     pub slip_lag: f64,
+    /// Change of the pitch inertia over the mass, m².
+    pub pitch_gyration: f64,
 }
 
 /// The rear crown over the front's is the ratio of the widths within this share: an estimate, tyres
 /// of one set are not equally round; that of an independent plant is 7 % off.
 const CROWN_SPREAD: f64 = 0.1;
-
-/// Relaxation length of the slip ratio, m: an independent plant's. The estimate leaves it out, so that brakes
-/// that bite fast show the peak of the friction at too large a slip.
-const SLIP_LAG: f64 = 0.1;
 
 /// Every upstream quantity in turn, one standard error up.
 pub fn variations(
@@ -62,7 +62,9 @@ pub fn variations(
     let trail_ratio = 0.25 * (RULE[1] - RULE[0]);
     out.push(Variation { trail_ratio, ..Variation::default() });
     if formulation == Formulation::Corrected {
-        out.push(Variation { slip_lag: SLIP_LAG, ..Variation::default() });
+        out.push(Variation { slip_lag: SLIP_LAG[1], ..Variation::default() });
+        let pitch_gyration = PITCH_GYRATION[1];
+        out.push(Variation { pitch_gyration, ..Variation::default() });
         let moved = zero_variations(zeros).into_iter().filter(|moved| moved != zeros);
         out.extend(moved.map(|z| Variation { zeros: Some(z), ..Variation::default() }));
     }
