@@ -20,7 +20,7 @@ use crate::contract::bike::{Axle, Bike};
 use crate::model::dive::{PITCH_GYRATION, above_axles, contact_arms};
 use crate::model::kinematics::{FrontWheel, front_wheel};
 use crate::model::tyre::trail_0;
-use crate::model::tyre_model::USUAL_SHARE;
+use crate::model::tyre_model::{USUAL_SHARE, load_lead};
 
 use super::relaxation::SlipLag;
 use super::samples::Samples;
@@ -55,6 +55,8 @@ pub struct Inputs {
     pub slip_lag: f64,
     /// Pitch inertia over mass, m².
     pub pitch_gyration: f64,
+    /// True over measured lean.
+    pub roll_scale: f64,
 }
 
 /// Estimated signals, one value per sample; pairs are front and rear.
@@ -127,6 +129,7 @@ impl Inputs {
             trail_ratio: 1.0,
             slip_lag: SLIP_LAG[0],
             pitch_gyration: PITCH_GYRATION[0],
+            roll_scale: 1.0,
         }
     }
 
@@ -170,10 +173,15 @@ impl Inputs {
     fn speed(&self, x: &Samples, i: usize) -> f64 {
         let late = self.zeros.latency * x.velocity_x_rate[i];
         let turn = x.yaw_rate[i] - self.zeros.yaw_rate;
-        let roll = x.roll[i] - self.zeros.roll;
+        let roll = self.roll(x, i);
         // a point above the leaned mass centre runs inside of it
         let beside = turn * self.bike.velocity_sensor_z * roll.sin();
         x.velocity_x[i] + late - if beside.is_finite() { beside } else { 0.0 }
+    }
+
+    /// Lean of a sample, rad.
+    fn roll(&self, x: &Samples, i: usize) -> f64 {
+        self.roll_scale * (x.roll[i] - self.zeros.roll)
     }
 
     /// How far the mass centre has moved forward over the wheels, m: a diving front turns the
@@ -186,6 +194,14 @@ impl Inputs {
             return 0.0;
         }
         above_axles(self.bike.cg_height, self.nominal_radii()) * pitch.clamp(-0.2, 0.2)
+    }
+
+    /// How far ahead of the axles the loads act, m; the printed form leaves it out.
+    fn load_lead(&self) -> f64 {
+        match self.is_corrected() {
+            true => load_lead(self.rolling, 0.5 * (self.radius[0] + self.radius[1])),
+            false => 0.0,
+        }
     }
 
     /// What turns the frame ever faster into a dive, N m: the wheels' loads lag the deceleration by it.
@@ -230,6 +246,7 @@ impl Inputs {
         let b = &self.bike;
         let weight = b.mass * GRAVITY * (1.0 + lift) / b.wheelbase;
         let transfer = (total_x * b.cg_height + spin_rate) * cos_phi / b.wheelbase; // (25b)
+        let ahead = ahead - self.load_lead();
         let (rear, front) = (b.cg_to_rear() + ahead, b.cg_to_front - ahead);
         [weight * rear - transfer, weight * front + transfer] // (25a)
     }
@@ -244,7 +261,7 @@ impl Inputs {
         let mut out = Signals::with_room(n);
         for i in 0..n {
             let v = self.speed(x, i);
-            let roll = x.roll[i] - self.zeros.roll;
+            let roll = self.roll(x, i);
             let roll = if roll.is_finite() { roll } else { 0.0 };
             let cos_phi = roll.cos();
             let a = x.acceleration_x[i] - self.zeros.acceleration_x;
@@ -342,7 +359,7 @@ impl Inputs {
     fn corner_state(&self, x: &Samples, i: usize, lag: &mut SlipLag) -> CornerState {
         let b = &self.bike;
         let speed = self.speed(x, i);
-        let roll = x.roll[i] - self.zeros.roll;
+        let roll = self.roll(x, i);
         let turn = x.yaw_rate[i] - self.zeros.yaw_rate;
         let (sin_roll, cos_roll) = roll.sin_cos();
         let (kinematic, front) = self.angles(x, i, speed, (sin_roll, cos_roll));

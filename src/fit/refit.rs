@@ -107,6 +107,7 @@ impl<'a> Refit<'a> {
         inputs.trail_ratio += variation.trail_ratio;
         inputs.slip_lag += variation.slip_lag;
         inputs.pitch_gyration += variation.pitch_gyration;
+        inputs.roll_scale += variation.roll_scale;
         (inputs, radius, resistance)
     }
 

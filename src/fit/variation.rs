@@ -29,11 +29,18 @@ pub struct Variation {
     pub slip_lag: f64,
     /// Change of the pitch inertia over the mass, m².
     pub pitch_gyration: f64,
+    /// Change of the true over the measured lean.
+    pub roll_scale: f64,
 }
 
 /// The rear crown over the front's is the ratio of the widths within this share: an estimate, tyres
 /// of one set are not equally round; that of an independent plant is 7 % off.
 const CROWN_SPREAD: f64 = 0.1;
+
+/// Lean that an attitude filter measures in a bend, beyond its zero: relative error, standard deviation. A
+/// filter that leans on the accelerometer reads too little; those of a simulated population read -0.3 % with a
+/// deviation of 0.4 %.
+const ROLL_SCALE: f64 = 0.004;
 
 /// Every upstream quantity in turn, one standard error up.
 pub fn variations(
@@ -64,6 +71,7 @@ pub fn variations(
     if formulation == Formulation::Corrected {
         out.push(Variation { slip_lag: SLIP_LAG[1], ..Variation::default() });
         let pitch_gyration = PITCH_GYRATION[1];
+        out.push(Variation { roll_scale: ROLL_SCALE, ..Variation::default() });
         out.push(Variation { pitch_gyration, ..Variation::default() });
         let moved = zero_variations(zeros).into_iter().filter(|moved| moved != zeros);
         out.extend(moved.map(|z| Variation { zeros: Some(z), ..Variation::default() }));

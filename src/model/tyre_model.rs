@@ -89,3 +89,9 @@ impl Clone for Box<dyn TyreModel> {
         self.boxed_clone()
     }
 }
+
+/// How far ahead of its axle the load of a rolling wheel acts, m: its moment about the axle is that of the rolling
+/// resistance (a coefficient), which the road's pull at the radius (m) overcomes.
+pub fn load_lead(rolling_resistance: f64, radius: f64) -> f64 {
+    rolling_resistance * radius
+}

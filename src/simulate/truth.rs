@@ -66,8 +66,8 @@ fn cornering_rows(
     cornering::rows(&signals, &clusters, &keep, tyre, side_force_ratio)
 }
 
-/// `c1`, `c3` and `ct` of both tyres on a ride of the multibody motorcycle, whose side-force ratios are
-/// given.
+/// `c1`, `c3`, `ct` and the overturning stiffnesses of both tyres on a ride of the multibody motorcycle, whose
+/// side-force ratios are given. The overturning moment of a tyre of another form is not its crown's alone.
 pub fn of_corners(
     ride: &MultibodyRide,
     weight: f64,
@@ -92,7 +92,44 @@ pub fn of_corners(
         let rows = cornering_rows(ridden, &at, weight, (i, side_force_ratio[i]), config);
         lateral(&rows).map(|(coefficient, value)| (Id::from((axle, coefficient)), value))
     };
-    Axle::BOTH.into_iter().enumerate().flat_map(of).collect()
+    let mut out: Truth = Axle::BOTH.into_iter().enumerate().flat_map(of).collect();
+    out.extend(overturning(ride, weight, config));
+    out
+}
+
+/// Overturning stiffness of both tyres and of both together, m: moment over load times tangent of camber, by
+/// least squares over the samples that the estimate takes.
+fn overturning(ride: &MultibodyRide, weight: f64, config: &estimate::Config) -> Truth {
+    let quasi_static = QuasiStatic::from(config);
+    // sums of moment times lever and of lever squared: front, rear, both
+    let mut sums = [[0.0; 2]; 3];
+    for &(kind, start, end, _) in &ride.labels {
+        if kind != ManoeuvreKind::Cornering {
+            continue;
+        }
+        let rate = ride.session.rate;
+        for s in
+            &ride.samples[(start * rate) as usize..((end * rate) as usize).min(ride.samples.len())]
+        {
+            let longitudinal = s.wheels[0].force[0] + s.wheels[1].force[0];
+            if !quasi_static.holds(s.wheels[1].camber, s.motion.spin.x, longitudinal, weight) {
+                continue;
+            }
+            let lever = [0, 1].map(|k| s.wheels[k].load * s.wheels[k].camber.tan());
+            let moment = [0, 1].map(|k| -s.wheels[k].moment_x);
+            let all = [(moment[0], lever[0]), (moment[1], lever[1])];
+            let both = (moment[0] + moment[1], lever[0] + lever[1]);
+            for (sum, (moment, lever)) in sums.iter_mut().zip(all.into_iter().chain([both])) {
+                sum[0] += moment * lever;
+                sum[1] += lever * lever;
+            }
+        }
+    }
+    let parts = [Part::Front, Part::Rear, Part::Vehicle];
+    let known = parts.into_iter().zip(sums).filter(|(_, [_, squares])| *squares > 0.0);
+    known
+        .map(|(part, [sum, squares])| (Id::from((part, C::OverturningStiffness)), sum / squares))
+        .collect()
 }
 
 /// `c1`, `c3` and `ct` as a fit gives them.

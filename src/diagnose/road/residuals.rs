@@ -23,7 +23,7 @@ use crate::manoeuvre::ManoeuvreKind;
 use crate::model::dive::above_axles;
 use crate::model::kinematics::height_in_plane;
 use crate::model::magic_formula::MagicFormula;
-use crate::model::tyre_model::Carcass;
+use crate::model::tyre_model::{Carcass, load_lead};
 
 /// Names of the channels, in their order.
 pub const CHANNELS: [&str; 8] = ResidualChannel::NAMES;
@@ -165,6 +165,8 @@ struct Fixed {
     carcass: [Carcass; 2],
     /// Height of the mass centre above the axles, m.
     above_axles: f64,
+    /// Of both wheels, m.
+    mean_radius: f64,
     /// Loads at rest.
     still: [f64; 2],
     per_still: [f64; 2],
@@ -182,6 +184,7 @@ impl Fixed {
             per_length: 1.0 / l,
             carcass: w.carcasses(),
             above_axles: above_axles(w.cg_height, w.radius),
+            mean_radius: 0.5 * (w.radius[0] + w.radius[1]),
             still,
             per_still: still.map(|n| 1.0 / n),
         }
@@ -260,8 +263,8 @@ impl Instant<'_> {
         let spin_rate: f64 = (0..2).map(|k| fixed.inertia[k] * s.omegad[k][i]).sum();
         let turning = spin_rate + m * p.pitch_gyration * s.divedd[i];
         let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * turning, drag);
-        let load_rear =
-            (weight * (lf - fixed.above_axles * s.dive[i]) + transferred) * fixed.per_length;
+        let lead = load_lead(rolling, fixed.mean_radius) - fixed.above_axles * s.dive[i];
+        let load_rear = (weight * (lf + lead) + transferred) * fixed.per_length;
         let lifted = error.lift(0.0, v);
         let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
         let gain = error.brake_gain(1.0, m, s.brakes[i]);

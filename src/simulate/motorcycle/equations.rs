@@ -11,6 +11,7 @@ use crate::effects::physics::Rolling;
 use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::{front_wheel, height_in_plane};
 use crate::model::tyre::{Input, Output};
+use crate::model::tyre_model::load_lead;
 
 /// How the motorcycle lies at an instant. Pairs are front and rear.
 struct Pose {
@@ -38,6 +39,8 @@ struct PerLoad {
     /// Level frame, rolling resistance included.
     x: [f64; 2],
     y: [f64; 2],
+    /// Rolling resistance.
+    rolling: [f64; 2],
 }
 
 /// Forces and loads that balance.
@@ -200,11 +203,12 @@ impl Plant {
             -error.rolling_resistance(self.tyres[i].rolling_resistance, s.vx) * fade
         };
         let (sin_d, cos_d) = pose.steer_sin_cos;
-        let ax = [unit[0].force_x + rolling(0), unit[1].force_x + rolling(1)];
+        let rolling = [rolling(0), rolling(1)];
+        let ax = [unit[0].force_x + rolling[0], unit[1].force_x + rolling[1]];
         let x = [ax[0] * cos_d - unit[0].force_y * sin_d, ax[1]];
         let y = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y]
             .map(|y| error.weight_across(y));
-        PerLoad { slip_ratio, alpha_rate, lever_arm, unit, x, y }
+        PerLoad { slip_ratio, alpha_rate, lever_arm, unit, x, y, rolling }
     }
 
     /// Loads and roll acceleration that balance the tyres' forces under an assumed load.
@@ -239,12 +243,13 @@ impl Plant {
         // the steered front wheel stands beside the plane
         let beside = [self.normal_trail * s.steer.sin() / cos_phi, 0.0];
         let arm = |i: usize| aside + h * cos_phi * y[i] + unit[i].moment_x - beside[i];
+        let lead = |i: usize| load_lead(-per_load.rolling[i], lever_arm[i]);
         let a = Matrix3::new(
             1.0,
             1.0,
             m * rising * sin_phi,
-            -lf - h * cos_phi * x[0] + cos_phi * drive_per_load[0],
-            lr - h * cos_phi * x[1] + cos_phi * drive_per_load[1],
+            -lf - lead(0) - h * cos_phi * x[0] + cos_phi * drive_per_load[0],
+            lr - lead(1) - h * cos_phi * x[1] + cos_phi * drive_per_load[1],
             0.0,
             -arm(0),
             -arm(1),

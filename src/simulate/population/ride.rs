@@ -97,7 +97,9 @@ impl Ridden {
         };
         let ratio = Axle::BOTH.map(|axle| of(axle, C::SideForceRatio));
         let weight = model.motorcycle.mass() * model.motorcycle.gravity;
-        truth.extend(truth::of_corners(&self.ride, weight, ratio, config));
+        let ridden = truth::of_corners(&self.ride, weight, ratio, config);
+        truth.retain(|(id, _)| ridden.iter().all(|(known, _)| known != id));
+        truth.extend(ridden);
         for (id, value) in &mut truth {
             let of_peak = match id.coefficient {
                 C::MfD => 0,
