@@ -21,6 +21,7 @@ use crate::statistics::cluster_covariance::{
     ClusterCovariance, Correction, Scores, sandwich, sandwich_with,
 };
 use crate::statistics::clustered_fit::{Quality, Uncertainty, count, dispersion};
+use crate::statistics::loss::tau_scale;
 use crate::statistics::nonlinear::{self, Model, NonlinearFit, Options};
 use crate::statistics::order::quantile;
 
@@ -241,6 +242,8 @@ pub struct Friction {
     /// `(J' psi' J)^-1 J' W`: change of the coefficients per change of the residuals, but for the sign.
     response: DMatrix<f64>,
     residuals: Vec<f64>,
+    /// Coefficients of another curve that describes the samples as well.
+    other: Option<Vec<f64>>,
     /// Lowest and highest slip ratio of the samples (their 1 % and 99 % quantiles).
     pub slip_range: [f64; 2],
 }
@@ -248,6 +251,10 @@ pub struct Friction {
 /// What is left of a tyre's friction, over its size, when the paper's form is fitted to another's curve near its
 /// peak: published motorcycle tyres in the forms of Pacejka (2012), standard deviation.
 const FORM_ERROR: f64 = 0.0005;
+/// Place of `e1`.
+const CURVATURE: usize = 3;
+/// A robust scale of the residuals no larger than this over the smallest one belongs to a curve that is as good.
+const AS_GOOD: f64 = 1.02;
 /// Starts of the search: `b`, `c` and `e1`.
 const STARTS: [(f64, f64, f64); 4] =
     [(10.0, 1.5, 0.2), (20.0, 1.3, 0.5), (6.0, 1.7, -0.5), (14.0, 1.6, -1.0)];
@@ -271,6 +278,7 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
         ..Options::default()
     };
     let fit = nonlinear::fit(rows, &starts, Some(&BOUNDS[..p]), &options).ok()?;
+    let other = other_valley(rows, &fit, &options);
     let scores = Scores {
         jacobian: &fit.jacobian,
         residuals: &fit.residuals,
@@ -301,7 +309,30 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
         response,
         residuals: fit.residuals,
         slip_range,
+        other,
     })
+}
+
+/// METHOD: a blunt curve of large curvature and a sharp one of little fit the same samples: two minima, of which
+/// chance chooses. The linearised covariance knows the one; what is known covers both.
+///
+/// The end of a descent from the other side, where it is one of its own and as good.
+fn other_valley(rows: &Rows, fit: &NonlinearFit, options: &Options) -> Option<Vec<f64>> {
+    let mut start = fit.theta.clone();
+    let (b, c, e) = match start[CURVATURE] > 0.5 {
+        true => (1.35, 0.75, 0.1),
+        false => (0.75, 1.3, 0.87),
+    };
+    start[0] *= b;
+    start[1] = (start[1] * c).clamp(1.05, 2.3);
+    start[CURVATURE] = e;
+    let options = Options { search_iterations: 0, ..*options };
+    let bounds = &BOUNDS[..rows.parameters()];
+    let other = nonlinear::fit(rows, &[start], Some(bounds), &options).ok()?;
+    let mut scratch = vec![0.0; rows.len()];
+    let mut size =
+        |fit: &NonlinearFit| tau_scale(&fit.residuals, options.scale_floor, &mut scratch);
+    (size(&other) < AS_GOOD * size(fit)).then_some(other.theta)
 }
 
 /// See [`Friction::response`]; `n` rows.
@@ -390,8 +421,22 @@ impl Friction {
             _ => &self.shape_covariance,
         };
         let (se, dof) = covariance.as_ref().map_or((f64::NAN, 0.0), |c| c.contrast(&contrast));
-        let variance = se * se + form * form;
+        let valley = self.to_other_valley(coefficient).unwrap_or(0.0);
+        let variance = se * se + form * form + valley * valley;
         Some(Uncertainty { variance, dof, dispersion, quality: self.quality.clone() })
+    }
+
+    /// Half the way of a coefficient to the other curve that describes the samples as well.
+    fn to_other_valley(&self, coefficient: Coefficient) -> Option<f64> {
+        let other = self.other.as_ref()?;
+        let change = match coefficient {
+            Coefficient::PeakSlip => curve(other).peak_slip()? - self.formula.peak_slip()?,
+            _ => {
+                let j = PARAMETERS.iter().position(|c| *c == coefficient)?;
+                other.get(j)? - self.theta.get(j)?
+            }
+        };
+        Some(0.5 * change)
     }
 
     /// How far from the fitted peak the curve is lower by no more than [`FORM_ERROR`]: so far the peak of
