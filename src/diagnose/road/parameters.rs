@@ -62,6 +62,9 @@ pub struct Parameters {
     pub ax_zero: f64,
     /// As above.
     pub vy_zero: f64,
+    /// Error of the measured lean over the lean: as much of gravity is in the lateral acceleration that the logger
+    /// turned into the level frame with it.
+    pub attitude_scale: f64,
     /// What the base leaves out, zero in it.
     pub model_error: ModelError,
 }
@@ -188,6 +191,7 @@ pub const BASE: &[Parameter] = &[
     parameter!("acceleration_y_zero", 0.03, 2.0, |w| w.ay_zero),
     parameter!("acceleration_x_zero", 0.03, 5.0, |w| w.ax_zero),
     parameter!("velocity_y_zero", 0.02, 5.0, |w| w.vy_zero),
+    parameter!("attitude_scale", 0.004, 2.0, |w| w.attitude_scale),
 ];
 
 /// Least slip stiffness per load of a tyre: half of the softest published.
@@ -300,6 +304,7 @@ impl Parameters {
             ay_zero: 0.0,
             ax_zero: 0.0,
             vy_zero: 0.0,
+            attitude_scale: 0.0,
             model_error: ModelError::default(),
         }
     }

@@ -402,7 +402,9 @@ impl Instant<'_> {
         out[ResidualChannel::LateralRear] = lateral[1];
         out[ResidualChannel::Roll] = self.roll(&x);
         out[ResidualChannel::KinematicX] = vd - ax - a.r * a.vy;
-        out[ResidualChannel::KinematicY] = ay - vyd - a.v * a.r;
+        // in the other balances the same error of the lean stands on the other side
+        let tilted = self.p.attitude_scale * GRAVITY * a.sin_phi;
+        out[ResidualChannel::KinematicY] = ay - tilted - vyd - a.v * a.r;
         out
     }
 }

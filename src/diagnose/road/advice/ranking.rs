@@ -83,6 +83,7 @@ impl Advice {
             ay_zero: 0.0,
             ax_zero: 0.0,
             vy_zero: 0.0,
+            attitude_scale: 0.0,
             ..best.values.clone()
         };
         let with = SETS
