@@ -20,6 +20,8 @@ use serde::Deserialize;
 
 use super::schema::{Key, KeyTable};
 
+/// Relaxation length of the slip ratio where the file gives none, m; as the schema says.
+const USUAL_SLIP_LAG: f64 = 0.07;
 /// Spin inertia of the wheels where the file has none, front and rear, kg m²: 17 inch wheels with
 /// tyre and disc; `assumed` in the schema.
 pub const USUAL_WHEEL_INERTIA: [f64; 2] = [0.45, 0.60];
@@ -84,6 +86,8 @@ pub struct WheelData {
     /// Share of the vertical deflection by which the rolling radius falls, where given; else about a
     /// third (`crate::model::tyre_model::USUAL_SHARE`).
     pub deflection_share: Option<f64>,
+    /// Relaxation length of the slip ratio, m, where given; see [`Bike::longitudinal_relaxation`].
+    pub longitudinal_relaxation: Option<f64>,
     /// Relaxation length, m; `None` means the wheel radius.
     pub relaxation_length: Option<f64>,
     /// Slip transition coefficient `q1`.
@@ -283,6 +287,11 @@ impl Bike {
         self.wheel(axle).wheel_inertia.unwrap_or(USUAL_WHEEL_INERTIA[axle as usize])
     }
 
+    /// Relaxation length of a wheel's slip ratio, m: the file's, or a usual one.
+    pub fn longitudinal_relaxation(&self, axle: Axle) -> f64 {
+        self.wheel(axle).longitudinal_relaxation.unwrap_or(USUAL_SLIP_LAG)
+    }
+
     /// A numeric key's value, given or default.
     pub fn value(&self, key: &str) -> Option<f64> {
         self.keys.get(key).copied()
@@ -372,6 +381,7 @@ impl Bike {
             twisting_stiffness: get(&format!("{end}.twisting_stiffness")),
             vertical_stiffness: get(&format!("{end}.vertical_stiffness")),
             deflection_share: opt(&format!("{end}.deflection_share")),
+            longitudinal_relaxation: opt(&format!("{end}.longitudinal_relaxation")),
             relaxation_length: opt(&format!("{end}.relaxation_length")),
             slip_transition: get(&format!("{end}.slip_transition")),
             camber_force_decay: get(&format!("{end}.camber_force_decay")),

@@ -27,10 +27,6 @@ use super::samples::Samples;
 use super::zeros::Zeros;
 use crate::model::formulation::Formulation;
 
-/// Relaxation length of the slip ratio, m, and what it is uncertain by: braking stiffness over the carcass's own;
-/// that of an independent plant and of published motorcycle tyres is 0.1. A tyre that lags nothing is within two
-/// deviations.
-pub const SLIP_LAG: [f64; 2] = [0.07, 0.04];
 /// Pitch accelerations count no further, rad/s²: more is a bump's.
 const MOST_PITCH: f64 = 15.0;
 
@@ -51,8 +47,6 @@ pub struct Inputs {
     pub rolling: f64,
     /// Pneumatic trail over that of the rule (12).
     pub trail_ratio: f64,
-    /// Relaxation length of the slip ratio, m: to first order the tyre's slip lags the wheel's by it.
-    pub slip_lag: f64,
     /// Pitch inertia over mass, m².
     pub pitch_gyration: f64,
     /// True over measured lean.
@@ -127,7 +121,6 @@ impl Inputs {
             drag: bike.drag,
             rolling: bike.rolling_resistance,
             trail_ratio: 1.0,
-            slip_lag: SLIP_LAG[0],
             pitch_gyration: PITCH_GYRATION[0],
             roll_scale: 1.0,
         }
@@ -258,6 +251,9 @@ impl Inputs {
         let rotating = self.rotating_mass();
         let inertia = self.inertia();
         let m = self.bike.mass;
+        // to first order the tyre's slip lags the wheel's by it
+        let lag =
+            Axle::BOTH.map(|a| if corrected { self.bike.longitudinal_relaxation(a) } else { 0.0 });
         let mut out = Signals::with_room(n);
         for i in 0..n {
             let v = self.speed(x, i);
@@ -288,12 +284,11 @@ impl Inputs {
                 Action::Braking(rho) => [rho * slip, (1.0 - rho) * slip], // (26), (27)
                 Action::Driving => [free(0), slip - free(0)],             // (27)
             };
-            let lag = if corrected { self.slip_lag } else { 0.0 };
             for k in 0..2 {
                 let s = x.omega[k][i] * self.loaded_radius(k, load[k]) / speeds[k] - 1.0; // (24)
                 let spinning = self.wheel_rate(x, i, k) * self.radius[k];
                 let rate = (spinning - (1.0 + s) * x.velocity_x_rate[i]) / speeds[k];
-                out.slip_ratio[k].push(s - lag / speeds[k] * rate);
+                out.slip_ratio[k].push(s - lag[k] / speeds[k] * rate);
                 out.load[k].push(load[k]);
                 // the printed form counts rolling resistance as slip force
                 let printed = if corrected { 0.0 } else { rolling[k] };
@@ -521,4 +516,76 @@ struct CornerState {
     load: [f64; 2],
     /// Lateral acceleration of the mass centre, m/s².
     lateral: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::channel::Channel;
+    use crate::contract::session::{Meta, Session};
+    use crate::estimate::Config;
+    use crate::estimate::samples::gather;
+    use crate::manoeuvre::ManoeuvreKind;
+    use crate::segment::Segment;
+    use std::path::Path;
+
+    const BIKE: &str = "mass = 200.0\nwheelbase = 1.4\ncg_to_front = 0.7\ncg_height = 0.6\n\
+        caster_angle = 0.42\nfront.radius = 0.3\nfront.width = 0.12\nrear.radius = 0.3\n\
+        rear.width = 0.18\n";
+
+    /// Loads in a ride at 20 m/s whose frame dives faster and faster, by `pitching` rad/s².
+    fn loads(formulation: Formulation, pitching: f64, rolling: f64) -> [f64; 2] {
+        let mut session = Session::new(Meta::default(), 100.0, 200);
+        let time = |i: i32| f64::from(i) / 100.0 - 1.0;
+        let column = |f: &dyn Fn(f64) -> f64| (0..200).map(|i| f(time(i))).collect::<Vec<f64>>();
+        session.set(Channel::VelocityX, vec![20.0; 200]);
+        session.set(Channel::AccelerationX, vec![0.0; 200]);
+        session.set(Channel::Roll, vec![0.0; 200]);
+        session.set(Channel::PitchRate, column(&|t| pitching * t));
+        let braking = Segment {
+            kind: ManoeuvreKind::FrontBraking,
+            start: 0,
+            end: 200,
+            direction: None,
+            quality: 1.0,
+            used: true,
+            reason: None,
+        };
+        let samples = gather(
+            &session,
+            &[braking],
+            &[ManoeuvreKind::FrontBraking],
+            100.0,
+            0.0,
+            &Config::default(),
+        );
+        let bike = Bike::parse(BIKE, "b", Path::new("b.toml")).expect("bike");
+        let mut inputs = Inputs::nominal(&bike, formulation, Zeros::default());
+        (inputs.drag, inputs.rolling) = (0.0, rolling);
+        let signals = inputs.straight(&samples, &vec![Action::Braking(1.0); samples.len()]);
+        let middle = samples.len() / 2;
+        [0, 1].map(|k| signals.load[k][middle])
+    }
+
+    #[test]
+    fn a_frame_that_dives_ever_faster_has_its_load_behind() {
+        let weight = 200.0 * GRAVITY;
+        let still = loads(Formulation::Corrected, 0.0, 0.0);
+        assert!((still[0] - 0.5 * weight).abs() < 1e-9 && (still[1] - 0.5 * weight).abs() < 1e-9);
+        // the pitch inertia of 40 kg m² over the wheelbase
+        let diving = loads(Formulation::Corrected, 3.0, 0.0);
+        assert!((still[0] - diving[0] - 40.0 * 3.0 / 1.4).abs() < 1e-6, "{still:?} {diving:?}");
+        assert!((diving[0] + diving[1] - weight).abs() < 1e-9);
+        let printed = loads(Formulation::Paper, 3.0, 0.0);
+        assert!((printed[0] - 0.5 * weight).abs() < 1e-9);
+    }
+
+    #[test]
+    fn rolling_wheels_carry_ahead_of_their_axles() {
+        let [front, rear] = loads(Formulation::Corrected, 0.0, 0.02);
+        // 0.02 times 0.3 m ahead: the front stands as much too far ahead of the mass centre
+        let weight = 200.0 * GRAVITY;
+        assert!((front - weight * (0.7 - 0.006) / 1.4).abs() < 1e-9, "{front}");
+        assert!((front + rear - weight).abs() < 1e-9);
+    }
 }

@@ -193,6 +193,7 @@ fn stand_in_wheel(radius: f64) -> WheelData {
         twisting_stiffness: 0.0,
         vertical_stiffness: 150e3,
         deflection_share: None,
+        longitudinal_relaxation: None,
         relaxation_length: None,
         slip_transition: 1.1,
         camber_force_decay: 1.0,

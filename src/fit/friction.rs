@@ -459,6 +459,7 @@ fn weighted_mean(x: &[f64], w: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::statistics::random::Random;
 
     /// Three manoeuvres on a known curve, each with an offset of its own and an outlier.
     fn rows() -> Rows {
@@ -501,5 +502,39 @@ mod tests {
                 assert!(error < 1e-5 * (1.0 + difference.abs()), "{i} {j}: {difference}");
             }
         }
+    }
+
+    /// Rides on a known curve: brakings at a few speeds that just pass the peak.
+    fn ride(truth: &MagicFormula, seed: u64) -> Rows {
+        let mut random = Random::new(seed, "friction");
+        let mut rows = Rows::with_error(0.02);
+        for manoeuvre in 0..8 {
+            let off = 0.02 * random.normal();
+            for i in 0..60 {
+                let s = -0.003 - 0.17 * (f64::from(i) / 59.0).powi(3);
+                let v = 20.0 - 0.1 * f64::from(i);
+                let read = s + (off + 0.02 * random.normal()) / v;
+                rows.slip.push(read);
+                rows.speed.push(v);
+                rows.friction_error.push(0.01);
+                rows.friction.push(truth.value(s) + 0.01 * random.normal());
+                rows.clusters.push(manoeuvre);
+            }
+        }
+        rows.index();
+        rows
+    }
+
+    #[test]
+    fn the_shape_of_a_curve_that_just_passes_its_peak_is_known_as_well_as_said() {
+        let truth = MagicFormula { b: 12.3, c: 1.6, d: 1.0, e1: 0.36, e2: 0.0 };
+        let held = |seed: u64| {
+            let fit = fit(&ride(&truth, seed), &FrictionConfig::default())?;
+            let known = fit.uncertainty(Coefficient::MfC)?;
+            let half = 2.4 * known.variance.sqrt(); // 7 degrees of freedom
+            Some((fit.formula.c - truth.c).abs() < half)
+        };
+        let held = (0..20).filter(|seed| held(*seed) == Some(true)).count();
+        assert!(held >= 16, "{held} of 20");
     }
 }

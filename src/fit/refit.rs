@@ -105,7 +105,6 @@ impl<'a> Refit<'a> {
         inputs.drag += variation.drag;
         inputs.rolling += variation.rolling;
         inputs.trail_ratio += variation.trail_ratio;
-        inputs.slip_lag += variation.slip_lag;
         inputs.pitch_gyration += variation.pitch_gyration;
         inputs.roll_scale += variation.roll_scale;
         (inputs, radius, resistance)

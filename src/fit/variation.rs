@@ -3,7 +3,6 @@
 use super::coasting::{Coasting, DRAG, RADIUS, ROLLING};
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::RULE;
-use crate::estimate::signals::SLIP_LAG;
 use crate::estimate::zeros::{LateralZero, Zeros};
 use crate::model::dive::PITCH_GYRATION;
 use crate::model::formulation::Formulation;
@@ -25,8 +24,6 @@ pub struct Variation {
     pub rolling: f64,
     /// Change of the pneumatic trail over that of the rule.
     pub trail_ratio: f64,
-    /// Change of the relaxation length of the slip ratio, m.
-    pub slip_lag: f64,
     /// Change of the pitch inertia over the mass, m².
     pub pitch_gyration: f64,
     /// Change of the true over the measured lean.
@@ -69,7 +66,6 @@ pub fn variations(
     let trail_ratio = 0.25 * (RULE[1] - RULE[0]);
     out.push(Variation { trail_ratio, ..Variation::default() });
     if formulation == Formulation::Corrected {
-        out.push(Variation { slip_lag: SLIP_LAG[1], ..Variation::default() });
         let pitch_gyration = PITCH_GYRATION[1];
         out.push(Variation { roll_scale: ROLL_SCALE, ..Variation::default() });
         out.push(Variation { pitch_gyration, ..Variation::default() });

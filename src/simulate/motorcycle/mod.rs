@@ -72,8 +72,16 @@ mod tests {
         let rates = p.rates(&s, &action);
         let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * rates.omega[i]).sum();
         let x = p.mass * r.acceleration[0] + p.drag * s.vx * s.vx;
-        let rear = (p.mass * GRAVITY * p.cg_to_front + x * p.cg_height + spin) / p.wheelbase;
-        assert!((r.load[1] - rear).abs() < 1e-6, "{} {rear}", r.load[1]);
+        // each load acts ahead of its axle
+        let lead: f64 = (0..2)
+            .map(|i| {
+                let arm = p.carcass(i, p.static_load()[i]).lever_arm(r.load[i], 0.0);
+                p.tyres[i].rolling_resistance * arm * r.load[i]
+            })
+            .sum();
+        let carried = p.mass * GRAVITY * p.cg_to_front + lead;
+        let rear = (carried + x * p.cg_height + spin) / p.wheelbase;
+        assert!((r.load[1] - rear).abs() < 1e-4, "{} {rear}", r.load[1]);
     }
 
     #[test]
