@@ -115,6 +115,7 @@ impl DiagnoseWork {
         ];
         if d.model.is_some() {
             tables.push((&registry::REPLAYS, file::batch(&d.replays)?));
+            tables.push((&registry::SIMULATION_ERRORS, file::batch(&d.simulation_errors)?));
         }
         tables.push((&registry::DIAGNOSES, file::batch(&[row])?));
         Ok(tables)

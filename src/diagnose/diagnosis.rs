@@ -5,7 +5,7 @@ use super::offroad::OffroadDiagnosis;
 use super::road::RoadDiagnosis;
 use super::summary;
 use crate::effects::extended_model::ExtendedModel;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError};
 
 /// Everything that one session gives to tables, files and terminal.
 #[derive(Debug, Clone)]
@@ -20,6 +20,8 @@ pub struct Diagnosis {
     pub discrepancies: Vec<DiscrepancyRow>,
     /// Rows of `replays`; off-road, where nothing is simulated again, there are none.
     pub replays: Vec<SimulatedSample>,
+    /// Rows of `simulation_errors`; none off-road.
+    pub simulation_errors: Vec<SimulationError>,
     /// The extended model; off-road there is no file of it.
     pub model: Option<ExtendedModel>,
     /// Whether the sizes in `causes` are pooled over sessions with their own errors: those under a model
@@ -39,13 +41,20 @@ impl Diagnosis {
 impl From<RoadDiagnosis> for Diagnosis {
     fn from(d: RoadDiagnosis) -> Self {
         Diagnosis {
-            summary: summary::session(&d.ident, &d.causes, &d.discrepancies, d.naming.alarm),
+            summary: summary::session(
+                &d.ident,
+                &d.causes,
+                &d.discrepancies,
+                &d.simulation_errors,
+                d.naming.alarm,
+            ),
             poolable: d.is_poolable(),
             ident: d.ident,
             site: d.site,
             causes: d.causes,
             discrepancies: d.discrepancies,
             replays: d.replays,
+            simulation_errors: d.simulation_errors,
             model: Some(d.model),
         }
     }
@@ -54,13 +63,14 @@ impl From<RoadDiagnosis> for Diagnosis {
 impl From<OffroadDiagnosis> for Diagnosis {
     fn from(d: OffroadDiagnosis) -> Self {
         Diagnosis {
-            summary: summary::session(&d.ident, &d.causes, &d.discrepancies, d.naming.alarm),
+            summary: summary::session(&d.ident, &d.causes, &d.discrepancies, &[], d.naming.alarm),
             poolable: false,
             ident: d.ident,
             site: None,
             causes: d.causes,
             discrepancies: d.discrepancies,
             replays: Vec::new(),
+            simulation_errors: Vec::new(),
             model: None,
         }
     }

@@ -3,10 +3,12 @@
 use std::fmt::Write;
 
 use crate::contract::verdict::Verdict;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Most misfits that are listed.
 const MISFITS: usize = 5;
+/// Most channels whose simulation is told to get better.
+const GAINS: usize = 3;
 /// Digits of a number that is not known more precisely.
 const DIGITS: i32 = 4;
 
@@ -16,6 +18,7 @@ pub fn session(
     ident: &Ident,
     causes: &[CauseRow],
     discrepancies: &[DiscrepancyRow],
+    errors: &[SimulationError],
     alarm: f64,
 ) -> String {
     let mut lines = vec![format!("{}  {}", ident.session_id, ident.bike_id)];
@@ -27,9 +30,10 @@ pub fn session(
     let gains = causes.iter().find_map(|c| c.gain_heldout.zip(c.gain_upper_bound));
     if let Some((gain, bound)) = gains {
         lines.push(format!(
-            "On manoeuvres left out the loss falls by {gain:.0}, with every candidate free by {bound:.0}."
+            "On manoeuvres left out twice the log likelihood rises by {gain:.0}, with every candidate free by {bound:.0}."
         ));
     }
+    lines.extend(simulated(errors));
     if let (false, Some(row)) = (named.is_empty(), unexplained) {
         lines.push(format!("The named causes do not explain everything: {}.", row.reason));
     }
@@ -98,6 +102,32 @@ fn misfits(discrepancies: &[DiscrepancyRow]) -> Vec<String> {
     structured.into_iter().take(MISFITS).map(misfit).collect()
 }
 
+/// What the named causes change in the simulation of manoeuvres left out of the fit.
+fn simulated(errors: &[SimulationError]) -> Vec<String> {
+    let clause = |row: &SimulationError| {
+        format!(
+            "{} while {} {} -> {} {} (noise alone {})",
+            row.channel,
+            row.kind.replace('_', " "),
+            significant(row.rmse_base),
+            row.rmse_extended.map_or("?".to_owned(), significant),
+            row.unit,
+            significant(row.noise_floor)
+        )
+    };
+    let gains = SimulationError::gains(errors);
+    let better = gains.iter().take(GAINS).map(|row| format!("simulated: {}", clause(row)));
+    let worse = errors.iter().find(|r| r.is_worse());
+    let mut lines: Vec<String> =
+        better.chain(worse.map(|row| format!("simulated worse: {}", clause(row)))).collect();
+    if gains.is_empty() && errors.iter().any(|r| r.rmse_extended.is_some()) {
+        let none =
+            "The simulation of manoeuvres left out gets no better, or by too little to be seen.";
+        lines.insert(0, none.to_owned());
+    }
+    lines
+}
+
 /// What several sessions share, of a pooled row of `causes`; `None` of one without a size.
 pub fn pooled(row: &CauseRow) -> Option<String> {
     let [value, low, high] = [row.value?, row.ci95_low?, row.ci95_high?].map(significant);
@@ -135,10 +165,10 @@ mod tests {
     #[test]
     fn a_session_without_a_name_says_how_large_the_largest_score_is() {
         let row = CauseRow { verdict: "not_needed".into(), ..CauseRow::default() };
-        let text = session(&Ident::default(), &[row], &[], 0.7);
+        let text = session(&Ident::default(), &[row], &[], &[], 0.7);
         assert!(text.contains("No cause is named: the largest score is 0.7"), "{text}");
         let row = CauseRow { verdict: "not_identifiable".into(), ..CauseRow::default() };
-        let text = session(&Ident::default(), &[row], &[], 0.0);
+        let text = session(&Ident::default(), &[row], &[], &[], 0.0);
         assert!(text.contains("identify none of the 1 candidates"), "{text}");
     }
 }

@@ -122,7 +122,7 @@ fn events(out: &mut String, fleet: &Fleet) {
 
 fn diagnoses(out: &mut String, run: &Run) {
     let _ = writeln!(out, "\n## Diagnoses\n");
-    head(out, &["session", "bike", "verdict", "cause"], &[]);
+    head(out, &["session", "bike", "verdict", "cause", "simulation of manoeuvres left out"], &[]);
     for d in run.diagnoses.iter().take(LISTED) {
         let causes: Vec<String> = d
             .findings
@@ -133,7 +133,8 @@ fn diagnoses(out: &mut String, run: &Run) {
             })
             .collect();
         let why = if causes.is_empty() { text(&d.reason) } else { causes.join("; ") };
-        row(out, &[text(&d.session_id), text(&d.bike_id), d.verdict.to_owned(), why]);
+        let verdict = d.verdict.to_owned();
+        row(out, &[text(&d.session_id), text(&d.bike_id), verdict, why, text(&d.gain)]);
     }
     more(out, run.diagnoses.len());
 }

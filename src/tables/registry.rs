@@ -163,6 +163,7 @@ tables! {
     DISCREPANCIES: "discrepancies", DiscrepancyRow, Session, Diagnose, Always;
     CAUSES: "causes", CauseRow, Session, Diagnose, Always;
     REPLAYS: "replays", SimulatedSample, Session, Diagnose, WhereItApplies;
+    SIMULATION_ERRORS: "simulation_errors", SimulationError, Session, Diagnose, WhereItApplies;
     TRUTH: "truth", Truth, Truth, Simulate, WhereItApplies;
     TRUTH_SEGMENTS: "truth_segments", TruthSegment, Truth, Simulate, Always;
     TRUTH_SIGNALS: "truth_signals", TruthSignal, Truth, Simulate, WhereItApplies;

@@ -374,6 +374,58 @@ pub struct SimulatedSample {
     pub extended: Option<f64>,
 }
 
+/// A row of `simulation_errors`, of `diagnose`: how far the simulation of a channel is off, before and after.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct SimulationError {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub channel: String,
+    pub kind: String,
+    pub unit: String,
+    pub rmse_base: f64,
+    pub rmse_extended: Option<f64>,
+    pub noise_floor: f64,
+    pub crps_base: f64,
+    pub crps_extended: Option<f64>,
+    pub ratio: Option<f64>,
+    pub ratio_ci95_low: Option<f64>,
+    pub ratio_ci95_high: Option<f64>,
+    pub n: i64,
+}
+
+impl SimulationError {
+    /// Error, in noise floors, that must have gone or come for a person to see it.
+    const VISIBLE: f64 = 0.5;
+
+    /// Fall of the error by the named causes, in noise floors: that of the squares, with its sign; nil where
+    /// its interval holds no change.
+    fn change(&self) -> f64 {
+        let beyond = |end: Option<f64>, side: f64| end.is_some_and(|r| side * (r - 1.0) > 0.0);
+        let sure = beyond(self.ratio_ci95_high, -1.0) || beyond(self.ratio_ci95_low, 1.0);
+        let after = self.rmse_extended.filter(|_| sure).unwrap_or(self.rmse_base);
+        let squares = self.rmse_base.powi(2) - after.powi(2);
+        squares.abs().sqrt().copysign(squares) / self.noise_floor
+    }
+
+    /// Whether the named causes make the simulation better, by more than its interval and visibly.
+    pub fn is_better(&self) -> bool {
+        self.change() > Self::VISIBLE
+    }
+
+    /// Whether they make it worse.
+    pub fn is_worse(&self) -> bool {
+        self.change() < -Self::VISIBLE
+    }
+
+    /// The rows that get better, the one by most noise floors first.
+    pub fn gains(rows: &[SimulationError]) -> Vec<&SimulationError> {
+        let mut out: Vec<&SimulationError> = rows.iter().filter(|r| r.is_better()).collect();
+        out.sort_by(|a, b| b.change().total_cmp(&a.change()));
+        out
+    }
+}
+
 /// A row of `truth`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field

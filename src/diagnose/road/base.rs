@@ -11,7 +11,6 @@ use super::parameters::{BASE, Parameter, Parameters};
 use super::problem::{Linear, Problem};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
-use crate::diagnose::held_out::{FOLDS, sum_over_folds};
 use crate::effects::Effect;
 
 /// Most Gauss-Newton rounds of a fit; most end earlier.
@@ -240,35 +239,6 @@ impl Base {
         let near = Base { values, ..base.clone() };
         let noise = Base { values: refit.values, ..base.clone() };
         Start { base, near, noise, gains }
-    }
-
-    /// Loss on manoeuvres left out, over [`FOLDS`] fits to the others.
-    pub fn held_out(&self, samples: &Samples) -> f64 {
-        let mut seen = std::collections::BTreeMap::new();
-        // manoeuvres of each kind in turn
-        let fold_of: Vec<usize> = samples
-            .manoeuvres
-            .iter()
-            .map(|(kind, _)| {
-                let count: &mut usize = seen.entry(*kind).or_default();
-                *count += 1;
-                (*count - 1) % FOLDS
-            })
-            .collect();
-        // a fold less moves the optimum little: one linearisation serves them all
-        let linear = self.problem(samples).linear(&self.values);
-        sum_over_folds(|out| {
-            let kept: Vec<bool> = fold_of.iter().map(|f| *f != out).collect();
-            let left: Vec<bool> = kept.iter().map(|k| !k).collect();
-            let problem = |only| Problem { only: Some(only), ..self.problem(samples) };
-            let (mut values, mut linear) = (self.values.clone(), linear.clone());
-            for _ in 0..3 {
-                let problem = problem(kept.as_slice());
-                let Some((moved, _)) = problem.descend(&mut linear, &values) else { break };
-                values = moved;
-            }
-            problem(left.as_slice()).misfit_of(&linear.residuals)
-        })
     }
 }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::base::{Base, RELIEVED, Start};
 use super::kept::Key;
+use super::left_out::LeftOut;
 use super::null_calibration::{RoadCalibration, SizeScale, cells};
 use super::null_simulation::NullSimulation;
 use super::parameters::BASE;
@@ -307,7 +308,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
 
     fn held_out_gains(&self, naming: &Naming<Base>) -> [f64; 2] {
         let (samples, base) = (self.ride.samples, &self.start.base);
-        let before = base.held_out(samples);
+        let before = LeftOut::new(base, samples).loss();
         // by the base's own scale: the extended model knows less noise
         let extended = Base { sigma: base.sigma, ..naming.extended.clone() };
         let known = &extended.parameters;
@@ -320,7 +321,7 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
             .collect();
         // from where the named ones are it is not far
         let everything = extended.extended(samples, &others, 2);
-        [&extended, &everything].map(|model| 2.0 * (before - model.held_out(samples)))
+        [&extended, &everything].map(|model| 2.0 * (before - LeftOut::new(model, samples).loss()))
     }
 
     fn unexplained(&self, naming: &Naming<Base>, _: &[DiscrepancyRow]) -> Option<Unexplained> {

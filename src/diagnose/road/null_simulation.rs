@@ -111,6 +111,25 @@ impl<'a> NullSimulation<'a> {
         &self.picks
     }
 
+    /// A null simulation and what the same model makes of its inputs, manoeuvre by manoeuvre: what a model
+    /// that is right leaves of a ride with the sensors' noise.
+    pub fn noise_alone(&self, number: usize) -> [Session; 2] {
+        let (measured, _) = self.noisy(QUIET + number);
+        let simulated = ridden(&measured, self.segments, &self.values, From::Manoeuvres);
+        [measured, simulated]
+    }
+
+    /// What a perfect logger would have recorded of some of the looked-at manoeuvres.
+    pub fn noiseless_of(&self, values: &Parameters, wanted: impl Fn(usize) -> bool) -> Session {
+        let starts = self.picks.iter().enumerate().filter(|(m, _)| wanted(*m));
+        let starts: Vec<usize> = starts.filter_map(|(_, (_, own))| own.first().copied()).collect();
+        let mut segments = self.segments.to_vec();
+        for s in &mut segments {
+            s.used &= starts.iter().any(|i| (s.start..s.end).contains(i));
+        }
+        ridden(self.session, &segments, values, From::Manoeuvres)
+    }
+
     fn noisy(&self, number: usize) -> (Session, Random) {
         let mut random = Random::new(self.seed, &format!("null {number}"));
         let mut session = self.clean.clone();

@@ -1,18 +1,23 @@
 //! What was measured beside what the simulator makes of it, before and after: rows of `replays`.
+//!
+//! Every manoeuvre is simulated on models that were fitted without it.
+
+use rayon::prelude::*;
 
 use super::base::Base;
+use super::left_out::LeftOut;
 use super::null_simulation::NullSimulation;
-use super::parameters::Parameters;
-use super::replay::From;
+use super::samples::Samples;
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
 use crate::contract::session::Session;
 use crate::diagnose::cause::Naming;
+use crate::diagnose::held_out::FOLDS;
 use crate::statistics::smooth::smooth;
 use crate::tables::rows::{Ident, SimulatedSample};
 
 /// What is shown.
-const SHOWN: [Channel; 9] = [
+pub const SHOWN: [Channel; 9] = [
     Channel::VelocityX,
     Channel::VelocityY,
     Channel::AccelerationX,
@@ -24,40 +29,103 @@ const SHOWN: [Channel; 9] = [
     Channel::WheelSpeedRear,
 ];
 
-/// Every looked-at manoeuvre simulated from its own start, on the base model and, where causes were
-/// named, on the one with them.
-pub fn replays(
+/// `[channel][manoeuvre][sample]`: smoothed signals where they are looked at; empty without the channel.
+pub type Shown = [Vec<Vec<f64>>; 9];
+
+/// The signals of a session at the looked-at samples of the manoeuvres that are wanted; of others none.
+pub fn shown(
     session: &Session,
     simulation: &NullSimulation<'_>,
-    base: &Parameters,
-    naming: &Naming<Base>,
-    ident: &Ident,
-) -> Vec<SimulatedSample> {
-    let before = simulation.noiseless(base, From::Manoeuvres);
-    let after =
-        naming.any_named().then(|| simulation.noiseless(&naming.extended.values, From::Manoeuvres));
-    let definition = Table::embedded("session");
-    let mut rows = Vec::new();
-    for channel in SHOWN.into_iter().filter(|c| session.has(*c)) {
-        let rate = session.rate;
-        let column = |s: &Session| s.get(channel).map(|x| smooth(x, rate)).unwrap_or_default();
-        let (measured, base) = (column(session), column(&before));
-        let extended = after.as_ref().map(column);
-        let known = |x: &[f64], i: usize| x.get(i).copied().filter(|v| v.is_finite());
-        let unit = definition.column(channel.name()).and_then(|c| c.unit.clone());
-        for (number, (kind, picks)) in simulation.picks().iter().enumerate() {
-            rows.extend(picks.iter().map(|&i| SimulatedSample {
-                ident: ident.clone(),
-                manoeuvre: number as i64 + 1,
-                kind: kind.name().to_owned(),
-                channel: channel.name().to_owned(),
-                unit: unit.clone().unwrap_or_default(),
-                time: i as f64 / rate,
-                measured: known(&measured, i),
-                base: known(&base, i),
-                extended: extended.as_ref().and_then(|x| known(x, i)),
-            }));
+    of: impl Fn(usize) -> bool,
+) -> Shown {
+    SHOWN.map(|channel| {
+        let Some(x) = session.get(channel) else { return Vec::new() };
+        let x = smooth(x, session.rate);
+        let own = |(m, (_, at)): (usize, &(_, Vec<usize>))| match of(m) {
+            true => at.iter().map(|&i| x[i]).collect(),
+            false => Vec::new(),
+        };
+        simulation.picks().iter().enumerate().map(own).collect()
+    })
+}
+
+/// Every looked-at manoeuvre simulated from its own start on a model fitted without it.
+pub fn simulated(samples: &Samples, simulation: &NullSimulation<'_>, model: &Base) -> Shown {
+    let left_out = LeftOut::new(model, samples);
+    let folds: Vec<Shown> = (0..FOLDS)
+        .into_par_iter()
+        .map(|fold| {
+            let own = |m: usize| left_out.fold_of.get(m) == Some(&fold);
+            let session = simulation.noiseless_of(&left_out.without(fold), own);
+            shown(&session, simulation, own)
+        })
+        .collect();
+    // each manoeuvre from the fold that left it out
+    std::array::from_fn(|c| {
+        let own = |(m, fold): (usize, &usize)| folds[*fold][c].get(m).cloned().unwrap_or_default();
+        left_out.fold_of.iter().enumerate().map(own).collect()
+    })
+}
+
+/// What was measured and what the models make of it.
+#[derive(Debug)]
+pub struct Replays {
+    /// As logged.
+    pub measured: Shown,
+    /// On the base model.
+    pub base: Shown,
+    /// With the named causes; none where nothing was named.
+    pub extended: Option<Shown>,
+}
+
+impl Replays {
+    /// Simulates all manoeuvres.
+    pub fn new(
+        session: &Session,
+        samples: &Samples,
+        simulation: &NullSimulation<'_>,
+        base: &Base,
+        naming: &Naming<Base>,
+    ) -> Self {
+        let of = |model: &Base| simulated(samples, simulation, model);
+        // by the base's own scale: the extended model knows less noise
+        let extended = || Base { sigma: base.sigma, ..naming.extended.clone() };
+        Replays {
+            measured: shown(session, simulation, |_| true),
+            base: of(base),
+            extended: naming.any_named().then(|| of(&extended())),
         }
     }
-    rows
+
+    /// The rows.
+    pub fn rows(
+        &self,
+        rate: f64,
+        simulation: &NullSimulation<'_>,
+        ident: &Ident,
+    ) -> Vec<SimulatedSample> {
+        let definition = Table::embedded("session");
+        let known = |x: &f64| Some(*x).filter(|x| x.is_finite());
+        let mut rows = Vec::new();
+        for (c, channel) in
+            SHOWN.into_iter().enumerate().filter(|(c, _)| !self.measured[*c].is_empty())
+        {
+            let unit = definition.column(channel.name()).and_then(|c| c.unit.clone());
+            for (m, (kind, picks)) in simulation.picks().iter().enumerate() {
+                let at = |x: &Shown, k: usize| x[c].get(m).and_then(|x| x.get(k)).and_then(known);
+                rows.extend(picks.iter().enumerate().map(|(k, &i)| SimulatedSample {
+                    ident: ident.clone(),
+                    manoeuvre: m as i64 + 1,
+                    kind: kind.name().to_owned(),
+                    channel: channel.name().to_owned(),
+                    unit: unit.clone().unwrap_or_default(),
+                    time: i as f64 / rate,
+                    measured: at(&self.measured, k),
+                    base: at(&self.base, k),
+                    extended: self.extended.as_ref().and_then(|x| at(x, k)),
+                }));
+            }
+        }
+        rows
+    }
 }

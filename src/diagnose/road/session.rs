@@ -8,11 +8,13 @@ use super::base::{self, Base, Start};
 use super::dive;
 use super::engine::RoadEngine;
 use super::extended_model::extended_model;
+use super::left_out::LeftOut;
 use super::null_calibration::{RoadCalibration, calibrate};
 use super::null_simulation::NullSimulation;
 use super::parameters::Parameters;
-use super::replays::replays;
+use super::replays::Replays;
 use super::samples::{BLOCK, RATE, Samples};
+use super::simulation_errors::simulation_errors;
 use super::stage::{Memory, Ride};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
@@ -31,7 +33,7 @@ use crate::objects::Location;
 use crate::pipeline::{self, Characterised, Pipeline, Rejection};
 use crate::segment::Segment;
 use crate::statistics::smooth::{gradient, smooth};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError};
 
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
 const FEWEST: usize = 100;
@@ -55,6 +57,8 @@ pub struct RoadDiagnosis {
     pub discrepancies: Vec<DiscrepancyRow>,
     /// Rows of `replays`.
     pub replays: Vec<SimulatedSample>,
+    /// Rows of `simulation_errors`.
+    pub simulation_errors: Vec<SimulationError>,
     /// The extended model.
     pub model: ExtendedModel,
     /// Where it was ridden.
@@ -85,7 +89,9 @@ impl RoadDiagnosis {
         };
         let [here, there] = [self.base.values.clone(), elsewhere].map(from);
         let extended = if there.loss < here.loss { there } else { here };
-        2.0 * (self.base.held_out(&self.samples) - extended.held_out(&self.samples))
+        let [before, after] =
+            [&self.base, &extended].map(|m| LeftOut::new(m, &self.samples).loss());
+        2.0 * (before - after)
     }
 }
 
@@ -230,8 +236,12 @@ pub fn diagnose(
         let calibration = &prepared.calibration;
         advice::amend(&mut causes, &naming, calibration, advice, settings.advise);
     }
-    let base = &prepared.start.base;
-    let replays = replays(session, &prepared.simulation, &base.values, &naming, &ident);
+    let simulation = &prepared.simulation;
+    let replays = Replays::new(session, samples, simulation, &prepared.start.base, &naming);
+    let right = simulation.with_parameters(&naming.extended.values);
+    let seed = seed(&session.meta.session_id);
+    let simulation_errors = simulation_errors(&replays, &right, seed, &ident);
+    let replays = replays.rows(session.rate, simulation, &ident);
     let model = extended_model(&naming, &ident);
     let site = session.meta.site.clone();
     let Prepared { start, calibration, .. } = prepared;
@@ -244,6 +254,7 @@ pub fn diagnose(
         causes,
         discrepancies,
         replays,
+        simulation_errors,
         model,
         site,
         samples: fitted.samples.clone(),

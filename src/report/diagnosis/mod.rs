@@ -8,4 +8,5 @@ pub mod outcome;
 pub mod overlays;
 pub mod page;
 pub mod sessions;
+pub mod simulation;
 pub mod tables;

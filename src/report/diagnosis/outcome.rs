@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use crate::contract::verdict::Verdict;
-use crate::report::diagnosis::cause_labels;
+use crate::report::diagnosis::{cause_labels, simulation};
 use crate::report::number_format::{self, fixed};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// What a ride says, in the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -54,6 +54,8 @@ pub struct Entry {
     pub verdict: &'static str,
     pub findings: Vec<Finding>,
     pub reason: String,
+    /// What the simulation gains most by what was named.
+    pub gain: String,
     pub structured: usize,
 }
 
@@ -72,7 +74,13 @@ pub fn outcome(causes: &[CauseRow]) -> Outcome {
 }
 
 /// One line of the run's page.
-pub fn entry(ident: &Ident, href: &str, causes: &[CauseRow], rows: &[DiscrepancyRow]) -> Entry {
+pub fn entry(
+    ident: &Ident,
+    href: &str,
+    causes: &[CauseRow],
+    rows: &[DiscrepancyRow],
+    errors: &[SimulationError],
+) -> Entry {
     let outcome = outcome(causes);
     Entry {
         href: href.to_owned(),
@@ -90,6 +98,10 @@ pub fn entry(ident: &Ident, href: &str, causes: &[CauseRow], rows: &[Discrepancy
         },
         findings: findings(causes),
         reason: unexplained(causes).map(|c| c.reason.clone()).unwrap_or_default(),
+        gain: SimulationError::gains(errors)
+            .first()
+            .map(|row| simulation::clause(row))
+            .unwrap_or_default(),
         structured: rows.iter().filter(|r| r.structured).count(),
     }
 }

@@ -7,13 +7,15 @@ use serde::Serialize;
 
 use crate::report::charts::chart::{Chart, Label, Line};
 use crate::report::charts::resolution::digits;
-use crate::report::diagnosis::cause_labels;
+use crate::report::diagnosis::{cause_labels, simulation};
 use crate::report::number_format::{self, fixed, round, typeset};
 use crate::report::{kinds, labels};
-use crate::tables::rows::{DiscrepancyRow, SimulatedSample};
+use crate::tables::rows::{DiscrepancyRow, SimulatedSample, SimulationError};
 
 /// Most overlays on a page.
-const MOST: usize = 3;
+const MOST: usize = 4;
+/// Most channels of which the gain is shown.
+const GAINS: usize = 2;
 /// Height of the residual's chart, px.
 const LOW: u32 = 150;
 
@@ -59,20 +61,6 @@ fn rmse<'a>(
     (n > 0.0).then(|| f64::sqrt(sum / n))
 }
 
-/// Every signal over the whole ride, as sorted.
-pub fn reproduced(rows: &[SimulatedSample]) -> Vec<Reproduced> {
-    rows.chunk_by(|a, b| a.channel == b.channel)
-        .filter_map(|own| {
-            Some(Reproduced {
-                channel: own[0].channel.clone(),
-                unit: own[0].unit.clone(),
-                base: rmse(own.iter(), |r| r.base)?,
-                extended: rmse(own.iter(), |r| r.extended),
-            })
-        })
-        .collect()
-}
-
 /// Channel and kind of manoeuvre with their runs and the misfit, in the channel's own spread.
 struct Group<'a> {
     channel: &'a str,
@@ -103,16 +91,45 @@ fn groups(rows: &[SimulatedSample]) -> Vec<Group<'_>> {
     out
 }
 
-/// What to draw: where residuals are structured first, then where the ride is reproduced worst.
-/// `misfits` are the discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
+/// A run to draw.
+struct Pick<'a> {
+    run: Run<'a>,
+    /// Which of the runs it is.
+    which: String,
+    /// What it stands for.
+    note: String,
+    /// What noise alone leaves, in the rows' unit.
+    floor: Option<f64>,
+}
+
+/// What to draw: first where the causes make the simulation better, the worst manoeuvre and the middle
+/// one; then where residuals are structured, then where the ride is reproduced worst. `misfits` are the
+/// discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
 pub fn overlays(
     rows: &[SimulatedSample],
+    errors: &[SimulationError],
     misfits: &[&DiscrepancyRow],
 ) -> (Vec<Overlay>, Vec<Chart>) {
     let mut open = groups(rows);
-    let mut picked: Vec<(Group<'_>, String)> = Vec::new();
+    let mut picked: Vec<Pick<'_>> = Vec::new();
+    let mut gained: Vec<&str> = Vec::new();
+    for error in SimulationError::gains(errors) {
+        let own = |g: &Group<'_>| g.channel == error.channel && g.kind == error.kind;
+        if gained.len() == GAINS || gained.contains(&error.channel.as_str()) {
+            continue;
+        }
+        let Some(place) = open.iter().position(own) else { continue };
+        gained.push(&error.channel);
+        let group = open.remove(place);
+        let note = format!("All {}: {}.", error.n, simulation::errors(error));
+        let floor = Some(error.noise_floor);
+        let [worst, middle] = [Which::Worst, Which::Middle].map(|which| choose(&group.runs, which));
+        let is_same = worst.as_ref().map(|w| w.1.as_ptr()) == middle.as_ref().map(|m| m.1.as_ptr());
+        let both = worst.into_iter().chain(middle.filter(|_| !is_same));
+        picked.extend(both.map(|(which, run)| Pick { run, which, note: note.clone(), floor }));
+    }
     for row in misfits.iter().filter(|r| r.structured) {
-        if picked.len() == MOST {
+        if picked.len() >= MOST {
             break;
         }
         let own = |name: &str| open.iter().position(|g| g.kind == row.kind && g.channel == name);
@@ -127,22 +144,21 @@ pub fn overlays(
                 "Shows the misfit of the {}{with}.",
                 cause_labels::channel(&row.channel, &row.unit)
             );
-            picked.push((open.remove(place), note));
+            picked.extend(middle(open.remove(place), note, errors));
         }
     }
-    let rest = MOST - picked.len();
-    picked.extend(open.into_iter().take(rest).map(|g| (g, String::new())));
+    let rest = MOST.saturating_sub(picked.len());
+    picked.extend(open.into_iter().take(rest).filter_map(|g| middle(g, String::new(), errors)));
     let mut out = Vec::new();
     let mut charts = Vec::new();
-    for (group, note) in picked {
-        let Some((run, of)) = representative(&group.runs) else { continue };
+    for Pick { run, which, note, floor } in picked {
         let first = charts.len();
-        let pair = pair(run, &format!("overlay-{}", out.len()));
-        let kind = kinds::label(group.kind);
-        let what = cause_labels::channel(group.channel, &run[0].unit);
+        let pair = pair(run, floor, &format!("overlay-{}", out.len()));
+        let kind = kinds::label(&run[0].kind);
+        let what = cause_labels::channel(&run[0].channel, &run[0].unit);
         out.push(Overlay {
             title: format!("{} · {kind}", cause_labels::sentence(&what)),
-            caption: caption(run, of),
+            caption: caption(run, &which),
             note,
             labels: [
                 format!("{what} while {kind}, measured and simulated, over time"),
@@ -155,15 +171,38 @@ pub fn overlays(
     (out, charts)
 }
 
-/// The run whose misfit is the middle one, and of how many: neither the best nor the worst is shown.
-fn representative<'a>(runs: &[Run<'a>]) -> Option<(Run<'a>, usize)> {
+/// The middle run of a group.
+fn middle<'a>(group: Group<'a>, note: String, errors: &[SimulationError]) -> Option<Pick<'a>> {
+    let own = |e: &&SimulationError| e.channel == group.channel && e.kind == group.kind;
+    let floor = errors.iter().find(own).map(|e| e.noise_floor);
+    choose(&group.runs, Which::Middle).map(|(which, run)| Pick { run, which, note, floor })
+}
+
+/// Which of a group's runs is drawn.
+#[derive(Clone, Copy)]
+enum Which {
+    /// The one that the base model misses most.
+    Worst,
+    /// Neither the best nor the worst.
+    Middle,
+}
+
+/// A run by the base model's misfit, and in words which one it is.
+fn choose<'a>(runs: &[Run<'a>], which: Which) -> Option<(String, Run<'a>)> {
     let mut by: Vec<(f64, Run<'a>)> =
         runs.iter().filter_map(|r| Some((rmse(r.iter(), |s| s.base)?, *r))).collect();
     by.sort_by(|a, b| a.0.total_cmp(&b.0));
-    by.get(by.len() / 2).map(|(_, run)| (*run, by.len()))
+    let n = by.len();
+    let (place, name) = match which {
+        Which::Worst => (n.checked_sub(1)?, "worst"),
+        Which::Middle => (n / 2, "middle"),
+    };
+    let text =
+        if n == 1 { "the only one".to_owned() } else { format!("the {name} one of {n} by misfit") };
+    by.get(place).map(|(_, run)| (text, *run))
 }
 
-fn caption(run: Run<'_>, of: usize) -> String {
+fn caption(run: Run<'_>, which: &str) -> String {
     let (unit, scale) = cause_labels::readable(&run[0].unit);
     let gap = if unit.is_empty() || unit == "°" { "" } else { " " };
     let show = |v: f64| {
@@ -173,15 +212,11 @@ fn caption(run: Run<'_>, of: usize) -> String {
     let base = rmse(run.iter(), |r| r.base).map(show).unwrap_or_default();
     let with = rmse(run.iter(), |r| r.extended)
         .map_or(String::new(), |e| format!(", {} with the causes", show(e)));
-    let which = match of {
-        1 => "the only one".to_owned(),
-        n => format!("the middle one of {n} by misfit"),
-    };
     format!("Manoeuvre {}, {which}. Root mean square error: {base}{with}.", run[0].manoeuvre)
 }
 
-/// Measured, base and extended; under it what each leaves.
-fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
+/// Measured, base and extended; under it what each leaves, and twice what noise alone does.
+fn pair(run: Run<'_>, floor: Option<f64>, group: &str) -> [Chart; 2] {
     let (unit, scale) = cause_labels::readable(&run[0].unit);
     let scaled = |v: Option<f64>| v.map(|v| v * scale);
     let all = run.iter().flat_map(|r| [r.measured, r.base, r.extended]).flatten();
@@ -215,8 +250,24 @@ fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
         ],
         what,
     );
+    let noise = floor.map(|floor| {
+        let half = round(2.0 * floor * scale, decimals + 1);
+        let [x, nil] = [run.iter().map(|r| round(r.time, 3)).collect(), vec![0.0; run.len()]];
+        let edge = |by: f64| nil.iter().map(|_| Some(by)).collect();
+        Line {
+            name: NOISE.to_owned(),
+            label: NOISE.to_owned(),
+            x,
+            y: edge(0.0),
+            lo: edge(-half),
+            hi: edge(half),
+            colour: Some(3),
+            ..Line::default()
+        }
+    });
     let mut under = chart(
         vec![
+            noise,
             line(BASE, 1, &|r| Some(r.measured? - r.base?)),
             line(EXTENDED, 2, &|r| Some(r.measured? - r.extended?)),
         ],
@@ -228,6 +279,7 @@ fn pair(run: Run<'_>, group: &str) -> [Chart; 2] {
 
 const BASE: &str = "base model";
 const EXTENDED: &str = "with the causes";
+const NOISE: &str = "noise alone";
 
 /// Residuals over all kinds of manoeuvre, by channel in the order of the rows: for a ride without
 /// replays.
@@ -282,9 +334,12 @@ mod tests {
             .iter()
             .flat_map(|(m, off)| (0..20).map(|k| sample("roll", *m, k, *off)))
             .collect();
-        let (overlays, charts) = overlays(&rows, &[]);
+        let (overlays, charts) = overlays(&rows, &[], &[]);
         assert_eq!((overlays.len(), charts.len()), (1, 2));
-        assert!(overlays[0].caption.contains("Manoeuvre 3, the middle one of 3"), "{overlays:?}");
+        assert!(
+            overlays[0].caption.contains("Manoeuvre 3, the middle one of 3 by misfit"),
+            "{overlays:?}"
+        );
         assert_eq!(charts[0].y.unit, "°");
         assert_eq!(charts[0].lines.len(), 2, "nothing was named: no third line");
         let left = charts[1].lines[0].y[0].expect("residual");
@@ -303,10 +358,41 @@ mod tests {
             covariate: Some("roll".into()),
             ..DiscrepancyRow::default()
         };
-        let (overlays, _) = overlays(&rows, &[&row]);
+        let (overlays, _) = overlays(&rows, &[], &[&row]);
         assert!(overlays[0].title.starts_with("Steering angle"), "{overlays:?}");
         assert!(overlays[0].note.contains("correlated with roll"));
         assert!(overlays[1].title.starts_with("Speed"));
+    }
+
+    #[test]
+    fn the_worst_and_the_middle_manoeuvre_of_the_largest_gain_come_first() {
+        let mut rows: Vec<SimulatedSample> = [(1, 0.5), (2, 0.01), (3, 0.1)]
+            .iter()
+            .flat_map(|(m, off)| (0..20).map(|k| sample("roll", *m, k, *off)))
+            .collect();
+        rows.extend((0..20).map(|k| sample("velocity_x", 1, k, 5.0)));
+        let gain = SimulationError {
+            channel: "roll".into(),
+            kind: "cornering".into(),
+            unit: "rad".into(),
+            rmse_base: 0.3,
+            rmse_extended: Some(0.1),
+            noise_floor: 0.05,
+            ratio_ci95_low: Some(0.2),
+            ratio_ci95_high: Some(0.5),
+            n: 3,
+            ..SimulationError::default()
+        };
+        let (overlays, charts) = overlays(&rows, &[gain], &[]);
+        assert!(overlays[0].caption.contains("Manoeuvre 1, the worst one of 3"), "{overlays:?}");
+        assert!(overlays[1].caption.contains("Manoeuvre 3, the middle one of 3"), "{overlays:?}");
+        assert!(overlays[0].note.contains("17.2 → 5.7°"), "{overlays:?}");
+        // twice 0.05 rad, in degrees
+        let band = &charts[1].lines[0];
+        assert_eq!(
+            (band.label.as_str(), band.hi[0].map(|h| (h * 10.0).round())),
+            ("noise alone", Some(57.0))
+        );
     }
 
     #[test]

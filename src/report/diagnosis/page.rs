@@ -10,9 +10,10 @@ use crate::report::diagnosis::misfits::{Change, Misfit, change, levels, misfit, 
 use crate::report::diagnosis::outcome::{
     Finding, Outcome, equivalents, findings, is_candidate, is_found, outcome, remarks, verdict,
 };
-use crate::report::diagnosis::overlays::Reproduced;
+use crate::report::diagnosis::overlays::pooled;
+use crate::report::diagnosis::simulation::{Simulation, simulation};
 use crate::report::number_format::{self, fixed, typeset};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Candidates that are shown before the reader asks for the rest.
 const SHOWN: usize = 8;
@@ -52,7 +53,9 @@ pub struct Page {
     pub rivals: Vec<Rivals>,
     /// What the named causes gain.
     pub gain: Option<Gain>,
-    /// Each channel before and after.
+    /// The simulation before and after, on manoeuvres left out of the fit.
+    pub simulation: Simulation,
+    /// Residuals over the whole ride before and after, where nothing was simulated.
     pub channels: Vec<Change>,
     /// What the ride cannot show, by the riding that would.
     pub unseen: Vec<(String, Vec<(String, String)>)>,
@@ -95,13 +98,12 @@ pub struct Gain {
     pub share: String,
 }
 
-/// The content of one page. `reproduced` are the errors of each channel with the base model and with
-/// the causes.
+/// The content of one page.
 pub fn build(
     ident: &Ident,
     causes: &[CauseRow],
     discrepancies: &[DiscrepancyRow],
-    reproduced: &[Reproduced],
+    errors: &[SimulationError],
 ) -> Page {
     let outcome = outcome(causes);
     let findings = findings(causes);
@@ -136,7 +138,11 @@ pub fn build(
         more,
         rivals: rivals(causes),
         gain: gain(causes),
-        channels: reproduced.iter().map(change).collect(),
+        simulation: simulation(errors),
+        channels: match errors {
+            [] => pooled(discrepancies).iter().map(change).collect(),
+            _ => Vec::new(),
+        },
         unseen: unseen(causes),
     }
 }

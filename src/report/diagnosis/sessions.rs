@@ -19,7 +19,9 @@ use crate::report::{page_names, page_shell};
 use crate::tables::by_session::SessionFiles;
 use crate::tables::file;
 use crate::tables::names::file_name;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SessionRow, SimulatedSample};
+use crate::tables::rows::{
+    CauseRow, DiscrepancyRow, Ident, SessionRow, SimulatedSample, SimulationError,
+};
 
 /// Every diagnosed session of a folder.
 #[derive(Debug)]
@@ -28,6 +30,7 @@ pub struct Diagnosed {
     sessions: Vec<Session>,
     causes: Vec<CauseRow>,
     discrepancies: Vec<DiscrepancyRow>,
+    simulation_errors: Vec<SimulationError>,
     replays: SessionFiles<SimulatedSample>,
 }
 
@@ -48,6 +51,7 @@ impl Diagnosed {
     pub fn read(out: &Path, sessions: &[SessionRow], pages: &[String]) -> Result<Self, Error> {
         let causes = tables::causes(out)?;
         let discrepancies = tables::discrepancies(out)?;
+        let simulation_errors = tables::simulation_errors(out)?;
         let mut idents: BTreeMap<(&str, &str), &Ident> = BTreeMap::new();
         for ident in causes.iter().map(|c| &c.ident).chain(discrepancies.iter().map(|d| &d.ident)) {
             idents.entry(ident.key()).or_insert(ident);
@@ -65,7 +69,8 @@ impl Diagnosed {
             })
             .collect();
         let replays = SessionFiles::read(out)?;
-        Ok(Diagnosed { out: out.to_owned(), sessions, causes, discrepancies, replays })
+        let out = out.to_owned();
+        Ok(Diagnosed { out, sessions, causes, discrepancies, simulation_errors, replays })
     }
 
     /// The pages' file names.
@@ -85,7 +90,7 @@ impl Diagnosed {
             .iter()
             .map(|s| {
                 let (causes, discrepancies) = self.rows(&s.ident);
-                outcome::entry(&s.ident, &s.page, causes, discrepancies)
+                outcome::entry(&s.ident, &s.page, causes, discrepancies, self.simulated(&s.ident))
             })
             .collect()
     }
@@ -95,6 +100,10 @@ impl Diagnosed {
             rows_of(&self.causes, ident, |c| &c.ident),
             rows_of(&self.discrepancies, ident, |d| &d.ident),
         )
+    }
+
+    fn simulated(&self, ident: &Ident) -> &[SimulationError] {
+        rows_of(&self.simulation_errors, ident, |e| &e.ident)
     }
 
     /// The extended model that `diagnose` wrote beside its tables, if there is one.
@@ -120,7 +129,8 @@ impl Diagnosed {
             let (_, discrepancies) = self.rows(&session.ident);
             let samples = tables::replays(&self.replays, &session.ident)?;
             let misfits = misfits::worst_first(discrepancies);
-            let (overlays, mut charts) = overlays::overlays(&samples, &misfits);
+            let errors = self.simulated(&session.ident);
+            let (overlays, mut charts) = overlays::overlays(&samples, errors, &misfits);
             let folder = session.page.trim_end_matches(".html");
             for (i, overlay) in overlays.iter().enumerate() {
                 for (k, what) in ["signal", "residual"].into_iter().enumerate() {
@@ -148,18 +158,13 @@ impl Diagnosed {
             let (causes, discrepancies) = self.rows(&session.ident);
             let samples = tables::replays(&self.replays, &session.ident)?;
             let misfits = misfits::worst_first(discrepancies);
-            let (overlays, charts) = overlays::overlays(&samples, &misfits);
-            // output of before there were replays has the residuals only
-            let channels = match overlays::reproduced(&samples) {
-                signals if signals.is_empty() => overlays::pooled(discrepancies),
-                signals => signals,
-            };
+            let errors = self.simulated(&session.ident);
+            let (overlays, charts) = overlays::overlays(&samples, errors, &misfits);
             let figures = Figures { charts, ..Figures::default() };
-            let page = page::build(&session.ident, causes, discrepancies, &channels);
+            let page = page::build(&session.ident, causes, discrepancies, errors);
             let html = environment.get_template("diagnosis.html")?.render(context! {
                 page => Serde(page),
                 overlays => Serde(overlays),
-                replays => !samples.is_empty(),
                 model => Serde(self.model(&session.ident)),
                 session => session.coefficients.as_deref(),
                 data => Value::from_safe_string(pack::pack(&figures)?),

@@ -5,7 +5,9 @@ use std::path::Path;
 use crate::report::error::Error;
 use crate::tables::by_session::SessionFiles;
 use crate::tables::read;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, POOLED, SimulatedSample};
+use crate::tables::rows::{
+    CauseRow, DiscrepancyRow, Ident, POOLED, SimulatedSample, SimulationError,
+};
 
 /// Every `causes` row of a single session, by bike, session and rank.
 ///
@@ -25,6 +27,16 @@ pub fn causes(out: &Path) -> Result<Vec<CauseRow>, Error> {
 /// A file cannot be read or lacks a column.
 pub fn discrepancies(out: &Path) -> Result<Vec<DiscrepancyRow>, Error> {
     let mut rows: Vec<DiscrepancyRow> = read::rows(out)?;
+    rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
+    Ok(rows)
+}
+
+/// Every `simulation_errors` row, by bike and session, then as the diagnosis wrote them.
+///
+/// # Errors
+/// A file cannot be read or lacks a column.
+pub fn simulation_errors(out: &Path) -> Result<Vec<SimulationError>, Error> {
+    let mut rows: Vec<SimulationError> = read::rows(out)?;
     rows.sort_by(|a, b| a.ident.key().cmp(&b.ident.key()));
     Ok(rows)
 }

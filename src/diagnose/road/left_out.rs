@@ -1,0 +1,61 @@
+//! Fits to all manoeuvres but a fifth of them, which tell how well a model fits what it has not seen.
+
+use std::collections::BTreeMap;
+
+use super::base::Base;
+use super::parameters::Parameters;
+use super::problem::{Linear, Problem};
+use super::samples::Samples;
+use crate::diagnose::held_out::{FOLDS, sum_over_folds};
+
+/// A model with the slopes that serve its fits without a fold: a fold less moves the optimum little.
+#[derive(Debug)]
+pub struct LeftOut<'a> {
+    model: &'a Base,
+    samples: &'a Samples,
+    linear: Linear,
+    /// Fold of each manoeuvre: manoeuvres of each kind in turn.
+    pub fold_of: Vec<usize>,
+}
+
+impl<'a> LeftOut<'a> {
+    /// The folds of a ride.
+    pub fn new(model: &'a Base, samples: &'a Samples) -> Self {
+        let mut seen = BTreeMap::new();
+        let fold = |kind| {
+            let count: &mut usize = seen.entry(kind).or_default();
+            *count += 1;
+            (*count - 1) % FOLDS
+        };
+        let fold_of = samples.manoeuvres.iter().map(|(kind, _)| *kind).map(fold).collect();
+        let linear = model.problem(samples).linear(&model.values);
+        LeftOut { model, samples, linear, fold_of }
+    }
+
+    /// The model fitted without a fold, and its residuals in all manoeuvres.
+    fn fit_without(&self, out: usize) -> (Parameters, Linear) {
+        let kept: Vec<bool> = self.fold_of.iter().map(|f| *f != out).collect();
+        let problem = Problem { only: Some(&kept), ..self.model.problem(self.samples) };
+        let (mut values, mut linear) = (self.model.values.clone(), self.linear.clone());
+        for _ in 0..3 {
+            let Some((moved, _)) = problem.descend(&mut linear, &values) else { break };
+            values = moved;
+        }
+        (values, linear)
+    }
+
+    /// The model fitted without a fold.
+    pub fn without(&self, out: usize) -> Parameters {
+        self.fit_without(out).0
+    }
+
+    /// Loss on the manoeuvres left out, over all folds.
+    pub fn loss(&self) -> f64 {
+        sum_over_folds(|out| {
+            let (_, linear) = self.fit_without(out);
+            let left: Vec<bool> = self.fold_of.iter().map(|f| *f == out).collect();
+            let problem = Problem { only: Some(&left), ..self.model.problem(self.samples) };
+            problem.misfit_of(&linear.residuals)
+        })
+    }
+}
