@@ -93,7 +93,7 @@ class Diagnosed(NamedTuple):
     """What ``roadbench diagnose`` finds in a session."""
 
     tables: dict[str, Table]
-    """``causes``, ``discrepancies``, ``diagnoses`` (one row) and, on the road, ``replays``."""
+    """``causes``, ``discrepancies``, ``diagnoses`` (one row) and, on the road, ``replays`` and ``simulation_errors``."""
     summary: str
     """The verdict in words."""
     model: str | None

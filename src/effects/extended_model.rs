@@ -23,6 +23,21 @@ pub struct Estimate {
     pub unit: String,
 }
 
+/// A tyre's or the vehicle's coefficient once the effects are taken out: that of `run --model`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Coefficient {
+    /// In `unit`.
+    pub value: f64,
+    /// 95 % interval, in `unit`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+    /// As in the table `coefficients`.
+    pub unit: String,
+    /// As in the table `coefficients`.
+    pub status: String,
+}
+
 /// The extended model of a ride.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -34,8 +49,11 @@ pub struct ExtendedModel {
     /// What the base model leaves out, by effect.
     #[serde(default)]
     pub effects: BTreeMap<String, Estimate>,
-    /// The base's own parameters, fitted along with it.
-    #[serde(default)]
+    /// Coefficients of the ride without these effects, by tyre (`front`, `rear`, `vehicle`) and name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub coefficients: BTreeMap<String, BTreeMap<String, Coefficient>>,
+    /// The diagnosis' own fit, in files of older versions.
+    #[serde(default, skip_serializing)]
     pub base: BTreeMap<String, f64>,
 }
 

@@ -1,24 +1,44 @@
 //! The extended model that a diagnosis leaves behind.
 
 use super::base::Base;
-use super::parameters::BASE;
+use crate::contract::bike::Bike;
+use crate::contract::session::Session;
 use crate::diagnose::cause::Naming;
-use crate::effects::extended_model::{Estimate, ExtendedModel};
-use crate::tables::rows::Ident;
+use crate::effects::extended_model::{Coefficient, Estimate, ExtendedModel};
+use crate::fit::coefficients;
+use crate::model::formulation::Formulation;
+use crate::pipeline::{Pipeline, characterise};
+use crate::tables::rows::{Ident, Provenance};
 
-/// The named and ambiguous causes of a diagnosis with the base parameters fitted along with them.
-pub fn extended_model(naming: &Naming<Base>, ident: &Ident) -> ExtendedModel {
+/// The named and ambiguous causes of a diagnosis, and the coefficients of its clean, unfiltered session
+/// without them: the same that `run --model` finds.
+pub fn extended_model(
+    naming: &Naming<Base>,
+    ident: &Ident,
+    session: &Session,
+    bike: &Bike,
+    pipeline: &Pipeline,
+) -> ExtendedModel {
     let effects = naming.named().map(|cause| {
         let unit = cause.candidate.unit.to_owned();
         let estimate = Estimate { value: cause.value(), std_error: cause.std_error(), unit };
         (cause.candidate.name.to_owned(), estimate)
     });
-    let parameters = &naming.extended.values;
-    let base = BASE.iter().map(|p| (p.name.to_owned(), p.get(parameters)));
-    ExtendedModel {
+    let mut model = ExtendedModel {
         session_id: ident.session_id.clone(),
         bike_id: ident.bike_id.clone(),
         effects: effects.collect(),
-        base: base.collect(),
+        ..ExtendedModel::default()
+    };
+    let (mut ride, mut bike) = (session.clone(), bike.clone());
+    model.apply(&mut ride, &mut bike);
+    let solution = characterise(ride, &bike, pipeline, Formulation::Corrected).solution;
+    let none = Provenance::default();
+    for row in coefficients::rows(&solution, &bike, &pipeline.fit, &|_| None, ident, &none) {
+        let Some(value) = row.value else { continue };
+        let ci95 = row.ci95_low.zip(row.ci95_high).map(|(low, high)| [low, high]);
+        let own = Coefficient { value, ci95, unit: row.unit, status: row.status.to_string() };
+        model.coefficients.entry(row.tyre).or_default().insert(row.coefficient, own);
     }
+    model
 }

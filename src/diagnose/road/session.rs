@@ -218,6 +218,7 @@ pub fn diagnose(
     let tuning = RoadTuning::default();
     let engine = prepared.engine(&tuning);
     let naming = name(&engine);
+    let logged = session;
     let (session, samples, effects) = (&fitted.session, &fitted.samples, &settings.effects);
     let open = |c: &Cause| match c.verdict {
         Verdict::Ambiguous => true,
@@ -242,7 +243,7 @@ pub fn diagnose(
     let seed = seed(&session.meta.session_id);
     let simulation_errors = simulation_errors(&replays, &right, seed, &ident);
     let replays = replays.rows(session.rate, simulation, &ident);
-    let model = extended_model(&naming, &ident);
+    let model = extended_model(&naming, &ident, logged, bike, pipeline);
     let site = session.meta.site.clone();
     let Prepared { start, calibration, .. } = prepared;
     Ok(RoadDiagnosis {

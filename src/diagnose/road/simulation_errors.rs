@@ -1,5 +1,5 @@
 //! How far the simulation is off on manoeuvres left out of the fit, before and after the named causes, in
-//! the channels' own units: rows of `simulation_errors` (`book/src/diagnosis.md`, section 2.7).
+//! the channels' own units: rows of `simulation_errors` (`book/src/diagnosis.md`, section 2.10).
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, SQRT_2, TAU};

@@ -13,8 +13,8 @@ pub struct Model {
     pub file: String,
     /// What was added: sentence, name, size with its standard error, unit.
     pub effects: Vec<(String, String, String, String)>,
-    /// The base model beside it: name and value.
-    pub base: Vec<(String, String)>,
+    /// Coefficients without these effects: tyre and name, value, 95 % interval, unit, status.
+    pub coefficients: Vec<[String; 5]>,
 }
 
 /// Reads a model file; `None` where it is none.
@@ -31,12 +31,30 @@ pub fn model(text: &str, file: &str) -> Option<Model> {
         let size = typeset(&format!("{}{error}", fixed(value, digits)));
         Some((cause_labels::effect(name, Some(value)), name.clone(), size, labels::unit(unit)))
     });
-    let base = table.get("base").and_then(toml::Value::as_table);
-    let base = base.into_iter().flatten().filter_map(|(name, value)| {
-        let value = value.as_float()?;
-        Some((name.clone(), typeset(&fixed(value, number_format::decimals_of(value, None)))))
+    let tyres = table.get("coefficients").and_then(toml::Value::as_table);
+    let rows = tyres.into_iter().flatten().filter_map(|(tyre, own)| Some((tyre, own.as_table()?)));
+    let coefficients = rows.flat_map(|(tyre, own)| {
+        own.iter().filter_map(move |(name, row)| coefficient(tyre, name, row.as_table()?))
     });
-    Some(Model { file: file.to_owned(), effects: effects.collect(), base: base.collect() })
+    let coefficients = coefficients.collect();
+    Some(Model { file: file.to_owned(), effects: effects.collect(), coefficients })
+}
+
+fn coefficient(tyre: &str, name: &str, row: &toml::Table) -> Option<[String; 5]> {
+    let value = row.get("value")?.as_float()?;
+    let ends: Vec<f64> = row
+        .get("ci95")
+        .and_then(toml::Value::as_array)
+        .map(|ends| ends.iter().filter_map(toml::Value::as_float).collect())
+        .unwrap_or_default();
+    let ends = <[f64; 2]>::try_from(ends).ok();
+    let half = ends.map(|[low, high]| (high - low) / 3.92);
+    let digits = number_format::decimals_of(value, half);
+    let number = |v| typeset(&fixed(v, digits));
+    let text = |key: &str| row.get(key).and_then(toml::Value::as_str).unwrap_or_default();
+    let interval = ends.map(|[l, h]| format!("{} to {}", number(l), number(h))).unwrap_or_default();
+    let label = format!("{tyre} {name}");
+    Some([label, number(value), interval, labels::unit(text("unit")), text("status").to_owned()])
 }
 
 #[cfg(test)]
@@ -46,11 +64,12 @@ mod tests {
     #[test]
     fn the_model_file_is_read_with_the_digits_of_its_errors() {
         let text = "session_id = \"s\"\n[effects.latency]\nvalue = 0.0204593\nstd_error = 0.00171\n\
-                    unit = \"s\"\n[base]\ndrag = 0.42833\n";
+                    unit = \"s\"\n[coefficients.front.mf_d]\nvalue = 1.0453\nci95 = [1.02, 1.07]\n\
+                    unit = \"1\"\nstatus = \"ok\"\n";
         let found = model(text, "models/x.toml").expect("a model");
         assert_eq!(found.effects[0].2, "0.0205 ± 0.0017");
         assert_eq!(found.effects[0].3, "s");
-        assert_eq!(found.base, [("drag".to_owned(), "0.4283".to_owned())]);
+        assert_eq!(found.coefficients, [["front mf_d", "1.045", "1.020 to 1.070", "", "ok"]]);
         assert!(model("not toml =", "x").is_none());
     }
 }
