@@ -96,8 +96,8 @@ fn reason(cause: &Cause, remark: &str) -> String {
             format!("not identifiable in this ride{remark}; what would show it: {separate_by}")
         }
         (Verdict::NotNeeded | Verdict::Unexplained, None) if cause.score > 1.0 => {
-            "beyond what null simulations show, but explained by the named causes, of implausible size, or of \
-             too little gain"
+            "beyond what null simulations show, but no more than other motorcycles do where nothing is wrong, \
+             explained by the named causes, of implausible size, or of too little gain"
                 .to_owned()
         }
         (Verdict::NotNeeded | Verdict::Unexplained, None) => {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::base::Base;
-use super::parameters::Parameters;
+use super::parameters::{Parameter, Parameters};
 use super::problem::{Linear, Problem};
 use super::samples::Samples;
 use crate::diagnose::held_out::{FOLDS, sum_over_folds};
@@ -44,9 +44,29 @@ impl<'a> LeftOut<'a> {
         (values, linear)
     }
 
-    /// The model fitted without a fold.
-    pub fn without(&self, out: usize) -> Parameters {
-        self.fit_without(out).0
+    /// The model fitted without a fold. `found` are sizes of effects over those that a fit gives them: where
+    /// there are any the effects get what was found, and the base is fitted beside them.
+    pub fn without(&self, out: usize, found: &[(Parameter, f64)]) -> Parameters {
+        let (mut values, _) = self.fit_without(out);
+        if found.is_empty() {
+            return values;
+        }
+        let start = &self.model.start;
+        for (p, share) in found {
+            let size = share * (p.get(&values) - p.get(start));
+            p.set(&mut values, p.get(start) + size);
+        }
+        let kept: Vec<bool> = self.fold_of.iter().map(|f| *f != out).collect();
+        let parameters: Vec<Parameter> = self
+            .model
+            .parameters
+            .iter()
+            .copied()
+            .filter(|p| found.iter().all(|(f, _)| f.name != p.name))
+            .collect();
+        let sigma = self.model.sigma;
+        let problem = Problem::new(self.samples, start, sigma, &parameters);
+        Problem { only: Some(&kept), ..problem }.optimum(&values, 2)
     }
 
     /// Loss on the manoeuvres left out, over all folds.

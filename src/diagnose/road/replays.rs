@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::base::Base;
 use super::left_out::LeftOut;
 use super::null_simulation::NullSimulation;
+use super::parameters::Parameter;
 use super::samples::Samples;
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
@@ -49,14 +50,20 @@ pub fn shown(
     })
 }
 
-/// Every looked-at manoeuvre simulated from its own start on a model fitted without it.
-pub fn simulated(samples: &Samples, simulation: &NullSimulation<'_>, model: &Base) -> Shown {
+/// Every looked-at manoeuvre simulated from its own start on a model fitted without it; `found` are the
+/// sizes of effects over those that the fit gives them.
+pub fn simulated(
+    samples: &Samples,
+    simulation: &NullSimulation<'_>,
+    model: &Base,
+    found: &[(Parameter, f64)],
+) -> Shown {
     let left_out = LeftOut::new(model, samples);
     let folds: Vec<Shown> = (0..FOLDS)
         .into_par_iter()
         .map(|fold| {
             let own = |m: usize| left_out.fold_of.get(m) == Some(&fold);
-            let session = simulation.noiseless_of(&left_out.without(fold), own);
+            let session = simulation.noiseless_of(&left_out.without(fold, found), own);
             shown(&session, simulation, own)
         })
         .collect();
@@ -87,13 +94,24 @@ impl Replays {
         base: &Base,
         naming: &Naming<Base>,
     ) -> Self {
-        let of = |model: &Base| simulated(samples, simulation, model);
+        let of = |model: &Base, found: &[_]| simulated(samples, simulation, model, found);
+        let start = &naming.extended.start;
+        // a fit gives a share of a size; what was found of it is simulated
+        let found: Vec<(Parameter, f64)> = naming
+            .named()
+            .filter_map(|cause| {
+                let name = cause.candidate.name;
+                let p = *naming.extended.parameters.iter().find(|p| p.name == name)?;
+                let fitted = p.get(&naming.extended.values) - p.get(start);
+                Some((p, cause.value() / fitted)).filter(|(_, share)| share.is_finite())
+            })
+            .collect();
         // by the base's own scale: the extended model knows less noise
         let extended = || Base { sigma: base.sigma, ..naming.extended.clone() };
         Replays {
             measured: shown(session, simulation, |_| true),
-            base: of(base),
-            extended: naming.any_named().then(|| of(&extended())),
+            base: of(base, &[]),
+            extended: naming.any_named().then(|| of(&extended(), &found)),
         }
     }
 

@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn a_gain_is_told_in_the_channels_unit() {
         let found = simulation(&[row(0.06, 0.2, 0.5)]);
-        let told = "Speed while front braking: 0.21 → 0.06\u{a0}m/s (noise alone 0.05)";
+        let told = "Speed while front braking: 0.210 → 0.060\u{a0}m/s (noise alone 0.050)";
         assert_eq!(found.gains, [told]);
         assert!(found.remark.is_empty() && found.changed[0].class == "better");
     }
