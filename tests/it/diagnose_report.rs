@@ -307,7 +307,7 @@ fn the_report_tells_each_verdict_of_a_diagnosis() {
             "acceleration (−0.90)",
             "twice the log likelihood rises by <strong>149</strong>; with every candidate free by 240",
             "Speed while front braking: 0.80 → 0.12 m&#x2f;s (noise alone 0.10)",
-            "Steering angle while cornering: 1.15 → 0.17° (noise alone 0.06)",
+            "Steering angle while cornering: 1.146 → 0.172° (noise alone 0.057)",
             "the worst one of 3 by misfit",
             "62 % of that",
             "bends above 30 m&#x2f;s",
