@@ -188,6 +188,15 @@ fn a_late_velocity_is_found_whole() {
     assert!((value + 0.05).abs() < 2.0 * sd && sd < 0.005, "{value} +- {sd}");
     let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.values);
     assert!(shown > -0.036, "{shown}");
+    // of what the simulation of left-out brakings misses beyond noise less than half is left
+    let braking = d.simulation_errors.iter().filter(|r| r.kind.ends_with("braking"));
+    let speeds: Vec<_> = braking.filter(|r| r.channel == "velocity_x").collect();
+    assert!(!speeds.is_empty());
+    for row in speeds {
+        let beyond = |rmse: f64| (rmse.powi(2) - row.noise_floor.powi(2)).max(0.0).sqrt();
+        let left = beyond(row.rmse_extended.expect("something is named"));
+        assert!(row.is_better() && left < 0.5 * beyond(row.rmse_base), "{row:?}");
+    }
 }
 
 /// A cause that is not among the candidates is not blamed on another, and what is left is over the

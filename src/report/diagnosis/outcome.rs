@@ -54,7 +54,7 @@ pub struct Entry {
     pub verdict: &'static str,
     pub findings: Vec<Finding>,
     pub reason: String,
-    /// What the simulation gains most by what was named.
+    /// What the simulation gains most by what was named, or that it gains nothing, and what gets worse.
     pub gain: String,
     pub structured: usize,
 }
@@ -98,10 +98,7 @@ pub fn entry(
         },
         findings: findings(causes),
         reason: unexplained(causes).map(|c| c.reason.clone()).unwrap_or_default(),
-        gain: SimulationError::gains(errors)
-            .first()
-            .map(|row| simulation::clause(row))
-            .unwrap_or_default(),
+        gain: simulation::in_short(errors),
         structured: rows.iter().filter(|r| r.structured).count(),
     }
 }

@@ -114,6 +114,13 @@ pub fn simulation(rows: &[SimulationError]) -> Simulation {
     }
 }
 
+/// The largest gain and whatever else must be said, in one line; empty where nothing was named.
+pub fn in_short(rows: &[SimulationError]) -> String {
+    let Simulation { gains, remark, .. } = simulation(rows);
+    let gain = gains.into_iter().next().map(|gain| gain + ".");
+    gain.into_iter().chain(Some(remark).filter(|r| !r.is_empty())).collect::<Vec<_>>().join(" ")
+}
+
 fn simulated(row: &SimulationError) -> Simulated {
     let shown = Shown::of(row);
     let ends = row.ratio_ci95_low.zip(row.ratio_ci95_high);
@@ -170,6 +177,7 @@ mod tests {
         let told = "Speed while front braking: 0.210 → 0.060\u{a0}m/s (noise alone 0.050)";
         assert_eq!(found.gains, [told]);
         assert!(found.remark.is_empty() && found.changed[0].class == "better");
+        assert_eq!(in_short(&[row(0.06, 0.2, 0.5)]), format!("{told}."));
     }
 
     #[test]
@@ -181,6 +189,8 @@ mod tests {
         }
         let found = simulation(&[row(0.3, 1.2, 1.7)]);
         assert!(found.remark.contains("worse in the speed while front braking"), "{found:?}");
+        assert_eq!(in_short(&[row(0.3, 1.2, 1.7)]), found.remark);
+        assert_eq!(in_short(&[]), "");
         // nothing named: nothing to say
         let none = SimulationError { rmse_extended: None, ratio: None, ..row(0.0, 1.0, 1.0) };
         let found = simulation(&[none]);
