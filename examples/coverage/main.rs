@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! cargo run --release --example coverage -- --rides 100 > coverage.md
+//! cargo run --release --example coverage -- --rides 100 --learn
 //! cargo run --release --example coverage -- --plant ../shared/data/independent_plant
 //! ```
 //!
@@ -34,6 +35,9 @@ struct Arguments {
     /// Seed of the population.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Prints what is to be added to the intervals instead: `[fit.model_error]` of the pipeline.
+    #[arg(long)]
+    learn: bool,
     /// A line per coefficient of every ride.
     #[arg(long)]
     verbose: bool,
@@ -101,11 +105,57 @@ fn characterised(
     Ok(outcome.coefficients.iter().filter_map(row).collect())
 }
 
+/// Fewest intervals to learn from.
+const FEWEST: usize = 20;
+/// Share of the intervals that are to hold the truth.
+const LEVEL: f64 = 0.95;
+/// Half a 95 % interval over its standard deviation.
+const NORMAL: f64 = 1.96;
+
+/// The smallest relative error that, added to the intervals, lets the level hold the truth.
+fn needed(intervals: &[[f64; 4]]) -> f64 {
+    let one = |[truth, value, low, high]: &[f64; 4]| {
+        let (error, half) = (value - truth, 0.5 * (high - low));
+        (error * error - half * half).max(0.0).sqrt() / (NORMAL * value.abs())
+    };
+    let mut all: Vec<f64> = intervals.iter().map(one).collect();
+    all.sort_by(f64::total_cmp);
+    // of few intervals the level is not known: one more counts as missed
+    let rank = (LEVEL * (all.len() + 1) as f64).ceil() as usize;
+    all[rank.min(all.len()) - 1]
+}
+
+/// Prints what the intervals `ok` with a full bike file lack, by coefficient.
+fn learn(found: &[Vec<Compared>]) {
+    let mut all: BTreeMap<Coefficient, Vec<[f64; 4]>> = BTreeMap::new();
+    for ((file, _, coefficient, status), interval) in found.iter().flatten() {
+        if *file == BikeFile::Full && *status == "ok" && interval.iter().all(|x| x.is_finite()) {
+            // the camber stiffness is a multiple of the cornering stiffness
+            let coefficient = match *coefficient {
+                Coefficient::CamberStiffness0 => Coefficient::CorneringStiffness0,
+                other => other,
+            };
+            all.entry(coefficient).or_default().push(*interval);
+        }
+    }
+    println!("[fit.model_error]");
+    for (coefficient, intervals) in all.iter().filter(|(_, all)| all.len() >= FEWEST) {
+        let inside = |[truth, _, low, high]: &&[f64; 4]| (low..=high).contains(&truth);
+        let (name, n) = (coefficient.spec().name, intervals.len());
+        let holds = intervals.iter().filter(inside).count();
+        println!("{name} = {:.5} # {holds} of {n} held without", needed(intervals));
+    }
+}
+
 /// One ride under every bike file.
-fn compared(number: usize, seed: u64, work: &Path) -> Result<Vec<Compared>, Failure> {
+fn compared(
+    number: usize,
+    seed: u64,
+    pipeline: &Pipeline,
+    work: &Path,
+) -> Result<Vec<Compared>, Failure> {
     let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
     let ridden = ride::ride(&case, BikeFile::Full)?;
-    let pipeline = Pipeline::onroad();
     let log = work.join(format!("{number}.parquet"));
     write_session(&log, &ridden.ride.session, false)?;
     let mut truth = ridden.truth(&pipeline.estimate);
@@ -116,7 +166,7 @@ fn compared(number: usize, seed: u64, work: &Path) -> Result<Vec<Compared>, Fail
     let mut cells = Vec::new();
     for file in BikeFile::ALL {
         let bike = bike::bike(machine, &usual, file)?;
-        cells.extend(characterised(&log, &bike, &pipeline, file, &truth)?);
+        cells.extend(characterised(&log, &bike, pipeline, file, &truth)?);
     }
     std::fs::remove_file(&log)?;
     Ok(cells)
@@ -148,7 +198,8 @@ fn folders(of: &Path) -> Vec<PathBuf> {
 }
 
 fn main() {
-    let Arguments { rides, seed, verbose, machines, logs, plant } = Arguments::parse();
+    let Arguments { rides, seed, learn: learns, verbose, machines, logs, plant } =
+        Arguments::parse();
     if machines {
         (0..rides).into_par_iter().for_each(|number| println!("{}", described(number, seed)));
         return;
@@ -162,6 +213,10 @@ fn main() {
             }
         });
         return;
+    }
+    let mut pipeline = Pipeline::onroad();
+    if learns {
+        pipeline.fit.model_error.clear();
     }
     let work = tempfile::tempdir().expect("a folder for the logs");
     let one = |(name, found): (String, Result<Vec<Compared>, Failure>)| match found {
@@ -184,7 +239,7 @@ fn main() {
     let found: Vec<Vec<Compared>> = match plant {
         None => (0..rides)
             .into_par_iter()
-            .map(|number| (number.to_string(), compared(number, seed, work.path())))
+            .map(|number| (number.to_string(), compared(number, seed, &pipeline, work.path())))
             .filter_map(one)
             .collect(),
         Some(folder) => folders(&folder)
@@ -193,6 +248,9 @@ fn main() {
             .filter_map(one)
             .collect(),
     };
+    if learns {
+        return learn(&found);
+    }
     let mut table: BTreeMap<Key, Cell> = BTreeMap::new();
     for (key, [truth, value, low, high]) in found.iter().flatten() {
         let cell = table.entry(*key).or_default();

@@ -31,6 +31,8 @@ pub struct Rolling {
     pub extra_load: f64,
     /// `1 - cos` of the camber.
     pub versine: f64,
+    /// Crown of the tyre over the front's.
+    pub crown: f64,
 }
 
 /// The list of hooks, for a macro that makes something of each.

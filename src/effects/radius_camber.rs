@@ -16,7 +16,7 @@ impl Physics for RadiusCamber {
         typical: 0.02,
         bounds: [-0.12, 0.12],
         source: "crowns of 50 to 95 mm, half of the width; a rear tyre of a superbike showed up to 130 mm",
-        enters: "rolling radius of both wheels",
+        enters: "rolling radius of both wheels, of the rear one in the ratio of the widths",
         channels: &[Channel::WheelSpeedFront, Channel::VelocityX, Channel::Roll],
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &[],
@@ -26,17 +26,15 @@ impl Physics for RadiusCamber {
     };
     const MULTIBODY: Multibody = Multibody::Inherent("its tyres are toroids");
     const REMOVE: Option<Remove> = Some(|session, bike, size| {
-        for (channel, radius) in [
-            (Channel::WheelSpeedFront, bike.front.radius),
-            (Channel::WheelSpeedRear, bike.rear.radius),
-        ] {
-            scale_with(session, channel, |ride, i| {
-                1.0 - size / radius * (1.0 - ride.roll[i].cos())
-            });
+        for (channel, wheel) in
+            [(Channel::WheelSpeedFront, &bike.front), (Channel::WheelSpeedRear, &bike.rear)]
+        {
+            let change = size * wheel.width / bike.front.width / wheel.radius;
+            scale_with(session, channel, |ride, i| 1.0 - change * (1.0 - ride.roll[i].cos()));
         }
     });
 
     fn rolling_radius(size: f64, radius: f64, rolling: Rolling) -> f64 {
-        radius - size * rolling.versine
+        radius - size * rolling.crown * rolling.versine
     }
 }

@@ -6,6 +6,7 @@
 //! moves by `s`. The chain is simply run again with `u` moved, robust weights held: no
 //! derivative is written by hand, and what depends on what is never stated twice.
 
+use super::assemble::Assembled;
 use super::coasting;
 use super::config::Config;
 use super::cornering::{self, K_X};
@@ -17,6 +18,7 @@ use super::selection;
 use super::solution::{Fits, FittedSamples, Solution, Upstream};
 use super::variation::variations;
 use crate::contract::bike::{Axle, Bike};
+use crate::contract::coefficient::{Coefficient, Id, Part};
 use crate::estimate::signals::Inputs;
 use crate::model::formulation::Formulation;
 
@@ -61,12 +63,44 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
 
     let found = fits.parameters().assemble(&inputs);
     let refit = Refit::new(data, &nominal, &fits, &samples, config);
-    let upstream = variations(bike, &data.zeros, &fits.coasting, formulation)
-        .into_iter()
+    let varied = variations(bike, &data.zeros, &fits.coasting, formulation).into_iter();
+    let upstream = varied
         .map(|variation| Upstream {
             change: refit.with(&variation).minus(&found),
             missing: variation.missing,
         })
+        .chain(model_errors(&found, formulation, config))
         .collect();
     Solution { found, upstream, fits, samples, inputs }
+}
+
+/// What the model itself may be wrong by: each coefficient on its own.
+fn model_errors(
+    found: &Assembled,
+    formulation: Formulation,
+    config: &Config,
+) -> impl Iterator<Item = Upstream> {
+    let coefficient =
+        |(name, share): (&String, &f64)| Some((Coefficient::from_name(name)?, *share));
+    let all: Vec<(Coefficient, f64)> = match formulation {
+        Formulation::Corrected => config.model_error.iter().filter_map(coefficient).collect(),
+        Formulation::Paper => Vec::new(),
+    };
+    all.into_iter().flat_map(move |(coefficient, share)| {
+        Part::ALL.into_iter().map(move |part| {
+            let mut change = found.minus(found);
+            match (coefficient, part.axle()) {
+                // of a quotient the denominator is what was fitted
+                (Coefficient::CorneringStiffness0, Some(axle)) => {
+                    let stiffness = &mut change.stiffness[axle as usize];
+                    stiffness.denominator = share * found.stiffness[axle as usize].denominator;
+                }
+                _ => {
+                    let id = Id::from((part, coefficient));
+                    change.values[id] = share * found.values[id];
+                }
+            }
+            Upstream { missing: None, change }
+        })
+    })
 }

@@ -140,7 +140,7 @@ pub fn roll(
     let (vx, vy) = (v.dot(&geometry.along), v.dot(&geometry.across));
     let speed = least(vx);
     // the carcass shows camber and load by itself
-    let rolling = Rolling { speed: vx, extra_load: 0.0, versine: 0.0 };
+    let rolling = Rolling { speed: vx, extra_load: 0.0, versine: 0.0, crown: 1.0 };
     let rolling_radius = error.radius(rolling_radius, rolling);
     let kinematic = [(rolling_radius * spin - vx) / speed, vy.atan2(speed)];
     let rate = |length: f64| (speed / length.max(1e-6)).min(1.0 / SHORTEST_LAG);

@@ -80,3 +80,26 @@ fn the_true_effect_leaves_nothing_of_itself() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+/// Effects that the replay of a perfect ride hardly shows at twice their usual size.
+const FAINT: [&str; 0] = [];
+
+#[test]
+fn an_effect_that_is_not_there_makes_it_worse() {
+    let scenario = Scenario::builtin("perfect").expect("scenario");
+    let usual = scenario.machine(0);
+    let (session, segments) = ridden(&scenario, &usual);
+    let right = misfit(&session, &segments, &usual.plant);
+    let mut harmless = Vec::new();
+    for effect in ALL.iter().filter(|e| !FAINT.contains(&e.name)) {
+        let mut error = usual.plant.model_error;
+        (effect.set)(&mut error, 2.0 * effect.typical);
+        let wrong = misfit(&session, &segments, &usual.plant.clone().with(&error));
+        let worse =
+            (0..COMPARED.len()).any(|k| wrong[k].is_nan() || wrong[k] > right[k] + COMPARED[k].1);
+        if !worse {
+            harmless.push(format!("{}: {right:.4?} -> {wrong:.4?}", effect.name));
+        }
+    }
+    assert!(harmless.is_empty(), "{}", harmless.join("\n"));
+}

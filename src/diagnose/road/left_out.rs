@@ -8,6 +8,17 @@ use super::problem::{Linear, Problem};
 use super::samples::Samples;
 use crate::diagnose::held_out::{FOLDS, sum_over_folds};
 
+/// What was found of an effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    /// The parameter that it moves.
+    pub parameter: Parameter,
+    /// Its size over that which a fit gives it.
+    pub share: f64,
+    /// Its interval.
+    pub interval: [f64; 2],
+}
+
 /// A model with the slopes that serve its fits without a fold: a fold less moves the optimum little.
 #[derive(Debug)]
 pub struct LeftOut<'a> {
@@ -44,16 +55,17 @@ impl<'a> LeftOut<'a> {
         (values, linear)
     }
 
-    /// The model fitted without a fold. `found` are sizes of effects over those that a fit gives them: where
-    /// there are any the effects get what was found, and the base is fitted beside them.
-    pub fn without(&self, out: usize, found: &[(Parameter, f64)]) -> Parameters {
+    /// The model fitted without a fold. Where effects were found they get what was found: the
+    /// fold's fit over the share that fits give, within the interval, beyond which a small share tells nothing. The
+    /// base is fitted beside them.
+    pub fn without(&self, out: usize, found: &[Found]) -> Parameters {
         let (mut values, _) = self.fit_without(out);
         if found.is_empty() {
             return values;
         }
         let start = &self.model.start;
-        for (p, share) in found {
-            let size = share * (p.get(&values) - p.get(start));
+        for Found { parameter: p, share, interval: [low, high] } in found {
+            let size = (share * (p.get(&values) - p.get(start))).clamp(*low, *high);
             p.set(&mut values, p.get(start) + size);
         }
         let kept: Vec<bool> = self.fold_of.iter().map(|f| *f != out).collect();
@@ -62,7 +74,7 @@ impl<'a> LeftOut<'a> {
             .parameters
             .iter()
             .copied()
-            .filter(|p| found.iter().all(|(f, _)| f.name != p.name))
+            .filter(|p| found.iter().all(|f| f.parameter.name != p.name))
             .collect();
         let sigma = self.model.sigma;
         let problem = Problem::new(self.samples, start, sigma, &parameters);

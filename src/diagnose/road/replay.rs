@@ -28,6 +28,13 @@ use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 /// How fast the throttle brings the speed back, 1/s.
 const THROTTLE: f64 = 0.8;
 
+/// The same of a rider who feels what the motorcycle does.
+const FELT_THROTTLE: f64 = 2.0;
+
+/// How fast a rider who feels what the motorcycle does moves the throttle to what it lacks, 1/s: slower than tyres
+/// take up a force, well within a manoeuvre.
+const FELT: f64 = 8.0;
+
 /// What is ridden with the throttle closed, though a lever may be at rest for a moment.
 const UNDRIVEN: [ManoeuvreKind; 4] = [
     ManoeuvreKind::Coasting,
@@ -136,8 +143,9 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
         }
         if parts.starts[i] || i > 0 && i == down.end {
             ride.take_up(&measured, i);
+            ride.action.drive = 0.0;
         }
-        let values = ride.advance(&measured, i, dt);
+        let values = ride.advance(&measured, i, dt, from == From::Manoeuvres);
         out.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
     }
     let mut recorded = session.clone();
@@ -304,7 +312,8 @@ impl<'a> Ride<'a> {
     }
 
     /// One step of `dt` s, and what is recorded before it, in the order of [`CHANNELS`].
-    fn advance(&mut self, measured: &Measured, i: usize, dt: f64) -> [f64; 9] {
+    /// `felt`: by a rider who feels what the throttle lacks.
+    fn advance(&mut self, measured: &Measured, i: usize, dt: f64, felt: bool) -> [f64; 9] {
         let plant = self.plant;
         let response = plant.response_near(&self.state, &self.action, self.load);
         let pressure = [0, 1].map(|k| known(&measured.pressures[k], i).max(0.0));
@@ -331,6 +340,12 @@ impl<'a> Ride<'a> {
         }
         self.action.drive = match braking || measured.undriven[i] {
             true => 0.0,
+            // what the road, the wind and the brakes do is known from what the motorcycle did a moment ago
+            false if felt && self.action.drive != 0.0 => {
+                let missing = self.wanted(measured, i, FELT_THROTTLE) - response.acceleration[0];
+                let torque = self.inertia() * missing * plant.tyres[1].rolling_radius;
+                self.limited(self.action.drive + FELT * dt * torque)
+            }
             false => self.throttle(measured, i),
         };
         let lean = Lean {
@@ -360,16 +375,32 @@ impl<'a> Ride<'a> {
         ]
     }
 
-    /// Drive torque, N m, that brings the speed back to the measured one.
+    /// Acceleration, m/s², that brings the speed back to the measured one that fast, 1/s.
+    fn wanted(&self, measured: &Measured, i: usize, back: f64) -> f64 {
+        let Ride { plant, state, .. } = self;
+        known(&measured.ax, i) + back * (measured.speed(&plant.model_error, i) - state.vx)
+    }
+
+    /// Mass and what the wheels' spin adds to it, kg.
+    fn inertia(&self) -> f64 {
+        let Plant { mass, wheel_inertia, tyres, .. } = self.plant;
+        mass + (0..2).map(|k| wheel_inertia[k] / tyres[k].rolling_radius.powi(2)).sum::<f64>()
+    }
+
+    /// Drive torque, N m, that gives the wanted acceleration on a level road in still air.
     fn throttle(&self, measured: &Measured, i: usize) -> f64 {
         let Ride { plant, state, .. } = self;
-        let wanted =
-            known(&measured.ax, i) + THROTTLE * (measured.speed(&plant.model_error, i) - state.vx);
         let rolling = plant.tyres[1].rolling_resistance * plant.mass * crate::GRAVITY;
-        let spinning: f64 =
-            (0..2).map(|k| plant.wheel_inertia[k] / plant.tyres[k].rolling_radius.powi(2)).sum();
-        let force = (plant.mass + spinning) * wanted + plant.drag * state.vx * state.vx + rolling;
-        force.clamp(-0.2 * plant.mass * 9.8, 0.9 * plant.mass * 9.8) * plant.tyres[1].rolling_radius
+        let force = self.inertia() * self.wanted(measured, i, THROTTLE)
+            + plant.drag * state.vx * state.vx
+            + rolling;
+        self.limited(force * plant.tyres[1].rolling_radius)
+    }
+
+    /// A drive torque within what engines give, N m.
+    fn limited(&self, torque: f64) -> f64 {
+        let most = self.plant.mass * 9.8 * self.plant.tyres[1].rolling_radius;
+        torque.clamp(-0.2 * most, 0.9 * most)
     }
 }
 

@@ -5,9 +5,8 @@
 use rayon::prelude::*;
 
 use super::base::Base;
-use super::left_out::LeftOut;
+use super::left_out::{Found, LeftOut};
 use super::null_simulation::NullSimulation;
-use super::parameters::Parameter;
 use super::samples::Samples;
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
@@ -50,13 +49,13 @@ pub fn shown(
     })
 }
 
-/// Every looked-at manoeuvre simulated from its own start on a model fitted without it; `found` are the
-/// sizes of effects over those that the fit gives them.
+/// Every looked-at manoeuvre simulated from its own start on a model fitted without it, with the effects that
+/// were found.
 pub fn simulated(
     samples: &Samples,
     simulation: &NullSimulation<'_>,
     model: &Base,
-    found: &[(Parameter, f64)],
+    found: &[Found],
 ) -> Shown {
     let left_out = LeftOut::new(model, samples);
     let folds: Vec<Shown> = (0..FOLDS)
@@ -97,13 +96,15 @@ impl Replays {
         let of = |model: &Base, found: &[_]| simulated(samples, simulation, model, found);
         let start = &naming.extended.start;
         // a fit gives a share of a size; what was found of it is simulated
-        let found: Vec<(Parameter, f64)> = naming
+        let found: Vec<Found> = naming
             .named()
             .filter_map(|cause| {
                 let name = cause.candidate.name;
-                let p = *naming.extended.parameters.iter().find(|p| p.name == name)?;
-                let fitted = p.get(&naming.extended.values) - p.get(start);
-                Some((p, cause.value() / fitted)).filter(|(_, share)| share.is_finite())
+                let parameter = *naming.extended.parameters.iter().find(|p| p.name == name)?;
+                let fitted = parameter.get(&naming.extended.values) - parameter.get(start);
+                let interval = cause.estimate?.interval()?;
+                let share = cause.value() / fitted;
+                share.is_finite().then_some(Found { parameter, share, interval })
             })
             .collect();
         // by the base's own scale: the extended model knows less noise

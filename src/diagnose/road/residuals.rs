@@ -163,6 +163,8 @@ struct Fixed {
     per_mass: f64,
     per_length: f64,
     carcass: [Carcass; 2],
+    /// Crowns over the front's.
+    crown: [f64; 2],
     /// Height of the mass centre above the axles, m.
     above_axles: f64,
     /// Of both wheels, m.
@@ -183,6 +185,7 @@ impl Fixed {
             per_mass: 1.0 / w.mass,
             per_length: 1.0 / l,
             carcass: w.carcasses(),
+            crown: w.width.map(|width| width / w.width[0]),
             above_axles: above_axles(w.cg_height, w.radius),
             mean_radius: 0.5 * (w.radius[0] + w.radius[1]),
             still,
@@ -305,7 +308,8 @@ impl Instant<'_> {
                 continue; // the driven wheel slips both ways at once: not on this curve
             }
             let extra_load = x.load[k] - fixed.still[k];
-            let rolling = Rolling { speed: v, extra_load, versine: a.versine[k] };
+            let rolling =
+                Rolling { speed: v, extra_load, versine: a.versine[k], crown: fixed.crown[k] };
             let radius = fixed.carcass[k].rolling_radius(x.load[k], a.versine[k]);
             let ratio = error.radius(radius, rolling) * s.omega[k][i] / a.rolling[k] - 1.0;
             if ratio < DEEPEST {

@@ -164,7 +164,8 @@ impl Plant {
             let reference = vx.abs().max(SLIP_SPEED);
             let extra_load = assumed[i] - static_load[i];
             let versine = 1.0 - 1.0 / (1.0 + pose.tan_camber[i] * pose.tan_camber[i]).sqrt();
-            let rolling = Rolling { speed: s.vx, extra_load, versine };
+            let crown = if self.crown[0] > 0.0 { self.crown[i] / self.crown[0] } else { 1.0 };
+            let rolling = Rolling { speed: s.vx, extra_load, versine, crown };
             let carcass = self.carcass(i, static_load[i]);
             let radius = error.radius(carcass.rolling_radius(assumed[i], versine), rolling);
             lever_arm[i] = carcass.lever_arm(assumed[i], versine);
