@@ -42,7 +42,7 @@ mod warning;
 mod write;
 pub mod yaw;
 
-pub use check::check;
+pub use check::{CHECKS, Check, Effect, Switches, check};
 pub use config::Config;
 pub use detect::format_of;
 pub use error::{Error, UNREACHABLE};

@@ -14,7 +14,7 @@ const RATE: f64 = 50.0;
 const FRONT: f64 = 0.295;
 const REAR: f64 = 0.312;
 
-fn bike() -> Bike {
+pub(super) fn bike() -> Bike {
     let text = "mass = 260.0\nwheelbase = 1.42\ncg_to_front = 0.70\ncg_height = 0.62\n\
                 caster_angle = 0.42\nfront.radius = 0.295\nfront.width = 0.12\n\
                 rear.radius = 0.312\nrear.width = 0.18\n";
@@ -101,7 +101,7 @@ fn ride(seed: u64) -> Session {
 const LATITUDE: [Channel; 2] = [Channel::Latitude, Channel::Longitude];
 const PRESSURES: [Channel; 2] = [Channel::BrakePressureFront, Channel::BrakePressureRear];
 
-fn without(mut session: Session, channels: &[Channel]) -> Session {
+pub(super) fn without(mut session: Session, channels: &[Channel]) -> Session {
     for &c in channels {
         session.remove(c);
     }
@@ -113,7 +113,7 @@ fn scaled(mut session: Session, channel: Channel, factor: f64) -> Session {
     session
 }
 
-fn exchanged(mut session: Session, a: Channel, b: Channel) -> Session {
+pub(super) fn exchanged(mut session: Session, a: Channel, b: Channel) -> Session {
     let (x, y) = (session.remove(a).expect("there"), session.remove(b).expect("there"));
     session.set(a, y);
     session.set(b, x);
@@ -121,7 +121,7 @@ fn exchanged(mut session: Session, a: Channel, b: Channel) -> Session {
 }
 
 /// Codes of the warnings, or of the error.
-fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
+pub(super) fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
     let before = session.channels().count();
     match check(&mut session, &bike(), &Config::default()) {
         Ok(w) => {
@@ -286,6 +286,43 @@ fn exchanged_wheels_and_brakes() {
         assert_eq!(codes(wheels), Err("wheels_swapped"), "seed {seed}");
         assert_eq!(codes(exchanged(ride(seed), P, Q)), Err("brakes_swapped"), "seed {seed}");
     }
+}
+
+#[test]
+fn every_check_can_be_switched() {
+    let with = |effect: &str| -> Config {
+        toml::from_str(&format!("check.sign_roll_yaw = {effect:?}")).expect("a switch")
+    };
+    let turned = || scaled(ride(2), Channel::Roll, -1.0);
+    let refusal = check(&mut turned(), &bike(), &with("reject")).expect_err("refused");
+    assert!(refusal.message.contains("`ingest.check.sign_roll_yaw = \"warn\"`"), "{refusal}");
+    let warned = check(&mut turned(), &bike(), &with("warn")).expect("passes");
+    assert_eq!(warned.iter().map(|w| w.code).collect::<Vec<_>>(), ["sign_roll_yaw"]);
+    assert!(check(&mut turned(), &bike(), &with("off")).expect("passes").is_empty());
+
+    let mut left_out = scaled(ride(2), Channel::SteerAngle, -1.0);
+    let keep: Config = toml::from_str("check.sign_steer = \"warn\"").expect("a switch");
+    let warned = check(&mut left_out, &bike(), &keep).expect("passes");
+    assert!(!warned[0].message.contains("left out") && left_out.has(Channel::SteerAngle));
+    let refuse: Config = toml::from_str("check.sign_steer = \"reject\"").expect("a switch");
+    let refusal = check(&mut left_out, &bike(), &refuse).expect_err("refused");
+    assert_eq!(refusal.code, "sign_steer");
+
+    for Check { code, .. } in CHECKS {
+        for effect in ["reject", "warn", "off"] {
+            toml::from_str::<Config>(&format!("check.{code} = {effect:?}")).expect(code);
+        }
+    }
+}
+
+#[test]
+fn switches_that_do_not_exist_are_refused_with_the_list() {
+    let message = |text: &str| toml::from_str::<Config>(text).expect_err(text).to_string();
+    let unknown = message("check.brakes_swaped = \"off\"");
+    assert!(unknown.contains("did you mean `brakes_swapped`"), "{unknown}");
+    assert!(CHECKS.iter().all(|c| unknown.contains(c.code)), "{unknown}");
+    assert!(message("check.unit_velocity = \"leave_out\"").contains("\"warn\" or \"off\""));
+    assert!(message("check.unit_velocity = \"no\"").contains("reject"));
 }
 
 /// `cargo test -- --ignored --nocapture`: 120 000 samples, 16 channels.
