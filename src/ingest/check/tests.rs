@@ -296,9 +296,13 @@ fn every_check_can_be_switched() {
     let turned = || scaled(ride(2), Channel::Roll, -1.0);
     let refusal = check(&mut turned(), &bike(), &with("reject")).expect_err("refused");
     assert!(refusal.message.contains("`ingest.check.sign_roll_yaw = \"warn\"`"), "{refusal}");
-    let warned = check(&mut turned(), &bike(), &with("warn")).expect("passes");
-    assert_eq!(warned.iter().map(|w| w.code).collect::<Vec<_>>(), ["sign_roll_yaw"]);
-    assert!(check(&mut turned(), &bike(), &with("off")).expect("passes").is_empty());
+    // the roll rate does not fit a turned roll either
+    let passes = |effect| -> Vec<&str> {
+        let warned = check(&mut turned(), &bike(), &with(effect)).expect("passes");
+        warned.iter().map(|w| w.code).collect()
+    };
+    assert_eq!(passes("warn"), ["sign_roll_rate", "sign_roll_yaw"]);
+    assert_eq!(passes("off"), ["sign_roll_rate"]);
 
     let mut left_out = scaled(ride(2), Channel::SteerAngle, -1.0);
     let keep: Config = toml::from_str("check.sign_steer = \"warn\"").expect("a switch");

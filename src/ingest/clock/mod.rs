@@ -7,6 +7,8 @@
 
 use std::sync::Arc;
 
+mod together;
+
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
 use crate::ingest::error::Error;
@@ -45,11 +47,11 @@ pub struct Clocked {
     pub tracks: Vec<Timed>,
 }
 
-/// A recorded clock and what became of it.
+/// A recorded clock, who uses it and what became of it.
 struct Source {
     time: Arc<Vec<f64>>,
-    clock: Option<usize>,
-    kept: Option<Vec<usize>>,
+    channels: Vec<Channel>,
+    repaired: Option<Repaired>,
 }
 
 /// Largest deviation from a uniform clock that is none, as a share of the period.
@@ -65,37 +67,47 @@ const RUN_GAP: f64 = 2.5;
 /// Share of repeated stamps from which the clock is taken to be coarse rather than stuttering.
 const COARSE: f64 = 0.2;
 
-/// Repairs every clock; channels that share one keep sharing it.
+/// Repairs every clock; channels that share one keep sharing it, and the clocks of one logger stay together
+/// ([`together`]).
 ///
 /// # Errors
 /// `no_time` when no channel has two usable stamps, `too_short` under 1 s.
 pub fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<Clocked, Error> {
     let mut sources: Vec<Source> = Vec::new();
-    let mut out = Clocked { clocks: Vec::new(), tracks: Vec::with_capacity(tracks.len()) };
+    let mut source_of = Vec::with_capacity(tracks.len());
     let mut rows = 0;
-    for track in tracks {
+    for track in &tracks {
         rows = rows.max(track.time.len());
-        let at = match sources.iter().position(|s| Arc::ptr_eq(&s.time, &track.time)) {
-            Some(at) => at,
-            None => {
-                let mut source = Source { time: Arc::clone(&track.time), clock: None, kept: None };
-                if let Some(repaired) = repair_one(&track.time) {
-                    repaired.report(warnings);
-                    source.clock = Some(out.clocks.len());
-                    source.kept = repaired.kept;
-                    out.clocks.push(repaired.clock);
-                }
-                sources.push(source);
-                sources.len() - 1
-            }
-        };
-        let Source { clock, kept, .. } = &sources[at];
-        let Some(clock) = *clock else { continue };
-        let values = match kept {
+        let known = sources.iter().position(|s| Arc::ptr_eq(&s.time, &track.time));
+        let at = known.unwrap_or_else(|| {
+            let time = Arc::clone(&track.time);
+            sources.push(Source { time, channels: Vec::new(), repaired: None });
+            sources.len() - 1
+        });
+        sources[at].channels.push(track.channel);
+        source_of.push(at);
+    }
+    let times: Vec<Arc<Vec<f64>>> = sources.iter().map(|s| Arc::clone(&s.time)).collect();
+    for (source, repaired) in sources.iter_mut().zip(together::repair(&times)) {
+        source.repaired = repaired;
+    }
+    let mut out = Clocked { clocks: Vec::new(), tracks: Vec::with_capacity(tracks.len()) };
+    let several = sources.len() > 1;
+    let mut clock_of = Vec::with_capacity(sources.len());
+    for Source { channels, repaired, .. } in &sources {
+        clock_of.push(out.clocks.len());
+        if let Some(repaired) = repaired {
+            repaired.report(if several { channels } else { &[] }, warnings);
+            out.clocks.push(repaired.clock.clone());
+        }
+    }
+    for (track, at) in tracks.into_iter().zip(source_of) {
+        let Some(repaired) = &sources[at].repaired else { continue };
+        let values = match &repaired.kept {
             None => track.values,
             Some(kept) => kept.iter().map(|&i| track.values[i]).collect(),
         };
-        out.tracks.push(Timed { channel: track.channel, clock, values });
+        out.tracks.push(Timed { channel: track.channel, clock: clock_of[at], values });
     }
     let (start, end) = out.span();
     if out.tracks.is_empty() {
@@ -123,11 +135,17 @@ impl Clocked {
 }
 
 /// A repaired clock and what was done to it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Repaired {
     clock: Clock,
     /// Rows that are left, where not all are.
     kept: Option<Vec<usize>>,
+    /// Their stamps as recorded, where the repair moved them.
+    raw: Option<Vec<f64>>,
+    /// Whether the stamps are coarser than the sampling.
+    coarse: bool,
+    /// Whether its jitter is not that of the logger's other clocks, so that it stays.
+    own_jitter: bool,
     missing: Fault,
     duplicated: Fault,
     backwards: Fault,
@@ -152,9 +170,13 @@ impl Fault {
 }
 
 impl Repaired {
-    fn report(&self, warnings: &mut Vec<Warning>) {
-        let mut put = |code, count, time, message| {
-            warnings.push(warning(code, None, count, time, message));
+    /// `channels` are those of the clock, where the log has several.
+    fn report(&self, channels: &[Channel], warnings: &mut Vec<Warning>) {
+        let names: Vec<&str> = channels.iter().map(|c| c.name()).collect();
+        let of = if names.is_empty() { String::new() } else { format!("{}: ", names.join(", ")) };
+        let channel = channels.first().copied().filter(|_| channels.len() == 1);
+        let mut put = |code, count, time, message: String| {
+            warnings.push(warning(code, channel, count, time, format!("{of}{message}")));
         };
         if self.missing.count > 0 {
             let n = self.missing.count;
@@ -179,9 +201,13 @@ impl Repaired {
         }
         let (n, rms) = self.jitter;
         if n > 0 {
+            let done = if self.own_jitter {
+                "the logger's other clocks do not, so samples stay where they are to them"
+            } else {
+                "samples are put where the regular clock has them"
+            };
             let message = format!(
-                "stamps jitter by {:.2} ms RMS around a regular {:.4} Hz; samples are put where \
-                 the regular clock has them",
+                "stamps jitter by {:.2} ms RMS around a regular {:.4} Hz; {done}",
                 rms * 1e3,
                 1.0 / self.clock.period
             );
@@ -195,6 +221,9 @@ fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
     let as_is = |period| Repaired {
         clock: Clock { stamps: Arc::clone(stamps), period, uniform: true },
         kept: None,
+        raw: None,
+        coarse: false,
+        own_jitter: false,
         missing: Fault::default(),
         duplicated: Fault::default(),
         backwards: Fault::default(),
@@ -221,24 +250,34 @@ fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
     if raw.len() < 2 {
         return None;
     }
+    out.coarse = coarse.is_some();
     let fitted = match coarse {
         Some(fitted) => fitted,
         None => without_jitter(&raw),
     };
-    let moved: Vec<f64> = fitted.iter().zip(&raw).map(|(a, b)| a - b).collect();
-    let period = usual_step(&fitted);
-    let rms = (moved.iter().map(|d| d * d).sum::<f64>() / moved.len() as f64).sqrt();
-    if rms > 0.02 * period {
-        out.jitter = (moved.iter().filter(|d| **d != 0.0).count(), rms);
-    }
-    let uniform = uniform_period(&fitted);
-    out.clock = Clock {
-        period: uniform.unwrap_or(period),
-        uniform: uniform.is_some(),
-        stamps: Arc::new(fitted),
-    };
+    out.jitter = jitter(&fitted, &raw);
+    out.clock = clock_of(fitted);
+    out.raw = Some(raw);
     out.kept = (kept.len() < stamps.len()).then_some(kept);
     Some(out)
+}
+
+/// Rows whose stamps were moved and their RMS move; none where it is nothing to speak of.
+fn jitter(fitted: &[f64], raw: &[f64]) -> (usize, f64) {
+    let moved: Vec<f64> = fitted.iter().zip(raw).map(|(a, b)| a - b).collect();
+    let rms = (moved.iter().map(|d| d * d).sum::<f64>() / moved.len() as f64).sqrt();
+    if rms > 0.02 * usual_step(fitted) {
+        (moved.iter().filter(|d| **d != 0.0).count(), rms)
+    } else {
+        (0, 0.0)
+    }
+}
+
+/// A clock of these stamps.
+fn clock_of(stamps: Vec<f64>) -> Clock {
+    let uniform = uniform_period(&stamps);
+    let period = uniform.unwrap_or_else(|| usual_step(&stamps));
+    Clock { period, uniform: uniform.is_some(), stamps: Arc::new(stamps) }
 }
 
 /// The period, if every stamp is where it puts it.
