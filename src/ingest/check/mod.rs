@@ -28,8 +28,6 @@ use crate::ingest::error::Error;
 mod accelerations;
 mod angles;
 mod finding;
-#[cfg(test)]
-mod in_gear;
 mod slip;
 mod speeds;
 mod swapped;

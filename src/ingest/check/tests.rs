@@ -14,7 +14,7 @@ const RATE: f64 = 50.0;
 const FRONT: f64 = 0.295;
 const REAR: f64 = 0.312;
 
-pub(super) fn bike() -> Bike {
+fn bike() -> Bike {
     let text = "mass = 260.0\nwheelbase = 1.42\ncg_to_front = 0.70\ncg_height = 0.62\n\
                 caster_angle = 0.42\nfront.radius = 0.295\nfront.width = 0.12\n\
                 rear.radius = 0.312\nrear.width = 0.18\n";
@@ -101,7 +101,7 @@ fn ride(seed: u64) -> Session {
 const LATITUDE: [Channel; 2] = [Channel::Latitude, Channel::Longitude];
 const PRESSURES: [Channel; 2] = [Channel::BrakePressureFront, Channel::BrakePressureRear];
 
-pub(super) fn without(mut session: Session, channels: &[Channel]) -> Session {
+fn without(mut session: Session, channels: &[Channel]) -> Session {
     for &c in channels {
         session.remove(c);
     }
@@ -113,7 +113,7 @@ fn scaled(mut session: Session, channel: Channel, factor: f64) -> Session {
     session
 }
 
-pub(super) fn exchanged(mut session: Session, a: Channel, b: Channel) -> Session {
+fn exchanged(mut session: Session, a: Channel, b: Channel) -> Session {
     let (x, y) = (session.remove(a).expect("there"), session.remove(b).expect("there"));
     session.set(a, y);
     session.set(b, x);
@@ -121,7 +121,7 @@ pub(super) fn exchanged(mut session: Session, a: Channel, b: Channel) -> Session
 }
 
 /// Codes of the warnings, or of the error.
-pub(super) fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
+fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
     let before = session.channels().count();
     match check(&mut session, &bike(), &Config::default()) {
         Ok(w) => {
