@@ -19,7 +19,6 @@ use serde::{Deserialize, Serialize};
 
 use super::declaration::{Course, Declaration, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
-use super::engine;
 use super::features::{Features, SLIP_STIFFNESS};
 use super::mask::{close_holes, drop_short, hysteresis, runs};
 use crate::GRAVITY;
@@ -241,8 +240,6 @@ struct Engine {
     known: bool,
     /// Its share of the force, as far as it is known.
     share: f64,
-    /// Largest deceleration beyond coasting, m/s².
-    most: f64,
 }
 
 impl Engine {
@@ -253,7 +250,6 @@ impl Engine {
             may: sum(&|i| f64::from(u8::from(f.engine.may[i]))) / at.len().max(1) as f64,
             known: f.engine.level.is_some(),
             share: sum(&|i| f.engine.at(i)) / sum(&|i| -f.surplus[i]).max(1e-9),
-            most: at.clone().map(|i| -f.surplus[i]).fold(0.0, f64::max),
         }
     }
 }
@@ -286,10 +282,12 @@ impl Detector for Config {
             && f.pressure[1].is_none()
             && engine.may > 0.5
             && !engine.known
-            && engine.most < engine::MOST
         {
             Some("rear brake or engine: neither pressures nor throttle and gear tell".to_owned())
-        } else if claim.kind == &FRONT_BRAKING && engine.share > 1.0 - self.front_share {
+        } else if claim.kind == &FRONT_BRAKING
+            && engine.share > 1.0 - self.front_share
+            && f.front_share.is_none_or(|share| share < self.front_share)
+        {
             Some(format!(
                 "in gear: the engine takes {:.0} % of the force, at the rear tyre",
                 100.0 * engine.share

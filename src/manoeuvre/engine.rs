@@ -26,7 +26,7 @@ const LOW: f64 = 0.4;
 /// Less than this is no engine braking, m/s².
 const LEAST: f64 = 0.3;
 /// More than this no engine takes, m/s².
-pub(super) const MOST: f64 = 3.0;
+const MOST: f64 = 3.0;
 
 /// The engine's part in the deceleration, by block.
 #[derive(Debug, Clone, Default)]

@@ -64,6 +64,9 @@ pub struct Features {
     pub engine: Engine,
     /// Rear slip stiffness per load: of a ride in gear that of its drive, else the usual one.
     pub rear_stiffness: f64,
+    /// Usual front share of the force, by slip, while the front brake alone is on, where pressures tell. In gear
+    /// the engine has the rest.
+    pub front_share: Option<f64>,
     /// Largest deceleration that the rear wheel can give alone, m/s².
     pub rear_limit: f64,
     /// 0 to 1.
@@ -179,6 +182,22 @@ impl Features {
             }
             _ => SLIP_STIFFNESS,
         };
+        let front_share = match (&pressure, &slip) {
+            ([Some(front), Some(rear)], Some(slip)) => {
+                let alone = |i: usize| front[i] > PRESSED && rear[i] < PRESSED && surplus[i] < -1.0;
+                let shares: Vec<f64> = (0..n)
+                    .map(|i| {
+                        let force = -surplus[i] / GRAVITY;
+                        let on_front = (static_front + transfer * force).clamp(0.05, 0.95);
+                        let on_rear = (1.0 - on_front) * (rear_stiffness / SLIP_STIFFNESS);
+                        let all = force / on_front + force / on_rear;
+                        (slip[i] * SLIP_STIFFNESS + force / on_rear) / all
+                    })
+                    .collect();
+                median_where(&shares, alone)
+            }
+            _ => None,
+        };
         let rear_limit =
             GRIP * GRAVITY * bike.cg_to_front / (bike.wheelbase + GRIP * bike.cg_height);
         let heading = match (mean(Channel::Yaw), yaw_rate) {
@@ -201,6 +220,7 @@ impl Features {
             pressure,
             engine,
             rear_stiffness,
+            front_share,
             rear_limit,
             throttle,
             gear,

@@ -23,7 +23,6 @@ mod declaration;
 pub mod detector;
 pub mod driving;
 pub mod engine;
-pub mod engine_braking;
 pub mod features;
 mod mask;
 pub mod means;
@@ -68,7 +67,6 @@ kinds! {
     Cornering: cornering::CORNERING,
     Airborne: airborne::AIRBORNE,
     Whoops: whoops::WHOOPS,
-    EngineBraking: engine_braking::ENGINE_BRAKING,
     Other: standing::OTHER,
 }
 
@@ -86,8 +84,6 @@ pub struct Config {
     pub braking: braking::Config,
     /// Coasting.
     pub coasting: coasting::Config,
-    /// Engine braking.
-    pub engine_braking: engine_braking::Config,
     /// Driving.
     pub driving: driving::Config,
     /// Off-road manoeuvres.
@@ -102,7 +98,6 @@ impl Default for Config {
             cornering: cornering::Config::default(),
             braking: braking::Config::default(),
             coasting: coasting::Config::default(),
-            engine_braking: engine_braking::Config::default(),
             driving: driving::Config::default(),
             offroad: offroad::Config::default(),
         }
@@ -112,16 +107,7 @@ impl Default for Config {
 impl Config {
     /// What looks for manoeuvres on the road, the strongest claim first; the last claims all that is left.
     pub fn detectors(&self) -> Vec<Box<dyn Detector + '_>> {
-        let Config {
-            min_speed,
-            end_speed,
-            cornering,
-            braking,
-            coasting,
-            engine_braking,
-            driving,
-            ..
-        } = self;
+        let Config { min_speed, end_speed, cornering, braking, coasting, driving, .. } = self;
         vec![
             Box::new(standing::NoVelocity),
             Box::new(standing::Standing { min_speed: *min_speed, end_speed: *end_speed }),
@@ -129,7 +115,6 @@ impl Config {
             Box::new(rolling::Rolling(cornering)),
             Box::new(braking.clone()),
             Box::new(coasting.clone()),
-            Box::new(engine_braking.clone()),
             Box::new(driving.clone()),
         ]
     }
