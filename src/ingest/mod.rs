@@ -36,18 +36,20 @@ mod raw;
 mod resample;
 mod session_schema;
 pub mod survey;
+mod switches;
 mod table;
 pub mod units;
 mod warning;
 mod write;
 pub mod yaw;
 
-pub use check::{CHECKS, Check, Effect, Switches, check};
+pub use check::check;
 pub use config::Config;
 pub use detect::format_of;
 pub use error::{Error, UNREACHABLE};
 pub use extent::extent;
 pub use raw::{Column, Raw, Track};
+pub use switches::{CHECKS, Check, Effect, Switches};
 pub use table::read_table;
 pub use write::{session_batch, write_session};
 

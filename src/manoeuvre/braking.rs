@@ -19,8 +19,9 @@ use serde::{Deserialize, Serialize};
 
 use super::declaration::{Course, Declaration, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
-use super::features::{Features, SLIP_STIFFNESS};
+use super::features::Features;
 use super::mask::{close_holes, drop_short, hysteresis, runs};
+use super::slip::SLIP_STIFFNESS;
 use crate::GRAVITY;
 
 pub(super) static FRONT_BRAKING: Declaration = Declaration {

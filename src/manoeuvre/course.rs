@@ -1,7 +1,5 @@
 //! Rate of turn where no gyro tells it: from the heading, or from the track over ground.
 
-use super::features::slope;
-
 /// Half the time over which a heading's change is taken, s: positions are rough.
 const HALF: f64 = 0.8;
 
@@ -26,4 +24,18 @@ pub(super) fn of_track(latitude: &[f64], longitude: &[f64], rate: f64) -> Vec<f6
         course.push(now);
     }
     slope(&course, rate, half)
+}
+
+/// Slope of the least-squares line through `half` neighbours on each side, per second.
+pub(super) fn slope(x: &[f64], rate: f64, half: usize) -> Vec<f64> {
+    let n = x.len();
+    let norm: f64 = (1..=half).map(|k| 2.0 * (k * k) as f64).sum();
+    (0..n)
+        .map(|i| {
+            let sum: f64 = (1..=half)
+                .map(|k| k as f64 * (x[(i + k).min(n - 1)] - x[i.saturating_sub(k)]))
+                .sum();
+            sum / norm * rate
+        })
+        .collect()
 }

@@ -4,8 +4,8 @@
 //! hand on a brake. Nothing is known of the engine; its deceleration is the usual one of the ride's closed throttle
 //! without a brake, by gear and speed.
 
-use super::features::SLIP_STIFFNESS;
 use super::mask::runs;
+use super::slip::{SLIP_STIFFNESS, front_share};
 use crate::GRAVITY;
 use crate::statistics::{bisquare, order};
 
@@ -146,10 +146,8 @@ fn by_front(ride: &Ride<'_>, i: usize) -> bool {
     if force < 0.05 {
         return false;
     }
-    let front = (ride.static_front + ride.transfer * force).clamp(0.05, 0.95);
-    let rear = 1.0 - front;
-    let share = (slip[i] * SLIP_STIFFNESS + force / rear) / (force / front + force / rear);
-    share > FRONT
+    let on_front = ride.static_front + ride.transfer * force;
+    front_share(slip[i], force, on_front, SLIP_STIFFNESS) > FRONT
 }
 
 /// Deceleration over speed.

@@ -12,7 +12,10 @@
 //! `surplus` is off by `g` times the grade and `slip` is not, at low slip `slip` is vague and
 //! `surplus` is not: `push` halves the errors of both.
 
+use super::course::slope;
 use super::engine::{Engine, Ride};
+use super::slip::SLIP_STIFFNESS;
+use super::slip::front_share;
 use super::{course, mask};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
@@ -23,10 +26,6 @@ use crate::statistics::order::upper_median;
 
 /// Coarse clock aimed at, Hz.
 const RATE: f64 = 25.0;
-
-/// Slip stiffness per load of any road tyre, within a third: of the supersport tyres of the
-/// paper's reference 26.
-pub const SLIP_STIFFNESS: f64 = 19.0;
 
 /// Friction of the best road tyre on the best road.
 const GRIP: f64 = 1.3;
@@ -188,10 +187,8 @@ impl Features {
                 let shares: Vec<f64> = (0..n)
                     .map(|i| {
                         let force = -surplus[i] / GRAVITY;
-                        let on_front = (static_front + transfer * force).clamp(0.05, 0.95);
-                        let on_rear = (1.0 - on_front) * (rear_stiffness / SLIP_STIFFNESS);
-                        let all = force / on_front + force / on_rear;
-                        (slip[i] * SLIP_STIFFNESS + force / on_rear) / all
+                        let on_front = static_front + transfer * force;
+                        front_share(slip[i], force, on_front, rear_stiffness)
                     })
                     .collect();
                 median_where(&shares, alone)
@@ -305,20 +302,6 @@ pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
         }
     }
     out
-}
-
-/// Slope of the least-squares line through `half` neighbours on each side, per second.
-pub(super) fn slope(x: &[f64], rate: f64, half: usize) -> Vec<f64> {
-    let n = x.len();
-    let norm: f64 = (1..=half).map(|k| 2.0 * (k * k) as f64).sum();
-    (0..n)
-        .map(|i| {
-            let sum: f64 = (1..=half)
-                .map(|k| k as f64 * (x[(i + k).min(n - 1)] - x[i.saturating_sub(k)]))
-                .sum();
-            sum / norm * rate
-        })
-        .collect()
 }
 
 /// Median of the finite values at the blocks that count.

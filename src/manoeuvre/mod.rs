@@ -28,6 +28,7 @@ mod mask;
 pub mod means;
 pub mod offroad;
 pub mod rolling;
+pub mod slip;
 pub mod standing;
 mod straights;
 mod whoops;

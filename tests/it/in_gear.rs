@@ -306,6 +306,21 @@ fn engine_braking_is_no_rear_braking() {
                     );
                 }
             }
+            let least = match known {
+                // rear brake, engine and front brake with engine all look alike: none is used
+                "none" => [0.0, 0.0, 0.75, 0.95],
+                "all" | "no gear" => [0.8, 0.95, 0.9, 0.95],
+                _ => [0.78, 0.4, 0.9, 0.95],
+            };
+            // nobody brakes at the rear on the track
+            let asked = |k: usize| k != 1 || name == "road";
+            for k in (0..4).filter(|k| asked(*k)) {
+                assert!(f1[k] >= least[k], "{name}, {known}: {} {:.2}", kinds[k].name(), f1[k]);
+            }
+            assert!(wrong <= 0.15 * used, "{name}, {known}: {wrong:.0} of {used:.0} s");
+            if known == "none" {
+                assert_eq!((used, sum(&|_, f, used| used && f == K::FrontBraking)), (0.0, 0.0));
+            }
         }
     }
 }

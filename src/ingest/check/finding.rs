@@ -1,13 +1,13 @@
 //! What the checks found, and what comes of it.
 
-use super::switches::{Effect, Switches};
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
 use crate::ingest::error::Error;
+use crate::ingest::switches::{Effect, Switches};
 
 /// Something wrong.
 pub(super) struct Finding {
-    /// One of [`CHECKS`](super::switches::CHECKS).
+    /// One of [`CHECKS`](crate::ingest::CHECKS).
     pub code: &'static str,
     pub channel: Channel,
     /// How many 0.2 s means it was seen in.

@@ -11,7 +11,7 @@
 //! what depends on it becomes *not available* instead of wrong. Where physics allows what is seen,
 //! it is a warning at most.
 //!
-//! What each is seen by and what it does is declared in [`CHECKS`]; `[ingest.check]` of a pipeline
+//! What each is seen by and what it does is declared in [`CHECKS`](crate::ingest::CHECKS); `[ingest.check]` of a pipeline
 //! switches it.
 //!
 //! Cannot be seen: every lateral channel mirrored at once without a track over ground (the tyre
@@ -31,12 +31,9 @@ mod finding;
 mod slip;
 mod speeds;
 mod swapped;
-mod switches;
 #[cfg(test)]
 mod tests;
 mod view;
-
-pub use switches::{CHECKS, Check, Effect, Switches};
 
 use finding::{Finding, Findings};
 use view::View;

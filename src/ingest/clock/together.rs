@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use super::{Repaired, clock_of, jitter, repair_one};
+use super::single::{Repaired, clock_of, jitter, repair_one};
 
 /// RMS by which a clock may move against the logger's others, s.
 const APART: f64 = 2.5e-3;
