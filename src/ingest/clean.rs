@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
-use crate::ingest::clock::{Clocked, Timed};
+use crate::ingest::clock::{Clock, Clocked, Timed};
 use crate::ingest::config::Config;
 use crate::ingest::session_schema::session_table;
 use crate::ingest::warning::warning;
@@ -68,6 +68,29 @@ const CAN_STICK: &[Channel] = &[
     ShockBottomAcceleration,
 ];
 
+/// Channels of hands, feet and bumps, which may come and go within [`SHORTEST`].
+const QUICK: &[Channel] = &[
+    Throttle,
+    BrakePressureFront,
+    BrakePressureRear,
+    AccelerationX,
+    AccelerationY,
+    PitchRate,
+    SteerAngle,
+    ChassisAccelerationZ,
+    HeadAccelerationZ,
+    TailAccelerationZ,
+    ForkTravel,
+    ShockTravel,
+    ForkTopAcceleration,
+    ForkBottomAcceleration,
+    ShockTopAcceleration,
+    ShockBottomAcceleration,
+];
+/// Shortest that such a channel does something, s: a dab of a brake, a bump. A single sample that stands out is a
+/// fault only where it would be shorter than that, from one neighbour to the other.
+const SHORTEST: f64 = 0.1;
+
 /// Cleans every channel, and takes out those with nothing in them.
 pub fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
     let table = session_table();
@@ -76,9 +99,9 @@ pub fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
     let Clocked { clocks, tracks } = log;
     let look = |track: &mut Timed| {
         let range = table.column(track.channel.name()).and_then(|c| c.range);
-        let stamps = &clocks[track.clock].stamps;
-        let warnings = Vec::new();
-        let mut job = Job { track, stamps, start, moving: moving.as_deref(), warnings };
+        let Clock { stamps, period, .. } = &clocks[track.clock];
+        let (period, warnings) = (*period, Vec::new());
+        let mut job = Job { track, stamps, period, start, moving: moving.as_deref(), warnings };
         let anything = job.run(range, config);
         (anything, job.warnings)
     };
@@ -93,6 +116,8 @@ pub fn clean(log: &mut Clocked, config: &Config, warnings: &mut Vec<Warning>) {
 struct Job<'a> {
     track: &'a mut Timed,
     stamps: &'a [f64],
+    /// Usual distance between its samples, s.
+    period: f64,
     start: f64,
     moving: Option<&'a [(f64, f64)]>,
     warnings: Vec<Warning>,
@@ -144,7 +169,7 @@ impl Job<'_> {
         {
             changed |= self.out_of_range(low, high, extent.count);
         }
-        if config.spike_threshold > 0.0 && self.track.channel != Gear {
+        if config.spike_threshold > 0.0 && self.track.channel != Gear && !self.may_dab() {
             changed |= self.spikes(config.spike_threshold);
         }
         if CAN_CLIP.contains(&self.track.channel) {
@@ -158,6 +183,11 @@ impl Job<'_> {
             changed |= self.stuck(config.stuck_time);
         }
         !changed || self.track.values.iter().any(|v| v.is_finite()) || self.extent().is_some()
+    }
+
+    /// Whether a single sample that stands out may be real.
+    fn may_dab(&self) -> bool {
+        QUICK.contains(&self.track.channel) && 2.0 * self.period >= SHORTEST
     }
 
     fn warn(&mut self, code: &'static str, count: usize, at: usize, message: String) {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::switches::Switches;
+
 /// Settings of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -17,10 +19,19 @@ pub struct Config {
     /// A channel that does not change at all for this long while the bike moves is stuck, s;
     /// 0 looks for none.
     pub stuck_time: f64,
+    /// What each check of channels against physics does with what it finds.
+    #[serde(skip_serializing_if = "Switches::is_empty")]
+    pub check: Switches,
 }
 
 impl Default for Config {
     fn default() -> Self {
-        Config { rate: 0.0, max_gap: 0.25, spike_threshold: 8.0, stuck_time: 2.0 }
+        Config {
+            rate: 0.0,
+            max_gap: 0.25,
+            spike_threshold: 8.0,
+            stuck_time: 2.0,
+            check: Switches::default(),
+        }
     }
 }

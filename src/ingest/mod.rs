@@ -36,6 +36,7 @@ mod raw;
 mod resample;
 mod session_schema;
 pub mod survey;
+mod switches;
 mod table;
 pub mod units;
 mod warning;
@@ -48,6 +49,7 @@ pub use detect::format_of;
 pub use error::{Error, UNREACHABLE};
 pub use extent::extent;
 pub use raw::{Column, Raw, Track};
+pub use switches::{CHECKS, Check, Effect, Switches};
 pub use table::read_table;
 pub use write::{session_batch, write_session};
 

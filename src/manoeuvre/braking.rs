@@ -9,7 +9,9 @@
 //! ln(omega_r / omega_f) = (|a| / g) / k (x / N_f - (1 - x) / N_r)
 //! ```
 //! solved for `x` over the whole braking: 1 is the front brake alone, 0 the rear brake alone,
-//! 0.6 to 0.8 the usual mix. `k` is known to a quarter, which moves the ends by 0.1.
+//! 0.6 to 0.8 the usual mix. `k` is known to a quarter, which moves the ends by 0.1. In gear the engine's part
+//! ([`engine`](super::engine)) is taken off the rear wheel's force first: what a closed throttle takes is no braking.
+//! A deceleration beyond what the rear wheel can give is never the rear brake alone.
 
 use std::ops::Range;
 
@@ -17,8 +19,9 @@ use serde::{Deserialize, Serialize};
 
 use super::declaration::{Course, Declaration, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
-use super::features::{Features, SLIP_STIFFNESS};
+use super::features::Features;
 use super::mask::{close_holes, drop_short, hysteresis, runs};
+use super::slip::SLIP_STIFFNESS;
 use crate::GRAVITY;
 
 pub(super) static FRONT_BRAKING: Declaration = Declaration {
@@ -157,6 +160,9 @@ fn brakings(f: &Features, config: &Config) -> Vec<Claim> {
             // one pressure is known and that brake was not used: it was the other
             (Some(false), None) => &REAR_BRAKING,
             (None, Some(false)) => &FRONT_BRAKING,
+            // a brake that is pressed is on, whatever the engine does to the rear wheel
+            (Some(true), None) if by_slip(f, &run, config) != &FRONT_BRAKING => &COMBINED_BRAKING,
+            (None, Some(true)) if by_slip(f, &run, config) != &REAR_BRAKING => &COMBINED_BRAKING,
             _ => by_slip(f, &run, config),
         };
         events.push(Claim::new(run, kind));
@@ -167,7 +173,9 @@ fn brakings(f: &Features, config: &Config) -> Vec<Claim> {
 /// Where it slows down more than a closed throttle does.
 fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
     let n = f.len();
-    let below = |i: usize, limit: f64| f.surplus[i] < -limit;
+    // beyond what the engine takes
+    let excess = |i: usize| f.surplus[i] + f.engine.at(i);
+    let below = |i: usize, limit: f64| excess(i) < -limit;
     let mut out: Vec<Range<usize>> = Vec::new();
     let hard: Vec<bool> = (0..n).map(|i| below(i, config.deceleration)).collect();
     let longest_start = f.blocks(1.5);
@@ -179,7 +187,7 @@ fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
         {
             start -= 1;
         }
-        let peak = run.clone().map(|i| -f.surplus[i]).fold(0.0, f64::max);
+        let peak = run.clone().map(|i| -excess(i)).fold(0.0, f64::max);
         let over = (config.end_share * peak).max(config.deceleration_start);
         let mut end = run.end;
         while end < n && below(end, over) {
@@ -187,7 +195,7 @@ fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
         }
         // letting go takes a moment and is blurred by the mean: back to the last firm hold
         let hold = (end.saturating_sub(f.blocks(0.5)).max(run.start)..end)
-            .map(|i| -f.surplus[i])
+            .map(|i| -excess(i))
             .fold(0.0, f64::max);
         while end > run.start + 1 && !below(end - 1, LETTING_GO * hold) {
             end -= 1;
@@ -203,22 +211,47 @@ fn decelerations(f: &Features, config: &Config) -> Vec<Range<usize>> {
 /// Which brake, by what the wheels do; both where that cannot be told.
 fn by_slip(f: &Features, run: &Range<usize>, config: &Config) -> &'static Declaration {
     let Some(slip) = &f.slip else { return &COMBINED_BRAKING };
-    let (mut in_front, mut all) = (0.0, 0.0);
+    let (mut in_front, mut all, mut most) = (0.0, 0.0, 0.0_f64);
     for i in run.clone().filter(|&i| f.surplus[i] < -0.5 && slip[i].is_finite()) {
         let force = -f.surplus[i] / GRAVITY;
         let front = (f.static_front + f.transfer * force).clamp(0.05, 0.95);
         let rear = 1.0 - front;
         // beyond the peak the wheel locks and the proportion is lost
+        let rear = rear * (f.rear_stiffness / SLIP_STIFFNESS);
         in_front += slip[i].clamp(-0.4, 0.4) * SLIP_STIFFNESS + force / rear;
-        all += force / front + force / rear;
+        let by_brakes = (force - f.engine.at(i) / GRAVITY).max(0.1 * force);
+        all += by_brakes / front + by_brakes / rear;
+        most = most.max(-f.surplus[i]);
     }
     let share = if all > 0.0 { in_front / all } else { 0.5 };
     if share > config.front_share {
         &FRONT_BRAKING
-    } else if share < config.rear_share {
+    } else if share < config.rear_share && most < f.rear_limit {
         &REAR_BRAKING
     } else {
         &COMBINED_BRAKING
+    }
+}
+
+/// The engine's part in a braking.
+struct Engine {
+    /// Share of the time in which it may brake.
+    may: f64,
+    /// Whether it is known what it takes.
+    known: bool,
+    /// Its share of the force, as far as it is known.
+    share: f64,
+}
+
+impl Engine {
+    fn of(f: &Features, at: &Range<usize>) -> Engine {
+        let sum =
+            |x: &dyn Fn(usize) -> f64| -> f64 { at.clone().map(x).filter(|x| x.is_finite()).sum() };
+        Engine {
+            may: sum(&|i| f64::from(u8::from(f.engine.may[i]))) / at.len().max(1) as f64,
+            known: f.engine.level.is_some(),
+            share: sum(&|i| f.engine.at(i)) / sum(&|i| -f.surplus[i]).max(1e-9),
+        }
     }
 }
 
@@ -233,6 +266,7 @@ impl Detector for Config {
 
     fn judge(&self, f: &Features, claim: &Claim, _: &[bool]) -> Verdict {
         let peak = claim.at.clone().map(|i| -f.acceleration[i]).fold(0.0, f64::max);
+        let engine = Engine::of(f, &claim.at);
         let reason = if claim.kind == &COMBINED_BRAKING {
             let known = f.slip.is_some() || f.pressure.iter().any(Option::is_some);
             Some(if known {
@@ -244,6 +278,20 @@ impl Detector for Config {
             Some(format!(
                 "decelerates with {peak:.1} m/s² at most, less than {:.1}",
                 self.least_peak
+            ))
+        } else if claim.kind == &REAR_BRAKING
+            && f.pressure[1].is_none()
+            && engine.may > 0.5
+            && !engine.known
+        {
+            Some("rear brake or engine: neither pressures nor throttle and gear tell".to_owned())
+        } else if claim.kind == &FRONT_BRAKING
+            && engine.share > 1.0 - self.front_share
+            && f.front_share.is_none_or(|share| share < self.front_share)
+        {
+            Some(format!(
+                "in gear: the engine takes {:.0} % of the force, at the rear tyre",
+                100.0 * engine.share
             ))
         } else {
             None

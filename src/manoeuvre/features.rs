@@ -1,7 +1,7 @@
 //! What the detectors look at: a few signals on a coarse clock, whatever channels there are.
 //!
 //! ```text
-//! lean      roll; without it -atan(v r / g); without that atan(-a_y / g)
+//! lean      roll; without it -atan(v r / g); without that atan(-a_y / g); else r of heading or track
 //! surplus   e = a_x + (c_drag v² / m + g c_rol)      what drives or brakes, m/s²
 //! slip      k = ln(omega_r / omega_f) - k0           driving or front braking +, rear braking -
 //! push      (e + k S) / 2,  S = stiffness g / 2      drive as both wheels and velocity see it
@@ -12,19 +12,25 @@
 //! `surplus` is off by `g` times the grade and `slip` is not, at low slip `slip` is vague and
 //! `surplus` is not: `push` halves the errors of both.
 
-use super::mask;
+use super::course::slope;
+use super::engine::{Engine, Ride};
+use super::slip::SLIP_STIFFNESS;
+use super::slip::front_share;
+use super::{course, mask};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
+use crate::statistics::bisquare;
 use crate::statistics::order::upper_median;
 
 /// Coarse clock aimed at, Hz.
 const RATE: f64 = 25.0;
 
-/// Slip stiffness per load of any road tyre, within a third: of the supersport tyres of the
-/// paper's reference 26.
-pub const SLIP_STIFFNESS: f64 = 19.0;
+/// Friction of the best road tyre on the best road.
+const GRIP: f64 = 1.3;
+/// A line pressure above this is a brake that is on, Pa.
+const PRESSED: f64 = 2.5e4;
 
 /// Signals of one session in blocks of `step` samples; all of one length, NaN where unknown.
 #[derive(Debug, Clone, Default)]
@@ -53,6 +59,15 @@ pub struct Features {
     pub push: Vec<f64>,
     /// Line pressures over their zeros, front and rear, Pa.
     pub pressure: [Option<Vec<f64>>; 2],
+    /// What the engine takes.
+    pub engine: Engine,
+    /// Rear slip stiffness per load: of a ride in gear that of its drive, else the usual one.
+    pub rear_stiffness: f64,
+    /// Usual front share of the force, by slip, while the front brake alone is on, where pressures tell. In gear
+    /// the engine has the rest.
+    pub front_share: Option<f64>,
+    /// Largest deceleration that the rear wheel can give alone, m/s².
+    pub rear_limit: f64,
     /// 0 to 1.
     pub throttle: Option<Vec<f64>>,
     /// 0 is neutral.
@@ -92,6 +107,8 @@ impl Features {
             (0..n).map(|i| -(speed[i] * r[i] / GRAVITY).atan()).collect()
         } else if let Some(a) = mean(Channel::AccelerationY) {
             a.iter().map(|a| -(a / GRAVITY).atan()).collect()
+        } else if let Some(r) = turn(&mean, rate) {
+            (0..n).map(|i| -(speed[i] * r[i] / GRAVITY).atan()).collect()
         } else {
             vec![f64::NAN; n]
         };
@@ -121,6 +138,12 @@ impl Features {
             mean(Channel::WheelSpeedFront).as_deref(),
             mean(Channel::WheelSpeedRear).as_deref(),
             rolling.as_deref(),
+            &|i| {
+                // the rear tyre's friction under drive, which nobody brakes against
+                let driven = (0.2..2.5).contains(&surplus[i]) && !(lean[i].abs() > 0.15);
+                let rear = 1.0 - bike.cg_to_rear() / bike.wheelbase;
+                driven.then(|| surplus[i] / (GRAVITY * rear))
+            },
         );
         let half = (0.4 * rate).round() as usize;
         let slow = smooth(&surplus, half);
@@ -134,14 +157,54 @@ impl Features {
         };
         let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
             .map(|c| mean(c).map(over_zero));
+        let (throttle, gear) = (mean(Channel::Throttle), mean(Channel::Gear));
+        let (static_front, transfer) =
+            (bike.cg_to_rear() / bike.wheelbase, bike.cg_height / bike.wheelbase);
+        let pressed: Vec<bool> =
+            (0..n).map(|i| pressure.iter().flatten().any(|p| p[i] > PRESSED)).collect();
+        let engine = Engine::learn(&Ride {
+            rate,
+            speed: &speed,
+            lean: &lean,
+            surplus: &surplus,
+            slip: slip.as_deref(),
+            pressed: &pressed,
+            brakes_known: pressure.iter().all(Option::is_some),
+            throttle: throttle.as_deref(),
+            gear: gear.as_deref(),
+            static_front,
+            transfer,
+        });
+        let rear_stiffness = match (&engine.level, &slip) {
+            (Some(_), Some(slip)) => {
+                driven_stiffness(&surplus, slip, &lean, static_front, transfer)
+            }
+            _ => SLIP_STIFFNESS,
+        };
+        let front_share = match (&pressure, &slip) {
+            ([Some(front), Some(rear)], Some(slip)) => {
+                let alone = |i: usize| front[i] > PRESSED && rear[i] < PRESSED && surplus[i] < -1.0;
+                let shares: Vec<f64> = (0..n)
+                    .map(|i| {
+                        let force = -surplus[i] / GRAVITY;
+                        let on_front = static_front + transfer * force;
+                        front_share(slip[i], force, on_front, rear_stiffness)
+                    })
+                    .collect();
+                median_where(&shares, alone)
+            }
+            _ => None,
+        };
+        let rear_limit =
+            GRIP * GRAVITY * bike.cg_to_front / (bike.wheelbase + GRIP * bike.cg_height);
         let heading = match (mean(Channel::Yaw), yaw_rate) {
             (Some(yaw), _) => Some(unwrap(yaw)),
             (None, Some(r)) => Some(integrate(&r, rate, &speed)),
             _ => None,
         };
         Features {
-            static_front: bike.cg_to_rear() / bike.wheelbase,
-            transfer: bike.cg_height / bike.wheelbase,
+            static_front,
+            transfer,
             step,
             rate,
             speed,
@@ -152,11 +215,47 @@ impl Features {
             slip,
             push,
             pressure,
-            throttle: mean(Channel::Throttle),
-            gear: mean(Channel::Gear),
+            engine,
+            rear_stiffness,
+            front_share,
+            rear_limit,
+            throttle,
+            gear,
             heading,
         }
     }
+}
+
+/// Rear slip stiffness per load from driving, where only the rear tyre slips; the usual one where there is little of it.
+fn driven_stiffness(
+    surplus: &[f64],
+    slip: &[f64],
+    lean: &[f64],
+    static_front: f64,
+    transfer: f64,
+) -> f64 {
+    let softness: Vec<f64> = (0..surplus.len())
+        .map(|i| {
+            let force = surplus[i] / GRAVITY;
+            let rear = 1.0 - (static_front - transfer * force).clamp(0.05, 0.95);
+            slip[i] * rear / force
+        })
+        .collect();
+    let driven = |i: usize| (1.0..5.0).contains(&surplus[i]) && !(lean[i].abs() > 0.15);
+    if (0..surplus.len()).filter(|&i| driven(i)).count() < FEW {
+        return SLIP_STIFFNESS;
+    }
+    let softness = median_where(&softness, driven).unwrap_or(1.0 / SLIP_STIFFNESS);
+    // beyond this it is no tyre, but a wrong zero
+    1.0 / softness.clamp(0.5 / SLIP_STIFFNESS, 2.0 / SLIP_STIFFNESS)
+}
+
+/// Rate of turn without a gyro; `None` without heading and track.
+fn turn(mean: &dyn Fn(Channel) -> Option<Vec<f64>>, rate: f64) -> Option<Vec<f64>> {
+    if let Some(yaw) = mean(Channel::Yaw) {
+        return Some(course::of_heading(&unwrap(yaw), rate));
+    }
+    Some(course::of_track(&mean(Channel::Latitude)?, &mean(Channel::Longitude)?, rate))
 }
 
 /// Means of `step` samples; NaN where more than half of them are missing. The last block may be shorter.
@@ -205,20 +304,6 @@ pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
     out
 }
 
-/// Slope of the least-squares line through `half` neighbours on each side, per second.
-fn slope(x: &[f64], rate: f64, half: usize) -> Vec<f64> {
-    let n = x.len();
-    let norm: f64 = (1..=half).map(|k| 2.0 * (k * k) as f64).sum();
-    (0..n)
-        .map(|i| {
-            let sum: f64 = (1..=half)
-                .map(|k| k as f64 * (x[(i + k).min(n - 1)] - x[i.saturating_sub(k)]))
-                .sum();
-            sum / norm * rate
-        })
-        .collect()
-}
-
 /// Median of the finite values at the blocks that count.
 fn median_where(x: &[f64], counts: impl Fn(usize) -> bool) -> Option<f64> {
     let mut chosen: Vec<f64> =
@@ -226,11 +311,16 @@ fn median_where(x: &[f64], counts: impl Fn(usize) -> bool) -> Option<f64> {
     upper_median(&mut chosen)
 }
 
-/// `ln(omega_r / omega_f)` less its value in coasting; clamped, a locked wheel is at the limit.
+/// Blocks under drive that tell the wheels' ratio.
+const FEW: usize = 50;
+
+/// `ln(omega_r / omega_f)` less its value in coasting, or less the slip of the drive (its friction: `driven`, by block) where there is
+/// no coasting; clamped, a locked wheel is at the limit.
 fn wheel_ratio(
     front: Option<&[f64]>,
     rear: Option<&[f64]>,
     rolling: Option<&[bool]>,
+    driven: &dyn Fn(usize) -> Option<f64>,
 ) -> Option<Vec<f64>> {
     let (front, rear) = (front?, rear?);
     let ratio: Vec<f64> = front
@@ -239,8 +329,22 @@ fn wheel_ratio(
         .map(|(f, r)| (r.max(0.05) / f.max(0.05)).ln().clamp(-1.0, 1.0))
         .collect();
     let turning = |i: usize| front[i] > 8.0;
+    // a ride in gear never coasts: there what the drive slips is taken off
+    let driven = || {
+        let (at, x): (Vec<usize>, Vec<f64>) = (0..ratio.len())
+            .filter(|&i| turning(i) && ratio[i].is_finite())
+            .filter_map(|i| Some((i, driven(i)?)))
+            .unzip();
+        let (ones, y) = (vec![1.0; at.len()], at.iter().map(|&i| ratio[i]).collect::<Vec<f64>>());
+        let options = bisquare::Options { scale_floor: 1e-3, ..Default::default() };
+        let fit = bisquare::linear(&[&ones, &x], &y, &options).ok().filter(|_| at.len() >= FEW)?;
+        let softness = fit.coefficients[1].clamp(0.5 / SLIP_STIFFNESS, 2.0 / SLIP_STIFFNESS);
+        let less: Vec<f64> = y.iter().zip(&x).map(|(y, x)| y - softness * x).collect();
+        median_where(&less, |_| true)
+    };
     let zero = rolling
         .and_then(|on| median_where(&ratio, |i| on[i] && turning(i)))
+        .or_else(driven)
         .or_else(|| median_where(&ratio, turning))?;
     Some(ratio.iter().map(|k| k - zero).collect())
 }

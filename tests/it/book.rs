@@ -9,6 +9,7 @@ use roadbench::contract::schema::{Column, Key, KeyTable, Table};
 use roadbench::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
 use roadbench::effects::ALL;
 use roadbench::ingest::formats::FORMATS;
+use roadbench::ingest::{CHECKS, Check};
 use roadbench::manoeuvre::{Course, ManoeuvreKind, Terrain};
 use roadbench::tables::registry;
 
@@ -230,6 +231,13 @@ fn settings_are_those_of_the_built_in_pipelines() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("pipelines/{name}.toml"));
         let file = std::fs::read_to_string(path).expect("a pipeline");
         let _ = write!(text, "\n## {name}\n\n```toml\n{}\n```\n", file.trim_end());
+    }
+    text += "\n## Checks\n\nWhat `ingest` finds when it compares channels with physics and with each other is done with as \
+             `[ingest.check]` says, a key per code: `\"reject\"` refuses the log, `\"leave_out\"` leaves the channel out with a \
+             warning (only where that is the default), `\"warn\"` only warns, `\"off\"` does not look. A refusal names its key.\n\n\
+             ```toml\n[ingest.check]\nbrakes_swapped = \"warn\"\n```\n\n| code | seen by | default |\n|---|---|---|\n";
+    for Check { code, seen_by, effect } in CHECKS {
+        let _ = writeln!(text, "| `{code}` | {} | `{}` |", cell(seen_by), effect.name());
     }
     page("pipeline.md", &text);
 }

@@ -249,6 +249,41 @@ fn spikes_are_bridged() {
     assert!((rate[1000] - 2.0 * wave(0.5, 10.0)).abs() < 0.1);
 }
 
+/// A rear brake that is dabbed for 0.12 s every 8 s, sampled at `rate`: found dabs, and warnings.
+fn dabs(rate: f64, spike: bool) -> (usize, Vec<Warning>) {
+    let n = (240.0 * rate) as usize;
+    let time = Arc::new((0..n).map(|i| i as f64 / rate).collect::<Vec<f64>>());
+    let dab = |t: f64| (4.0..4.12).contains(&(t % 8.0));
+    let mut pressure: Vec<f64> = noise(n)
+        .zip(time.iter())
+        .map(|(x, t)| 1e3 * x + if dab(*t + 1e-6) { 4e5 } else { 0.0 })
+        .collect();
+    if spike {
+        pressure[(1.0 * rate) as usize] += 8e5;
+    }
+    let speed = noise(n).map(|x| 15.0 + 0.05 * x).collect();
+    let track = |channel, values| Track { channel, time: Arc::clone(&time), values };
+    let tracks =
+        vec![track(Channel::VelocityX, speed), track(Channel::BrakePressureRear, pressure)];
+    let (session, warnings) = run(Raw { tracks, ..Raw::default() });
+    let p = session.get(Channel::BrakePressureRear).expect("there");
+    let found = (0..30).filter(|k| {
+        let at = ((f64::from(*k) * 8.0 + 4.05) * rate).round() as usize;
+        p[at - 1..at + 2].iter().any(|p| *p > 2e5)
+    });
+    (found.count(), warnings)
+}
+
+#[test]
+fn dabs_of_a_brake_are_no_spikes_at_any_rate() {
+    for rate in [10.0, 20.0, 50.0, 100.0] {
+        assert_eq!(dabs(rate, false), (30, vec![]), "{rate} Hz");
+    }
+    // a sample of 20 ms is no foot's doing
+    let (found, warnings) = dabs(100.0, true);
+    assert_eq!((found, codes(&warnings)), (30, vec!["spike"]));
+}
+
 #[test]
 fn a_saturated_gyro_is_told_and_its_plateaus_are_missing() {
     let (rate, warnings) = riding(|x| x.iter_mut().for_each(|v| *v = v.clamp(-1.5, 1.5)));

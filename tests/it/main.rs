@@ -19,6 +19,7 @@ mod export;
 mod fit;
 mod fleet;
 mod formats;
+mod in_gear;
 mod ingest;
 mod kill;
 mod levels;

@@ -5,23 +5,24 @@
 //! ```
 //! (up to the side-slip terms, which are small beside them in a bend).
 
-use super::finding::Finding;
+use super::finding::{Finding, Findings};
 use super::view::{Median, View};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
+use crate::ingest::error::Error;
 
 /// Accelerations above this are compared, m/s².
 const LEAST: f64 = 1.0;
 /// An offset of this is a tilt of 3 deg, more than a sensor's bias, m/s².
 const TILT: f64 = 0.5;
 
-pub(super) fn check(view: &View, out: &mut Vec<Finding>) {
-    let Some(v) = view.get(Channel::VelocityX) else { return };
+pub(super) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
+    let Some(v) = view.get(Channel::VelocityX) else { return Ok(()) };
     if let Some(ax) = view.get(Channel::AccelerationX) {
         let (dv, ax) = (view.rate_of(v), view.smooth(ax));
         let ratio = view.ratio(|i| ax[i], |i| dv[i], LEAST);
         if let Some(finding) = ratio.and_then(|m| judge(Channel::AccelerationX, m, "dv/dt")) {
-            out.push(finding);
+            out.push(finding)?;
         } else if let Some(m) = view.median(|i| ax[i] - dv[i]).filter(|m| m.value.abs() > TILT) {
             let tilt = (m.value.abs() / GRAVITY).min(1.0).asin().to_degrees();
             out.push(gravity(
@@ -31,19 +32,20 @@ pub(super) fn check(view: &View, out: &mut Vec<Finding>) {
                     "it differs from dv/dt by {:+.2} m/s2 throughout, as if tilted by {tilt:.0} deg",
                     m.value
                 ),
-            ));
+            ))?;
         }
     }
     if let (Some(ay), Some(r)) = (view.get(Channel::AccelerationY), view.get(Channel::YawRate)) {
-        let Some(m) = view.ratio(|i| ay[i], |i| v[i] * r[i], 1.5 * LEAST) else { return };
+        let Some(m) = view.ratio(|i| ay[i], |i| v[i] * r[i], 1.5 * LEAST) else { return Ok(()) };
         if let Some(finding) = judge(Channel::AccelerationY, m, "v r in bends") {
-            out.push(finding);
+            out.push(finding)?;
         } else if m.value.abs() < 0.25 {
             // a sensor that leans with the bike feels next to nothing in a bend
             let seen = format!("in bends it is only {:.2} times v r", m.value);
-            out.push(gravity(Channel::AccelerationY, m.n, &seen));
+            out.push(gravity(Channel::AccelerationY, m.n, &seen))?;
         }
     }
+    Ok(())
 }
 
 /// A wrong sign or unit, from the median ratio to what is expected.
@@ -64,10 +66,9 @@ fn judge(channel: Channel, m: Median, of: &str) -> Option<Finding> {
     Some(Finding {
         code,
         channel,
-        remove: true,
         count: m.n,
         message: format!(
-            "{channel} is {:.2} times {of}: {what}, it is left out; correct it in the channel map",
+            "{channel} is {:.2} times {of}: {what}; correct it in the channel map",
             m.value
         ),
     })
@@ -77,11 +78,10 @@ fn gravity(channel: Channel, count: usize, seen: &str) -> Finding {
     Finding {
         code: "gravity_in_acceleration",
         channel,
-        remove: true,
         count,
         message: format!(
             "{channel} seems to contain gravity: {seen}; it must be in the level frame without \
-             gravity, it is left out"
+             gravity"
         ),
     }
 }

@@ -5,7 +5,7 @@
 //! (2)  delta = l (r / v) cos(roll) / cos(epsilon)      a slow bend without tyre slip
 //! ```
 
-use super::finding::Finding;
+use super::finding::{Finding, Findings};
 use super::view::{Median, View};
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
@@ -27,12 +27,12 @@ const SIGNED: f64 = 0.3;
 /// Below this speed (2) holds, m/s.
 const SLOW: f64 = 9.0;
 
-pub(super) fn check(view: &View, bike: &Bike, out: &mut Vec<Finding>) -> Result<(), Error> {
+pub(super) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> {
     for channel in [Channel::Roll, Channel::Pitch, Channel::SteerAngle] {
         let p99 = view.get(channel).and_then(|x| view.p99(|i| x[i]));
         if let Some(p99) = p99.filter(|p| *p > LARGEST) {
             let seen = format!("it reaches {p99:.1} while riding, {:.0} deg as rad", p99 * DEGREES);
-            return Err(unit("unit_angle", channel, "degrees", "rad", &seen));
+            out.push(unit("unit_angle", channel, view.count_moving(), "degrees", "rad", &seen))?;
         }
     }
     rate_of_angle(view, Channel::Roll, Channel::RollRate, out)?;
@@ -41,9 +41,18 @@ pub(super) fn check(view: &View, bike: &Bike, out: &mut Vec<Finding>) -> Result<
     steer(view, bike, out)
 }
 
-fn unit(code: &'static str, channel: Channel, is: &str, not: &str, seen: &str) -> Error {
-    Error {
+fn unit(
+    code: &'static str,
+    channel: Channel,
+    count: usize,
+    is: &str,
+    not: &str,
+    seen: &str,
+) -> Finding {
+    Finding {
         code,
+        channel,
+        count,
         message: format!(
             "{channel} looks like {is}, not {not}: {seen}; give its unit in the channel map"
         ),
@@ -60,38 +69,37 @@ fn rate_of_angle(
     view: &View,
     angle: Channel,
     rate: Channel,
-    out: &mut Vec<Finding>,
+    out: &mut Findings<'_>,
 ) -> Result<(), Error> {
     let (Some(x), Some(r)) = (view.get(angle), view.get(rate)) else { return Ok(()) };
     let (change, r) = (view.rate_of(x), view.smooth(r));
     let Some(m) = view.ratio(|i| r[i], |i| change[i], 0.1) else { return Ok(()) };
     if degrees(m.value) {
         let seen = format!("it is {:.0} times the change of {angle}", m.value);
-        return Err(unit("unit_rate", rate, "deg/s", "rad/s", &seen));
+        out.push(unit("unit_rate", rate, m.n, "deg/s", "rad/s", &seen))?;
     }
     if degrees(1.0 / m.value) {
         let seen = format!("it changes {:.0} times as fast as {rate} says", 1.0 / m.value);
-        return Err(unit("unit_angle", angle, "degrees", "rad", &seen));
+        out.push(unit("unit_angle", angle, m.n, "degrees", "rad", &seen))?;
     }
     // pitch moves little and slowly: its rate's sign is not judged
     if rate == Channel::RollRate && m.value < -SIGNED {
         out.push(Finding {
             code: "sign_roll_rate",
             channel: rate,
-            remove: true,
             count: m.n,
             message: format!(
-                "{rate} is {:.2} times the change of {angle}: its sign is wrong, it is left out; \
+                "{rate} is {:.2} times the change of {angle}: its sign is wrong; \
                  turn it in the channel map",
                 m.value
             ),
-        });
+        })?;
     }
     Ok(())
 }
 
 /// Yaw rate, roll, yaw and the track over ground: they turn the same way.
-fn bends(view: &View, out: &mut Vec<Finding>) -> Result<(), Error> {
+fn bends(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     let (Some(v), Some(r)) = (view.get(Channel::VelocityX), view.get(Channel::YawRate)) else {
         return Ok(());
     };
@@ -111,19 +119,20 @@ fn bends(view: &View, out: &mut Vec<Finding>) -> Result<(), Error> {
             Some(m) => format!("it is {:.0} times what the lean and the speed ask for", m.value),
             None => format!("the lateral acceleration would reach {:.0} g", p99.unwrap_or(0.0)),
         };
-        return Err(unit("unit_rate", Channel::YawRate, "deg/s", "rad/s", &seen));
+        let n = by_lean.map_or(view.count_moving(), |m| m.n);
+        out.push(unit("unit_rate", Channel::YawRate, n, "deg/s", "rad/s", &seen))?;
     }
     if let Some(m) = roll.and_then(|x| view.ratio(|i| x[i], |i| -lateral(i).atan(), BEND / 2.0))
         && degrees(m.value)
     {
         let seen = format!("it is {:.0} times what yaw rate and speed ask for", m.value);
-        return Err(unit("unit_angle", Channel::Roll, "degrees", "rad", &seen));
+        out.push(unit("unit_angle", Channel::Roll, m.n, "degrees", "rad", &seen))?;
     }
     if let Some(m) = heading
         && degrees(m.value)
     {
         let seen = format!("it changes {:.0} times as fast as yaw_rate says", m.value);
-        return Err(unit("unit_angle", Channel::Yaw, "degrees", "rad", &seen));
+        out.push(unit("unit_angle", Channel::Yaw, m.n, "degrees", "rad", &seen))?;
     }
 
     let track = view.track();
@@ -133,51 +142,57 @@ fn bends(view: &View, out: &mut Vec<Finding>) -> Result<(), Error> {
     if let Some(lean) = lean.filter(|m| m.value > SIGNED) {
         let ay = view.get(Channel::AccelerationY);
         let side = ay.and_then(|a| view.ratio(|i| a[i] / GRAVITY, lateral, BEND));
-        return Err(lean_against_yaw(lean, &[heading, course, side]));
+        out.push(lean_against_yaw(lean, &[heading, course, side]))?;
     }
     if let Some(m) = heading.filter(|m| m.value < -SIGNED) {
         out.push(Finding {
             code: "sign_yaw",
             channel: Channel::Yaw,
-            remove: true,
             count: m.n,
             message: format!(
                 "yaw changes {:.2} times as fast as yaw_rate says: its sign is wrong (a compass \
-                 heading is positive to the right), it is left out; turn it in the channel map",
+                 heading is positive to the right); turn it in the channel map",
                 m.value
             ),
-        });
+        })?;
     }
     if let Some(m) = course.filter(|m| m.value < -SIGNED) {
         out.push(Finding {
             code: "sign_lateral",
             channel: Channel::YawRate,
-            remove: false,
             count: m.n,
             message: "the track over ground turns the other way than yaw_rate: either every \
                       lateral channel is mirrored (left and right have changed names, the \
                       coefficients stay) or latitude and longitude are exchanged"
                 .into(),
-        });
+        })?;
     }
     Ok(())
 }
 
 /// Roll and yaw rate lean and turn opposite ways: which of them is wrong, by the others' vote.
-fn lean_against_yaw(lean: Median, witnesses: &[Option<Median>]) -> Error {
+fn lean_against_yaw(lean: Median, witnesses: &[Option<Median>]) -> Finding {
     let vote: i32 = witnesses
         .iter()
         .flatten()
         .filter(|m| m.value.abs() > SIGNED)
         .map(|m| if m.value > 0.0 { 1 } else { -1 })
         .sum();
-    let which = match vote {
-        1.. => "the other channels agree with yaw_rate: turn the sign of roll in the channel map",
-        ..=-1 => "the other channels agree with roll: turn the sign of yaw_rate in the channel map",
-        0 => "one of them has the wrong sign, and no other channel tells which",
+    let (channel, which) = match vote {
+        1.. => (
+            Channel::Roll,
+            "the other channels agree with yaw_rate: turn the sign of roll in the channel map",
+        ),
+        ..=-1 => (
+            Channel::YawRate,
+            "the other channels agree with roll: turn the sign of yaw_rate in the channel map",
+        ),
+        0 => (Channel::Roll, "one of them has the wrong sign, and no other channel tells which"),
     };
-    Error {
+    Finding {
         code: "sign_roll_yaw",
+        channel,
+        count: lean.n,
         message: format!(
             "roll and yaw_rate disagree on left and right: tan(roll) is {:+.2} times v r / g in \
              {} means of 0.2 s, it should be about -1 (left bend: roll negative, yaw_rate \
@@ -188,7 +203,7 @@ fn lean_against_yaw(lean: Median, witnesses: &[Option<Median>]) -> Error {
 }
 
 /// The handlebar against the path's curvature in slow bends, (2).
-fn steer(view: &View, bike: &Bike, out: &mut Vec<Finding>) -> Result<(), Error> {
+fn steer(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> {
     let (Some(v), Some(r), Some(delta)) =
         (view.get(Channel::VelocityX), view.get(Channel::YawRate), view.get(Channel::SteerAngle))
     else {
@@ -205,20 +220,19 @@ fn steer(view: &View, bike: &Bike, out: &mut Vec<Finding>) -> Result<(), Error> 
     let Some(m) = view.ratio(|i| delta[i], expected, 0.04) else { return Ok(()) };
     if degrees(m.value) {
         let seen = format!("it is {:.0} times what slow bends ask for", m.value);
-        return Err(unit("unit_angle", Channel::SteerAngle, "degrees", "rad", &seen));
+        out.push(unit("unit_angle", Channel::SteerAngle, m.n, "degrees", "rad", &seen))?;
     }
     if m.value < -SIGNED {
         out.push(Finding {
             code: "sign_steer",
             channel: Channel::SteerAngle,
-            remove: true,
             count: m.n,
             message: format!(
                 "steer_angle is {:.2} times what slow bends ask for: its sign is wrong (left is \
-                 positive), it is left out; turn it in the channel map",
+                 positive); turn it in the channel map",
                 m.value
             ),
-        });
+        })?;
     }
     Ok(())
 }

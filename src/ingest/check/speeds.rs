@@ -1,6 +1,6 @@
 //! Velocity and wheel speeds against each other, the bike's radii and the track over ground.
 
-use super::finding::Finding;
+use super::finding::{Finding, Findings};
 use super::view::{Median, View, quantile};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
@@ -42,22 +42,24 @@ struct Wheel {
     ratio: Median,
 }
 
-pub(super) fn check(view: &View, bike: &Bike, out: &mut Vec<Finding>) -> Result<(), Error> {
+pub(super) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> {
     let Some(v) = view.get(Channel::VelocityX) else { return Ok(()) };
     let ahead = view.median(|i| v[i]);
     if let Some(m) = ahead
         && m.value < 0.0
     {
-        return Err(Error {
+        out.push(Finding {
             code: "sign_velocity_x",
+            channel: Channel::VelocityX,
+            count: m.n,
             message: format!(
                 "velocity_x is negative while riding (median {:.1} m/s); forward is positive: \
                  turn its sign in the channel map",
                 m.value
             ),
-        });
+        })?;
     }
-    let known_good = over_ground(view, v)?;
+    let known_good = over_ground(view, v, out)?;
     let mut wheels = Vec::new();
     for axle in Axle::BOTH {
         let channel = match axle {
@@ -67,7 +69,7 @@ pub(super) fn check(view: &View, bike: &Bike, out: &mut Vec<Finding>) -> Result<
         let Some(omega) = view.get(channel) else { continue };
         let radius = bike.wheel(axle).radius;
         if let Some(finding) = stuck(view, v, omega, channel) {
-            out.push(finding);
+            out.push(finding)?;
             continue;
         }
         if let Some(ratio) = view.ratio(|i| v[i], |i| omega[i] * radius, 0.02) {
@@ -77,21 +79,23 @@ pub(super) fn check(view: &View, bike: &Bike, out: &mut Vec<Finding>) -> Result<
     judge(&wheels, known_good, out)
 }
 
-/// Velocity against the satellite track: `true` if they agree, an error if the unit is off.
-fn over_ground(view: &View, v: &[f64]) -> Result<bool, Error> {
+/// Velocity against the satellite track: `true` if they agree, a finding if the unit is off.
+fn over_ground(view: &View, v: &[f64], out: &mut Findings<'_>) -> Result<bool, Error> {
     let Some((speed, _)) = view.track() else { return Ok(false) };
     let Some(ratio) = view.ratio(|i| v[i], |i| speed[i], 0.5) else { return Ok(false) };
-    match VELOCITY_UNITS.iter().find(|u| off(ratio.value, u.factor) < NEAR) {
-        Some(unit) => Err(Error {
+    if let Some(unit) = VELOCITY_UNITS.iter().find(|u| off(ratio.value, u.factor) < NEAR) {
+        out.push(Finding {
             code: "unit_velocity",
+            channel: Channel::VelocityX,
+            count: ratio.n,
             message: format!(
                 "velocity_x looks like {}: it is {:.2} times the speed over ground from latitude \
                  and longitude; give its unit in the channel map",
                 unit.name, ratio.value
             ),
-        }),
-        None => Ok(off(ratio.value, 1.0) < RADIUS_WARN),
+        })?;
     }
+    Ok(off(ratio.value, 1.0) < RADIUS_WARN)
 }
 
 /// How far a ratio is from an expected one, in natural logarithm; infinite for a wrong sign.
@@ -113,28 +117,28 @@ fn stuck(view: &View, v: &[f64], omega: &[f64], channel: Channel) -> Option<Find
     (range_v > 3.0 && still).then(|| Finding {
         code: "stuck",
         channel,
-        remove: true,
         count: n,
         message: format!(
             "{channel} stays within {range_omega:.2} rad/s while velocity_x changes by {range_v:.1} \
-             m/s: taken as stuck and left out; check the sensor"
+             m/s: taken as stuck; check the sensor"
         ),
     })
 }
 
 /// Wheel speeds against velocity: small deviations are findings, large ones an error that names the
 /// likeliest wrong unit.
-fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Vec<Finding>) -> Result<(), Error> {
+fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Findings<'_>) -> Result<(), Error> {
     let bad = |w: &Wheel| off(w.ratio.value, 1.0) > (1.0 + RADIUS_REJECT).ln();
     let suspects: Vec<&Wheel> = wheels.iter().filter(|w| bad(w)).collect();
     if suspects.is_empty() {
         let deviating = wheels.iter().filter(|w| (w.ratio.value - 1.0).abs() > RADIUS_WARN);
-        out.extend(deviating.map(implausible_radius));
-        return Ok(());
+        return deviating.map(implausible_radius).try_for_each(|f| out.push_mild(f));
     }
     if let Some(w) = suspects.iter().find(|w| w.ratio.value < 0.0) {
-        return Err(Error {
+        return out.push(Finding {
             code: "sign_wheel_speed",
+            channel: w.channel,
+            count: w.ratio.n,
             message: format!(
                 "{} is negative while velocity_x is positive; forward spin is positive: turn its \
                  sign in the channel map",
@@ -144,14 +148,13 @@ fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Vec<Finding>) -> Resul
     }
     // a unit of the velocity is seen on every wheel
     let velocity_suspect = suspects.len() == wheels.len() && !velocity_good;
-    Err(wrong_unit(&suspects, velocity_suspect))
+    out.push(wrong_unit(&suspects, velocity_suspect))
 }
 
 fn implausible_radius(w: &Wheel) -> Finding {
     Finding {
         code: "implausible_radius",
         channel: w.channel,
-        remove: false,
         count: w.ratio.n,
         message: format!(
             "velocity_x per {} gives a rolling radius of {:.3} m, {:+.0} % off the bike \
@@ -191,8 +194,8 @@ fn unit_candidates(
     candidates
 }
 
-/// The error for wheel speeds that do not fit the velocity, with the likeliest wrong unit.
-fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Error {
+/// The finding for wheel speeds that do not fit the velocity, with the likeliest wrong unit.
+fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Finding {
     let seen = suspects
         .iter()
         .map(|w| {
@@ -218,16 +221,21 @@ fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Error {
         } else {
             String::new()
         };
-        return Error {
+        let velocity = code == "unit_velocity";
+        return Finding {
             code,
+            channel: if velocity { Channel::VelocityX } else { suspects[0].channel },
+            count: suspects[0].ratio.n,
             message: format!(
                 "{} looks like {unit}{or}: {seen}; give the unit in the channel map",
                 what(code)
             ),
         };
     }
-    Error {
+    Finding {
         code: "implausible_radius",
+        channel: suspects[0].channel,
+        count: suspects[0].ratio.n,
         message: format!(
             "wheel and forward speed do not fit each other: {seen}; check the bike file's \
              `front.radius` and `rear.radius`, and both channels' units and calibration"

@@ -9,6 +9,7 @@ use rand_distr::{Distribution, Normal, Uniform};
 use super::*;
 use crate::GRAVITY;
 use crate::contract::session::Meta;
+use crate::ingest::{CHECKS, Check};
 
 const RATE: f64 = 50.0;
 const FRONT: f64 = 0.295;
@@ -286,6 +287,47 @@ fn exchanged_wheels_and_brakes() {
         assert_eq!(codes(wheels), Err("wheels_swapped"), "seed {seed}");
         assert_eq!(codes(exchanged(ride(seed), P, Q)), Err("brakes_swapped"), "seed {seed}");
     }
+}
+
+#[test]
+fn every_check_can_be_switched() {
+    let with = |effect: &str| -> Config {
+        toml::from_str(&format!("check.sign_roll_yaw = {effect:?}")).expect("a switch")
+    };
+    let turned = || scaled(ride(2), Channel::Roll, -1.0);
+    let refusal = check(&mut turned(), &bike(), &with("reject")).expect_err("refused");
+    assert!(refusal.message.contains("`ingest.check.sign_roll_yaw = \"warn\"`"), "{refusal}");
+    // the roll rate does not fit a turned roll either
+    let passes = |effect| -> Vec<&str> {
+        let warned = check(&mut turned(), &bike(), &with(effect)).expect("passes");
+        warned.iter().map(|w| w.code).collect()
+    };
+    assert_eq!(passes("warn"), ["sign_roll_rate", "sign_roll_yaw"]);
+    assert_eq!(passes("off"), ["sign_roll_rate"]);
+
+    let mut left_out = scaled(ride(2), Channel::SteerAngle, -1.0);
+    let keep: Config = toml::from_str("check.sign_steer = \"warn\"").expect("a switch");
+    let warned = check(&mut left_out, &bike(), &keep).expect("passes");
+    assert!(!warned[0].message.contains("left out") && left_out.has(Channel::SteerAngle));
+    let refuse: Config = toml::from_str("check.sign_steer = \"reject\"").expect("a switch");
+    let refusal = check(&mut left_out, &bike(), &refuse).expect_err("refused");
+    assert_eq!(refusal.code, "sign_steer");
+
+    for Check { code, .. } in CHECKS {
+        for effect in ["reject", "warn", "off"] {
+            toml::from_str::<Config>(&format!("check.{code} = {effect:?}")).expect(code);
+        }
+    }
+}
+
+#[test]
+fn switches_that_do_not_exist_are_refused_with_the_list() {
+    let message = |text: &str| toml::from_str::<Config>(text).expect_err(text).to_string();
+    let unknown = message("check.brakes_swaped = \"off\"");
+    assert!(unknown.contains("did you mean `brakes_swapped`"), "{unknown}");
+    assert!(CHECKS.iter().all(|c| unknown.contains(c.code)), "{unknown}");
+    assert!(message("check.unit_velocity = \"leave_out\"").contains("\"warn\" or \"off\""));
+    assert!(message("check.unit_velocity = \"no\"").contains("reject"));
 }
 
 /// `cargo test -- --ignored --nocapture`: 120 000 samples, 16 channels.

@@ -1,5 +1,6 @@
 //! A session at a glance: 0.2 s means, and medians over them.
 
+use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::statistics::order;
@@ -101,6 +102,21 @@ impl View {
     pub(super) fn p99(&self, f: impl Fn(usize) -> f64) -> Option<f64> {
         let mut values = self.moving(|i| f(i).abs());
         (values.len() >= FEWEST).then(|| quantile(&mut values, 0.99))
+    }
+
+    /// Size of the lateral acceleration, m/s², by the first of lean, yaw rate, heading and track over ground that is
+    /// there; `None` where nothing tells bends from straights.
+    pub(super) fn lateral(&self) -> Option<Vec<f64>> {
+        if let Some(roll) = self.get(Channel::Roll) {
+            return Some(roll.iter().map(|x| GRAVITY * x.tan().abs()).collect());
+        }
+        let v = self.get(Channel::VelocityX)?;
+        let turn = match (self.get(Channel::YawRate), self.get(Channel::Yaw)) {
+            (Some(rate), _) => rate.to_vec(),
+            (None, Some(yaw)) => self.rate_of(yaw),
+            (None, None) => self.track()?.1,
+        };
+        Some(v.iter().zip(turn).map(|(v, r)| (v * r).abs()).collect())
     }
 
     /// Speed over ground (m/s) and rate of turn (rad/s, left positive) from the satellite

@@ -1,16 +1,9 @@
-//! Repair of recorded stamps.
-//!
-//! A logger's stamps may repeat, jump back, be missing or jitter around the instants at which
-//! the samples were really taken. Afterwards they strictly increase, and where the source is
-//! evidently periodic they lie on straight lines over the row number, so that the phase of the
-//! signals is that of the sampling and not of the stamping.
+//! One clock repaired: stamps that strictly increase, on straight lines over the row number where they are periodic.
 
 use std::sync::Arc;
 
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
-use crate::ingest::error::Error;
-use crate::ingest::raw::Track;
 use crate::ingest::warning::warning;
 use crate::statistics::order::upper_median;
 
@@ -23,33 +16,6 @@ pub struct Clock {
     pub period: f64,
     /// Whether every stamp is where `period` puts it, counted from the first.
     pub uniform: bool,
-}
-
-/// A channel on a repaired clock.
-#[derive(Debug, Clone)]
-pub struct Timed {
-    /// The channel.
-    pub channel: Channel,
-    /// Index of its clock.
-    pub clock: usize,
-    /// SI values, NaN where there is none; as many as the clock's stamps.
-    pub values: Vec<f64>,
-}
-
-/// A log with repaired clocks.
-#[derive(Debug, Clone)]
-pub struct Clocked {
-    /// The clocks, each shared by the channels that were logged together.
-    pub clocks: Vec<Clock>,
-    /// The channels.
-    pub tracks: Vec<Timed>,
-}
-
-/// A recorded clock and what became of it.
-struct Source {
-    time: Arc<Vec<f64>>,
-    clock: Option<usize>,
-    kept: Option<Vec<usize>>,
 }
 
 /// Largest deviation from a uniform clock that is none, as a share of the period.
@@ -65,81 +31,30 @@ const RUN_GAP: f64 = 2.5;
 /// Share of repeated stamps from which the clock is taken to be coarse rather than stuttering.
 const COARSE: f64 = 0.2;
 
-/// Repairs every clock; channels that share one keep sharing it.
-///
-/// # Errors
-/// `no_time` when no channel has two usable stamps, `too_short` under 1 s.
-pub fn repair(tracks: Vec<Track>, warnings: &mut Vec<Warning>) -> Result<Clocked, Error> {
-    let mut sources: Vec<Source> = Vec::new();
-    let mut out = Clocked { clocks: Vec::new(), tracks: Vec::with_capacity(tracks.len()) };
-    let mut rows = 0;
-    for track in tracks {
-        rows = rows.max(track.time.len());
-        let at = match sources.iter().position(|s| Arc::ptr_eq(&s.time, &track.time)) {
-            Some(at) => at,
-            None => {
-                let mut source = Source { time: Arc::clone(&track.time), clock: None, kept: None };
-                if let Some(repaired) = repair_one(&track.time) {
-                    repaired.report(warnings);
-                    source.clock = Some(out.clocks.len());
-                    source.kept = repaired.kept;
-                    out.clocks.push(repaired.clock);
-                }
-                sources.push(source);
-                sources.len() - 1
-            }
-        };
-        let Source { clock, kept, .. } = &sources[at];
-        let Some(clock) = *clock else { continue };
-        let values = match kept {
-            None => track.values,
-            Some(kept) => kept.iter().map(|&i| track.values[i]).collect(),
-        };
-        out.tracks.push(Timed { channel: track.channel, clock, values });
-    }
-    let (start, end) = out.span();
-    if out.tracks.is_empty() {
-        let code = if rows < 2 { "too_short" } else { "no_time" };
-        let message = format!("no channel has two usable time stamps ({rows} rows)");
-        return Err(Error::new(code, message));
-    }
-    if end - start < 1.0 {
-        let message =
-            format!("only {:.3} s of usable time in {rows} rows; 1 s is the least", end - start);
-        return Err(Error::new("too_short", message));
-    }
-    Ok(out)
-}
-
-impl Clocked {
-    /// First and last stamp of all, s.
-    pub fn span(&self) -> (f64, f64) {
-        self.clocks.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), clock| {
-            let first = clock.stamps.first().copied().unwrap_or(start);
-            let last = clock.stamps.last().copied().unwrap_or(end);
-            (start.min(first), end.max(last))
-        })
-    }
-}
-
 /// A repaired clock and what was done to it.
-#[derive(Debug)]
-struct Repaired {
-    clock: Clock,
+#[derive(Debug, Clone)]
+pub(super) struct Repaired {
+    pub(super) clock: Clock,
     /// Rows that are left, where not all are.
-    kept: Option<Vec<usize>>,
-    missing: Fault,
-    duplicated: Fault,
-    backwards: Fault,
+    pub(super) kept: Option<Vec<usize>>,
+    /// Their stamps as recorded, where the repair moved them.
+    pub(super) raw: Option<Vec<f64>>,
+    /// Whether the stamps are coarser than the sampling.
+    pub(super) coarse: bool,
+    /// Whether its jitter is not that of the logger's other clocks, so that it stays.
+    pub(super) own_jitter: bool,
+    pub(super) missing: Fault,
+    pub(super) duplicated: Fault,
+    pub(super) backwards: Fault,
     /// Samples lost to a restarted clock.
     lost: usize,
     /// Rows whose stamps were moved, and their RMS move in s.
-    jitter: (usize, f64),
+    pub(super) jitter: (usize, f64),
 }
 
 /// How often, and when first, s after the first stamp.
 #[derive(Debug, Default, Clone, Copy)]
-struct Fault {
+pub(super) struct Fault {
     count: usize,
     first: Option<f64>,
 }
@@ -152,9 +67,13 @@ impl Fault {
 }
 
 impl Repaired {
-    fn report(&self, warnings: &mut Vec<Warning>) {
-        let mut put = |code, count, time, message| {
-            warnings.push(warning(code, None, count, time, message));
+    /// `channels` are those of the clock, where the log has several.
+    pub(super) fn report(&self, channels: &[Channel], warnings: &mut Vec<Warning>) {
+        let names: Vec<&str> = channels.iter().map(|c| c.name()).collect();
+        let of = if names.is_empty() { String::new() } else { format!("{}: ", names.join(", ")) };
+        let channel = channels.first().copied().filter(|_| channels.len() == 1);
+        let mut put = |code, count, time, message: String| {
+            warnings.push(warning(code, channel, count, time, format!("{of}{message}")));
         };
         if self.missing.count > 0 {
             let n = self.missing.count;
@@ -179,9 +98,13 @@ impl Repaired {
         }
         let (n, rms) = self.jitter;
         if n > 0 {
+            let done = if self.own_jitter {
+                "the logger's other clocks do not, so samples stay where they are to them"
+            } else {
+                "samples are put where the regular clock has them"
+            };
             let message = format!(
-                "stamps jitter by {:.2} ms RMS around a regular {:.4} Hz; samples are put where \
-                 the regular clock has them",
+                "stamps jitter by {:.2} ms RMS around a regular {:.4} Hz; {done}",
                 rms * 1e3,
                 1.0 / self.clock.period
             );
@@ -191,10 +114,13 @@ impl Repaired {
 }
 
 /// `None` when there are no two usable stamps.
-fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
+pub(super) fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
     let as_is = |period| Repaired {
         clock: Clock { stamps: Arc::clone(stamps), period, uniform: true },
         kept: None,
+        raw: None,
+        coarse: false,
+        own_jitter: false,
         missing: Fault::default(),
         duplicated: Fault::default(),
         backwards: Fault::default(),
@@ -221,24 +147,34 @@ fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
     if raw.len() < 2 {
         return None;
     }
+    out.coarse = coarse.is_some();
     let fitted = match coarse {
         Some(fitted) => fitted,
         None => without_jitter(&raw),
     };
-    let moved: Vec<f64> = fitted.iter().zip(&raw).map(|(a, b)| a - b).collect();
-    let period = usual_step(&fitted);
-    let rms = (moved.iter().map(|d| d * d).sum::<f64>() / moved.len() as f64).sqrt();
-    if rms > 0.02 * period {
-        out.jitter = (moved.iter().filter(|d| **d != 0.0).count(), rms);
-    }
-    let uniform = uniform_period(&fitted);
-    out.clock = Clock {
-        period: uniform.unwrap_or(period),
-        uniform: uniform.is_some(),
-        stamps: Arc::new(fitted),
-    };
+    out.jitter = jitter(&fitted, &raw);
+    out.clock = clock_of(fitted);
+    out.raw = Some(raw);
     out.kept = (kept.len() < stamps.len()).then_some(kept);
     Some(out)
+}
+
+/// Rows whose stamps were moved and their RMS move; none where it is nothing to speak of.
+pub(super) fn jitter(fitted: &[f64], raw: &[f64]) -> (usize, f64) {
+    let moved: Vec<f64> = fitted.iter().zip(raw).map(|(a, b)| a - b).collect();
+    let rms = (moved.iter().map(|d| d * d).sum::<f64>() / moved.len() as f64).sqrt();
+    if rms > 0.02 * usual_step(fitted) {
+        (moved.iter().filter(|d| **d != 0.0).count(), rms)
+    } else {
+        (0, 0.0)
+    }
+}
+
+/// A clock of these stamps.
+pub(super) fn clock_of(stamps: Vec<f64>) -> Clock {
+    let uniform = uniform_period(&stamps);
+    let period = uniform.unwrap_or_else(|| usual_step(&stamps));
+    Clock { period, uniform: uniform.is_some(), stamps: Arc::new(stamps) }
 }
 
 /// The period, if every stamp is where it puts it.

@@ -1,0 +1,141 @@
+//! What is done with what a check finds: one switch per code, `[ingest.check]` of a pipeline.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// What a finding does to the log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Effect {
+    /// Nothing: the check is not made.
+    Off,
+    /// A warning; the channel stays as it is.
+    Warn,
+    /// A warning, and the channel is left out, so that what depends on it is *not available*.
+    LeaveOut,
+    /// The log is refused.
+    Reject,
+}
+
+impl Effect {
+    /// As in a pipeline file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Effect::Off => "off",
+            Effect::Warn => "warn",
+            Effect::LeaveOut => "leave_out",
+            Effect::Reject => "reject",
+        }
+    }
+}
+
+/// A check, by the code of what it finds.
+#[derive(Debug, Clone, Copy)]
+pub struct Check {
+    /// Code in `warnings` and `rejected`, and the key of its switch.
+    pub code: &'static str,
+    /// What it is seen by.
+    pub seen_by: &'static str,
+    /// What it does where the pipeline says nothing.
+    pub effect: Effect,
+}
+
+/// Every check that can be switched.
+pub const CHECKS: &[Check] = &[
+    check("standstill", "too little motion to check anything", Effect::Warn),
+    check("sign_velocity_x", "a negative velocity while riding", Effect::Reject),
+    check("unit_velocity", "`v / (omega R)`, track over ground", Effect::Reject),
+    check("unit_wheel_speed", "`v / (omega R)`", Effect::Reject),
+    check("sign_wheel_speed", "a negative wheel speed while riding", Effect::Reject),
+    check("implausible_radius", "`v / (omega R)` off by 25 % (by 10 %: a warning)", Effect::Reject),
+    check("stuck", "a wheel speed that stays while `v` changes", Effect::LeaveOut),
+    check(
+        "unit_angle",
+        "magnitudes, `tan(roll)` against `v r / g`, angles against rates",
+        Effect::Reject,
+    ),
+    check(
+        "unit_rate",
+        "magnitudes, `v r / g` against `tan(roll)`, rates against angles",
+        Effect::Reject,
+    ),
+    check("sign_roll_yaw", "`tan(roll)` against `v r / g`", Effect::Reject),
+    check("sign_yaw", "yaw against yaw rate", Effect::LeaveOut),
+    check("sign_roll_rate", "roll rate against roll", Effect::LeaveOut),
+    check("sign_steer", "steering against the path's curvature in slow bends", Effect::LeaveOut),
+    check("sign_lateral", "roll and yaw rate against the track over ground", Effect::Warn),
+    check("sign_acceleration_x", "`a_x` against `dv/dt`", Effect::LeaveOut),
+    check("sign_acceleration_y", "`a_y` against `v r`", Effect::LeaveOut),
+    check("unit_acceleration", "`a_x` against `dv/dt`, `a_y` against `v r`", Effect::LeaveOut),
+    check(
+        "gravity_in_acceleration",
+        "`a_x` against `dv/dt`, `a_y` against `v r`",
+        Effect::LeaveOut,
+    ),
+    check("wheels_swapped", "which wheel turns faster the more the engine drives", Effect::Reject),
+    check(
+        "brakes_swapped",
+        "a deceleration that no rear brake gives; which wheel a brake slows",
+        Effect::Reject,
+    ),
+    check(
+        "brakes_unclear",
+        "decelerations that no rear brake gives, by either channel",
+        Effect::Warn,
+    ),
+];
+
+const fn check(code: &'static str, seen_by: &'static str, effect: Effect) -> Check {
+    Check { code, seen_by, effect }
+}
+
+/// The switches that a pipeline sets; the other checks do as [`CHECKS`] says.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "BTreeMap<String, Effect>", into = "BTreeMap<String, Effect>")]
+pub struct Switches(BTreeMap<&'static str, Effect>);
+
+impl Switches {
+    /// Whether none is set.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// What a finding of this code does.
+    pub fn effect(&self, code: &str) -> Effect {
+        let usual = || CHECKS.iter().find(|c| c.code == code).map(|c| c.effect);
+        self.0.get(code).copied().or_else(usual).unwrap_or(Effect::Warn)
+    }
+}
+
+impl TryFrom<BTreeMap<String, Effect>> for Switches {
+    type Error = String;
+
+    fn try_from(given: BTreeMap<String, Effect>) -> Result<Self, String> {
+        let mut switches = BTreeMap::new();
+        for (code, effect) in given {
+            let Some(check) = CHECKS.iter().find(|c| c.code == code) else {
+                let codes: Vec<&str> = CHECKS.iter().map(|c| c.code).collect();
+                let meant = crate::contract::schema::meant(&code, codes.iter().copied());
+                return Err(format!(
+                    "[ingest.check]: there is no check `{code}`{meant}; the checks are {}",
+                    codes.join(", ")
+                ));
+            };
+            if effect == Effect::LeaveOut && check.effect != Effect::LeaveOut {
+                return Err(format!(
+                    "[ingest.check]: `{code}` is not about one channel that could be left out; \
+                     it can be \"reject\", \"warn\" or \"off\""
+                ));
+            }
+            switches.insert(check.code, effect);
+        }
+        Ok(Switches(switches))
+    }
+}
+
+impl From<Switches> for BTreeMap<String, Effect> {
+    fn from(switches: Switches) -> Self {
+        switches.0.into_iter().map(|(code, effect)| (code.to_owned(), effect)).collect()
+    }
+}

@@ -1,0 +1,13 @@
+//! Which tyre has the force, by the wheels' slip.
+
+/// Slip stiffness per load of any road tyre, within a third: of the supersport tyres of the
+/// paper's reference 26.
+pub const SLIP_STIFFNESS: f64 = 19.0;
+
+/// Front share `x` of a braking force (as part of the weight): `slip = force (x / (K n_f) - (1 - x) / (K_r n_r))` with
+/// [`SLIP_STIFFNESS`] in front, `stiffness` behind and the front load `on_front` as part of the weight.
+pub(super) fn front_share(slip: f64, force: f64, on_front: f64, stiffness: f64) -> f64 {
+    let front = on_front.clamp(0.05, 0.95);
+    let rear = (1.0 - front) * (stiffness / SLIP_STIFFNESS);
+    (slip * SLIP_STIFFNESS + force / rear) / (force / front + force / rear)
+}
