@@ -34,7 +34,7 @@ impl Physics for BrakeDrag {
     const REMOVE: Option<Remove> = Some(|session, bike, size| {
         let turned = 1.0 / bike.front.radius + 1.0 / bike.rear.radius;
         add_with(session, Channel::AccelerationX, |ride, i| {
-            size * ride.brakes[i].warm / HEAT * turned
+            size * ride.brakes[i].whole.warm / HEAT * turned
         });
     });
 

@@ -30,7 +30,6 @@ impl Physics for PadHeat {
         scale_pressures(session, |brakes| Self::brake_gain(size, 1.0, bike.mass, brakes));
     });
 
-    /// The heat of the whole motorcycle stands for that of each brake.
     fn brake_gain(size: f64, ratio: f64, mass: f64, brakes: BrakeHistory) -> f64 {
         ratio * (1.0 - size * mass * brakes.total / HEAT).max(LEAST)
     }

@@ -52,6 +52,38 @@ impl BrakeHistory {
     }
 }
 
+/// Heat in both brakes: of the whole motorcycle and of each.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Brakes {
+    /// Wherever it is.
+    pub whole: BrakeHistory,
+    /// Front and rear: of what is braked with both each has the share of its pressure.
+    pub each: [BrakeHistory; 2],
+}
+
+impl Brakes {
+    /// Goes on to the speed (m/s) `dt` s later, under these pressures, Pa, of which a missing one is none.
+    pub fn update(&mut self, speed: f64, pressure: [f64; 2], dt: f64) {
+        let pressed = pressure.map(|p| p.max(0.0));
+        let sum = pressed[0] + pressed[1];
+        let braking = pressed.iter().any(|p| *p > BrakeHistory::PRESSED);
+        let before = self.whole;
+        self.whole.update(speed, braking, dt);
+        let BrakeHistory { stop, total, .. } = self.whole;
+        for (brake, pressed) in self.each.iter_mut().zip(pressed) {
+            brake.warm *= (-dt / COOLING).exp();
+            if !braking {
+                brake.stop = 0.0;
+                continue;
+            }
+            let share = pressed / sum;
+            brake.stop = (brake.stop + share * (stop - before.stop)).max(0.0);
+            brake.warm += share * (stop - before.stop).max(0.0);
+            brake.total += share * (total - before.total);
+        }
+    }
+}
+
 /// How long before and after a press a lever's small pressures act, s.
 const AROUND: f64 = 0.3;
 
@@ -73,19 +105,19 @@ pub fn acting_pressure(pressure: &[f64], rate: f64) -> Vec<f64> {
 }
 
 /// Heat in the brakes, sample by sample; samples without speed keep the last.
-pub fn brake_history(session: &Session) -> Vec<BrakeHistory> {
+pub fn brake_history(session: &Session) -> Vec<Brakes> {
     let Some(v) = session.get(Channel::VelocityX) else {
-        return vec![BrakeHistory::default(); session.len];
+        return vec![Brakes::default(); session.len];
     };
     let pressure = [Channel::BrakePressureFront, Channel::BrakePressureRear]
         .map(|c| session.get(c).map(|x| smooth(x, session.rate)));
     let dt = 1.0 / session.rate;
-    let mut brakes = BrakeHistory::default();
+    let mut brakes = Brakes::default();
     (0..session.len)
         .map(|i| {
-            let on = pressure.iter().flatten().any(|x| x[i] > BrakeHistory::PRESSED);
             if v[i].is_finite() {
-                brakes.update(v[i], on, dt);
+                let at = |x: &Option<Vec<f64>>| x.as_ref().map_or(0.0, |x| x[i]);
+                brakes.update(v[i], [at(&pressure[0]), at(&pressure[1])], dt);
             }
             brakes
         })
@@ -127,7 +159,7 @@ pub struct Ride {
     /// Cosine of the heading against the strip.
     pub along: Vec<f64>,
     /// Heat in the brakes.
-    pub brakes: Vec<BrakeHistory>,
+    pub brakes: Vec<Brakes>,
 }
 
 impl Ride {
@@ -169,10 +201,12 @@ pub fn scale_with(session: &mut Session, channel: Channel, by: impl Fn(&Ride, us
     }
 }
 
-/// Multiplies both brake pressures, as far as they are there, by what depends on the heat in the brakes.
+/// Multiplies both brake pressures, as far as they are there, by what depends on the heat in that brake.
 pub fn scale_pressures(session: &mut Session, by: impl Fn(BrakeHistory) -> f64) {
-    for channel in [Channel::BrakePressureFront, Channel::BrakePressureRear] {
-        scale_with(session, channel, |ride, i| by(ride.brakes[i]));
+    for (k, channel) in
+        [Channel::BrakePressureFront, Channel::BrakePressureRear].into_iter().enumerate()
+    {
+        scale_with(session, channel, |ride, i| by(ride.brakes[i].each[k]));
     }
 }
 
@@ -196,6 +230,26 @@ mod tests {
         }
         assert!(brakes.stop == 0.0 && (brakes.warm / 187.5 - 0.36).abs() < 0.02);
         assert!((brakes.total - 187.5).abs() < 1.0, "{}", brakes.total);
+    }
+
+    #[test]
+    fn each_brake_has_the_heat_of_its_share_of_the_pressure() {
+        let mut brakes = Brakes::default();
+        let mut stop = |pressure: [f64; 2]| {
+            for k in 0..100 {
+                brakes.update(20.0 - 0.1 * f64::from(k), pressure, 0.01);
+            }
+            brakes.update(10.0, [0.0; 2], 0.01);
+            let Brakes { whole, each } = brakes;
+            assert!((each[0].total + each[1].total - whole.total).abs() < 1e-9);
+            assert!((each[0].warm + each[1].warm - whole.warm).abs() < 1e-9);
+            assert!(each[0].stop == 0.0 && each[1].stop == 0.0);
+            each.map(|b| b.total)
+        };
+        let [front, rear] = stop([5e5, f64::NAN]);
+        assert!(front > 140.0 && rear == 0.0, "{front} {rear}");
+        let [more, rear] = stop([6e5, 2e5]);
+        assert!(((more - front) / rear - 3.0).abs() < 1e-9, "{more} {front} {rear}");
     }
 
     #[test]

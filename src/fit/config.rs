@@ -23,7 +23,8 @@ pub struct Config {
 }
 
 /// Of 100 simulated motorcycles whose construction is not the model's (`examples/coverage --rides 100 --seed 2301
-/// --learn`); the camber stiffness has that of the cornering stiffness.
+/// --learn`); the camber stiffness has that of the cornering stiffness, which 60 others (seed 4242) showed to be
+/// larger than those 100 do.
 const MODEL_ERROR: [(&str, f64); 11] = [
     ("effective_rolling_radius", 0.00015),
     ("drag", 0.004),
@@ -34,7 +35,7 @@ const MODEL_ERROR: [(&str, f64); 11] = [
     ("mf_d", 0.012),
     ("mf_e2", 0.38),
     ("lateral_friction_ct", 0.0011),
-    ("cornering_stiffness_0", 0.095),
+    ("cornering_stiffness_0", 0.15),
     ("overturning_stiffness", 0.0123),
 ];
 

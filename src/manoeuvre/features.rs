@@ -140,7 +140,7 @@ impl Features {
             rolling.as_deref(),
             &|i| {
                 // the rear tyre's friction under drive, which nobody brakes against
-                let driven = (0.2..2.5).contains(&surplus[i]) && !(lean[i].abs() > 0.15);
+                let driven = (0.2..2.5).contains(&surplus[i]) && (lean[i].is_nan() || lean[i].abs() <= 0.15);
                 let rear = 1.0 - bike.cg_to_rear() / bike.wheelbase;
                 driven.then(|| surplus[i] / (GRAVITY * rear))
             },
@@ -241,7 +241,7 @@ fn driven_stiffness(
             slip[i] * rear / force
         })
         .collect();
-    let driven = |i: usize| (1.0..5.0).contains(&surplus[i]) && !(lean[i].abs() > 0.15);
+    let driven = |i: usize| (1.0..5.0).contains(&surplus[i]) && (lean[i].is_nan() || lean[i].abs() <= 0.15);
     if (0..surplus.len()).filter(|&i| driven(i)).count() < FEW {
         return SLIP_STIFFNESS;
     }

@@ -9,7 +9,7 @@ use super::plan::Phase;
 use super::programme::{Controls, Lean, Perceived, Programme};
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
-use crate::effects::ride::BrakeHistory;
+use crate::effects::ride::Brakes;
 use crate::manoeuvre::{Direction, ManoeuvreKind};
 use crate::model::kinematics::height_in_plane;
 use crate::statistics::random::{Coloured, Random};
@@ -56,7 +56,7 @@ pub struct Rider<'a> {
     disturbance: Disturbance,
     noise: [Coloured; 4],
     random: Random,
-    brakes: BrakeHistory,
+    brakes: Brakes,
     time: f64,
     dt: f64,
 }
@@ -87,7 +87,7 @@ impl<'a> Rider<'a> {
             disturbance,
             noise,
             random,
-            brakes: BrakeHistory::default(),
+            brakes: Brakes::default(),
             time: 0.0,
             dt,
         }
@@ -139,12 +139,12 @@ impl<'a> Rider<'a> {
                 self.pressure[i] = 0.0;
             }
         }
-        let braking = self.pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
-        self.brakes.update(state.vx, braking, self.dt);
+        self.brakes.update(state.vx, self.pressure, self.dt);
         let (mass, error) = (self.plant.mass, &self.plant.model_error);
-        let gain = error.brake_gain(1.0, mass, self.brakes);
+        let Brakes { whole, each } = self.brakes;
         for (i, axle) in Axle::BOTH.into_iter().enumerate() {
-            let drag = error.brake_drag(0.0, mass, self.brakes, axle);
+            let gain = error.brake_gain(1.0, mass, each[i]);
+            let drag = error.brake_drag(0.0, mass, whole, axle);
             action.brake[i] = self.gain[i] * gain * self.pressure[i] + drag;
         }
         self.time += self.dt;

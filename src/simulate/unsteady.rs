@@ -6,7 +6,7 @@ use super::rider::Disturbance;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::effects::ModelError;
-use crate::effects::ride::BrakeHistory;
+use crate::effects::ride::Brakes;
 use crate::motorcycle::{Action, Motorcycle};
 use crate::statistics::random::{Coloured, Random};
 
@@ -24,7 +24,7 @@ pub struct Unsteady {
     random: Random,
     pads: [f64; 2],
     slope: f64,
-    brakes: BrakeHistory,
+    brakes: Brakes,
     time: f64,
     period: f64,
 }
@@ -55,7 +55,7 @@ impl Unsteady {
             random,
             pads: [1.0; 2],
             slope: 0.0,
-            brakes: BrakeHistory::default(),
+            brakes: Brakes::default(),
             time: 0.0,
             period,
         };
@@ -76,11 +76,11 @@ impl Unsteady {
 
     /// What becomes of the rider's action at a speed (m/s).
     pub fn act(&mut self, action: &mut Action, controls: &Controls, speed: f64) {
-        let pressed = controls.pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
-        self.brakes.update(speed, pressed, self.period);
-        let gain = self.model_error.brake_gain(1.0, self.mass, self.brakes);
+        self.brakes.update(speed, controls.pressure, self.period);
+        let Brakes { whole, each } = self.brakes;
         for ((torque, pad), axle) in action.brake.iter_mut().zip(self.pads).zip(Axle::BOTH) {
-            let dragging = self.model_error.brake_drag(0.0, self.mass, self.brakes, axle);
+            let gain = self.model_error.brake_gain(1.0, self.mass, each[axle as usize]);
+            let dragging = self.model_error.brake_drag(0.0, self.mass, whole, axle);
             *torque = *torque * pad * gain + dragging;
         }
         action.wind = self.wind;

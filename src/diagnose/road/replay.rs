@@ -14,7 +14,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ModelError;
-use crate::effects::ride::{BrakeHistory, acting_pressure, along_strip};
+use crate::effects::ride::{BrakeHistory, Brakes, acting_pressure, along_strip};
 use crate::ingest::gaps::bridge;
 use crate::ingest::grid::Interpolation;
 use crate::model::dive::above_axles;
@@ -137,7 +137,7 @@ pub fn replay(session: &Session, segments: &[Segment], plant: &Plant, from: From
             ride.load = None;
         }
         if !parts.simulated[i] || down.contains(&i) {
-            ride.brakes.update(known(&measured.v, i), measured.brakes(i), dt);
+            ride.brakes.update(known(&measured.v, i), measured.pressure(i), dt);
             out.iter_mut().for_each(|column| column.push(f64::NAN));
             continue;
         }
@@ -244,9 +244,9 @@ impl Measured {
         error.roll(known(&self.roll, i))
     }
 
-    /// Whether a brake is on.
-    fn brakes(&self, i: usize) -> bool {
-        self.pressures.iter().any(|p| p[i] > BrakeHistory::PRESSED)
+    /// Pressures of the brakes, Pa.
+    fn pressure(&self, i: usize) -> [f64; 2] {
+        [0, 1].map(|k| known(&self.pressures[k], i).max(0.0))
     }
 
     /// The bend around a sample.
@@ -281,7 +281,7 @@ struct Ride<'a> {
     plant: &'a Plant,
     state: State,
     action: Action,
-    brakes: BrakeHistory,
+    brakes: Brakes,
     /// Loads of the step before, N: what they do to the tyres changes little within one.
     load: Option<[f64; 2]>,
 }
@@ -290,7 +290,7 @@ impl<'a> Ride<'a> {
     fn start(plant: &'a Plant, speed: f64) -> Self {
         let mut state = State { vx: speed, ..State::default() };
         state.omega = [0, 1].map(|k| speed / plant.tyres[k].rolling_radius);
-        let (action, brakes) = (Action::default(), BrakeHistory::default());
+        let (action, brakes) = (Action::default(), Brakes::default());
         Ride { plant, state, action, brakes, load: None }
     }
 
@@ -316,18 +316,19 @@ impl<'a> Ride<'a> {
     fn advance(&mut self, measured: &Measured, i: usize, dt: f64, felt: bool) -> [f64; 9] {
         let plant = self.plant;
         let response = plant.response_near(&self.state, &self.action, self.load);
-        let pressure = [0, 1].map(|k| known(&measured.pressures[k], i).max(0.0));
+        let pressure = measured.pressure(i);
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
-        self.brakes.update(self.state.vx, braking, dt);
-        let gain = plant.model_error.brake_gain(1.0, plant.mass, self.brakes);
-        let (error, brakes) = (&plant.model_error, self.brakes);
-        let drag = Axle::BOTH.map(|axle| error.brake_drag(0.0, plant.mass, brakes, axle));
+        self.brakes.update(self.state.vx, pressure, dt);
+        let (error, Brakes { whole, each }) = (&plant.model_error, self.brakes);
+        let gain = each.map(|brake| error.brake_gain(1.0, plant.mass, brake));
+        let drag = Axle::BOTH.map(|axle| error.brake_drag(0.0, plant.mass, whole, axle));
         let radius = plant.tyres.map(|tyre| tyre.rolling_radius);
         let above = above_axles(plant.cg_height, radius);
         // what was measured goes on evenly: held from the start of a step it would act half a step late
         let given = |action: Action, i: usize| Action {
-            brake: [0, 1]
-                .map(|k| drag[k] + plant.brake_gain[k] * gain * known(&measured.pressures[k], i)),
+            brake: [0, 1].map(|k| {
+                drag[k] + plant.brake_gain[k] * gain[k] * known(&measured.pressures[k], i)
+            }),
             ahead: above * measured.dive[i],
             dive_rate: measured.dive_rate[i],
             dive_acceleration: measured.dive_acceleration[i],

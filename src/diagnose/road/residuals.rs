@@ -270,11 +270,14 @@ impl Instant<'_> {
         let load_rear = (weight * (lf + lead) + transferred) * fixed.per_length;
         let lifted = error.lift(0.0, v);
         let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
-        let gain = error.brake_gain(1.0, m, s.brakes[i]);
-        let dragging = Axle::BOTH.map(|axle| error.brake_drag(0.0, m, s.brakes[i], axle));
+        let heat = &s.brakes[i];
+        let gain = heat.each.map(|brake| error.brake_gain(1.0, m, brake));
+        let dragging = Axle::BOTH.map(|axle| error.brake_drag(0.0, m, heat.whole, axle));
         let wheel_force = |k: usize| {
             let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
-            -(p.brake_gain[k] * gain * pressure + dragging[k] + fixed.inertia[k] * s.omegad[k][i])
+            -(p.brake_gain[k] * gain[k] * pressure
+                + dragging[k]
+                + fixed.inertia[k] * s.omegad[k][i])
                 / fixed.carcass[k].lever_arm(load[k], a.versine[k])
         };
         let front = wheel_force(0);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::dive::{NOISY, dive};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::ride::{BrakeHistory, acting_pressure, along_strip, brake_history};
+use crate::effects::ride::{Brakes, acting_pressure, along_strip, brake_history};
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
 use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
@@ -52,7 +52,7 @@ pub struct Samples {
     pub dived: Vec<f64>,
     pub divedd: Vec<f64>,
     /// Heat in the brakes.
-    pub brakes: Vec<BrakeHistory>,
+    pub brakes: Vec<Brakes>,
     /// One per manoeuvre: its kind and its samples, whole blocks.
     pub manoeuvres: Vec<(ManoeuvreKind, Range<usize>)>,
 }

@@ -103,7 +103,7 @@ impl Scatter {
         to: &mut Blocks,
     ) {
         for (k, (j, value)) in self.inconstant.iter().enumerate() {
-            let heat: Vec<f64> = samples.brakes.iter().map(|b| b.stop).collect();
+            let heat: Vec<f64> = samples.brakes.iter().map(|b| b.whole.stop).collect();
             for variable in [&samples.pressure[k], &samples.v, &heat] {
                 let by = INCONSTANT * value * random.normal();
                 let largest = variable.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

@@ -62,7 +62,7 @@ fn covariates(s: &Samples) -> Vec<Vec<f64>> {
         mean(&|i| s.pressure[1][i]),
         mean(&|i| s.vd[i]),
         mean(&|i| s.time[i]),
-        mean(&|i| s.brakes[i].stop),
+        mean(&|i| s.brakes[i].whole.stop),
         mean(&|i| s.along[i]),
     ]
 }
