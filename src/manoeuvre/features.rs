@@ -140,7 +140,7 @@ impl Features {
             rolling.as_deref(),
             &|i| {
                 // the rear tyre's friction under drive, which nobody brakes against
-                let driven = (0.2..2.5).contains(&surplus[i]) && (lean[i].is_nan() || lean[i].abs() <= 0.15);
+                let driven = (0.2..2.5).contains(&surplus[i]) && upright(lean[i]);
                 let rear = 1.0 - bike.cg_to_rear() / bike.wheelbase;
                 driven.then(|| surplus[i] / (GRAVITY * rear))
             },
@@ -226,6 +226,11 @@ impl Features {
     }
 }
 
+/// Whether a lean is so small that the tyres roll on the middle of their treads; one that is not known may be.
+fn upright(lean: f64) -> bool {
+    lean.is_nan() || lean.abs() <= 0.15
+}
+
 /// Rear slip stiffness per load from driving, where only the rear tyre slips; the usual one where there is little of it.
 fn driven_stiffness(
     surplus: &[f64],
@@ -241,7 +246,7 @@ fn driven_stiffness(
             slip[i] * rear / force
         })
         .collect();
-    let driven = |i: usize| (1.0..5.0).contains(&surplus[i]) && (lean[i].is_nan() || lean[i].abs() <= 0.15);
+    let driven = |i: usize| (1.0..5.0).contains(&surplus[i]) && upright(lean[i]);
     if (0..surplus.len()).filter(|&i| driven(i)).count() < FEW {
         return SLIP_STIFFNESS;
     }

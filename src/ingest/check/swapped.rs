@@ -41,6 +41,8 @@ const DECIDED: (f64, f64) = (6.0, 5.0);
 const LEAST_BRAKING: f64 = 1.0;
 /// Standard deviation of `D`: wheel speeds and radii; and of a predicted slip, relative.
 const SLIP_ERROR: (f64, f64) = (0.004, 0.25);
+/// Speeds this near to each other have the same engine braking, relative.
+const NEAR: f64 = 0.3;
 /// Standard deviation of the engine's deceleration, relative and in m/s².
 const ENGINE_ERROR: (f64, f64) = (0.3, 0.3);
 
@@ -163,9 +165,13 @@ fn likelihood(view: &View, motion: &Motion<'_>, free: Free, usual: f64) -> Evide
         let (mut llr, mut n) = (0.0, 0);
         while i < view.len() && motion.alone(i) == Some(brake) {
             let (d, slip) = (-motion.force[i], motion.slip[i]);
-            if d > LEAST_BRAKING && slip.is_finite() && slip.abs() < 0.2 {
+            // where it is not known what the engine does, the rear wheel's slip tells nothing
+            if d > LEAST_BRAKING
+                && slip.abs() < 0.2
+                && let Some(engine) = engine(i)
+            {
                 let zero = free.zero + free.by_speed * motion.v[i].powi(2);
-                llr += ratio(motion, slip - zero, d, engine(i).min(d), by_force / usual) / 6.0;
+                llr += ratio(motion, slip - zero, d, engine.min(d), by_force / usual) / 6.0;
                 n += 1;
             }
             i += 1;
@@ -193,8 +199,8 @@ fn ratio(motion: &Motion<'_>, slip: f64, d: f64, engine: f64, softness: f64) -> 
 }
 
 /// Deceleration by the engine at a mean, m/s²: what the unbraked ride with a closed throttle does at speeds near
-/// that; the throttle counts as closed where there is none and it does not drive.
-fn engine<'a>(view: &View, motion: &'a Motion<'a>) -> impl Fn(usize) -> f64 + 'a {
+/// that, `None` where there is none; the throttle counts as closed where there is none and it does not drive.
+fn engine<'a>(view: &View, motion: &'a Motion<'a>) -> impl Fn(usize) -> Option<f64> + 'a {
     let closed = |i: usize| match &motion.closed {
         Some(closed) => closed[i.saturating_sub(2)..(i + 3).min(closed.len())].iter().all(|c| *c),
         None => motion.force[i] < -0.1,
@@ -205,15 +211,16 @@ fn engine<'a>(view: &View, motion: &'a Motion<'a>) -> impl Fn(usize) -> f64 + 'a
         at.into_iter().map(|i| (motion.v[i as usize], -motion.force[i as usize])).collect();
     samples.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     move |i| {
-        if samples.len() < FEWEST / 2 {
-            return 0.0;
-        }
         // the twenty at speeds nearest to this one
-        let k = samples.partition_point(|s| s.0 < motion.v[i]);
-        let half = FEWEST / 2;
-        let start = k.saturating_sub(half).min(samples.len().saturating_sub(FEWEST));
-        let end = (start + FEWEST).min(samples.len());
-        let mut near: Vec<f64> = samples[start..end].iter().map(|s| s.1).collect();
-        quantile(&mut near, 0.5).max(0.0)
+        let (v, half) = (motion.v[i], FEWEST / 2);
+        let last = samples.len().checked_sub(FEWEST)?;
+        let start = samples.partition_point(|s| s.0 < v).saturating_sub(half).min(last);
+        let near = &samples[start..start + FEWEST];
+        let middle = near[half].0;
+        if (middle / v - 1.0).abs() > NEAR {
+            return None;
+        }
+        let mut taken: Vec<f64> = near.iter().map(|s| s.1).collect();
+        Some(quantile(&mut taken, 0.5).max(0.0))
     }
 }
