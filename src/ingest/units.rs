@@ -23,17 +23,21 @@ const FAHRENHEIT: f64 = 5.0 / 9.0;
 const UNITS: &[(&str, &str, f64, f64)] = &[
     ("1", "ratio", 1.0, 0.0), ("", "ratio", 1.0, 0.0), ("-", "ratio", 1.0, 0.0),
     ("%", "ratio", 0.01, 0.0), ("percent", "ratio", 0.01, 0.0),
-    ("s", "time", 1.0, 0.0), ("ms", "time", 1e-3, 0.0), ("us", "time", 1e-6, 0.0),
+    ("s", "time", 1.0, 0.0), ("sec", "time", 1.0, 0.0), ("second", "time", 1.0, 0.0),
+    ("seconds", "time", 1.0, 0.0), ("ms", "time", 1e-3, 0.0), ("msec", "time", 1e-3, 0.0), ("us", "time", 1e-6, 0.0),
     ("ns", "time", 1e-9, 0.0), ("min", "time", 60.0, 0.0), ("h", "time", 3600.0, 0.0),
     ("m/s", "speed", 1.0, 0.0), ("km/h", "speed", 1.0 / 3.6, 0.0), ("kmh", "speed", 1.0 / 3.6, 0.0),
     ("kph", "speed", 1.0 / 3.6, 0.0), ("kmph", "speed", 1.0 / 3.6, 0.0), ("mph", "speed", MPH, 0.0),
     ("kn", "speed", KNOT, 0.0), ("knot", "speed", KNOT, 0.0), ("knots", "speed", KNOT, 0.0),
     ("mm/s", "speed", 1e-3, 0.0), ("cm/s", "speed", 1e-2, 0.0),
-    ("m/s2", "acceleration", 1.0, 0.0), ("m/s^2", "acceleration", 1.0, 0.0),
+    ("m/s2", "acceleration", 1.0, 0.0), ("m/s/s", "acceleration", 1.0, 0.0),
+    ("m/sec2", "acceleration", 1.0, 0.0), ("m/sec", "speed", 1.0, 0.0), ("m/s^2", "acceleration", 1.0, 0.0),
     ("g", "acceleration", G, 0.0), ("mg", "acceleration", 1e-3 * G, 0.0),
     ("rad", "angle", 1.0, 0.0), ("mrad", "angle", 1e-3, 0.0), ("deg", "angle", DEG, 0.0),
     ("rad/s", "angular rate", 1.0, 0.0), ("mrad/s", "angular rate", 1e-3, 0.0),
-    ("deg/s", "angular rate", DEG, 0.0), ("rpm", "angular rate", RPM, 0.0),
+    ("deg/s", "angular rate", DEG, 0.0), ("deg/sec", "angular rate", DEG, 0.0),
+    ("dps", "angular rate", DEG, 0.0), ("rad/sec", "angular rate", 1.0, 0.0), ("degree", "angle", DEG, 0.0),
+    ("degrees", "angle", DEG, 0.0), ("rpm", "angular rate", RPM, 0.0),
     ("1/min", "angular rate", RPM, 0.0), ("rev/s", "angular rate", 60.0 * RPM, 0.0),
     ("hz", "angular rate", 60.0 * RPM, 0.0),
     ("pa", "pressure", 1.0, 0.0), ("hpa", "pressure", 1e2, 0.0), ("kpa", "pressure", 1e3, 0.0),
@@ -103,6 +107,22 @@ pub fn dimension(unit: &str) -> Option<&'static str> {
     lookup(unit).map(|u| u.dimension)
 }
 
+/// A column's name without the unit that ends it in brackets, and that unit: `Speed (km/h)` is `Speed` in `km/h`.
+/// What stands in the brackets and is no unit belongs to the name.
+pub fn of_name(name: &str) -> (&str, Option<&str>) {
+    let name = name.trim();
+    let within = |open: char, close: char| {
+        let (before, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
+        let unit = unit.trim();
+        (!unit.is_empty() && !before.trim().is_empty() && lookup(unit).is_some())
+            .then(|| (before.trim_end_matches([' ', '_']), Some(unit)))
+    };
+    [('(', ')'), ('[', ']'), ('{', '}'), ('<', '>')]
+        .into_iter()
+        .find_map(|(open, close)| within(open, close))
+        .unwrap_or((name, None))
+}
+
 /// The known spellings of a dimension, for messages.
 fn known(dimension: &str) -> String {
     let names: Vec<&str> =
@@ -169,5 +189,24 @@ mod tests {
         assert!(message.contains("`furlong`") && message.contains("km/h"), "{message}");
         let message = conversion("deg", "m/s").expect_err("mixed");
         assert!(message.contains("angle"), "{message}");
+    }
+
+    #[test]
+    fn a_unit_in_brackets_ends_a_name() {
+        for (name, base, unit) in [
+            ("Speed (km/h)", "Speed", Some("km/h")),
+            ("Time (ms)", "Time", Some("ms")),
+            ("TPS (%)", "TPS", Some("%")),
+            ("Brake F [bar]", "Brake F", Some("bar")),
+            ("Lean(deg)", "Lean", Some("deg")),
+            ("Accel X (m/s/s)", "Accel X", Some("m/s/s")),
+            ("yaw_rate_[deg/s]", "yaw_rate", Some("deg/s")),
+            ("Wheel (front)", "Wheel (front)", None),
+            ("Speed (GPS)", "Speed (GPS)", None),
+            ("(km/h)", "(km/h)", None),
+            ("km/h", "km/h", None),
+        ] {
+            assert_eq!(of_name(name), (base, unit), "{name}");
+        }
     }
 }

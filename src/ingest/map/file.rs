@@ -187,7 +187,9 @@ fn time_source(time: Option<FileTime>, log_format: &LogFormat) -> Result<TimeSou
     };
     match (time.column, time.rate) {
         (Some(name), None) => {
-            let unit = time.unit.as_deref().unwrap_or("s");
+            let (_, own) = units::of_name(&name);
+            let own = own.filter(|unit| units::dimension(unit) == Some("time"));
+            let unit = time.unit.as_deref().or(own).unwrap_or("s");
             let c = units::conversion(unit, "s").map_err(|e| format!("[time]: {e}"))?;
             Ok(TimeSource::Column { name, factor: c.factor, epoch: time.epoch })
         }

@@ -154,7 +154,7 @@ fn candidates<'a>(rule: &Rule, listing: &'a Listing) -> Vec<Candidate<'a>> {
 
 fn candidate<'a>(rule: &Rule, channel: &'a SourceChannel) -> Option<Candidate<'a>> {
     let exact = channel.name == rule.channel.name();
-    let score = if exact { 100 } else { rule.score(&words(&channel.name))? };
+    let score = if exact { 100 } else { rule.score(&words(units::of_name(&channel.name).0))? };
     let dimension = channel.unit.as_deref().map(units::dimension);
     let doubt = match dimension {
         Some(Some(d)) if d == rule.dimension => None,

@@ -34,7 +34,9 @@ impl Rule {
 
     /// How many words of the name are its own; `None` if it is not meant.
     pub fn score(&self, words: &[String]) -> Option<usize> {
-        if self.not.split(' ').any(|n| has(words, n)) {
+        if self.not.split(' ').any(|n| has(words, n))
+            || TRAPS.iter().any(|n| words.iter().any(|w| w == n))
+        {
             return None;
         }
         let fits = |set: &&&str| set.split(' ').all(|word| has(words, word));
@@ -47,6 +49,13 @@ impl Rule {
     }
 }
 
+/// Words of what is no measurement of a column's quantity: flags, wishes, raw voltages, corrections.
+const TRAPS: [&str; 26] = [
+    "error", "err", "fault", "flag", "flags", "status", "state", "valid", "target", "tgt",
+    "setpoint", "desired", "demand", "request", "req", "raw", "volt", "volts", "voltage", "adc",
+    "counts", "offset", "limit", "enable", "warning", "mode",
+];
+
 const LEVEL: &str = "in the level frame, without gravity; a sensor that leans measures another";
 const EULER: &str = "the Euler angle's rate; a gyroscope on a leaning bike measures another";
 
@@ -55,36 +64,36 @@ const EULER: &str = "the Euler angle's rate; a gyroscope on a leaning bike measu
 pub const RULES: &[Rule] = &[
     rule(VelocityX, "speed", &["velocity x", "vel x", "vx", "v x", "gps speed", "gps velocity",
         "ground speed", "vehicle speed", "speed", "velocity"],
-        "wheel whl front rear fl fr rl rr engine motor wind lateral vertical y z vy vz north east \
+        "calc wheel whl front rear fl fr rl rr engine motor wind lateral vertical y z vy vz north east \
          down accuracy error max min angular limit drive"),
     rule(VelocityY, "speed", &["velocity y", "vel y", "vy", "v y", "lateral velocity", "lateral speed"],
         "angular wind accuracy"),
     rule(AccelerationX, "acceleration", &["acceleration x", "accel x", "acc x", "ax", "longitudinal acceleration",
-        "long acc", "long accel", "inline acc", "g long", "g force long", "acc long"],
+        "long acc", "long accel", "lon acc", "lonacc", "inline acc", "g long", "g force long", "acc long"],
         "angular fork shock chassis head tail front rear").hint(LEVEL),
     rule(AccelerationY, "acceleration", &["acceleration y", "accel y", "acc y", "ay", "lateral acceleration",
-        "lat acc", "lat accel", "g lat", "g force lat", "acc lat"],
+        "lat acc", "lat accel", "latacc", "g lat", "g force lat", "acc lat"],
         "angular fork shock chassis head tail front rear").hint(LEVEL),
-    rule(Roll, "angle", &["roll", "roll angle", "lean", "lean angle", "bank angle"], "rate gyro acc velocity vel"),
+    rule(Roll, "angle", &["roll", "roll angle", "lean", "lean angle", "bank angle"], "rate rollrate gyro acc velocity vel"),
     rule(Pitch, "angle", &["pitch", "pitch angle"], "rate gyro acc velocity vel"),
-    rule(Yaw, "angle", &["yaw", "yaw angle", "heading", "course"], "rate gyro acc velocity vel accuracy")
+    rule(Yaw, "angle", &["yaw", "yaw angle", "heading", "course"], "rate yawrate gyro acc velocity vel accuracy")
         .hint("positive to the left: a compass course needs `sign = -1`"),
     rule(RollRate, "angular rate", &["roll rate", "roll velocity", "gyro x", "gyr x", "angular velocity x",
-        "rate x", "lean rate"], "acc").hint(EULER),
+        "rate x", "lean rate", "rollrate"], "acc").hint(EULER),
     rule(PitchRate, "angular rate", &["pitch rate", "pitch velocity", "gyro y", "gyr y", "angular velocity y",
         "rate y"], "acc").hint(EULER),
-    rule(YawRate, "angular rate", &["yaw rate", "yaw velocity", "gyro z", "gyr z", "angular velocity z", "rate z"],
+    rule(YawRate, "angular rate", &["yaw rate", "yaw velocity", "gyro z", "gyr z", "angular velocity z", "rate z", "yawrate", "gps gyro"],
         "acc").hint(EULER),
     rule(SteerAngle, "angle", &["steer", "steering", "steer angle", "steering angle", "handlebar"], "rate torque velocity"),
     rule(WheelSpeedFront, "angular rate", &["wheel speed front", "wheel front", "wheel speed f", "speed front",
-        "whl f", "speed f", "wheel f"], "pressure temp brake susp fl fr torque acc"),
+        "whl f", "speed f", "wheel f", "v front", "vfront", "wheel fr", "speed fr"], "pressure temp brake susp fl fr torque acc"),
     rule(WheelSpeedRear, "angular rate", &["wheel speed rear", "wheel rear", "wheel speed r", "speed rear",
-        "whl r", "speed r", "wheel r"], "pressure temp brake susp rl rr torque acc"),
+        "whl r", "speed r", "wheel r", "v rear", "vrear"], "pressure temp brake susp rl rr torque acc front fr"),
     rule(BrakePressureFront, "pressure", &["brake pressure front", "brake pressure f", "brake press front",
-        "brake press f", "brake front", "brake f"], "temp rear tyre tire"),
+        "brake press f", "brake front", "brake f", "brake fr", "p brake front"], "temp rear tyre tire"),
     rule(BrakePressureRear, "pressure", &["brake pressure rear", "brake pressure r", "brake press rear",
-        "brake press r", "brake rear", "brake r"], "temp front tyre tire"),
-    rule(Throttle, "ratio", &["throttle", "throttle position", "tps", "aps", "grip", "accelerator"], "rate target desired"),
+        "brake press r", "brake rear", "brake r", "brake rr", "p brake rear"], "temp front tyre tire"),
+    rule(Throttle, "ratio", &["throttle", "throttle position", "tps", "aps", "grip", "accelerator"], "rate target desired e rear front"),
     rule(Gear, "ratio", &["gear", "gear position"], "ratio shift"),
     rule(Latitude, "angle", &["latitude", "lat", "gps lat", "gps latitude"], "acc accel g accuracy std covariance"),
     rule(Longitude, "angle", &["longitude", "lon", "lng", "long", "gps lon", "gps long", "gps longitude"],
@@ -96,9 +105,9 @@ pub const RULES: &[Rule] = &[
         "tyre temperature front", "tire temperature front"], "rear"),
     rule(TyreTemperatureRear, "temperature", &["tyre temp rear", "tire temp rear", "tyre temp r", "tire temp r",
         "tyre temperature rear", "tire temperature rear"], "front"),
-    rule(ForkTravel, "length", &["fork", "fork travel", "fork position", "suspension front", "susp front", "susp f",
+    rule(ForkTravel, "length", &["fork", "fork travel", "fork position", "suspension front", "susp front", "susp f", "susp fr",
         "damper front", "front travel"], "acc accel velocity rear"),
-    rule(ShockTravel, "length", &["shock", "shock travel", "shock position", "suspension rear", "susp rear", "susp r",
+    rule(ShockTravel, "length", &["shock", "shock travel", "shock position", "suspension rear", "susp rear", "susp r", "susp rr",
         "damper rear", "rear travel"], "acc accel velocity front"),
 ];
 
@@ -167,10 +176,44 @@ mod tests {
             ("Throttle Pos", Throttle),
             ("latitude", Latitude),
             ("Lean", Roll),
+            ("v_front", WheelSpeedFront),
+            ("v_rear", WheelSpeedRear),
+            ("p_brake_fr", BrakePressureFront),
+            ("p_brake_rr", BrakePressureRear),
+            ("s_susp_fr", ForkTravel),
+            ("s_susp_rr", ShockTravel),
+            ("yawrate_imu", YawRate),
+            ("rollrate_imu", RollRate),
+            ("GPS LonAcc", AccelerationX),
+            ("GPS LatAcc", AccelerationY),
+            ("GPS Gyro", YawRate),
+            ("TPS", Throttle),
+            ("Brake F", BrakePressureFront),
+            ("Brake R", BrakePressureRear),
+            ("Wheel Speed F", WheelSpeedFront),
+            ("Wheel Speed R", WheelSpeedRear),
+            ("Wheel_Speed_Rear", WheelSpeedRear),
+            ("Course", Yaw),
+            ("Gear", Gear),
         ] {
             assert_eq!(of(name), Some(channel), "{name}");
         }
-        for name in ["Engine RPM", "Coolant Temp", "Battery", "wind speed"] {
+        for name in [
+            "Engine RPM",
+            "Coolant Temp",
+            "Battery",
+            "wind speed",
+            "E_grip",
+            "Throttle Target",
+            "TPS raw",
+            "TPS volt",
+            "Lean Angle Offset",
+            "Gear Error",
+            "Brake Pressure F Status",
+            "Speed Limit",
+            "Pit Speed Mode",
+            "Wheel Speed Front Valid",
+        ] {
             assert_eq!(of(name), None, "{name}");
         }
     }

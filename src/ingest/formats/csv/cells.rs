@@ -163,11 +163,25 @@ fn cell(bytes: &[u8], writing: Writing<'_>) -> Cell {
     }
 }
 
-/// The number that a text is, if it is one.
+/// The number that a text is, if it is one; a date with a time of day is its Unix time, s.
 pub fn number(text: &str, decimal: char) -> Option<f64> {
-    if decimal == ',' && text.contains(',') {
+    let number = if decimal == ',' && text.contains(',') {
         text.replace(',', ".").parse().ok()
     } else {
         text.parse().ok()
+    };
+    number.or_else(|| unix_time(text))
+}
+
+/// Unix seconds of an ISO 8601 date with a time of day; without an offset it is taken for that of UTC.
+fn unix_time(text: &str) -> Option<f64> {
+    let bytes = text.as_bytes();
+    if bytes.len() < 16 || bytes[4] != b'-' || bytes[13] != b':' {
+        return None; // most cells are none: parsing costs
     }
+    let stamp = text.parse::<jiff::Timestamp>().ok().or_else(|| {
+        let civil: jiff::civil::DateTime = text.parse().ok()?;
+        Some(civil.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp())
+    })?;
+    Some(stamp.as_nanosecond() as f64 * 1e-9)
 }

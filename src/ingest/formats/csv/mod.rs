@@ -12,6 +12,7 @@ use crate::ingest::ident;
 use crate::ingest::listing::{Listing, SourceChannel};
 use crate::ingest::map::{ChannelMap, CsvLayout, Maps, TimeSource, shipped_map};
 use crate::ingest::raw::Raw;
+use crate::ingest::units;
 use crate::ingest::warning::warning;
 use crate::objects::Location;
 use crate::objects::source::{self, Source};
@@ -79,9 +80,10 @@ fn map(log: &Location, maps: Maps<'_>) -> Result<Option<ChannelMap>, Error> {
     fitted(map, &header).map(Some)
 }
 
-/// The map as it is for this log; where the log has a row of units, they are checked.
+/// The map as it is for this log; where the log gives units, in a row or in brackets behind the names, they are
+/// checked.
 fn fitted(map: &ChannelMap, header: &Header) -> Result<ChannelMap, Error> {
-    if header.units.is_empty() {
+    if header.units.iter().all(String::is_empty) {
         return Ok(map.fitted(&header.names));
     }
     let channel = |(place, name): (usize, &String)| SourceChannel {
@@ -90,8 +92,16 @@ fn fitted(map: &ChannelMap, header: &Header) -> Result<ChannelMap, Error> {
         place: [place, 0, 0],
         ..SourceChannel::default()
     };
-    let channels = header.names.iter().enumerate().map(channel).collect();
-    fit(map, &Listing { channels, ..Listing::default() })
+    let channels: Vec<SourceChannel> = header.names.iter().enumerate().map(channel).collect();
+    let mut map = map.clone();
+    if map.csv.units_row == 0 {
+        // units behind some names say nothing of the others: those are the contract's, as without any
+        let bare = |name: &String| channels.iter().any(|c| c.name == *name && c.unit.is_none());
+        for entry in &mut map.entries {
+            entry.unit_given |= entry.from.iter().any(bare);
+        }
+    }
+    fit(&map, &Listing { channels, ..Listing::default() })
 }
 
 fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
@@ -178,7 +188,7 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<(&'a ChannelMap, Header)
 #[derive(Debug, Default)]
 struct Header {
     names: Vec<String>,
-    /// Empty if the layout has no row of units.
+    /// Of the layout's row of units or in brackets behind the names; empty where there is none.
     units: Vec<String>,
 }
 
@@ -220,6 +230,14 @@ fn open(log: &Location, layout: &CsvLayout) -> Result<Rows, Error> {
         next(&mut line)?;
         if row == layout.units_row {
             units = cells_of(decoded(&line).trim_end_matches(['\r', '\n']), layout);
+        }
+    }
+    for (place, name) in names.iter().enumerate() {
+        if let (_, Some(unit)) = units::of_name(name) {
+            units.resize(units.len().max(place + 1), String::new());
+            if units[place].is_empty() {
+                unit.clone_into(&mut units[place]);
+            }
         }
     }
     Ok(Rows { header: Header { names, units }, reader: builder(layout).from_reader(file) })

@@ -96,7 +96,8 @@ fn open(log: &Location) -> Result<(Table, Guess), Error> {
     }
     let unit = |place: usize| {
         let note = table.notes.first().and_then(|r| r.get(place)).filter(|u| !u.is_empty());
-        note.filter(|_| units).cloned()
+        let behind = || units::of_name(table.names.get(place)?).1.map(str::to_owned);
+        note.filter(|_| units).cloned().or_else(behind)
     };
     let channel = |(place, name): (usize, &String)| SourceChannel {
         name: name.clone(),
