@@ -7,6 +7,9 @@
 //! Adding a logger is one file that lists its columns, and one line in [`Profile::write`]. Names and units follow
 //! exports of such loggers as their owners publish them; none is a copy of one.
 
+mod factory;
+mod phone;
+mod satellite;
 mod superbike;
 
 use nalgebra::Vector3;
@@ -22,6 +25,12 @@ use crate::statistics::random::{Coloured, Random};
 pub enum Profile {
     /// A production superbike's bus log at 10 Hz: CSV with units in brackets, no yaw rate.
     Superbike,
+    /// A factory machine's log at 100 Hz: short names, raw voltages, targets and error flags among them.
+    Factory,
+    /// An inertial unit mounted any way round and a satellite receiver, nothing else, at 25 Hz.
+    Phone,
+    /// A satellite logger with engine speed and throttle and a calculated lean, at 10 Hz.
+    Satellite,
 }
 
 /// A foreign log and what is true of it.
@@ -40,6 +49,9 @@ impl Profile {
     pub fn name(self) -> &'static str {
         match self {
             Profile::Superbike => "superbike",
+            Profile::Factory => "factory",
+            Profile::Phone => "phone",
+            Profile::Satellite => "satellite",
         }
     }
 
@@ -50,6 +62,9 @@ impl Profile {
         let board = Board::new(ridden, random);
         match self {
             Profile::Superbike => superbike::write(board),
+            Profile::Factory => factory::write(board),
+            Profile::Phone => phone::write(board),
+            Profile::Satellite => satellite::write(board),
         }
     }
 }

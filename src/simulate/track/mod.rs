@@ -251,3 +251,6 @@ fn record(
     session.set(C::Altitude, hands.iter().map(height).collect());
     session
 }
+
+#[cfg(test)]
+mod tests;

@@ -117,7 +117,8 @@ pub struct Track {
     pub imu: Option<Imu>,
     /// Which foreign loggers are on board.
     pub loggers: Vec<Profile>,
-    own: Motorcycle,
+    /// The motorcycle of the first session, and of all where they do not vary.
+    pub own: Motorcycle,
 }
 
 /// A machine on the track: everything that one session is ridden with.
