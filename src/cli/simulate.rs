@@ -18,6 +18,7 @@ use crate::simulate::ride::{MultibodyRide, Sample};
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tables::{self, Known, folder_of};
 use crate::simulate::tour::Tour;
+use crate::simulate::track::{self, Track, TrackRide};
 use crate::simulate::{compare, ride, session, tyre_truth};
 use crate::tables::file;
 
@@ -25,7 +26,8 @@ use crate::tables::file;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// A built-in scenario (archive, perfect, paper, naturalistic, demo; characterise, lane_change,
-    /// grip_limit with the nonlinear motorcycle; motocross off-road) or a scenario file.
+    /// grip_limit with the nonlinear motorcycle; track on a closed track, with foreign logs; motocross
+    /// off-road) or a scenario file.
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
     #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
@@ -56,6 +58,10 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if let Some(motocross) = Motocross::load(&arguments.scenario).map_err(Failure::Usage)? {
         refuse_tyres(&arguments)?;
         return run_motocross(&motocross, &arguments);
+    }
+    if let Some(track) = Track::load(&arguments.scenario).map_err(Failure::Usage)? {
+        refuse_tyres(&arguments)?;
+        return run_track(track, &arguments);
     }
     if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::Usage)? {
         return run_tour(tour, &arguments);
@@ -136,6 +142,65 @@ fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Fail
     );
     let falls: Vec<String> = ridden.into_iter().filter_map(|r| r.2).collect();
     if falls.is_empty() { Ok(()) } else { Err(Failure::Rejected(falls.join("\n"))) }
+}
+
+/// Rides on the track: sessions, bike files, truth, foreign logs.
+fn run_track(mut track: Track, arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(bikes) = arguments.bikes {
+        track.sessions = bikes;
+    }
+    let (track, out) = (&track, &arguments.out);
+    let ridden = pool(arguments.jobs)?.install(|| {
+        (0..track.sessions)
+            .into_par_iter()
+            .map(|number| {
+                let begin = std::time::Instant::now();
+                // a machine that cannot be ridden round does not stop the others
+                let ridden = match track::ride(track, number) {
+                    Ok(ridden) => ridden,
+                    Err(why) => return Ok((0.0, 0.0, Some(why))),
+                };
+                let spent = begin.elapsed().as_secs_f64();
+                write_track(track, &ridden, out)?;
+                Ok((ridden.ride.session.duration(), spent, None))
+            })
+            .collect::<Result<Vec<_>, file::Error>>()
+    });
+    let ridden = ridden.map_err(|e| Failure::Output(e.to_string()))?;
+    let simulated: f64 = ridden.iter().map(|r| r.0).sum();
+    let spent: f64 = ridden.iter().map(|r| r.1).sum();
+    let failed: Vec<String> = ridden.into_iter().filter_map(|r| r.2).collect();
+    say!(
+        "{}: {} sessions of {} laps, {simulated:.0} s simulated, {:.0} x real time per core, with their \
+         truth, in {}",
+        track.name,
+        track.sessions - failed.len(),
+        track.laps,
+        simulated / spent,
+        out
+    );
+    if failed.is_empty() { Ok(()) } else { Err(Failure::Rejected(failed.join("\n"))) }
+}
+
+/// A session on the track: log, bike file, truth, and what the foreign loggers on board wrote.
+fn write_track(track: &Track, ridden: &TrackRide, out: &Location) -> Result<(), file::Error> {
+    let (id, bike) = (&ridden.ride.session.meta.session_id, &ridden.entry.bike);
+    let coefficients = tyre_truth::coefficients(&ridden.entry.model);
+    let bikes = out.join("bikes").join(format!("{}.toml", bike.bike_id));
+    file::write_bytes(&bikes, bike.to_toml().as_bytes())?;
+    write(&tables::of_tour(&coefficients, ridden.ride.clone())?, track.float32, out)?;
+    let notes = out.join("truth/track").join(format!("{id}.toml"));
+    file::write_bytes(&notes, track::notes(ridden).as_bytes())?;
+    for profile in &track.loggers {
+        let foreign = profile.write(ridden, track.seed);
+        let folder =
+            out.join("loggers").join(profile.name()).join(format!("bike={}", bike.bike_id));
+        let name = format!("{id}_{}", foreign.file);
+        file::write_bytes(folder.join(&name), foreign.text.as_bytes())?;
+        let truth = out.join("truth/loggers").join(format!("{name}.toml"));
+        file::write_bytes(&truth, foreign.truth.as_bytes())?;
+    }
+    Ok(())
 }
 
 /// Where a session's files go.

@@ -146,7 +146,12 @@ fn meta(tour: &Tour, id: String, number: usize, fell: bool) -> Meta {
     }
 }
 
-fn sample(run: &Run<'_>, action: &Action, controls: Controls, centre: &Vector3<f64>) -> Sample {
+pub(super) fn sample(
+    run: &Run<'_>,
+    action: &Action,
+    controls: Controls,
+    centre: &Vector3<f64>,
+) -> Sample {
     let frame = &run.scratch.work.links[0];
     let at = frame.position + frame.rotation * centre;
     let gravity = run.scratch.gravity;

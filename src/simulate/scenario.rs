@@ -144,7 +144,7 @@ impl Scenario {
     pub fn builtin(name: &str) -> Result<Self, String> {
         let (_, text) = BUILTIN.iter().find(|(n, _)| *n == name).ok_or_else(|| {
             let names: Vec<&str> = BUILTIN.iter().map(|(n, _)| *n).collect();
-            let others = ["characterise", "lane_change", "grip_limit", "motocross"];
+            let others = ["characterise", "lane_change", "grip_limit", "track", "motocross"];
             let meant = meant(name, names.iter().copied().chain(others));
             format!("no scenario `{name}`{meant}; give a file, or one of {}", names.join(", "))
         })?;

@@ -181,7 +181,7 @@ impl Tour {
 }
 
 /// The bike file of a motorcycle: what can be weighed and measured of it, and `[belief]`.
-fn believed(motorcycle: &Motorcycle, belief: &toml::Table) -> Result<Bike, String> {
+pub(super) fn believed(motorcycle: &Motorcycle, belief: &toml::Table) -> Result<Bike, String> {
     let m = motorcycle;
     let centre = m.centre();
     let mut table = toml::Table::new();

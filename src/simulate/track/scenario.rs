@@ -1,0 +1,278 @@
+//! A scenario of the track: how many sessions, on which machines, seen by which sensors and loggers.
+//!
+//! ```toml
+//! name = "track"
+//! description = "..."
+//! laps = 4                    # the key by which this kind of scenario is known
+//! loggers = ["superbike"]
+//! ```
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::circuit::Circuit;
+use super::drivetrain::Drivetrain;
+use super::rider::Pace;
+use crate::GRAVITY;
+use crate::contract::bike::Bike;
+use crate::contract::channel::Channel;
+use crate::effects::ModelError;
+use crate::motorcycle::{Model, Motorcycle, Road};
+use crate::simulate::builtin::text_with_key;
+use crate::simulate::imu::Imu;
+use crate::simulate::loggers::Profile;
+use crate::simulate::population::Machine;
+use crate::simulate::population::bike::{BikeFile, bike};
+use crate::simulate::rider::Disturbance;
+use crate::simulate::sensors::Sensors;
+use crate::simulate::tour;
+use crate::simulate::tyre_truth::bench;
+use crate::statistics::random::Random;
+
+/// Built-in tracks by name.
+pub const BUILTIN: &[(&str, &str)] =
+    &[("track", include_str!("../../../pipelines/scenarios/track.toml"))];
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    description: String,
+    laps: usize,
+    #[serde(default = "one")]
+    sessions: usize,
+    #[serde(default)]
+    seed: u64,
+    #[serde(default = "hundred")]
+    rate: f64,
+    #[serde(default)]
+    float32: bool,
+    #[serde(default)]
+    drop: Vec<String>,
+    #[serde(default = "sports")]
+    motorcycle: String,
+    #[serde(default)]
+    varied: bool,
+    #[serde(default = "usual_friction")]
+    friction: [f64; 2],
+    #[serde(default)]
+    grade: [f64; 2],
+    #[serde(default)]
+    wind: [f64; 2],
+    #[serde(default)]
+    disturbance: Disturbance,
+    #[serde(default)]
+    sensors: Sensors,
+    imu: Option<Imu>,
+    #[serde(default)]
+    loggers: Vec<Profile>,
+}
+
+fn one() -> usize {
+    1
+}
+fn hundred() -> f64 {
+    100.0
+}
+fn sports() -> String {
+    "sports_small".to_owned()
+}
+fn usual_friction() -> [f64; 2] {
+    [1.3, 1.45]
+}
+
+/// A checked scenario.
+#[derive(Debug, Clone)]
+pub struct Track {
+    /// Name: the start of the session ids.
+    pub name: String,
+    /// What it is for.
+    pub description: String,
+    /// Sessions; each has a machine of its own where they are varied.
+    pub sessions: usize,
+    /// Laps of each.
+    pub laps: usize,
+    /// Of all randomness.
+    pub seed: u64,
+    /// Of the contract's log, Hz.
+    pub rate: f64,
+    /// Whether that is written in single precision.
+    pub float32: bool,
+    /// Channels that it leaves out.
+    pub drop: Vec<Channel>,
+    /// Whether machines after the first session's are drawn.
+    pub varied: bool,
+    /// Peak friction of the weaker tyre on this road, drawn between.
+    pub friction: [f64; 2],
+    /// Steepest slope, drawn between, rise over run.
+    pub grade: [f64; 2],
+    /// Wind speed, drawn between, m/s; it blows from anywhere.
+    pub wind: [f64; 2],
+    /// Gusts, pads that bite anew and a rider who trembles.
+    pub disturbance: Disturbance,
+    /// Errors by channel of the contract's log.
+    pub sensors: Sensors,
+    /// Its inertial unit; `None` is a perfect one.
+    pub imu: Option<Imu>,
+    /// Which foreign loggers are on board.
+    pub loggers: Vec<Profile>,
+    /// The motorcycle of the first session, and of all where they do not vary.
+    pub own: Motorcycle,
+}
+
+/// A machine on the track: everything that one session is ridden with.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// The motorcycle on its road.
+    pub model: Model,
+    /// What the analyst's bike file says.
+    pub bike: Bike,
+    /// Engine and gears.
+    pub drivetrain: Drivetrain,
+    /// The line.
+    pub circuit: Circuit,
+    /// What the rider dares.
+    pub pace: Pace,
+    /// Wind in road axes, m/s.
+    pub wind: [f64; 2],
+    /// Steepest slope.
+    pub grade: f64,
+    /// Unsteadiness of rider, pads and air.
+    pub disturbance: Disturbance,
+}
+
+impl Track {
+    /// A built-in track by name, or a scenario file; `None` when it is a scenario of another kind.
+    ///
+    /// # Errors
+    /// A sentence that names file and key.
+    pub fn load(name_or_path: &str) -> Result<Option<Self>, String> {
+        let found = text_with_key(BUILTIN, name_or_path, "laps");
+        found.map(|(text, path)| Self::parse(&text, &path)).transpose()
+    }
+
+    /// Checks a scenario's text; `path` is for messages.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
+        let fail = |message: String| format!("scenario {}: {message}", path.display());
+        let file: File = toml::from_str(text)
+            .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
+        let within = |name: &str, x: f64, low: f64, high: f64| {
+            let ok = (low..=high).contains(&x);
+            if ok {
+                Ok(())
+            } else {
+                Err(fail(format!("`{name}` = {x} is not between {low} and {high}")))
+            }
+        };
+        within("laps", file.laps as f64, 1.0, 100.0)?;
+        within("sessions", file.sessions as f64, 1.0, 100_000.0)?;
+        within("rate", file.rate, 50.0, 500.0)?;
+        for (name, range, [low, high]) in [
+            ("friction", file.friction, [1.0, 1.8]),
+            ("grade", file.grade, [0.0, 0.08]),
+            ("wind", file.wind, [0.0, 12.0]),
+        ] {
+            within(name, range[0], low, high)?;
+            within(name, range[1], range[0], high)?;
+        }
+        let channel = |name: &String| Channel::named(name).map_err(fail);
+        let drop = file.drop.iter().map(channel).collect::<Result<_, _>>()?;
+        for name in file.sensors.keys() {
+            channel(name)?;
+        }
+        let own = Motorcycle::load(&file.motorcycle).map_err(|e| fail(e.to_string()))?;
+        if own.tyres.is_none() {
+            return Err(fail(format!("motorcycle `{}` has no tyres", own.id)));
+        }
+        Ok(Track {
+            name: file.name,
+            description: file.description,
+            sessions: file.sessions,
+            laps: file.laps,
+            seed: file.seed,
+            rate: file.rate,
+            float32: file.float32,
+            drop,
+            varied: file.varied,
+            friction: file.friction,
+            grade: file.grade,
+            wind: file.wind,
+            disturbance: file.disturbance,
+            sensors: file.sensors,
+            imu: file.imu,
+            loggers: file.loggers,
+            own,
+        })
+    }
+
+    /// What the session of a number is ridden with; another `attempt` has another machine, if they vary, and a
+    /// rider who dares less.
+    ///
+    /// # Errors
+    /// The machine cannot stand; a sentence that says why.
+    pub fn entry(&self, number: usize, attempt: usize) -> Result<Entry, String> {
+        let mut random = Random::new(self.seed, &format!("{} entry {number} {attempt}", self.name));
+        let r = &mut random;
+        let drawn = self.varied && number > 0;
+        let (mut motorcycle, mut bike, disturbance) = if drawn {
+            let machine = Machine::draw(self.seed, number, attempt)?;
+            let motorcycle = machine.motorcycle(&ModelError::default())?;
+            let bike = bike(&machine, &motorcycle, BikeFile::Full)?;
+            (motorcycle, bike, machine.disturbance)
+        } else {
+            let bike = tour::believed(&self.own, &toml::Table::new())?;
+            (self.own.clone(), bike, self.disturbance)
+        };
+        bike.bike_id = format!("{}_{:02}", self.name, if self.varied { number + 1 } else { 1 });
+        // engines of half a litre to a litre and a bit; in front for what is drawn, a litre else
+        let size = if drawn { r.between(0.8, 1.25) } else { 1.15 };
+        motorcycle.engine_torque = 95.0 * size;
+        let drivetrain = Drivetrain::of(
+            &motorcycle,
+            if drawn { r.between(3.0, 9.0) } else { 6.0 },
+            if drawn { r.between(1.2, 2.2) } else { 1.7 },
+            if drawn { r.between(0.012, 0.025) } else { 0.02 },
+        );
+        let peak = r.between(self.friction[0], self.friction[1]);
+        let loads = motorcycle.static_loads();
+        let weaker = |m: &Motorcycle| {
+            let tyres = m.tyres.as_ref();
+            tyres.map_or(1.0, |t| {
+                let of = |k: usize| bench(t[k].as_ref(), loads[k], 1.0).peak_friction;
+                of(0).min(of(1))
+            })
+        };
+        let road = Road { friction: peak / weaker(&motorcycle), ..Road::default() };
+        let grade = r.between(self.grade[0], self.grade[1]);
+        let (blow, from) =
+            (r.between(self.wind[0], self.wind[1]), r.between(0.0, std::f64::consts::TAU));
+        // leans of 45 to 55 degrees and four fifths of the grip; less after a fall
+        let daring = 0.95_f64.powi(attempt as i32) * r.between(0.95, 1.0);
+        let lateral = (0.80 * peak).min(1.08) * GRAVITY * daring;
+        let centre = motorcycle.centre();
+        // what the front wheel can brake before the rear one lifts
+        let ahead = motorcycle.wheelbase() - centre.x;
+        let lifts = ahead / centre.z * GRAVITY;
+        let wheelie = centre.x / centre.z * GRAVITY;
+        let pace = Pace {
+            lateral,
+            brake: (0.92 * lifts).min(0.78 * peak * GRAVITY).min(10.0) * daring,
+            drive: (0.42 * wheelie).min(4.2) * daring,
+            fastest: 62.0,
+        };
+        Ok(Entry {
+            circuit: Circuit::new(grade),
+            model: Model::new(motorcycle, road),
+            bike,
+            drivetrain,
+            pace,
+            wind: [blow * from.cos(), blow * from.sin()],
+            grade,
+            disturbance,
+        })
+    }
+}
