@@ -256,6 +256,8 @@ pub struct Limits {
     pub lateral: Vec<f64>,
     /// Deceleration, m/s².
     pub brake: Vec<f64>,
+    /// Where the throttle is shut and the brakes are left alone.
+    pub rolled: Vec<bool>,
     /// Acceleration, m/s²; the engine limits it too.
     pub drive: Vec<f64>,
     /// Lateral acceleration at which nothing is left for braking or driving, over that of the corners.
@@ -265,12 +267,13 @@ pub struct Limits {
 }
 
 /// The fastest speeds over some laps from a start speed (m/s): no more than an ellipse of accelerations and the
-/// engine's acceleration at a speed (`engine`, m/s²) allow.
+/// engine's acceleration at a speed (`engine`, m/s²) allow; `closed` is the deceleration of a closed throttle.
 pub fn profile(
     circuit: &Circuit,
     limits: &Limits,
     start: f64,
     engine: impl Fn(f64) -> f64,
+    closed: impl Fn(f64) -> f64,
 ) -> Vec<f64> {
     let count = limits.lateral.len();
     let bend = |i: usize| circuit.curvature[i % circuit.len()].abs();
@@ -283,7 +286,10 @@ pub fn profile(
     };
     let ds = circuit.spacing;
     for i in (0..count - 1).rev() {
-        let a = limits.brake[i + 1] * remaining(i + 1, v[i + 1]);
+        let braked = limits.brake[i + 1] * remaining(i + 1, v[i + 1]);
+        // a little more than the closed throttle gives, so that it is closed indeed
+        let rolling = closed(v[i + 1]) + 0.3;
+        let a = if limits.rolled[i + 1] { rolling.min(limits.brake[i + 1]) } else { braked };
         v[i] = v[i].min((v[i + 1] * v[i + 1] + 2.0 * a * ds).sqrt());
     }
     v[0] = v[0].min(start);

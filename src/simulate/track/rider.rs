@@ -16,8 +16,10 @@ const QUICKEST: f64 = 0.25;
 const TRIM: f64 = 0.4;
 /// Lag of the hands on throttle and brakes, s.
 const HANDS: f64 = 0.09;
+/// From the shut throttle to the brake, s.
+const REACH: f64 = 0.25;
 /// How far ahead of the profile the hands act, s.
-const AHEAD: f64 = 0.12;
+const AHEAD: f64 = 0.2;
 /// Lean over that of a wheel without width: what round tyres and spinning wheels add.
 const FATTER: f64 = 1.10;
 
@@ -39,6 +41,8 @@ pub struct Pace {
 struct Approach {
     /// Share of the pace's deceleration.
     brake: f64,
+    /// Whether the throttle is shut and the brakes are left alone.
+    rolled: bool,
     /// Share of the pace's lateral acceleration.
     lateral: f64,
     /// Share of the pace's acceleration.
@@ -79,6 +83,8 @@ pub struct Rider<'a> {
     pub hands: Hands,
     wanted: f64,
     braking: bool,
+    shut: f64,
+    least: f64,
     shift_left: f64,
     since_shift: f64,
     lean_error: f64,
@@ -114,6 +120,7 @@ impl<'a> Rider<'a> {
         let limits = Limits {
             lateral: (0..count).map(|i| pace.lateral * of(i).lateral).collect(),
             brake: (0..count).map(|i| pace.brake * of(i).brake).collect(),
+            rolled: (0..count).map(|i| of(i).rolled).collect(),
             drive: (0..count).map(|i| pace.drive * of(i).drive).collect(),
             reserve: 1.12,
             fastest: pace.fastest,
@@ -126,7 +133,12 @@ impl<'a> Rider<'a> {
             let gear = drivetrain.usual_gear(spin);
             0.9 * drivetrain.wheel_torque(gear, spin, 1.0) / radius / mass - drag * v * v / mass
         };
-        let speeds = profile(circuit, &limits, start, engine);
+        let closed = |v: f64| {
+            let spin = v / radius;
+            let gear = drivetrain.usual_gear(spin);
+            drag * v * v / mass - drivetrain.wheel_torque(gear, spin, 0.0) / radius / mass
+        };
+        let speeds = profile(circuit, &limits, start, engine, closed);
         let gear = drivetrain.usual_gear(start / radius);
         Rider {
             model,
@@ -139,6 +151,8 @@ impl<'a> Rider<'a> {
             hands: Hands { gear, ..Hands::default() },
             wanted: 0.0,
             braking: false,
+            shut: 0.0,
+            least: -1.05 * pace.brake,
             shift_left: 0.0,
             since_shift: 10.0,
             lean_error: 0.0,
@@ -209,6 +223,7 @@ impl<'a> Rider<'a> {
         let ahead = along + AHEAD * speed;
         let slope = (self.speed_at(ahead + 1.0) - self.speed_at(ahead - 1.0)) / 2.0;
         let aim = slope * speed + 2.0 * (self.speed_at(along) - speed);
+        let aim = aim.max(self.least);
         self.wanted += (aim - self.wanted) * (self.period / HANDS).min(1.0);
         let [front, rear] = scratch.wheels;
         let radius = [front, rear].map(|w| w.rolling_radius.max(0.2));
@@ -262,13 +277,15 @@ impl<'a> Rider<'a> {
         self.hands.revolutions = self.drivetrain.revolutions(gear, spin);
         // brakes where the closed engine is not enough, and for a while longer
         let rest = closed - force;
-        self.braking = if self.braking { rest > 0.0 } else { rest > 0.12 * m.mass() * GRAVITY };
+        self.braking = if self.braking { rest > 0.0 } else { rest > 0.10 * m.mass() * GRAVITY };
         let lap = self.lap();
         let corner = self.circuit.next_corner[self.circuit.index(along)];
         let approach =
             self.approaches[(lap * self.circuit.corners() + corner).min(self.approaches.len() - 1)];
+        self.shut = if self.hands.throttle < 0.02 { self.shut + self.period } else { 0.0 };
         let mut target = [0.0; 2];
-        if self.braking && self.hands.throttle < 0.05 {
+        // the fingers reach for the lever when the throttle is shut
+        if self.braking && self.shut > REACH {
             // never over the handlebar, nor a locked front wheel
             let holding = ease(-front.slip[0], 0.06, 0.14).min(ease(-rear.load, -200.0, 0.0));
             self.lift += (holding - self.lift) * (self.period / 0.02).min(1.0);
@@ -302,7 +319,8 @@ fn approaches(corners: usize, laps: usize, random: &mut Random) -> Vec<Approach>
             let dabbed = random.between(0.0, 1.0) < 0.34;
             let pressure = random.between(2e5, 7e5);
             Approach {
-                brake: if rolled { 0.2 } else { hard },
+                brake: hard,
+                rolled,
                 lateral: random.between(0.88, 1.0),
                 drive: random.between(0.7, 1.0),
                 dab: if dabbed { pressure } else { 0.0 },
