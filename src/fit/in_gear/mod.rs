@@ -1,6 +1,6 @@
 //! One joint fit to a ride in gear: both tyres, brakes, engine and drag, from wheel speeds, lean, throttle,
 //! a late velocity and, where there are some, brake pressures and the gear (`book/src/estimation.md`,
-//! section 7).
+//! section 10).
 //!
 //! [`columns`] brings every channel through one kernel to 10 Hz, [`parameters`] says what is known before
 //! the ride, [`model`] gives forces, slips ([`curve`]) and residuals of every sample, [`solve`] fits, and

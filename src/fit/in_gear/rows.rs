@@ -102,7 +102,7 @@ impl InGear {
             self.logarithmic(k, scale, error, max_relative, remedy)
         };
         Some(match (id.coefficient, axle) {
-            (C::EffectiveRollingRadius, Some(k)) => of(R_F + k, 0.0),
+            (C::EffectiveRollingRadius, Some(k)) => of(R_F + k, MODEL_ERROR_RADIUS[k]),
             (C::OverturningStiffness, Some(k)) => of(RHO_F + k, 0.0),
             (C::Drag, None) => of(DRAG, MODEL_ERROR_DRAG),
             (C::RollingResistance, None) => of(ROLLING, 0.0),
@@ -195,7 +195,9 @@ impl InGear {
     }
 }
 
-/// What the model itself may be wrong by, of the value: biases of simulated rides, in quadrature.
+/// What the model itself may be wrong by, of the value: biases of simulated rides with slope and wind, in
+/// quadrature.
+const MODEL_ERROR_RADIUS: [f64; 2] = [0.0005, 0.0025];
 const MODEL_ERROR_DRAG: f64 = 0.04;
 const MODEL_ERROR_STIFFNESS: [f64; 2] = [0.06, 0.05];
 
@@ -218,8 +220,9 @@ impl Word {
             std_error: Some(sd),
             interval: ends.map(Some),
             status: if wide { Status::PoorlyDetermined } else { Status::Ok },
-            reason: wide
-                .then(|| format!("the interval is wide, {:.3} to {:.3}: {remedy}", ends[0], ends[1])),
+            reason: wide.then(|| {
+                format!("the interval is wide, {:.3} to {:.3}: {remedy}", ends[0], ends[1])
+            }),
         }
     }
 

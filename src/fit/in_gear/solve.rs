@@ -8,7 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::columns::{Columns, RATE, STEP, difference, neighbours};
-use super::model::{A, Found, Held, KINDS, Model, Split};
+use super::model::{A, C, Found, Held, KINDS, Model, Split};
 use super::parameters::*;
 use crate::statistics::loss::{TUNING, mad, weight};
 
@@ -28,6 +28,8 @@ const REST: f64 = 0.02;
 const SETTLED: usize = 16;
 /// Share of the way that the acceleration goes in a round: at first, and from which round on less.
 const DAMPED: [(usize, f64); 2] = [(0, 0.5), (6, 0.2)];
+/// Least load of a wheel over the weight, for the friction that it used.
+const LEAST_SHARE: f64 = 0.2;
 /// Neighbouring samples that count as one, of A and of the others.
 const SHARED: [f64; KINDS] = [6.0, 3.0, 3.0, 3.0];
 
@@ -164,13 +166,7 @@ fn hold(model: &Model<'_>, theta: &Theta, acceleration: &[f64], min_speed: f64) 
 }
 
 /// The acceleration with the slip of the front wheel taken out; a share of the way, or it swings up.
-fn renew(
-    model: &Model<'_>,
-    theta: &Theta,
-    acceleration: &mut [f64],
-    share: f64,
-    min_speed: f64,
-) {
+fn renew(model: &Model<'_>, theta: &Theta, acceleration: &mut [f64], share: f64, min_speed: f64) {
     let columns = model.columns;
     let jerk = difference(acceleration);
     let mut slip = vec![0.0; columns.len];
@@ -329,9 +325,21 @@ pub fn bound(model: &Model<'_>, fitted: &Fitted, wheel: usize, driven: bool) -> 
     let near = |held: &&Held| {
         let lean = (model.columns.roll[held.at] - theta[LEAN_ZERO]).abs();
         let free_front = wheel == 0 && held.split == Split::Free;
-        lean < 25_f64.to_radians() && !free_front && held.sigma[A].is_finite()
+        let [front, rear] = model.evaluate(theta, held).load;
+        // what a wheel in the air would have to do says nothing
+        let loaded = [front, rear][wheel] > LEAST_SHARE * theta[MASS] * crate::GRAVITY;
+        lean < 25_f64.to_radians() && !free_front && loaded && model.columns.steady[held.at]
     };
-    let used = |theta: &Theta, held: &Held| sign * model.evaluate(theta, held).used[wheel];
+    // of the front brake both the balance and the pressure must say so: near the peak slip and
+    // acceleration of the front wheel feed each other
+    let used = |theta: &Theta, held: &Held| {
+        let found = model.evaluate(theta, held);
+        let witness = match held.split {
+            Split::Braked if wheel == 0 => 1.0 - found.residual[C] / found.force[0],
+            _ => 1.0,
+        };
+        sign * found.used[wheel] * witness.clamp(0.0, 1.0)
+    };
     let mut values: Vec<(f64, &Held)> = fitted
         .held
         .iter()
