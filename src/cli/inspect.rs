@@ -282,7 +282,10 @@ fn estimates(session: &Session) -> Vec<Estimate> {
     };
     Coefficient::ALL
         .chunk_by(alike)
-        .filter(|group| suspended || group[0].is_onroad())
+        .filter(|group| {
+            let offroad = group[0].spec().source == Source::OffRoad;
+            group[0].is_onroad() || (suspended && offroad)
+        })
         .flat_map(|group| {
             let requirements = group[0].spec().requirements.iter();
             requirements.map(|r| estimate(session, group, r))

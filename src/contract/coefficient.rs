@@ -74,6 +74,8 @@ pub enum Source {
     OnRoad,
     /// From the tyre forces of an off-road session.
     OffRoad,
+    /// From the joint fit to a ride in gear, only where the ordinary manoeuvres are missing.
+    InGear,
     /// Not estimated but taken from the bike file or a rule; how, as the column `reason` has it where
     /// nothing is known better.
     BikeFile(&'static str),
@@ -200,9 +202,12 @@ coefficients! {
         "friction engaged by braking", OffRoad, BRAKED_OFFROAD;
     EngagedFrictionDriving: "engaged_friction_driving", "D/N", "1",
         "friction engaged by driving", OffRoad, DRIVEN_OFFROAD;
+    SlipStiffness: "slip_stiffness", "K_x", "1",
+        "slip stiffness over load (b c d)", InGear, RIDDEN_IN_GEAR;
+    BrakeGain: "brake_gain", "k_b", "N m/Pa", "brake torque over pressure", InGear, BRAKED_IN_GEAR;
 }
 
-use Source::{BikeFile, OffRoad, OnRoad};
+use Source::{BikeFile, InGear, OffRoad, OnRoad};
 const TAKEN: Source = BikeFile(GIVEN);
 
 /// The reason of what the bike file gives.
@@ -307,6 +312,18 @@ const ASSUMED: &[Requirement] = &[needs(Part::Front, &[], BENCH), needs(Part::Re
 const BRAKED_OFFROAD: &[Requirement] =
     &[needs(Part::Front, PLANAR, OFFROAD), needs(Part::Rear, PLANAR, OFFROAD)];
 const DRIVEN_OFFROAD: &[Requirement] = &[needs(Part::Rear, PLANAR, OFFROAD)];
+const LAPS: Riding = Riding {
+    manoeuvres: "laps in gear with braking and drive of every strength",
+    remedy: "brake and accelerate in a straight line, from gentle to hard, over several laps",
+};
+const BOTH_WHEELS: &[Channel] =
+    &[C::VelocityX, C::WheelSpeedFront, C::WheelSpeedRear, C::Throttle, C::Roll];
+const RIDDEN_IN_GEAR: &[Requirement] =
+    &[needs(Part::Front, BOTH_WHEELS, LAPS), needs(Part::Rear, BOTH_WHEELS, LAPS)];
+const BRAKED_IN_GEAR: &[Requirement] = &[
+    needs(Part::Front, &[C::WheelSpeedFront, C::WheelSpeedRear, C::BrakePressureFront], LAPS),
+    needs(Part::Rear, &[C::WheelSpeedFront, C::WheelSpeedRear, C::BrakePressureRear], LAPS),
+];
 
 impl Coefficient {
     /// In the tables.
@@ -319,9 +336,9 @@ impl Coefficient {
         self.spec().requirements.iter().find(|r| r.part == part)
     }
 
-    /// Whether an on-road session has a row of it, estimated or assumed.
+    /// Whether every on-road session has a row of it, estimated or assumed.
     pub fn is_onroad(self) -> bool {
-        self.spec().source != OffRoad
+        matches!(self.spec().source, OnRoad | BikeFile(_))
     }
 }
 

@@ -12,6 +12,8 @@ pub enum Status {
     Ok,
     /// Not estimated: taken from the bike file.
     Assumed,
+    /// Not reached by the ride: at least the lower end of the interval, and no value.
+    LowerBound,
     /// Estimated, but the ride hardly determines it.
     PoorlyDetermined,
     /// The ride cannot give it; read back, also a status that this version does not know.
@@ -22,14 +24,20 @@ pub enum Status {
 
 impl Status {
     /// Every status, the most reliable first.
-    pub const ALL: [Status; 4] =
-        [Status::Ok, Status::Assumed, Status::PoorlyDetermined, Status::NotAvailable];
+    pub const ALL: [Status; 5] = [
+        Status::Ok,
+        Status::Assumed,
+        Status::LowerBound,
+        Status::PoorlyDetermined,
+        Status::NotAvailable,
+    ];
 
     /// In the tables.
     pub fn name(self) -> &'static str {
         match self {
             Status::Ok => "ok",
             Status::Assumed => "assumed",
+            Status::LowerBound => "lower_bound",
             Status::PoorlyDetermined => "poorly_determined",
             Status::NotAvailable => "not_available",
         }
@@ -40,6 +48,7 @@ impl Status {
         match self {
             Status::Ok => "determined",
             Status::Assumed => "assumed",
+            Status::LowerBound => "lower bound",
             Status::PoorlyDetermined => "poorly determined",
             Status::NotAvailable => "not available",
         }
@@ -50,6 +59,7 @@ impl Status {
         match self {
             Status::Ok => "●",
             Status::Assumed => "◇",
+            Status::LowerBound => "▷",
             Status::PoorlyDetermined => "◐",
             Status::NotAvailable => "○",
         }

@@ -14,6 +14,7 @@ pub mod config;
 pub mod cornering;
 pub mod data;
 pub mod friction;
+pub mod in_gear;
 pub mod missing;
 pub mod refit;
 pub mod rows;

@@ -11,7 +11,8 @@ use crate::contract::channel::Channel;
 use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::fit::{Data, Solution, coefficients, cornering, missing};
+use crate::fit::{Data, Solution, coefficients, cornering, in_gear, missing};
+use crate::model::formulation::Formulation;
 use crate::tables::rows::Ident;
 use crate::{estimate, plots};
 
@@ -40,9 +41,18 @@ pub fn run(
     let ident = Ident::from(&ride.meta);
     let provenance = provenance(input);
     let reason = |id| missing_channels(&ride, id);
-    let coefficients =
+    let mut coefficients =
         coefficients::rows(&solution, bike, &pipeline.fit, &reason, &ident, &provenance);
-    let manoeuvres = manoeuvres(&ride, &segments, radii(bike, &solution), &ident);
+    let mut radius = radii(bike, &solution);
+    let ridden_in_gear = pipeline.in_gear.enabled
+        && pipeline.estimate.formulation == Formulation::Corrected
+        && in_gear::rows::lacking(&coefficients);
+    if ridden_in_gear && let Some(fit) = in_gear::run(&ride, bike, &pipeline.in_gear) {
+        let widest = pipeline.fit.max_relative_interval;
+        in_gear::rows::fill(&mut coefficients, &fit, widest, &ident, &provenance);
+        radius = fit.radii();
+    }
+    let manoeuvres = manoeuvres(&ride, &segments, radius, &ident);
     let signals = match input.signals {
         true => Some(signals(&ride, &data, &solution)?),
         false => None,

@@ -28,6 +28,9 @@ pub struct Pipeline {
     /// Fit.
     #[serde(default)]
     pub fit: fit::Config,
+    /// The joint fit to rides in gear.
+    #[serde(default)]
+    pub in_gear: fit::in_gear::Config,
     /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
     pub offroad: Option<estimate::offroad::Config>,
     /// What a diagnosis found, taken out of its motorcycle's sessions.
@@ -89,6 +92,7 @@ impl Pipeline {
         let fail = |e: String| format!("pipeline {name}: {e}");
         pipeline.estimate.check().map_err(fail)?;
         pipeline.fit.check().map_err(fail)?;
+        pipeline.in_gear.check().map_err(fail)?;
         if let Some(offroad) = &pipeline.offroad {
             offroad.check().map_err(fail)?;
         }

@@ -11,6 +11,8 @@ pub struct CoefficientText {
     pub std_error: String,
     /// Ends of the interval; empty where there is none.
     pub ends: Option<(String, String)>,
+    /// The lower end where there is no upper one.
+    pub at_least: Option<String>,
     /// Robust spread between manoeuvres; empty where there is none.
     pub dispersion: String,
 }
@@ -24,12 +26,17 @@ impl CoefficientText {
             value: c.value.map(|v| fixed(v, digits)).unwrap_or_default(),
             std_error: c.std_error.map(|s| fixed(s, digits)).unwrap_or_default(),
             ends: c.ci95_low.zip(c.ci95_high).map(|(l, h)| (fixed(l, digits), fixed(h, digits))),
+            at_least: c.ci95_low.filter(|_| c.ci95_high.is_none()).map(|l| fixed(l, 2)),
             dispersion: c.dispersion.map(|d| fixed(d, digits)).unwrap_or_default(),
         }
     }
 
     /// The interval as one text, its ends parted by `between`.
     pub fn interval(&self, between: &str) -> String {
-        self.ends.as_ref().map(|(l, h)| format!("{l}{between}{h}")).unwrap_or_default()
+        match (&self.ends, &self.at_least) {
+            (Some((low, high)), _) => format!("{low}{between}{high}"),
+            (None, Some(low)) => format!("at least {low}"),
+            (None, None) => String::new(),
+        }
     }
 }

@@ -46,18 +46,23 @@ pub fn unit(unit: &str) -> String {
 
 /// How many statuses of each kind, as a sentence without its full stop.
 pub fn verdict(statuses: impl Iterator<Item = Status>) -> String {
-    let (mut ok, mut assumed, mut poor, mut none) = (0, 0, 0, 0);
+    let (mut ok, mut assumed, mut bound, mut poor, mut none) = (0, 0, 0, 0, 0);
     for status in statuses {
         match status {
             Status::Ok => ok += 1,
             Status::Assumed => assumed += 1,
+            Status::LowerBound => bound += 1,
             Status::PoorlyDetermined => poor += 1,
             Status::NotAvailable => none += 1,
         }
     }
-    let mut text = format!("{ok} of {} coefficients determined", ok + assumed + poor + none);
+    let mut text = {
+        let all = ok + assumed + bound + poor + none;
+        format!("{ok} of {all} coefficients determined")
+    };
     for (count, what) in [
         (assumed, "assumed from the bike file"),
+        (bound, "bounded from below"),
         (poor, "poorly determined"),
         (none, "not available"),
     ] {

@@ -123,6 +123,7 @@ fn coefficients(ident: &Ident, note: &str, turn: usize) -> Vec<Coefficient> {
                 r_squared: some(0.93),
                 status,
                 reason: match status {
+                    Status::LowerBound => Some("the peak was not reached".into()),
                     Status::Ok => None,
                     Status::Assumed => Some("taken from the bike file".into()),
                     Status::PoorlyDetermined => Some(format!(

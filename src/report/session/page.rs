@@ -281,7 +281,7 @@ impl Page {
 fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
     let mut out: Vec<Missing> = Vec::new();
     for c in coefficients {
-        if !matches!(c.status, Status::PoorlyDetermined | Status::NotAvailable) {
+        if matches!(c.status, Status::Ok | Status::Assumed) {
             continue;
         }
         let ride = labels::riding(&c.tyre, &c.coefficient).unwrap_or("see the reason");

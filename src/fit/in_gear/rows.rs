@@ -1,0 +1,238 @@
+//! What the in-gear fit puts into the table: only where the ordinary fits have nothing, or nothing that
+//! is determined.
+//!
+//! A parameter is determined where its 95 % interval is less than half as wide as what was known before the
+//! ride. A peak that was not reached is a lower bound, never a value.
+
+use super::InGear;
+use super::parameters::*;
+use crate::contract::bike::Axle;
+use crate::contract::coefficient::{Coefficient as C, Id, Part};
+use crate::statistics::interval::t95;
+use crate::tables::rows::{Coefficient, Ident, Provenance, Status};
+
+/// Share of the prior's interval below which a parameter is determined.
+const NARROWED: f64 = 0.5;
+/// Share of the fitted peak that must have been used before the peak is a value.
+const REACHED: f64 = 0.85;
+/// 95 % of a normal distribution.
+const NORMAL: f64 = 1.96;
+
+/// What the in-gear fit says of a coefficient.
+struct Word {
+    value: Option<f64>,
+    std_error: Option<f64>,
+    interval: [Option<f64>; 2],
+    status: Status,
+    reason: Option<String>,
+}
+
+/// Whether the ordinary fits lack what the in-gear fit gives: without the rear rolling radius there
+/// is no slip.
+pub fn lacking(rows: &[Coefficient]) -> bool {
+    rows.iter().any(|row| {
+        row.status == Status::NotAvailable
+            && row.coefficient == C::EffectiveRollingRadius.name()
+            && row.tyre == Part::Rear.name()
+    })
+}
+
+/// Fills what is lacking and adds what only this fit gives. Intervals wider than `max_relative` of
+/// the value are not determined.
+pub fn fill(
+    rows: &mut Vec<Coefficient>,
+    fit: &InGear,
+    max_relative: f64,
+    ident: &Ident,
+    provenance: &Provenance,
+) {
+    for row in rows.iter_mut() {
+        if !matches!(row.status, Status::NotAvailable | Status::PoorlyDetermined) {
+            continue;
+        }
+        let Some(id) = Id::from_names(&row.tyre, &row.coefficient) else { continue };
+        let Some(word) = fit.word(id, max_relative) else { continue };
+        let better = matches!(word.status, Status::Ok | Status::LowerBound);
+        if better || row.status == Status::NotAvailable {
+            fit.put(row, word);
+        }
+    }
+    for axle in Axle::BOTH {
+        for coefficient in [C::SlipStiffness, C::BrakeGain] {
+            let id = Id::from((axle, coefficient));
+            let Some(word) = fit.word(id, max_relative) else { continue };
+            let spec = coefficient.spec();
+            let mut row = Coefficient {
+                ident: ident.clone(),
+                tyre: id.part.name().to_owned(),
+                coefficient: spec.name.to_owned(),
+                symbol: spec.symbol.to_owned(),
+                unit: spec.unit.to_owned(),
+                provenance: provenance.clone(),
+                ..Coefficient::default()
+            };
+            fit.put(&mut row, word);
+            rows.push(row);
+        }
+    }
+}
+
+impl InGear {
+    fn put(&self, row: &mut Coefficient, word: Word) {
+        let known = word.status != Status::NotAvailable;
+        row.value = word.value;
+        row.std_error = word.std_error;
+        [row.ci95_low, row.ci95_high] = word.interval;
+        row.dispersion = None;
+        row.n_manoeuvres = if known { self.fitted.clusters as i64 } else { 0 };
+        row.n_samples = if known { self.fitted.held.len() as i64 } else { 0 };
+        row.residual_scale = None;
+        row.outlier_fraction = known.then_some(self.fitted.outliers);
+        row.r_squared = None;
+        row.status = word.status;
+        row.reason = word.reason;
+    }
+
+    /// `None` of what this fit says nothing about.
+    fn word(&self, id: Id, max_relative: f64) -> Option<Word> {
+        let axle = id.part.axle().map(|axle| axle as usize);
+        let remedy = id.requirement().riding.remedy;
+        let of = |k: usize, error: f64| self.linear(k, error, max_relative, remedy);
+        let log = |k: usize, scale: f64, error: f64| {
+            self.logarithmic(k, scale, error, max_relative, remedy)
+        };
+        Some(match (id.coefficient, axle) {
+            (C::EffectiveRollingRadius, Some(k)) => of(R_F + k, MODEL_ERROR_RADIUS[k]),
+            (C::OverturningStiffness, Some(k)) => of(RHO_F + k, 0.0),
+            (C::Drag, None) => of(DRAG, MODEL_ERROR_DRAG),
+            (C::RollingResistance, None) => of(ROLLING, 0.0),
+            (C::SlipStiffness, Some(k)) => log(K_F + k, 1.0, MODEL_ERROR_STIFFNESS[k]),
+            (C::BrakeGain, Some(k)) if self.pressures => log(BRAKE_F + k, 1.0 / BAR, 0.0),
+            (C::MfD, Some(k)) => self.peak(k, max_relative, remedy),
+            (C::MfB, Some(k)) => self.factor(k, remedy),
+            _ => return None,
+        })
+    }
+
+    /// Half of the 95 % interval of a parameter in its own scale, with the model's own error.
+    fn half(&self, k: usize, error: f64) -> (f64, f64) {
+        let sd = self.fitted.covariance[(k, k)].sqrt().hypot(error);
+        (sd, t95(self.fitted.clusters as f64 - 1.0) * sd)
+    }
+
+    fn narrowed(&self, k: usize, half: f64) -> bool {
+        half < NARROWED * NORMAL * self.prior.sd[k]
+    }
+
+    fn linear(&self, k: usize, error: f64, max_relative: f64, remedy: &str) -> Word {
+        let value = self.fitted.theta[k];
+        let (sd, half) = self.half(k, error * value);
+        if !self.narrowed(k, half) {
+            return undetermined(value, half, remedy);
+        }
+        Word::of(value, sd, [value - half, value + half], half > max_relative * value.abs(), remedy)
+    }
+
+    fn logarithmic(
+        &self,
+        k: usize,
+        scale: f64,
+        error: f64,
+        max_relative: f64,
+        remedy: &str,
+    ) -> Word {
+        let value = scale * self.fitted.theta[k].exp();
+        let (sd, half) = self.half(k, error);
+        if !self.narrowed(k, half) {
+            return undetermined(value, value * half, remedy);
+        }
+        let ends = [value * (-half).exp(), value * half.exp()];
+        Word::of(value, value * sd, ends, half > max_relative, remedy)
+    }
+
+    /// The peak: a value only where it was reached and the ride narrows it.
+    fn peak(&self, wheel: usize, max_relative: f64, remedy: &str) -> Word {
+        let found = self.logarithmic(D_F + wheel, 1.0, 0.0, max_relative, remedy);
+        let Some(bound) = self.bounds[wheel] else { return found.without_value(remedy) };
+        let reached = bound > REACHED * self.fitted.theta[D_F + wheel].exp();
+        if reached && found.status == Status::Ok {
+            return found;
+        }
+        Word {
+            value: None,
+            std_error: None,
+            interval: [Some(bound), None],
+            status: Status::LowerBound,
+            reason: Some(format!(
+                "at least {bound:.2} was used (95 %, upright); the peak was not reached: {remedy}"
+            )),
+        }
+    }
+
+    /// `b = K / (c d)`: the stiffness is of the ride, shape and peak are assumed.
+    fn factor(&self, wheel: usize, remedy: &str) -> Word {
+        let theta = &self.fitted.theta;
+        let [k, c, d] = [K_F + wheel, C_F + wheel, D_F + wheel];
+        let value = (theta[k] - theta[c] - theta[d]).exp();
+        let by = [(k, 1.0), (c, -1.0), (d, -1.0)];
+        let covariance = &self.fitted.covariance;
+        let pairs = by.iter().flat_map(|i| by.iter().map(move |j| (i, j)));
+        let variance: f64 = pairs.map(|(i, j)| i.1 * j.1 * covariance[(i.0, j.0)]).sum();
+        let sd = variance.max(0.0).sqrt();
+        let half = t95(self.fitted.clusters as f64 - 1.0) * sd;
+        let stiffness = theta[k].exp();
+        Word {
+            value: Some(value),
+            std_error: Some(value * sd),
+            interval: [Some(value * (-half).exp()), Some(value * half.exp())],
+            status: Status::PoorlyDetermined,
+            reason: Some(format!(
+                "slip stiffness {stiffness:.1} over c and d, which are assumed ({:.2}, {:.2}): {remedy}",
+                theta[c].exp(),
+                theta[d].exp()
+            )),
+        }
+    }
+}
+
+/// What the model itself may be wrong by, of the value: biases of simulated rides with slope and wind, in
+/// quadrature.
+const MODEL_ERROR_RADIUS: [f64; 2] = [0.0005, 0.0025];
+const MODEL_ERROR_DRAG: f64 = 0.04;
+const MODEL_ERROR_STIFFNESS: [f64; 2] = [0.06, 0.05];
+
+fn undetermined(value: f64, half: f64, remedy: &str) -> Word {
+    Word {
+        value: None,
+        std_error: None,
+        interval: [None, None],
+        status: Status::NotAvailable,
+        reason: Some(format!(
+            "the ride in gear hardly narrows what was assumed ({value:.3} ± {half:.3}): {remedy}"
+        )),
+    }
+}
+
+impl Word {
+    fn of(value: f64, sd: f64, ends: [f64; 2], wide: bool, remedy: &str) -> Word {
+        Word {
+            value: Some(value),
+            std_error: Some(sd),
+            interval: ends.map(Some),
+            status: if wide { Status::PoorlyDetermined } else { Status::Ok },
+            reason: wide.then(|| {
+                format!("the interval is wide, {:.3} to {:.3}: {remedy}", ends[0], ends[1])
+            }),
+        }
+    }
+
+    fn without_value(self, remedy: &str) -> Word {
+        Word {
+            value: None,
+            std_error: None,
+            interval: [None, None],
+            status: Status::NotAvailable,
+            reason: Some(format!("no bound of the peak without the tyre's own force: {remedy}")),
+        }
+    }
+}
