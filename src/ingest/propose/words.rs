@@ -76,7 +76,7 @@ pub const RULES: &[Rule] = &[
         "angular fork shock chassis head tail front rear").hint(LEVEL),
     rule(Roll, "angle", &["roll", "roll angle", "lean", "lean angle", "bank angle"], "rate rollrate gyro acc velocity vel"),
     rule(Pitch, "angle", &["pitch", "pitch angle"], "rate gyro acc velocity vel"),
-    rule(Yaw, "angle", &["yaw", "yaw angle", "heading", "course"], "rate yawrate gyro acc velocity vel accuracy")
+    rule(Yaw, "angle", &["yaw", "yaw angle", "heading", "course", "bearing"], "rate yawrate gyro acc velocity vel accuracy")
         .hint("positive to the left: a compass course needs `sign = -1`"),
     rule(RollRate, "angular rate", &["roll rate", "roll velocity", "gyro x", "gyr x", "angular velocity x",
         "rate x", "lean rate", "rollrate"], "acc").hint(EULER),
