@@ -5,6 +5,7 @@ use std::io::Read as _;
 use crate::ingest::error::Error;
 use crate::ingest::format::{HEAD_LEN, Head, LogFormat};
 use crate::ingest::formats::FORMATS;
+use crate::ingest::unread;
 use crate::objects::{Location, source};
 
 /// Largest file that is read, bytes: a day of 100 Hz riding is a tenth of it.
@@ -33,7 +34,13 @@ pub fn format_of(log: impl Into<Location>) -> Result<&'static LogFormat, Error> 
     }
     file.by_ref().take(HEAD_LEN).read_to_end(&mut bytes).map_err(fail)?;
     let head = Head { log, bytes: &bytes };
-    FORMATS.iter().find(|f| (f.sniff)(&head)).ok_or_else(|| {
+    let found = FORMATS.iter().find(|f| (f.sniff)(&head));
+    // almost any text could be a table
+    let sure = found.is_some_and(|f| f.name != "csv");
+    if let Some(advice) = unread::advice(&head).filter(|_| !sure) {
+        return Err(Error::new("unknown_format", format!("{log} is {advice}")));
+    }
+    found.ok_or_else(|| {
         let names: Vec<&str> = FORMATS.iter().map(|f| f.name).collect();
         let message = format!("{log} is none of {}", names.join(", "));
         Error::new("unknown_format", message)

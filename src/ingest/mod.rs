@@ -39,6 +39,7 @@ pub mod survey;
 mod switches;
 mod table;
 pub mod units;
+mod unread;
 mod warning;
 mod write;
 pub mod yaw;

@@ -27,6 +27,7 @@ use crate::ingest::error::Error;
 
 mod accelerations;
 mod angles;
+mod course;
 mod finding;
 mod slip;
 mod speeds;
@@ -73,6 +74,7 @@ pub fn check(session: &mut Session, bike: &Bike, config: &Config) -> Result<Vec<
     // a channel that is left out must not be used in further checks
     findings.left_out.iter().for_each(|c| view.remove(*c));
     angles::check(&view, bike, &mut findings)?;
+    course::check(&view, &mut findings)?;
     accelerations::check(&view, &mut findings)?;
     swapped::check(&view, bike, &mut findings)?;
     findings.left_out.into_iter().for_each(|channel| drop(session.remove(channel)));

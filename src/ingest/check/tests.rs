@@ -247,6 +247,25 @@ fn signs() {
 }
 
 #[test]
+fn signs_without_a_yaw_rate() {
+    use Channel as C;
+    for seed in 0..3 {
+        let ride = || without(ride(seed), &[C::YawRate, C::RollRate]);
+        let turned = |c| scaled(ride(), c, -1.0);
+        assert_eq!(codes(ride()), Ok(vec![]));
+        assert_eq!(codes(turned(C::Roll)), Err("sign_roll_yaw"));
+        assert_eq!(codes(turned(C::Yaw)), Ok(vec!["sign_yaw"]));
+        let blind = |c| without(turned(c), &LATITUDE);
+        assert_eq!(codes(blind(C::Roll)), Err("sign_roll_yaw"));
+        assert_eq!(codes(blind(C::Yaw)), Err("sign_roll_yaw"));
+        let both = scaled(turned(C::Roll), C::Yaw, -1.0);
+        assert_eq!(codes(both.clone()), Ok(vec!["sign_lateral"]));
+        assert_eq!(codes(without(both, &[C::Yaw])), Ok(vec!["sign_lateral"]));
+        assert_eq!(codes(without(turned(C::Yaw), &[C::Roll])), Ok(vec!["sign_yaw"]));
+    }
+}
+
+#[test]
 fn the_others_vote_on_roll_or_yaw_rate() {
     let message = |channel| {
         let mut session = scaled(ride(2), channel, -1.0);

@@ -5,6 +5,7 @@
 
 use std::fmt::Write as _;
 
+use crate::contract::channel::Channel;
 use crate::ingest::listing::{Listing, SourceChannel};
 use crate::ingest::units;
 
@@ -41,7 +42,7 @@ fn write_map(
     listing: &Listing,
 ) -> std::fmt::Result {
     let found: Vec<(&Rule, Vec<Candidate<'_>>)> =
-        RULES.iter().map(|rule| (rule, candidates(rule, listing))).collect();
+        RULES.iter().map(|rule| (rule, candidates(rule, format, listing))).collect();
     let sure: Vec<&SourceChannel> = found
         .iter()
         .filter_map(|(_, c)| c.first().filter(|c| c.doubt.is_none()).map(|c| c.channel))
@@ -128,7 +129,16 @@ fn write_entry(
     if needs_radius(rule, channel) {
         writeln!(out, "{mark}radius = 0.3 # m, that the source computed it with")?;
     }
+    if rule.channel == Channel::Yaw && is_compass(channel) {
+        writeln!(out, "{mark}sign = -1 # a compass course is positive to the right")?;
+    }
     Ok(())
+}
+
+/// A direction counted clockwise from north.
+fn is_compass(channel: &SourceChannel) -> bool {
+    let words = words(units::of_name(&channel.name).0);
+    words.iter().any(|w| matches!(w.as_str(), "course" | "bearing" | "heading" | "compass"))
 }
 
 /// A surface speed where a spin is wanted.
@@ -138,9 +148,13 @@ fn needs_radius(rule: &Rule, channel: &SourceChannel) -> bool {
 }
 
 /// The channels that could feed a column, the best first; only the first can be without doubt.
-fn candidates<'a>(rule: &Rule, listing: &'a Listing) -> Vec<Candidate<'a>> {
+fn candidates<'a>(rule: &Rule, format: &str, listing: &'a Listing) -> Vec<Candidate<'a>> {
     let mut found: Vec<Candidate<'a>> =
         listing.channels.iter().filter_map(|c| candidate(rule, c)).collect();
+    if rule.channel == Channel::Roll && format == "racechrono" {
+        let doubt = "RaceChrono calculates it from the lateral acceleration: it is no measurement";
+        found.iter_mut().for_each(|c| c.doubt = Some(doubt.to_owned()));
+    }
     found.sort_by_key(|c| std::cmp::Reverse((c.doubt.is_none(), c.score)));
     let best = found.first().map(|c| (c.doubt.is_none(), c.score));
     let equals = found.iter().filter(|c| Some((c.doubt.is_none(), c.score)) == best).count();
@@ -183,7 +197,6 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contract::channel::Channel;
     use crate::ingest::fit::fit;
     use crate::ingest::map::ChannelMap;
 
@@ -228,6 +241,21 @@ mod tests {
         assert_eq!(taken(Channel::BrakePressureFront), Some("ECU/BrakePressF"));
         assert_eq!(taken(Channel::SteerAngle), None);
         assert!(text.contains("# unit = \"?\""), "{text}");
+    }
+
+    #[test]
+    fn a_compass_course_is_turned_round_and_a_calculated_lean_is_none() {
+        let log = listing(&[("gps", "bearing", "deg"), ("calc", "lean_angle", "deg")]);
+        let text = propose("x", "racechrono", true, &log);
+        let map = ChannelMap::parse(&text, "draft").expect(&text);
+        let entries: Vec<(Channel, f64)> =
+            map.entries.iter().map(|e| (e.channel, e.sign)).collect();
+        assert_eq!(entries, [(Channel::Yaw, -1.0)], "{text}");
+        assert!(text.contains("calculates it from the lateral acceleration"), "{text}");
+        let other = propose("x", "kiro", true, &log);
+        assert!(other.contains("\n[channel.roll]"), "{other}");
+        let yaw = propose("x", "kiro", true, &listing(&[("", "Yaw", "deg")]));
+        assert!(yaw.contains("[channel.yaw]") && !yaw.contains("\nsign"), "{yaw}");
     }
 
     #[test]
