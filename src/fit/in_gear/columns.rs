@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::Config;
+use super::config::Config;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::statistics::order::quantile;

@@ -1,7 +1,7 @@
 //! The parameters of the in-gear fit, each with what is known of it before the ride.
 
-use super::Config;
 use super::columns::Columns;
+use super::config::Config;
 use super::curve::Curve;
 use crate::contract::bike::{Axle, Bike};
 
