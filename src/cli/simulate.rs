@@ -19,7 +19,7 @@ use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tables::{self, Known, folder_of};
 use crate::simulate::tour::Tour;
 use crate::simulate::track::{self, Track, TrackRide};
-use crate::simulate::{compare, ride, session, tyre_truth};
+use crate::simulate::{compare, loggers, ride, session, tyre_truth};
 use crate::tables::file;
 
 /// Write a synthetic archive with known truth beside it
@@ -192,7 +192,7 @@ fn write_track(track: &Track, ridden: &TrackRide, out: &Location) -> Result<(), 
     let notes = out.join("truth/track").join(format!("{id}.toml"));
     file::write_bytes(&notes, track::notes(ridden).as_bytes())?;
     for profile in &track.loggers {
-        let foreign = profile.write(ridden, track.seed);
+        let foreign = loggers::write(*profile, ridden, track.seed);
         let folder =
             out.join("loggers").join(profile.name()).join(format!("bike={}", bike.bike_id));
         let name = format!("{id}_{}", foreign.file);

@@ -1,7 +1,7 @@
 //! A factory machine's log: CSV at 100 Hz, short names without units, and among them error flags, targets and raw
 //! voltages of the same things.
 
-use super::{Board, Column, Foreign};
+use super::board::{Board, Column, Foreign};
 use crate::GRAVITY;
 use crate::motorcycle::joint;
 
@@ -13,7 +13,9 @@ const KMH: f64 = 3.6;
 
 pub(super) fn write(mut board: Board<'_>) -> Foreign {
     let gps = board.satellite([0.2, 0.0, 0.95], 0.03, 1.0);
-    let degrees = |of: fn(&super::Sample) -> f64| move |s: &super::Sample| of(s).to_degrees();
+    let degrees = |of: fn(&crate::simulate::ride::Sample) -> f64| {
+        move |s: &crate::simulate::ride::Sample| of(s).to_degrees()
+    };
     let kmh = |v: Vec<f64>| v.into_iter().map(|v| v * KMH).collect::<Vec<f64>>();
     let bar = |k: usize| board.column(|s| s.controls.pressure[k] / 1e5);
     // half a volt at rest, four and a half at 100 bar

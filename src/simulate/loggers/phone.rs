@@ -3,7 +3,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{Board, Column, Foreign};
+use super::board::{Board, Column, Foreign};
 use crate::GRAVITY;
 
 /// Of the rows, Hz.

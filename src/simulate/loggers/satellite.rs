@@ -1,7 +1,7 @@
 //! A satellite logger with a line to the engine: a `.vbo` text as such loggers write it, latitude and longitude in
 //! minutes (west is positive), time of day as hhmmss, and a lean that is calculated from course and speed.
 
-use super::{Board, Column, Foreign};
+use super::board::{Board, Column, Foreign};
 use crate::GRAVITY;
 
 /// Of the rows, Hz.

@@ -1,7 +1,7 @@
 //! A production superbike's bus log: CSV at 10 Hz with units in brackets, the lean of the maker's own inertial
 //! unit, wheel speeds by nominal circumferences, a satellite receiver that is late; no yaw rate.
 
-use super::{Board, Column, Foreign};
+use super::board::{Board, Column, Foreign};
 
 /// Of the rows, Hz.
 const RATE: f64 = 10.0;

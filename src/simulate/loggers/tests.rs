@@ -3,9 +3,12 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use nalgebra::Vector3;
+
 use super::*;
 use crate::contract::channel::Channel as C;
 use crate::ingest::{self, Raw, map::ChannelMap};
+use crate::simulate::ride::Sample;
 use crate::simulate::track::{self, Track};
 
 /// One lap without anything drawn, and its logs.
@@ -53,7 +56,7 @@ const SUPERBIKE: &str = "name = 'm'\nformat = 'csv'\n[time]\ncolumn = 'Time (ms)
 
 #[test]
 fn a_superbike_log_is_read_back_within_its_steps_and_noise() {
-    let foreign = Profile::Superbike.write(ridden(), 5);
+    let foreign = write(Profile::Superbike, ridden(), 5);
     let raw = read(&foreign, SUPERBIKE);
     // 0.1 bar in steps
     let pressure = misses(&raw, C::BrakePressureFront, |s| s.controls.pressure[0], 0.0);
@@ -79,7 +82,7 @@ fn a_superbike_log_is_read_back_within_its_steps_and_noise() {
 
 #[test]
 fn a_factory_log_is_read_back_and_its_inertial_unit_leans_with_the_frame() {
-    let foreign = Profile::Factory.write(ridden(), 5);
+    let foreign = write(Profile::Factory, ridden(), 5);
     let map = "name = 'm'\nformat = 'csv'\n[time]\ncolumn = 't'\nunit = 's'\n\
         [channel.velocity_x]\nfrom = 'v_gps'\nunit = 'km/h'\n\
         [channel.brake_pressure_rear]\nfrom = 'p_brake_rr'\nunit = 'bar'\n\
@@ -99,11 +102,11 @@ fn every_logger_writes_its_rate_the_same_for_the_same_seed() {
     let length = ridden().ride.session.duration();
     let all = [Profile::Superbike, Profile::Factory, Profile::Phone, Profile::Satellite];
     for (profile, rate) in all.into_iter().zip([10.0, 100.0, 25.0, 10.0]) {
-        let foreign = profile.write(ridden(), 5);
+        let foreign = write(profile, ridden(), 5);
         let lines = foreign.text.lines().count() as f64;
         assert!((lines - length * rate).abs() < 25.0, "{profile:?}: {lines} for {}", length * rate);
-        assert_eq!(foreign.text, profile.write(ridden(), 5).text);
-        assert!(foreign.text != profile.write(ridden(), 6).text);
+        assert_eq!(foreign.text, write(profile, ridden(), 5).text);
+        assert!(foreign.text != write(profile, ridden(), 6).text);
         assert!(foreign.truth.parse::<toml::Table>().is_ok(), "{}", foreign.truth);
     }
 }
@@ -111,7 +114,7 @@ fn every_logger_writes_its_rate_the_same_for_the_same_seed() {
 /// Away from its mounting, a phone feels what the frame does: about one g on average, and its axes turn as one.
 #[test]
 fn a_phone_feels_the_lean_in_its_own_axes() {
-    let foreign = Profile::Phone.write(ridden(), 5);
+    let foreign = write(Profile::Phone, ridden(), 5);
     let truth: toml::Table = foreign.truth.parse().expect("TOML");
     let angle = |k: usize| truth["mounting"][k].as_float().expect("a number");
     let turned = nalgebra::Rotation3::from_euler_angles(angle(0), angle(1), angle(2));
@@ -136,7 +139,7 @@ fn the_bundled_superbike_log_is_one_of_a_track() {
     if std::env::var_os("ROADBENCH_BLESS").is_some() {
         let track = Track::load("track").expect("built in").expect("a track");
         let two = track::ride(&Track { laps: 2, ..track }, 0).expect("comes round");
-        let foreign = Profile::Superbike.write(&two, 22);
+        let foreign = write(Profile::Superbike, &two, 22);
         let folder = path.parent().expect("a folder");
         std::fs::create_dir_all(folder).expect("made");
         std::fs::write(&path, &foreign.text).expect("written");

@@ -11,12 +11,15 @@
 
 pub mod circuit;
 pub mod drivetrain;
+pub mod ridden;
 pub mod rider;
 pub mod scenario;
 mod truth;
 
 use nalgebra::Vector3;
 
+use self::ridden::CORNER;
+pub use self::ridden::{DEGREE, ORIGIN, TrackRide, position};
 use self::rider::{Hands, Rider};
 pub use self::scenario::{Entry, Track};
 pub use self::truth::{Doing, doings, notes};
@@ -42,34 +45,6 @@ const STEP: f64 = 0.002;
 const START: f64 = 30.0;
 /// Attempts at a session that comes to its end.
 pub const ATTEMPTS: usize = 8;
-/// The start line: latitude and longitude, degrees.
-pub const ORIGIN: [f64; 2] = [44.3439, 11.7167];
-/// Metres of a degree of latitude.
-pub const DEGREE: f64 = 111_194.926_644;
-/// Lean from which it is a corner, rad.
-const CORNER: f64 = 0.21;
-
-/// A session on the track with everything known about it.
-#[derive(Debug, Clone)]
-pub struct TrackRide {
-    /// What it was ridden with.
-    pub entry: Entry,
-    /// Log, labels and samples.
-    pub ride: MultibodyRide,
-    /// Levers, engine and place by sample.
-    pub hands: Vec<Hands>,
-    /// Times at which the start line was crossed, s.
-    pub crossings: Vec<f64>,
-    /// Why attempts before it failed.
-    pub failed: Vec<String>,
-}
-
-/// Latitude and longitude of a point of the road, degrees; x points east and y north.
-pub fn position(p: [f64; 2]) -> [f64; 2] {
-    let east = DEGREE * ORIGIN[0].to_radians().cos();
-    [ORIGIN[0] + p[1] / DEGREE, ORIGIN[1] + p[0] / east]
-}
-
 /// Rides the session of a number: the first attempt that does not fall.
 ///
 /// # Errors

@@ -21,7 +21,7 @@ use crate::effects::ModelError;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::simulate::builtin::text_with_key;
 use crate::simulate::imu::Imu;
-use crate::simulate::loggers::Profile;
+use crate::simulate::loggers::profile::Profile;
 use crate::simulate::population::Machine;
 use crate::simulate::population::bike::{BikeFile, bike};
 use crate::simulate::rider::Disturbance;

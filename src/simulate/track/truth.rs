@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::drivetrain::Drivetrain;
-use super::{CORNER, TrackRide};
+use super::ridden::{CORNER, TrackRide};
 
 /// Something the rider did for a while.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
