@@ -47,10 +47,13 @@ pub fn fill(
     provenance: &Provenance,
 ) {
     for row in rows.iter_mut() {
-        if !matches!(row.status, Status::NotAvailable | Status::PoorlyDetermined) {
+        let Some(id) = Id::from_names(&row.tyre, &row.coefficient) else { continue };
+        // without coasting the ordinary front radius is that of driving, velocity over wheel speed as
+        // they are: latency, growth and load move it by 0.2 to 0.6 %
+        let radius = id.coefficient == C::EffectiveRollingRadius;
+        if !radius && !matches!(row.status, Status::NotAvailable | Status::PoorlyDetermined) {
             continue;
         }
-        let Some(id) = Id::from_names(&row.tyre, &row.coefficient) else { continue };
         let Some(word) = fit.word(id, max_relative) else { continue };
         let better = matches!(word.status, Status::Ok | Status::LowerBound);
         if better || row.status == Status::NotAvailable {
@@ -202,13 +205,15 @@ const MODEL_ERROR_DRAG: f64 = 0.04;
 const MODEL_ERROR_STIFFNESS: [f64; 2] = [0.06, 0.05];
 
 fn undetermined(value: f64, half: f64, remedy: &str) -> Word {
+    // two digits of the uncertainty
+    let digits = (1.0 - half.log10().floor()).clamp(0.0, 9.0) as usize;
     Word {
         value: None,
         std_error: None,
         interval: [None, None],
         status: Status::NotAvailable,
         reason: Some(format!(
-            "the ride in gear hardly narrows what was assumed ({value:.3} ± {half:.3}): {remedy}"
+            "the ride in gear hardly narrows what was assumed ({value:.digits$} ± {half:.digits$}): {remedy}"
         )),
     }
 }
