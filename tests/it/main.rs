@@ -44,4 +44,5 @@ mod rooms;
 mod s3_server;
 mod script;
 mod segment;
+mod superbike;
 mod suspicions;
