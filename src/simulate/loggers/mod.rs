@@ -4,7 +4,7 @@
 //! track ride -> columns (name, value by sample, delay, noise, step) -> rows at the logger's rate -> text
 //! ```
 //!
-//! Adding a logger is one file that lists its columns, and one line in [`write`]. Names and units follow
+//! Adding a logger is one file that lists its columns, and one line in [`write()`]. Names and units follow
 //! exports of such loggers as their owners publish them; none is a copy of one.
 
 pub mod board;
