@@ -218,7 +218,8 @@ fn same(
             }
         }
         let asked = ride.len / step(channel);
-        assert!(compared * 1000 >= asked * 995, "{name}: {channel}: {compared} of {asked}");
+        // the first one of a late channel is before the log
+        assert!((compared + 1) * 1000 >= asked * 995, "{name}: {channel}: {compared} of {asked}");
     }
     back.channels().count()
 }

@@ -283,13 +283,14 @@ pub fn ctrk(session: &Session) -> Vec<u8> {
             0x0250,
             &[raw((of(AccelerationX, i) / 9.80665 + 7.0) * 1e3), raw(7e3), [0; 2], [0; 2]].concat(),
         );
-        if ms.is_multiple_of(1000) {
-            let s = ms / 1000;
+        // the satellite's speed comes 0.2 s late
+        if ms % 1000 == 200 {
+            let (s, then) = (ms / 1000, i - (0.2 * session.rate).round() as usize);
             let body = format!(
-                "GPRMC,12{:02}{:02}.000,A,4757.0410,N,00012.5240,E,{:.3},334.60,290725,,,A",
+                "GPRMC,12{:02}{:02}.200,A,4757.0410,N,00012.5240,E,{:.3},334.60,290725,,,A",
                 s / 60 % 60,
                 s % 60,
-                of(VelocityX, i) * 3600.0 / 1852.0
+                of(VelocityX, then) * 3600.0 / 1852.0
             );
             let sum = body.bytes().fold(0, |a, b| a ^ b);
             record(2, ms, format!("${body}*{sum:02X}\r\n\0").as_bytes());

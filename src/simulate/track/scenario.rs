@@ -250,8 +250,9 @@ impl Track {
         let grade = r.between(self.grade[0], self.grade[1]);
         let (blow, from) =
             (r.between(self.wind[0], self.wind[1]), r.between(0.0, std::f64::consts::TAU));
-        // leans of 45 to 55 degrees and four fifths of the grip; less after a fall
-        let daring = 0.95_f64.powi(attempt as i32) * r.between(0.95, 1.0);
+        // leans of 45 to 55 degrees and four fifths of the grip; less after a fall, much less after the fourth
+        let calm = 0.95_f64.powi(attempt as i32) * 0.88_f64.powi(attempt as i32 - 3).min(1.0);
+        let daring = calm * r.between(0.95, 1.0);
         let lateral = (0.80 * peak).min(1.08) * GRAVITY * daring;
         let centre = motorcycle.centre();
         // what the front wheel can brake before the rear one lifts
