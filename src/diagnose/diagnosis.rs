@@ -4,6 +4,7 @@ use super::levels::Member;
 use super::offroad::OffroadDiagnosis;
 use super::road::RoadDiagnosis;
 use super::summary;
+use super::tuning::{OffroadTuning, RoadTuning};
 use crate::effects::extended_model::ExtendedModel;
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError};
 
@@ -46,7 +47,7 @@ impl From<RoadDiagnosis> for Diagnosis {
                 &d.causes,
                 &d.discrepancies,
                 &d.simulation_errors,
-                d.naming.alarm,
+                [d.naming.alarm, RoadTuning::default().alarm],
             ),
             poolable: d.is_poolable(),
             ident: d.ident,
@@ -63,7 +64,13 @@ impl From<RoadDiagnosis> for Diagnosis {
 impl From<OffroadDiagnosis> for Diagnosis {
     fn from(d: OffroadDiagnosis) -> Self {
         Diagnosis {
-            summary: summary::session(&d.ident, &d.causes, &d.discrepancies, &[], d.naming.alarm),
+            summary: summary::session(
+                &d.ident,
+                &d.causes,
+                &d.discrepancies,
+                &[],
+                [d.naming.alarm, OffroadTuning::default().alarm],
+            ),
             poolable: false,
             ident: d.ident,
             site: None,

@@ -13,13 +13,13 @@ const GAINS: usize = 3;
 const DIGITS: i32 = 4;
 
 /// The verdict on a session, several lines of which the last is not ended. `alarm` is the largest score of
-/// a candidate before anything was named.
+/// a candidate before anything was named and what a name takes.
 pub fn session(
     ident: &Ident,
     causes: &[CauseRow],
     discrepancies: &[DiscrepancyRow],
     errors: &[SimulationError],
-    alarm: f64,
+    alarm: [f64; 2],
 ) -> String {
     let mut lines = vec![format!("{}  {}", ident.session_id, ident.bike_id)];
     let is_cause = |c: &&CauseRow| Verdict::from_name(&c.verdict).is_some_and(Verdict::is_cause);
@@ -46,11 +46,12 @@ fn unnamed(
     causes: &[CauseRow],
     named: &[&CauseRow],
     unexplained: Option<&CauseRow>,
-    alarm: f64,
+    [largest, needed]: [f64; 2],
 ) -> Option<String> {
     let blind = |c: &CauseRow| c.verdict == Verdict::NotIdentifiable.name();
-    let score =
-        format!("the largest score is {alarm:.1}, and 19 of 20 null simulations stay below 1");
+    let score = format!(
+        "the largest score is {largest:.1}; 19 of 20 null simulations stay below 1, and a name takes {needed}"
+    );
     match unexplained {
         _ if !named.is_empty() => None,
         Some(row) => Some(format!(
