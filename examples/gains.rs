@@ -78,9 +78,9 @@ fn answer(case: &Case, suite: &str, nulls: usize) -> Option<Answer> {
 fn main() {
     let arguments = Arguments::parse();
     println!(
-        "| effect | ride | named | better | worse by a tenth | largest fall: base, extended (noise) |"
+        "| effect | ride | named | better | worse by a tenth | all, mean | largest fall: base, extended (noise) |"
     );
-    println!("|---|---|---|---:|---:|---|");
+    println!("|---|---|---|---:|---:|---:|---|");
     let mut sums = [[0; 4]; SUITES.len()];
     let wanted =
         |e: &&Effect| arguments.effects.is_empty() || arguments.effects.iter().any(|n| n == e.name);
@@ -107,7 +107,7 @@ fn main() {
         .collect();
     for (effect, suite, answer) in &all {
         let Some(Answer { named, errors }) = answer else {
-            println!("| `{}` | {} | not ridden | | | |", effect.name, SUITES[*suite]);
+            println!("| `{}` | {} | not ridden | | | | |", effect.name, SUITES[*suite]);
             continue;
         };
         let asked = |e: &&SimulationError| e.rmse_base > ASKED * e.noise_floor;
@@ -131,9 +131,11 @@ fn main() {
             ),
             None => "-".into(),
         };
+        let mean = SimulationError::change_of_all(errors);
+        let mean = mean.map_or("-".into(), |m| format!("{:+.1} %", 100.0 * (m.exp() - 1.0)));
         let named = if named.is_empty() { "-".into() } else { named.join(", ") };
         println!(
-            "| `{}` | {} | {named} | {better} of {} | {worse} of {} | {best} |",
+            "| `{}` | {} | {named} | {better} of {} | {worse} of {} | {mean} | {best} |",
             effect.name,
             SUITES[*suite],
             large.len(),

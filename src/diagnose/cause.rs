@@ -72,6 +72,8 @@ pub enum Objection {
     Contradicted,
     /// Null simulations on the model with it do not give its size back, or only one out of bounds.
     NotReproduced,
+    /// The simulation of manoeuvres left out of the fit gets worse with what is named.
+    WorseSimulation,
 }
 
 /// A candidate at a stage of the naming, before any verdict.

@@ -87,6 +87,10 @@ fn reason(cause: &Cause, remark: &str) -> String {
             "explains part of the misfit (gains {gain:.0}), but null simulations with it do not reproduce its \
              size"
         ),
+        (_, Some(Objection::WorseSimulation)) => format!(
+            "explains part of the misfit (gains {gain:.0}), but makes the simulation of manoeuvres that were left \
+             out worse"
+        ),
         (Verdict::Named, None) => format!("{sentence}{remark}: gains {gain:.0}"),
         (Verdict::Ambiguous, None) => format!(
             "{sentence}, or one of {}: this ride cannot tell them apart; what would: {separate_by}",

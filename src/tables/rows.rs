@@ -418,6 +418,18 @@ impl SimulationError {
         self.change() < -Self::VISIBLE
     }
 
+    /// By how much the simulation changes as a whole: the mean over channels and kinds of manoeuvres of the
+    /// logarithm of the error after over that before, each with the noise that is there anyway added. Above nil it
+    /// gets worse. `None` where nothing was named.
+    pub fn change_of_all(rows: &[SimulationError]) -> Option<f64> {
+        let log = |r: &SimulationError| {
+            let with_noise = |error: f64| error.hypot(r.noise_floor);
+            Some((with_noise(r.rmse_extended?) / with_noise(r.rmse_base)).ln())
+        };
+        let logs: Vec<f64> = rows.iter().filter_map(log).filter(|x| x.is_finite()).collect();
+        (!logs.is_empty()).then(|| logs.iter().sum::<f64>() / logs.len() as f64)
+    }
+
     /// The rows that get better, the one by most noise floors first.
     pub fn gains(rows: &[SimulationError]) -> Vec<&SimulationError> {
         let mut out: Vec<&SimulationError> = rows.iter().filter(|r| r.is_better()).collect();

@@ -127,9 +127,48 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
         (named, lost)
     }
 
+    /// What is left of a naming whose causes all have an objection: they are put behind the other candidates,
+    /// and the base is the model again.
+    #[must_use]
+    pub fn withdrawn(&self, naming: Naming<Base>, objection: Objection) -> Naming<Base> {
+        let mut stage = self.first();
+        let judged = self.judge(&stage);
+        stage.model = self.start.base.clone();
+        let structure = stage.structure(self.ride.samples).0;
+        let out = |c: Cause| if c.verdict.is_cause() { c.rejected(objection) } else { c };
+        let mut causes: Vec<Cause> =
+            naming.causes.into_iter().map(out).filter(|c| c.objection.is_some()).collect();
+        let mut rest = self.rest(&judged, &causes);
+        rest.sort_by(|a, b| b.score.total_cmp(&a.score));
+        causes.extend(rest);
+        Naming {
+            causes,
+            extended: stage.model,
+            alarm: naming.alarm,
+            structure: structure.map(described),
+            unexplained: self.objects(structure, &[]),
+        }
+    }
+
+    /// The candidates that are neither named nor objected to.
+    fn rest(&self, judged: &[Judged], rejected: &[Cause]) -> Vec<Cause> {
+        let is_open = |j: &&Judged| {
+            let same = |c: &Cause| c.candidate.place == j.candidate.place;
+            self.is_identifiable(j) && !rejected.iter().any(same)
+        };
+        let open = judged.iter().filter(is_open).map(|j| j.cause(Verdict::NotNeeded));
+        let first = self.judge(&self.first());
+        let hidden = first.iter().filter(|j| !self.is_identifiable(j));
+        open.chain(hidden.map(|j| j.cause(Verdict::NotIdentifiable))).collect()
+    }
+
     fn by_cell(&self, found: &Blocks) -> CellResiduals {
         in_cells(cells(self.ride.samples, found))
     }
+}
+
+fn described((term, times): (Term, f64)) -> Structure {
+    Structure { description: term.description(), times }
 }
 
 impl<'a> Engine for RoadEngine<'_, 'a> {
@@ -237,16 +276,8 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
             unexplained = self.objects(structure, &named);
         }
         rejected.extend(lost);
-        let is_open = |j: &&Judged| {
-            let same = |c: &Cause| c.candidate.place == j.candidate.place;
-            self.is_identifiable(j) && !rejected.iter().any(same)
-        };
-        let open = judged.iter().filter(is_open).map(|j| j.cause(Verdict::NotNeeded));
-        let first = self.judge(&self.first());
-        let hidden = first.iter().filter(|j| !self.is_identifiable(j));
-        let rest = open.chain(hidden.map(|j| j.cause(Verdict::NotIdentifiable))).collect();
-        let structure =
-            structure.map(|(term, times)| Structure { description: term.description(), times });
+        let rest = self.rest(&judged, &rejected);
+        let structure = structure.map(described);
         Confirmed { named, rejected, rest, extended: stage.model, structure, unexplained }
     }
 
