@@ -166,10 +166,10 @@ mod tests {
     #[test]
     fn a_session_without_a_name_says_how_large_the_largest_score_is() {
         let row = CauseRow { verdict: "not_needed".into(), ..CauseRow::default() };
-        let text = session(&Ident::default(), &[row], &[], &[], 0.7);
+        let text = session(&Ident::default(), &[row], &[], &[], [0.7, 1.75]);
         assert!(text.contains("No cause is named: the largest score is 0.7"), "{text}");
         let row = CauseRow { verdict: "not_identifiable".into(), ..CauseRow::default() };
-        let text = session(&Ident::default(), &[row], &[], &[], 0.0);
+        let text = session(&Ident::default(), &[row], &[], &[], [0.0, 1.75]);
         assert!(text.contains("identify none of the 1 candidates"), "{text}");
     }
 }

@@ -41,7 +41,10 @@ fn ride(scenario: &Motocross) -> MotocrossRide {
 fn diagnosed(scenario: &Motocross, ridden: &MotocrossRide) -> OffroadDiagnosis {
     let d = diagnose(&ridden.session, &scenario.bike, &Pipeline::builtin("offroad"), NULLS)
         .expect("diagnosed");
-    println!("{}", summary::session(&d.ident, &d.causes, &d.discrepancies, &[], d.naming.alarm));
+    println!(
+        "{}",
+        summary::session(&d.ident, &d.causes, &d.discrepancies, &[], [d.naming.alarm, 1.0])
+    );
     for c in &d.causes {
         let [low, high] = [c.ci95_low, c.ci95_high].map(|v| v.unwrap_or(f64::NAN));
         println!(
