@@ -217,7 +217,8 @@ pub fn origin(row: &Coefficient) -> String {
     match row.status {
         Status::Ok => format!("fitted{interval}"),
         Status::Assumed => "assumed: bike file".to_owned(),
-        Status::LowerBound | Status::PoorlyDetermined | Status::NotAvailable => {
+        Status::LowerBound => format!("not reached by the ride{interval}"),
+        Status::PoorlyDetermined | Status::NotAvailable => {
             format!("fitted but POORLY DETERMINED{interval}")
         }
     }

@@ -127,8 +127,8 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
         (named, lost)
     }
 
-    /// What is left of a naming whose causes all have an objection: they are put behind the other candidates,
-    /// and the base is the model again.
+    /// What is left of a naming whose causes all have an objection: they stand before the other candidates,
+    /// which are judged on the base, and the base is the model again.
     #[must_use]
     pub fn withdrawn(&self, naming: Naming<Base>, objection: Objection) -> Naming<Base> {
         let mut stage = self.first();
