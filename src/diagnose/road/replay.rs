@@ -19,7 +19,7 @@ use crate::ingest::gaps::bridge;
 use crate::ingest::grid::Interpolation;
 use crate::model::dive::above_axles;
 use crate::model::{Stiffness, Tyre};
-use crate::simulate::motorcycle::{Action, Plant, State};
+use crate::simulate::motorcycle::{Action, Exponential, Plant, State};
 use crate::simulate::programme::Lean;
 use crate::simulate::rider::steer_as_felt;
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
@@ -279,6 +279,7 @@ impl Parts {
 /// The simulated motorcycle on its way.
 struct Ride<'a> {
     plant: &'a Plant,
+    scheme: Exponential<'a>,
     state: State,
     action: Action,
     brakes: Brakes,
@@ -291,7 +292,7 @@ impl<'a> Ride<'a> {
         let mut state = State { vx: speed, ..State::default() };
         state.omega = [0, 1].map(|k| speed / plant.tyres[k].rolling_radius);
         let (action, brakes) = (Action::default(), Brakes::default());
-        Ride { plant, state, action, brakes, load: None }
+        Ride { plant, scheme: Exponential::new(plant), state, action, brakes, load: None }
     }
 
     /// Takes up the measured motion.
@@ -358,7 +359,7 @@ impl<'a> Ride<'a> {
         let before = self.state;
         let next = given(self.action, (i + 1).min(measured.v.len() - 1));
         let response =
-            plant.advance_between(&mut self.state, [&self.action, &next], dt, Some(response.load));
+            self.scheme.advance(&mut self.state, [&self.action, &next], dt, Some(response.load));
         self.load = Some(response.load);
         if self.state.vx < 0.0 {
             self.state.vx = 0.0;

@@ -59,7 +59,7 @@ pub(super) const SLIP_SPEED: f64 = 1.0;
 /// Below this speed the rider's feet hold the bike up.
 const FEET_DOWN: f64 = 2.5;
 /// Lag of the rider's arms on the handlebar, s.
-const STEER_LAG: f64 = 0.01;
+pub(super) const STEER_LAG: f64 = 0.01;
 
 impl Plant {
     /// Longitudinal and lateral velocity of the contact points in their wheels' frames.
