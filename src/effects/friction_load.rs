@@ -1,6 +1,6 @@
 //! Load sensitivity of friction.
 
-use super::physics::Physics;
+use super::physics::{Physics, Reach};
 use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::channel::Channel;
 
@@ -27,6 +27,7 @@ impl Physics for FrictionLoad {
         level: Level::Bike,
         faint: true,
     };
+    const REACH: Reach = Reach::SLIPS;
 
     fn relative_friction(size: f64, ratio: f64, extra_load: f64) -> f64 {
         ratio - size * extra_load

@@ -1,6 +1,6 @@
 //! Give of the front frame.
 
-use super::physics::{Physics, Remove};
+use super::physics::{Physics, Reach, Remove};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -23,7 +23,7 @@ impl Physics for FrontCompliance {
         level: Level::Bike,
         faint: false,
     };
-    const IN_ATTITUDE: bool = true;
+    const REACH: Reach = Reach::ATTITUDE;
     const REMOVE: Option<Remove> = Some(|session, bike, size| {
         let share = bike.mass * bike.cg_to_rear() / bike.wheelbase;
         let across = session.get(Channel::AccelerationY).map(<[f64]>::to_vec);

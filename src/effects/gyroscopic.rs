@@ -1,6 +1,6 @@
 //! Spin that is not the wheels'.
 
-use super::physics::Physics;
+use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -23,6 +23,7 @@ impl Physics for Gyroscopic {
         level: Level::Bike,
         faint: true,
     };
+    const REACH: Reach = Reach::TURNING;
 
     fn spin(size: f64, ratio: f64) -> f64 {
         ratio + size

@@ -1,6 +1,6 @@
 //! Delay of the velocities.
 
-use super::physics::{Physics, Remove};
+use super::physics::{Physics, Reach, Remove};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -29,7 +29,7 @@ impl Physics for Latency {
         level: Level::Bike,
         faint: false,
     };
-    const IN_ATTITUDE: bool = true;
+    const REACH: Reach = Reach::ATTITUDE;
     const REMOVE: Option<Remove> = Some(|session, _, size| delay(session, -size));
 
     fn velocity(size: f64, reading: f64, rate: f64) -> f64 {

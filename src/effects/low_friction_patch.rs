@@ -1,6 +1,6 @@
 //! Slippery end of the strip.
 
-use super::physics::Physics;
+use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -23,6 +23,7 @@ impl Physics for LowFrictionPatch {
         level: Level::Site,
         faint: false,
     };
+    const REACH: Reach = Reach::SLIPS;
     const NEEDS_HEADING: bool = true;
 
     fn grip(size: f64, grip: f64, _time: f64, along: f64) -> f64 {

@@ -12,7 +12,7 @@ use crate::contract::bike::Axle;
 use crate::contract::schema::closest;
 use crate::contract::session::Session;
 use model_error::{Step, compose, effects};
-use physics::{Multibody, Physics, Remove, Rolling, hooks};
+use physics::{Multibody, Physics, Reach, Remove, Rolling, hooks};
 use ride::BrakeHistory;
 pub use spec::{EffectSpec, Level};
 
@@ -106,6 +106,8 @@ pub struct Effect {
     /// Takes an effect of a size out of what was measured and assumed, so that the base model holds.
     /// `None` where that cannot be done without the tyre.
     pub remove: Option<Remove>,
+    /// What it acts on.
+    pub reach: Reach,
 }
 
 /// The fields of the declaration are read as the effect's own.

@@ -27,6 +27,7 @@ macro_rules! effects {
             get: |error| error.$module,
             set: |error, size| error.$module = size,
             remove: $module::$effect::REMOVE,
+            reach: $module::$effect::REACH,
         },)*];
 
         impl ModelError {
@@ -39,7 +40,7 @@ macro_rules! effects {
             /// The sizes of those effects that attitudes depend on; the others are zero.
             pub fn of_attitude(&self) -> ModelError {
                 let kept = |size: f64, keep: bool| if keep { size } else { 0.0 };
-                ModelError { $($module: kept(self.$module, $module::$effect::IN_ATTITUDE),)* }
+                ModelError { $($module: kept(self.$module, $module::$effect::REACH.attitude),)* }
             }
 
             /// Whether it matters which way the motorcycle goes.

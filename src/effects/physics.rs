@@ -8,6 +8,7 @@
 use super::ride::BrakeHistory;
 use super::spec::EffectSpec;
 use crate::contract::bike::{Axle, Bike};
+use crate::contract::residual_channel::ResidualChannel;
 use crate::contract::session::Session;
 
 /// Takes an effect of a size out of a session and its bike file.
@@ -20,6 +21,68 @@ pub enum Multibody {
     Hooks,
     /// From its construction, whatever is hidden: why.
     Inherent(&'static str),
+}
+
+/// What a number acts on: which parts of the residuals change with it and which stay as they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reach {
+    /// How the motorcycle lies and where its wheels point.
+    pub attitude: bool,
+    /// Forces along and wheel loads.
+    pub forces: bool,
+    /// What the wheels' slips are held against.
+    pub slips: bool,
+    /// What the lagged slip angles are held against.
+    pub lateral: bool,
+    /// The roll balance.
+    pub roll: bool,
+    /// The kinematic balances.
+    pub kinematic: bool,
+}
+
+impl Reach {
+    const NOTHING: Reach = Reach {
+        attitude: false,
+        forces: false,
+        slips: false,
+        lateral: false,
+        roll: false,
+        kinematic: false,
+    };
+    /// The attitude, and with it everything.
+    pub const ATTITUDE: Reach = Reach { attitude: true, ..Reach::FORCES };
+    /// Forces and loads, and with them all that needs no other attitude.
+    pub const FORCES: Reach = Reach {
+        attitude: false,
+        forces: true,
+        slips: true,
+        lateral: true,
+        roll: true,
+        kinematic: true,
+    };
+    /// Slips alone.
+    pub const SLIPS: Reach = Reach { slips: true, ..Reach::NOTHING };
+    /// Lateral balances of the wheels alone.
+    pub const LATERAL: Reach = Reach { lateral: true, ..Reach::NOTHING };
+    /// The roll balance alone.
+    pub const ROLL: Reach = Reach { roll: true, ..Reach::NOTHING };
+    /// Both balances of what turns: lateral and roll.
+    pub const TURNING: Reach = Reach { lateral: true, ..Reach::ROLL };
+    /// The kinematic balances alone.
+    pub const KINEMATIC: Reach = Reach { kinematic: true, ..Reach::NOTHING };
+    /// All that the lateral acceleration enters.
+    pub const SIDEWAYS: Reach = Reach { kinematic: true, ..Reach::TURNING };
+
+    /// Whether the residuals of a channel change.
+    pub fn acts_on(self, channel: ResidualChannel) -> bool {
+        match channel {
+            ResidualChannel::ForceX => self.forces,
+            ResidualChannel::SlipFront | ResidualChannel::SlipRear => self.slips,
+            ResidualChannel::LateralFront | ResidualChannel::LateralRear => self.lateral,
+            ResidualChannel::Roll => self.roll,
+            ResidualChannel::KinematicX | ResidualChannel::KinematicY => self.kinematic,
+        }
+    }
 }
 
 /// How a wheel rolls.
@@ -118,9 +181,8 @@ macro_rules! declare {
             const SPEC: EffectSpec;
             /// Where the multibody motorcycle has it from.
             const MULTIBODY: Multibody = Multibody::Hooks;
-            /// Whether it acts on how the motorcycle lies and where its wheels point; the attitudes
-            /// know the sizes of no other effect.
-            const IN_ATTITUDE: bool = false;
+            /// What it acts on; the attitudes know the sizes of no effect that does not say so.
+            const REACH: Reach = Reach::FORCES;
             /// Whether it depends on the heading; simulators work out `along` for no other effect.
             const NEEDS_HEADING: bool = false;
             /// How it is taken out of a recording; `None` where that cannot be done without the tyre.

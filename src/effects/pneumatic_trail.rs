@@ -1,6 +1,6 @@
 //! Pneumatic trail of the tyres.
 
-use super::physics::Physics;
+use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -23,6 +23,7 @@ impl Physics for PneumaticTrail {
         level: Level::Bike,
         faint: true,
     };
+    const REACH: Reach = Reach::LATERAL;
 
     fn relative_trail(size: f64, ratio: f64) -> f64 {
         ratio + size

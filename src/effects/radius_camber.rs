@@ -1,6 +1,6 @@
 //! Crown of the tyres.
 
-use super::physics::{Multibody, Physics, Remove, Rolling};
+use super::physics::{Multibody, Physics, Reach, Remove, Rolling};
 use super::ride::scale_with;
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
@@ -24,6 +24,7 @@ impl Physics for RadiusCamber {
         level: Level::Bike,
         faint: false,
     };
+    const REACH: Reach = Reach::SLIPS;
     const MULTIBODY: Multibody = Multibody::Inherent("its tyres are toroids");
     const REMOVE: Option<Remove> = Some(|session, bike, size| {
         for (channel, wheel) in

@@ -1,6 +1,6 @@
 //! Flattening of the tyres.
 
-use super::physics::{Multibody, Physics, Rolling};
+use super::physics::{Multibody, Physics, Reach, Rolling};
 use super::spec::{BRAKING, EffectSpec, Level};
 use crate::contract::channel::Channel;
 
@@ -22,6 +22,7 @@ impl Physics for RadiusLoad {
         level: Level::Bike,
         faint: false,
     };
+    const REACH: Reach = Reach::SLIPS;
     const MULTIBODY: Multibody = Multibody::Inherent(
         "its tyres are springs, by a share of whose deflection they roll shorter",
     );

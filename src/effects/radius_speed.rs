@@ -1,6 +1,6 @@
 //! Growth of the tyres with speed.
 
-use super::physics::{Physics, Remove, Rolling};
+use super::physics::{Physics, Reach, Remove, Rolling};
 use super::ride::scale_with;
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
@@ -27,6 +27,7 @@ impl Physics for RadiusSpeed {
         level: Level::Bike,
         faint: false,
     };
+    const REACH: Reach = Reach::SLIPS;
     const REMOVE: Option<Remove> = Some(|session, _, size| {
         for channel in [Channel::WheelSpeedFront, Channel::WheelSpeedRear] {
             scale_with(session, channel, |ride, i| 1.0 + size * (ride.v[i] / GROWN_AT).powi(2));

@@ -1,6 +1,6 @@
 //! Relaxation length of the tyres.
 
-use super::physics::{Physics, Remove};
+use super::physics::{Physics, Reach, Remove};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -26,7 +26,7 @@ impl Physics for RelaxationLength {
         level: Level::Bike,
         faint: true,
     };
-    const IN_ATTITUDE: bool = true;
+    const REACH: Reach = Reach::ATTITUDE;
     const REMOVE: Option<Remove> = Some(|_, bike, size| {
         for wheel in [&mut bike.front, &mut bike.rear] {
             let usual = wheel.relaxation_length.unwrap_or(wheel.radius);

@@ -1,6 +1,6 @@
 //! Lean of the rider's body.
 
-use super::physics::Physics;
+use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -23,6 +23,7 @@ impl Physics for RiderLean {
         level: Level::Night,
         faint: false,
     };
+    const REACH: Reach = Reach::ROLL;
 
     fn mass_centre_aside(size: f64, offset: f64, roll: f64) -> f64 {
         offset + size * roll

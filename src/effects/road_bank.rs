@@ -1,6 +1,6 @@
 //! Cross fall of the road.
 
-use super::physics::Physics;
+use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -23,7 +23,7 @@ impl Physics for RoadBank {
         level: Level::Site,
         faint: false,
     };
-    const IN_ATTITUDE: bool = true;
+    const REACH: Reach = Reach::ATTITUDE;
 
     fn camber(size: f64, camber: f64) -> f64 {
         camber - size

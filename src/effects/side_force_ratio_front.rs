@@ -1,6 +1,6 @@
 //! Side-force ratio of the front tyre.
 
-use super::physics::{Physics, Remove};
+use super::physics::{Physics, Reach, Remove};
 use super::spec::{EffectSpec, Level};
 use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
@@ -35,6 +35,7 @@ impl Physics for SideForceRatioFront {
         level: Level::Bike,
         faint: false,
     };
+    const REACH: Reach = Reach::LATERAL;
     const REMOVE: Option<Remove> = Some(|_, bike, size| bike.front.side_force_ratio += size);
 
     fn side_force_ratio(size: f64, ratio: f64, axle: Axle) -> f64 {

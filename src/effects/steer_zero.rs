@@ -1,6 +1,6 @@
 //! Zero of the steering sensor.
 
-use super::physics::{Physics, Remove};
+use super::physics::{Physics, Reach, Remove};
 use super::ride::add;
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
@@ -25,7 +25,7 @@ impl Physics for SteerZero {
         level: Level::Bike,
         faint: false,
     };
-    const IN_ATTITUDE: bool = true;
+    const REACH: Reach = Reach::ATTITUDE;
     const REMOVE: Option<Remove> = Some(|session, _, size| add(session, Channel::SteerAngle, size));
 
     fn steer(size: f64, reading: f64) -> f64 {

@@ -1,6 +1,6 @@
 //! Load sensitivity of the cornering stiffness.
 
-use super::physics::Physics;
+use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -29,6 +29,7 @@ impl Physics for StiffnessLoad {
         level: Level::Bike,
         faint: false,
     };
+    const REACH: Reach = Reach::LATERAL;
 
     fn relative_stiffness(size: f64, ratio: f64, extra_load: f64) -> f64 {
         ratio + size * extra_load

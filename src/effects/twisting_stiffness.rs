@@ -1,6 +1,6 @@
 //! Twisting stiffness of the tyres.
 
-use super::physics::{Physics, Remove};
+use super::physics::{Physics, Reach, Remove};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -28,6 +28,7 @@ impl Physics for TwistingStiffness {
         level: Level::Bike,
         faint: true,
     };
+    const REACH: Reach = Reach::LATERAL;
     const REMOVE: Option<Remove> = Some(|_, bike, size| {
         bike.front.twisting_stiffness += size;
         bike.rear.twisting_stiffness += size;

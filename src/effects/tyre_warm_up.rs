@@ -1,6 +1,6 @@
 //! Cold tyres.
 
-use super::physics::Physics;
+use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
@@ -26,6 +26,7 @@ impl Physics for TyreWarmUp {
         level: Level::Night,
         faint: true,
     };
+    const REACH: Reach = Reach::SLIPS;
 
     fn grip(size: f64, grip: f64, time: f64, _along: f64) -> f64 {
         // the exponential is for rides that have it only

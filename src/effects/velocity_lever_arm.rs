@@ -1,6 +1,6 @@
 //! Place of the velocity sensor.
 
-use super::physics::{Physics, Remove};
+use super::physics::{Physics, Reach, Remove};
 use super::spec::{EffectSpec, Level};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -24,7 +24,7 @@ impl Physics for VelocityLeverArm {
         level: Level::Bike,
         faint: false,
     };
-    const IN_ATTITUDE: bool = true;
+    const REACH: Reach = Reach::ATTITUDE;
     const REMOVE: Option<Remove> = Some(|session, _, size| move_sensor(session, -size));
 
     fn velocity_y(size: f64, reading: f64, yaw_rate: f64) -> f64 {

@@ -154,11 +154,28 @@ impl Base {
         Problem::new(samples, &self.start, self.sigma, &self.parameters)
     }
 
+    /// The slopes of the base's parameters and of more, where it is.
+    pub(super) fn linear_with(&self, samples: &Samples, more: &[Parameter]) -> Linear {
+        let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
+        Problem::new(samples, &self.start, self.sigma, &parameters).linear(&self.values)
+    }
+
     /// The base with more free parameters, its noise and priors kept; slopes are made at most `times`.
     pub fn extended(&self, samples: &Samples, more: &[Parameter], times: usize) -> Base {
+        self.extended_along(None, samples, more, times)
+    }
+
+    /// The same where the slopes of all of them are known already.
+    pub(super) fn extended_along(
+        &self,
+        known: Option<Linear>,
+        samples: &Samples,
+        more: &[Parameter],
+        times: usize,
+    ) -> Base {
         let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
         let problem = Problem::new(samples, &self.start, self.sigma, &parameters);
-        let values = problem.optimum(&self.values, times);
+        let values = problem.optimum_along(known, &self.values, times);
         let loss = problem.loss(&values);
         Base { values, loss, start: self.start.clone(), sigma: self.sigma, parameters }
     }
@@ -209,9 +226,15 @@ impl Base {
         if self.parameters.iter().map(strain).fold(0.0, f64::max) < STRAINED {
             return as_it_is(self);
         }
+        let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
+        let (linear, own) = (self.linear_with(samples, &more), self.parameters.len());
         let refits: Vec<(&Effect, f64, Base)> = effects
             .par_iter()
-            .map(|effect| (effect, self.extended(samples, &[effect.parameter()], 8)))
+            .enumerate()
+            .map(|(k, effect)| {
+                let linear = Some(linear.with(own, own + k));
+                (effect, self.extended_along(linear, samples, &[effect.parameter()], 8))
+            })
             .map(|(effect, refit)| (effect, 2.0 * (self.loss - refit.loss), refit))
             .collect();
         let sized = |(effect, gain, refit): &(&Effect, f64, Base)| {

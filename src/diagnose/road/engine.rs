@@ -10,7 +10,7 @@ use super::kept::Key;
 use super::left_out::LeftOut;
 use super::null_calibration::{RoadCalibration, SizeScale, cells};
 use super::null_simulation::NullSimulation;
-use super::parameters::BASE;
+use super::parameters::{BASE, Parameter};
 use super::problem::Linear;
 use super::residuals::{Blocks, CHANNELS, UNITS, blocks};
 use super::samples::BLOCK;
@@ -104,7 +104,7 @@ impl<'r, 'a> RoadEngine<'r, 'a> {
         while !named.is_empty() {
             if !complete {
                 let more: Vec<_> = named.iter().map(|c| c.candidate).collect();
-                let kept = self.memory.extended(ride, &self.start.near, &more);
+                let kept = self.memory.extended(ride, &self.start.near, &more, None);
                 let first = self.first();
                 *stage = Stage::next(ride, self.memory, &kept, Vec::new(), &first, &named);
             }
@@ -211,10 +211,18 @@ impl<'a> Engine for RoadEngine<'_, 'a> {
         gated.truncate(tuning.refitted);
         let least = tuning.far * gated.first().map_or(0.0, |j| j.gain);
         gated.retain(|j| j.gain > least);
+        if gated.is_empty() {
+            return Vec::new();
+        }
+        let more: Vec<Parameter> = gated.iter().map(|j| ride.parameter(&j.candidate)).collect();
+        let (slopes, own) =
+            (stage.model.linear_with(ride.samples, &more), stage.model.parameters.len());
         let mut refits: Vec<Refit<Base>> = gated
             .into_par_iter()
-            .map(|j| {
-                let model = self.memory.extended(ride, &stage.model, &[j.candidate]);
+            .enumerate()
+            .map(|(k, j)| {
+                let slopes = Some(slopes.with(own, own + k));
+                let model = self.memory.extended(ride, &stage.model, &[j.candidate], slopes);
                 let gain = 2.0 * (stage.model.loss - model.loss);
                 let size = ride.size(&j.candidate, &model);
                 let std_error = j.estimate.map_or(f64::INFINITY, |e| e.std_error);

@@ -42,5 +42,6 @@ pub mod simulation_errors;
 pub mod stage;
 pub mod structure;
 pub mod white_noise;
+pub mod workings;
 
 pub use session::{Fitted, Prepared, RoadDiagnosis, diagnose, fitted, log};

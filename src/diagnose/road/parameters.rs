@@ -3,6 +3,7 @@
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
+use crate::effects::physics::Reach;
 use crate::effects::{Effect, ModelError, PRIOR};
 use crate::fit::Solution;
 use crate::fit::cornering::{T1, T2};
@@ -80,6 +81,8 @@ pub struct Parameter {
     pub prior: f64,
     /// Where it is.
     pub place: Place,
+    /// What it acts on; whether on attitudes tells their [`Posture`](super::attitude::Posture).
+    pub reach: Reach,
 }
 
 /// Where one of the [`Parameters`] is.
@@ -117,17 +120,22 @@ impl Effect {
             scale: self.typical.abs(),
             prior: PRIOR,
             place: Place::ModelError(self.get, self.set),
+            reach: self.reach,
         }
     }
 }
 
 macro_rules! parameter {
     ($name:literal, $scale:expr, $prior:expr, |$w:ident| $place:expr) => {
+        parameter!($name, $scale, $prior, |$w| $place, Reach::FORCES)
+    };
+    ($name:literal, $scale:expr, $prior:expr, |$w:ident| $place:expr, $reach:expr) => {
         Parameter {
             name: $name,
             scale: $scale,
             prior: $prior,
             place: Place::Base(|$w| $place, |$w, value| $place = value),
+            reach: $reach,
         }
     };
 }
@@ -146,18 +154,20 @@ pub const BASE: &[Parameter] = &[
         scale: 1.3,
         prior: 3.0,
         place: Place::Base(|w| w.friction[0].b, |w, value| grip(&mut w.friction[0], value)),
+        reach: Reach::SLIPS,
     },
-    parameter!("mf_d_front", 0.1, 3.0, |w| w.friction[0].d),
-    parameter!("mf_e1_front", 0.3, 1.0, |w| w.friction[0].e1),
+    parameter!("mf_d_front", 0.1, 3.0, |w| w.friction[0].d, Reach::SLIPS),
+    parameter!("mf_e1_front", 0.3, 1.0, |w| w.friction[0].e1, Reach::SLIPS),
     Parameter {
         name: "mf_b_rear",
         scale: 1.2,
         prior: 3.0,
         place: Place::Base(|w| w.friction[1].b, |w, value| grip(&mut w.friction[1], value)),
+        reach: Reach::SLIPS,
     },
-    parameter!("mf_d_rear", 0.1, 3.0, |w| w.friction[1].d),
-    parameter!("mf_e1_rear", 0.3, 1.0, |w| w.friction[1].e1),
-    parameter!("mf_e2_rear", 0.3, 1.0, |w| w.friction[1].e2),
+    parameter!("mf_d_rear", 0.1, 3.0, |w| w.friction[1].d, Reach::SLIPS),
+    parameter!("mf_e1_rear", 0.3, 1.0, |w| w.friction[1].e1, Reach::SLIPS),
+    parameter!("mf_e2_rear", 0.3, 1.0, |w| w.friction[1].e2, Reach::SLIPS),
     Parameter {
         name: "cornering_stiffness_front",
         scale: 0.1,
@@ -166,8 +176,9 @@ pub const BASE: &[Parameter] = &[
             |w| -w.stiffness[0][0].ln(),
             |w, value| w.stiffness[0][0] = (-value).exp(),
         ),
+        reach: Reach::LATERAL,
     },
-    parameter!("stiffness_decay_front", 0.3, 2.0, |w| w.stiffness[0][1]),
+    parameter!("stiffness_decay_front", 0.3, 2.0, |w| w.stiffness[0][1], Reach::LATERAL),
     Parameter {
         name: "cornering_stiffness_rear",
         scale: 0.1,
@@ -176,8 +187,9 @@ pub const BASE: &[Parameter] = &[
             |w| -w.stiffness[1][0].ln(),
             |w, value| w.stiffness[1][0] = (-value).exp(),
         ),
+        reach: Reach::LATERAL,
     },
-    parameter!("stiffness_decay_rear", 0.3, 2.0, |w| w.stiffness[1][1]),
+    parameter!("stiffness_decay_rear", 0.3, 2.0, |w| w.stiffness[1][1], Reach::LATERAL),
     parameter!("overturning_stiffness", 0.005, 5.0, |w| w.overturning),
     parameter!("crown_ratio", CROWN_RATIO[1], 1.0, |w| w.crown_ratio),
     parameter!("deflection_share", DEFLECTION_SHARE[1], 1.0, |w| w.deflection_share),
@@ -185,13 +197,13 @@ pub const BASE: &[Parameter] = &[
     parameter!("dive_arm_front", 0.2, 1.0, |w| w.dive_arm[0]),
     parameter!("dive_arm_rear", 0.15, 1.0, |w| w.dive_arm[1]),
     parameter!("pitch_gyration", PITCH_GYRATION[1], 1.0, |w| w.pitch_gyration),
-    parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia),
-    parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term),
+    parameter!("roll_inertia", 5.0, 3.0, |w| w.roll_inertia, Reach::ROLL),
+    parameter!("roll_rate_term", 0.3, 5.0, |w| w.roll_rate_term, Reach::ROLL),
     parameter!("yaw_rate_zero", 0.002, 5.0, |w| w.yaw_rate_zero),
-    parameter!("acceleration_y_zero", 0.03, 2.0, |w| w.ay_zero),
+    parameter!("acceleration_y_zero", 0.03, 2.0, |w| w.ay_zero, Reach::SIDEWAYS),
     parameter!("acceleration_x_zero", 0.03, 5.0, |w| w.ax_zero),
     parameter!("velocity_y_zero", 0.02, 5.0, |w| w.vy_zero),
-    parameter!("attitude_scale", 0.004, 2.0, |w| w.attitude_scale),
+    parameter!("attitude_scale", 0.004, 2.0, |w| w.attitude_scale, Reach::KINEMATIC),
 ];
 
 /// Least slip stiffness per load of a tyre: half of the softest published.

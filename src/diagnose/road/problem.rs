@@ -6,10 +6,10 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::attitude::Posture;
 use super::parameters::{Parameter, Parameters};
-use super::residuals::{Blocks, CHANNELS, Curves, attitudes, blocks, blocks_at};
+use super::residuals::{Blocks, CHANNELS, blocks};
 use super::samples::{BLOCK, Samples};
+use super::workings::Workings;
 
 /// Standard deviations at which the loss turns from square to straight.
 const HUBER: f64 = 2.5;
@@ -45,14 +45,21 @@ pub struct Linear {
     /// `[channel][block]`.
     pub residuals: Blocks,
     /// Per parameter `[channel][block]`.
-    pub columns: Arc<[Blocks]>,
+    pub columns: Vec<Arc<Blocks>>,
 }
 
 impl Linear {
+    /// The first `count` parameters alone, and one more.
+    pub(super) fn with(&self, count: usize, one: usize) -> Linear {
+        let mut columns = self.columns[..count].to_vec();
+        columns.push(self.columns[one].clone());
+        Linear { residuals: self.residuals.clone(), columns }
+    }
+
     /// Adds to the residuals what a step of the first parameters, in scales, changes to first order.
     pub(super) fn step_by(&mut self, step: &DVector<f64>) {
         for (column, d) in self.columns.iter().zip(step.iter()) {
-            for (to, by) in self.residuals.iter_mut().zip(column) {
+            for (to, by) in self.residuals.iter_mut().zip(column.iter()) {
                 to.iter_mut().zip(by).for_each(|(r, j)| *r += d * j);
             }
         }
@@ -116,9 +123,19 @@ impl Problem<'_> {
     /// The optimum near some values: slopes are made anew at most `times`, and between that followed as
     /// long as they lead on.
     pub(super) fn optimum(&self, from: &Parameters, times: usize) -> Parameters {
+        self.optimum_along(None, from, times)
+    }
+
+    /// The same where the slopes at `from` are known; they count among those that are made.
+    pub(super) fn optimum_along(
+        &self,
+        mut known: Option<Linear>,
+        from: &Parameters,
+        times: usize,
+    ) -> Parameters {
         let mut values = from.clone();
         for _ in 0..times {
-            let mut linear = self.linear(&values);
+            let mut linear = known.take().unwrap_or_else(|| self.linear(&values));
             let (mut first, mut last) = (0.0_f64, f64::INFINITY);
             for _ in 0..FOLLOWED {
                 let Some((moved, size)) = self.descend(&mut linear, &values) else { break };
@@ -202,34 +219,10 @@ impl Problem<'_> {
 
     /// Residuals and derivatives, by differences.
     pub fn linear(&self, values: &Parameters) -> Linear {
-        let known = attitudes(self.samples, values);
-        let mut curves = Curves::Keep(vec![[[f64::NAN; 3]; 2]; self.samples.len()]);
-        let here = blocks_at(self.samples, values, Some(&known), &mut curves);
-        let points = match curves {
-            Curves::Keep(points) => points,
-            _ => Vec::new(),
-        };
-        let posture = Posture::of(values);
-        let columns = self
-            .parameters
-            .par_iter()
-            .map(|parameter| {
-                let mut near = values.clone();
-                parameter.set(&mut near, parameter.get(values) + STEP * parameter.scale);
-                let same = Posture::of(&near) == posture;
-                let attitudes = same.then_some(known.as_slice());
-                let mut curves = match near.friction == values.friction {
-                    true => Curves::Known(&points),
-                    false => Curves::Unknown,
-                };
-                let mut column = blocks_at(self.samples, &near, attitudes, &mut curves);
-                for (there, here) in column.iter_mut().zip(&here) {
-                    there.iter_mut().zip(here).for_each(|(t, h)| *t = (*t - h) / STEP);
-                }
-                column
-            })
-            .collect();
-        let mut residuals = here;
+        let workings = Workings::of(self.samples, values);
+        let columns =
+            self.parameters.par_iter().map(|p| Arc::new(workings.column(p, STEP))).collect();
+        let mut residuals = workings.blocks;
         self.add_extra(&mut residuals);
         Linear { residuals, columns }
     }

@@ -18,11 +18,10 @@ use super::samples::{BLOCK, Samples};
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::contract::residual_channel::{PerChannel, ResidualChannel};
-use crate::effects::physics::Rolling;
+use crate::effects::physics::{Reach, Rolling};
 use crate::manoeuvre::ManoeuvreKind;
 use crate::model::dive::above_axles;
 use crate::model::kinematics::height_in_plane;
-use crate::model::magic_formula::MagicFormula;
 use crate::model::tyre_model::{Carcass, load_lead};
 
 /// Names of the channels, in their order.
@@ -41,72 +40,32 @@ pub type Blocks = [Vec<f64>; 8];
 
 /// The residuals' block means under some parameters.
 pub fn blocks(samples: &Samples, values: &Parameters) -> Blocks {
-    blocks_at(samples, values, None, &mut Curves::Unknown)
-}
-
-/// How the bike lies throughout, under some parameters.
-pub fn attitudes(samples: &Samples, values: &Parameters) -> Vec<Attitude> {
     let posture = Posture::of(values);
-    samples
-        .manoeuvres
-        .iter()
-        .flat_map(|(kind, range)| {
-            let cornering = *kind == ManoeuvreKind::Cornering;
-            range.clone().map(move |i| Attitude::of(samples, &posture, i, cornering))
-        })
-        .collect()
+    let attitude = |i, cornering| Attitude::of(samples, &posture, i, cornering);
+    let curve = |k: usize, _, ratio| values.friction[k].value_and_slope(ratio);
+    let (forces, everything) = (|_, own: &Instant<'_>| own.longitudinal(), Reach::ATTITUDE);
+    blocks_of(samples, values, everything, attitude, forces, curve)
 }
 
-/// A point of a friction curve: slip ratio, value, slope.
-pub type Point = [f64; 3];
-
-/// Points of both wheels' friction curves, sample by sample. Most sets of parameters near another
-/// have most of them in common.
-#[derive(Debug)]
-pub enum Curves<'a> {
-    /// Nothing is known.
-    Unknown,
-    /// They are kept.
-    Keep(Vec<[Point; 2]>),
-    /// Those of other parameters with the same curves.
-    Known(&'a [[Point; 2]]),
-}
-
-impl Curves<'_> {
-    /// Value and slope of wheel `k`'s curve at sample `i`.
-    fn at(&mut self, curve: &MagicFormula, k: usize, i: usize, ratio: f64) -> (f64, f64) {
-        if let Curves::Known(known) = self
-            && known[i][k][0] == ratio
-        {
-            return (known[i][k][1], known[i][k][2]);
-        }
-        let (value, slope) = curve.value_and_slope(ratio);
-        if let Curves::Keep(kept) = self {
-            kept[i][k] = [ratio, value, slope];
-        }
-        (value, slope)
-    }
-}
-
-/// The same with attitudes that are known already, and points of the friction curves.
-pub fn blocks_at(
+/// Block means of the residuals within a reach, of others nil: attitudes by sample and whether it is in a bend,
+/// forces by sample, value and slope of a wheel's friction curve by wheel, sample and slip.
+#[inline(always)]
+pub(super) fn blocks_of(
     samples: &Samples,
     values: &Parameters,
-    known: Option<&[Attitude]>,
-    curves: &mut Curves<'_>,
+    reach: Reach,
+    mut attitude: impl FnMut(usize, bool) -> Attitude,
+    mut forces: impl FnMut(usize, &Instant<'_>) -> Forces,
+    mut curve: impl FnMut(usize, usize, f64) -> (f64, f64),
 ) -> Blocks {
     let fixed = Fixed::of(values);
-    let posture = Posture::of(values);
     let mut out: Blocks = std::array::from_fn(|_| Vec::with_capacity(samples.blocks()));
     for (kind, range) in &samples.manoeuvres {
         let mut lagged = [Lag::default(), Lag::default()];
         let mut sums = PerChannel::<f64>::default();
         let cornering = *kind == ManoeuvreKind::Cornering;
         for (k, i) in range.clone().enumerate() {
-            let attitude = match known {
-                Some(known) => known[i],
-                None => Attitude::of(samples, &posture, i, cornering),
-            };
+            let attitude = attitude(i, cornering);
             let instant = Instant {
                 s: samples,
                 p: values,
@@ -119,12 +78,15 @@ pub fn blocks_at(
                 // without a heading nothing is known of what depends on it
                 along: if samples.along[i].is_nan() { 0.0 } else { samples.along[i] },
             };
-            let mut residual = instant.residuals(curves);
-            for wheel in 0..2 {
-                // the residual holds everything but the lagged slip angle
-                let [decay, share] = attitude.lag[wheel];
-                residual[ResidualChannel::LATERAL[wheel]] +=
-                    lagged[wheel].next(attitude.alpha[wheel], decay, share);
+            let forces = forces(i, &instant);
+            let mut residual = instant.residuals(&forces, reach, &mut curve);
+            if reach.lateral {
+                for wheel in 0..2 {
+                    // the residual holds everything but the lagged slip angle
+                    let [decay, share] = attitude.lag[wheel];
+                    residual[ResidualChannel::LATERAL[wheel]] +=
+                        lagged[wheel].next(attitude.alpha[wheel], decay, share);
+                }
             }
             for (sum, r) in sums.iter_mut().zip(residual) {
                 *sum += r;
@@ -195,7 +157,7 @@ impl Fixed {
 }
 
 /// One sample of a manoeuvre.
-struct Instant<'a> {
+pub(super) struct Instant<'a> {
     s: &'a Samples,
     p: &'a Parameters,
     fixed: &'a Fixed,
@@ -209,7 +171,8 @@ struct Instant<'a> {
 }
 
 /// Forces along the bike and the loads that they leave. Pairs are front and rear.
-struct Longitudinal {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Forces {
     weight: f64,
     /// Tyre forces, rolling resistance included.
     whole: f64,
@@ -238,7 +201,7 @@ impl Instant<'_> {
     }
 
     #[inline(always)]
-    fn longitudinal(&self) -> Longitudinal {
+    pub(super) fn longitudinal(&self) -> Forces {
         let &Instant { s, p, fixed, a, i, along, .. } = self;
         let error = &p.model_error;
         let (m, lf) = (p.mass, p.cg_to_front);
@@ -288,7 +251,7 @@ impl Instant<'_> {
         } else {
             f64::NAN
         };
-        Longitudinal {
+        Forces {
             weight,
             whole,
             spin_rate,
@@ -300,7 +263,11 @@ impl Instant<'_> {
     }
 
     #[inline(always)]
-    fn slips(&self, x: &Longitudinal, curves: &mut Curves<'_>) -> [f64; 2] {
+    fn slips(
+        &self,
+        x: &Forces,
+        curve: &mut impl FnMut(usize, usize, f64) -> (f64, f64),
+    ) -> [f64; 2] {
         let &Instant { s, p, fixed, a, i, along, .. } = self;
         let error = &p.model_error;
         let v = a.v;
@@ -321,7 +288,7 @@ impl Instant<'_> {
                 slip[k] = 0.0;
                 continue;
             }
-            let (value, slope) = curves.at(&p.friction[k], k, i, ratio / grip);
+            let (value, slope) = curve(k, i, ratio / grip);
             let value = grip * value * error.relative_friction(1.0, x.extra_load[k]);
             let sigma_s = 0.02 / v + 0.001;
             slip[k] = (force / x.load[k] - value)
@@ -332,7 +299,7 @@ impl Instant<'_> {
 
     /// Slip angles that the side forces ask for, with camber's share, less the lagged ones.
     #[inline(always)]
-    fn lateral(&self, x: &Longitudinal) -> [f64; 2] {
+    fn lateral(&self, x: &Forces) -> [f64; 2] {
         let &Instant { s, p, fixed, a, i, ay, .. } = self;
         let error = &p.model_error;
         let &Attitude { sin_phi, cos_phi, sin_d, cos_d, camber, .. } = a;
@@ -371,7 +338,7 @@ impl Instant<'_> {
     }
 
     #[inline(always)]
-    fn roll(&self, x: &Longitudinal) -> f64 {
+    fn roll(&self, x: &Forces) -> f64 {
         let &Instant { s, p, fixed, a, i, .. } = self;
         if !self.cornering() {
             return f64::NAN;
@@ -391,27 +358,41 @@ impl Instant<'_> {
         self.ay - balanced / (h * a.cos_phi) - p.roll_rate_term * rolld
     }
 
-    /// Every channel's residual, without the lagged slip angles.
+    /// The residuals of the channels within a reach, without the lagged slip angles; of others nil.
     #[inline(always)]
-    fn residuals(&self, curves: &mut Curves<'_>) -> PerChannel<f64> {
+    fn residuals(
+        &self,
+        x: &Forces,
+        reach: Reach,
+        curve: &mut impl FnMut(usize, usize, f64) -> (f64, f64),
+    ) -> PerChannel<f64> {
         let &Instant { s, p, a, i, ax, ay, .. } = self;
         let error = &p.model_error;
-        let x = self.longitudinal();
-        let slip = self.slips(&x, curves);
-        let lateral = self.lateral(&x);
-        let vd = error.velocity(s.vd[i], s.vdd[i]);
-        let vyd = error.velocity_y(error.velocity(s.vyd[i], s.vydd[i]), s.yaw_rated[i]);
         let mut out = PerChannel::default();
-        out[ResidualChannel::ForceX] = x.residual;
-        out[ResidualChannel::SlipFront] = slip[0];
-        out[ResidualChannel::SlipRear] = slip[1];
-        out[ResidualChannel::LateralFront] = lateral[0];
-        out[ResidualChannel::LateralRear] = lateral[1];
-        out[ResidualChannel::Roll] = self.roll(&x);
-        out[ResidualChannel::KinematicX] = vd - ax - a.r * a.vy;
-        // in the other balances the same error of the lean stands on the other side
-        let tilted = self.p.attitude_scale * GRAVITY * a.sin_phi;
-        out[ResidualChannel::KinematicY] = ay - tilted - vyd - a.v * a.r;
+        if reach.forces {
+            out[ResidualChannel::ForceX] = x.residual;
+        }
+        if reach.slips {
+            let slip = self.slips(x, curve);
+            out[ResidualChannel::SlipFront] = slip[0];
+            out[ResidualChannel::SlipRear] = slip[1];
+        }
+        if reach.lateral {
+            let lateral = self.lateral(x);
+            out[ResidualChannel::LateralFront] = lateral[0];
+            out[ResidualChannel::LateralRear] = lateral[1];
+        }
+        if reach.roll {
+            out[ResidualChannel::Roll] = self.roll(x);
+        }
+        if reach.kinematic {
+            let vd = error.velocity(s.vd[i], s.vdd[i]);
+            let vyd = error.velocity_y(error.velocity(s.vyd[i], s.vydd[i]), s.yaw_rated[i]);
+            out[ResidualChannel::KinematicX] = vd - ax - a.r * a.vy;
+            // in the other balances the same error of the lean stands on the other side
+            let tilted = p.attitude_scale * GRAVITY * a.sin_phi;
+            out[ResidualChannel::KinematicY] = ay - tilted - vyd - a.v * a.r;
+        }
         out
     }
 }

@@ -83,7 +83,7 @@ impl Scatter {
             for b in range.start / BLOCK..range.end / BLOCK {
                 to[0][b] += level;
                 for (j, by) in &gains {
-                    for (channel, column) in to.iter_mut().zip(&linear.columns[*j]) {
+                    for (channel, column) in to.iter_mut().zip(linear.columns[*j].iter()) {
                         // where a channel says nothing it goes on saying nothing
                         channel[b] += if column[b].is_finite() { by * column[b] } else { 0.0 };
                     }
@@ -109,7 +109,7 @@ impl Scatter {
                 let largest = variable.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
                 for b in 0..samples.blocks() {
                     let x = 2.0 * variable[b * BLOCK + BLOCK / 2] / largest - 1.0;
-                    for (channel, column) in to.iter_mut().zip(&linear.columns[*j]) {
+                    for (channel, column) in to.iter_mut().zip(linear.columns[*j].iter()) {
                         let change = by * x * column[b];
                         channel[b] += if change.is_finite() { change } else { 0.0 };
                     }

@@ -91,12 +91,18 @@ impl Memory<'_> {
         }
     }
 
-    /// [`Base::extended`] by some candidates.
-    pub fn extended(&self, ride: &Ride<'_>, model: &Base, more: &[Candidate]) -> Arc<Base> {
+    /// [`Base::extended`] by some candidates, along the slopes of all of them where these are known.
+    pub fn extended(
+        &self,
+        ride: &Ride<'_>,
+        model: &Base,
+        more: &[Candidate],
+        slopes: Option<Linear>,
+    ) -> Arc<Base> {
         let names: Vec<&str> = more.iter().map(|c| c.name).collect();
         self.models.get_or(&(key_of(model), names), || {
             let more: Vec<Parameter> = more.iter().map(|c| ride.parameter(c)).collect();
-            model.extended(ride.samples, &more, 8)
+            model.extended_along(slopes, ride.samples, &more, 8)
         })
     }
 
