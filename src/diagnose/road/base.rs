@@ -21,6 +21,9 @@ const LAGS: usize = 10;
 const STRAINED: f64 = 2.5;
 /// Gain of a candidate that explains such a strain.
 pub const RELIEVED: f64 = 30.0;
+/// Fall of the loss along the first slopes, over the gain that explains a strain, below which a candidate will not get
+/// there.
+const HOPELESS: f64 = 0.1;
 /// Fall of the loss that tells that the optimum was a local one.
 const LOCAL: f64 = 8.0;
 
@@ -233,7 +236,12 @@ impl Base {
             .enumerate()
             .map(|(k, effect)| {
                 let linear = Some(linear.with(own, own + k));
-                (effect, self.extended_along(linear, samples, &[effect.parameter()], 8))
+                let refit = self.extended_along(linear, samples, &[effect.parameter()], 1);
+                // what gains next to nothing along the first slopes is not followed further
+                match self.loss - refit.loss > HOPELESS * RELIEVED {
+                    true => (effect, refit.extended(samples, &[], 7)),
+                    false => (effect, refit),
+                }
             })
             .map(|(effect, refit)| (effect, 2.0 * (self.loss - refit.loss), refit))
             .collect();

@@ -236,40 +236,34 @@ impl Problem<'_> {
         Some((z, if z.abs() <= HUBER { 1.0 } else { HUBER / z.abs() }))
     }
 
-    /// Adds the weighted rows of some blocks to a curvature's upper half and a downhill direction.
-    pub fn accumulate(
-        &self,
-        linear: &Linear,
-        range: std::ops::Range<usize>,
-        matrix: &mut DMatrix<f64>,
-        gradient: &mut DVector<f64>,
-    ) {
+    /// Curvature and downhill direction of the weighted residuals, without the priors.
+    pub fn accumulate(&self, linear: &Linear) -> (DMatrix<f64>, DVector<f64>) {
         let p = self.parameters.len();
-        let mut row = vec![0.0; p];
-        // most parameters enter few channels
-        let mut inside: Vec<usize> = Vec::with_capacity(p);
+        let (mut matrix, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
         for c in 0..CHANNELS.len() {
-            let sigma = self.sigma[c];
-            inside.clear();
-            inside.extend((0..p).filter(|&i| {
-                linear.columns[i][c][range.clone()].iter().any(|x| *x != 0.0 && x.is_finite())
-            }));
-            for b in range.clone() {
-                let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
-                for &i in &inside {
-                    row[i] = linear.columns[i][c][b] / sigma;
-                }
-                for (k, &i) in inside.iter().enumerate() {
-                    let own = weight * row[i];
-                    gradient[i] -= own * z;
-                    // columns lie together
-                    let column = &mut matrix.as_mut_slice()[i * p..(i + 1) * p];
-                    for &j in &inside[..=k] {
-                        column[j] += own * row[j];
-                    }
+            let weighed = |b: usize| self.weigh(linear, c, b).map(|(z, weight)| (b, z, weight));
+            let rows: Vec<(usize, f64, f64)> =
+                self.ranges().flatten().filter_map(weighed).collect();
+            // most parameters enter few channels
+            let enters = |i: &usize| {
+                let column = &linear.columns[*i][c];
+                rows.iter().any(|(b, ..)| column[*b] != 0.0 && column[*b].is_finite())
+            };
+            let inside: Vec<usize> = (0..p).filter(enters).collect();
+            let roots: Vec<f64> = rows.iter().map(|(_, _, w)| w.sqrt() / self.sigma[c]).collect();
+            let scaled = DMatrix::from_fn(rows.len(), inside.len(), |row, k| {
+                linear.columns[inside[k]][c][rows[row].0] * roots[row]
+            });
+            let pulls = DVector::from_fn(rows.len(), |row, _| rows[row].1 * rows[row].2.sqrt());
+            let (own, pull) = (scaled.transpose() * &scaled, scaled.tr_mul(&pulls));
+            for (k, &i) in inside.iter().enumerate() {
+                gradient[i] -= pull[k];
+                for (l, &j) in inside.iter().enumerate() {
+                    matrix[(j, i)] += own[(l, k)];
                 }
             }
         }
+        (matrix, gradient)
     }
 
     /// Downhill pull and curvature of some blocks along a combination of columns.
@@ -330,21 +324,18 @@ impl Problem<'_> {
         curved: bool,
     ) -> (DMatrix<f64>, DVector<f64>) {
         let p = self.parameters.len();
-        let mut matrix = DMatrix::zeros(p, p);
-        let mut gradient = DVector::zeros(p);
-        for range in self.ranges() {
-            if curved {
-                self.accumulate(linear, range, &mut matrix, &mut gradient);
-            } else {
-                self.pull(linear, range, &mut gradient);
-            }
+        let (mut matrix, mut gradient) = match curved {
+            true => self.accumulate(linear),
+            false => (DMatrix::zeros(p, p), DVector::zeros(p)),
+        };
+        if !curved {
+            self.ranges().for_each(|range| self.pull(linear, range, &mut gradient));
         }
         for (i, parameter) in self.parameters.iter().enumerate() {
             let (z, weight) = self.prior(parameter, values);
             gradient[i] -= weight * z;
             matrix[(i, i)] += weight * weight;
         }
-        matrix.fill_lower_triangle_with_upper_triangle();
         (matrix, gradient)
     }
 }

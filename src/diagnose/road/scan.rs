@@ -7,8 +7,6 @@
 //! ```
 //! `g` runs over manoeuvres; sizes are in the effect's usual one.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::base::Base;
 use super::parameters::Parameter;
 use super::problem::{Linear, Problem};
@@ -48,13 +46,7 @@ pub fn scores(
 ) -> Vec<Score> {
     let problem = Problem::new(samples, &base.start, base.sigma, parameters);
     let (p, b) = (parameters.len(), base.parameters.len());
-    let mut whole = DMatrix::zeros(p, p);
-    let mut unused = DVector::zeros(p);
-    for (_, range) in &samples.manoeuvres {
-        let blocks = range.start / BLOCK..range.end / BLOCK;
-        problem.accumulate(linear, blocks, &mut whole, &mut unused);
-    }
-    whole.fill_lower_triangle_with_upper_triangle();
+    let (whole, _) = problem.accumulate(linear);
     // the priors are observations of the base: what strains them is evidence of what relieves them
     let priors: Vec<(f64, f64)> =
         base.parameters.iter().map(|p| problem.prior(p, &base.values)).collect();

@@ -69,14 +69,7 @@ fn covariates(s: &Samples) -> Vec<Vec<f64>> {
 
 /// Every term's gain at a model's optimum; `linear` has the model's parameters first.
 pub fn terms(samples: &Samples, problem: &Problem<'_>, linear: &Linear) -> Vec<Term> {
-    let b = problem.parameters.len();
-    let mut matrix = DMatrix::zeros(b, b);
-    let mut pull = DVector::zeros(b);
-    for (_, range) in &samples.manoeuvres {
-        let blocks = range.start / BLOCK..range.end / BLOCK;
-        problem.accumulate(linear, blocks, &mut matrix, &mut pull);
-    }
-    matrix.fill_lower_triangle_with_upper_triangle();
+    let (mut matrix, _) = problem.accumulate(linear);
     for (k, parameter) in problem.parameters.iter().enumerate() {
         matrix[(k, k)] += 1.0 / (parameter.prior * parameter.prior);
     }

@@ -8,12 +8,12 @@
 //! Sizes are in usual ones: `sqrt(I_ii)` is how many standard deviations of the noise an effect of
 //! usual size is from nothing, the separation how many it is from its rivals `R`, of whatever size.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use crate::diagnose::road::base::Base;
 use crate::diagnose::road::parameters::{Parameter, Parameters};
 use crate::diagnose::road::problem::{Linear, Problem};
-use crate::diagnose::road::samples::{BLOCK, Samples};
+use crate::diagnose::road::samples::Samples;
 
 /// Standard deviations at which about half of the effects are named.
 const LIMIT: f64 = 3.3;
@@ -34,14 +34,7 @@ impl Curvature {
     ) -> Self {
         let problem = Problem::new(samples, &base.start, base.sigma, parameters);
         let linear: Linear = problem.linear(values);
-        let p = parameters.len();
-        let mut matrix = DMatrix::zeros(p, p);
-        let mut unused = DVector::zeros(p);
-        for (_, range) in &samples.manoeuvres {
-            let blocks = range.start / BLOCK..range.end / BLOCK;
-            problem.accumulate(&linear, blocks, &mut matrix, &mut unused);
-        }
-        matrix.fill_lower_triangle_with_upper_triangle();
+        let (matrix, _) = problem.accumulate(&linear);
         Curvature { matrix }
     }
 
