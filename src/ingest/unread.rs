@@ -7,7 +7,6 @@ use crate::ingest::format::Head;
 const UNREAD: &[(&str, &str)] = &[
     (".xrk", "an AiM log, which is not read: open it in RaceStudio and export CSV with all channels"),
     (".xrz", "a packed AiM log, which is not read: open it in RaceStudio and export CSV with all channels"),
-    (".vbo", "a Racelogic VBOX log, which is not read: export CSV in Circuit Tools or VBOX Tools"),
     (".gpx", "a GPX track, which is not read: export CSV with time, speed and position in the app that recorded it"),
     (".db3", "a ROS 2 bag in SQLite, which is not read: write it as MCAP with `ros2 bag convert`"),
     (".bag", "a ROS 1 bag, which is not read: write it as MCAP with `mcap convert`"),
@@ -47,7 +46,7 @@ mod tests {
         };
         for (name, bytes, wanted) in [
             ("a.XRK", &b"<hCNF"[..], "RaceStudio"),
-            ("lap.vbo", b"File created on", "Circuit Tools"),
+            ("lap.gpx", b"<?xml version", "CSV"),
             ("a.asc.gz", b"\x1f\x8b\x08", "gunzip"),
             ("a.bin", b"\x1f\x8b\x08", "gunzip"),
             ("bag", b"SQLite format 3\0", "ros2 bag convert"),

@@ -101,6 +101,23 @@ fn racechrono_by_hand() {
 }
 
 #[test]
+fn vbox_by_hand() {
+    let raw = read("vbox.vbo");
+    use Channel::*;
+    near(first(&raw, VelocityX), 25.0, 10.0);
+    near(first(&raw, AccelerationX), 0.05 * G, 10.0);
+    near(first(&raw, AccelerationY), 0.40 * G, 10.0);
+    near(first(&raw, Latitude), 3170.0 / 60.0, 10.0);
+    near(first(&raw, Longitude), -1.35, 10.0);
+    near(first(&raw, Altitude), 102.5, 10.0);
+    assert!(raw.tracks.iter().all(|t| t.channel != Yaw), "a course is no heading");
+    assert_eq!(raw.meta.start_time.as_deref(), Some("2025-06-14T09:59:58.9Z"));
+    assert_eq!(codes(&raw), ["bad_line"], "a row is cut off");
+    let (session, _) = ingest::run(raw, &Config::default()).expect("usable");
+    assert_eq!(session.rate, 10.0);
+}
+
+#[test]
 fn xsens_by_hand() {
     let raw = read("xsens_mti.txt");
     use Channel::*;

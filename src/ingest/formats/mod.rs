@@ -12,6 +12,7 @@ mod mdf;
 mod motec;
 pub(super) mod parquet;
 mod text_export;
+mod vbo;
 
 /// Every format, the most particular first: a log is of the first that takes it.
 pub const FORMATS: &[LogFormat] = &[
@@ -25,6 +26,7 @@ pub const FORMATS: &[LogFormat] = &[
     format::<text_export::Aim>(),
     format::<text_export::RaceChrono>(),
     format::<text_export::xsens::Xsens>(),
+    format::<vbo::Vbo>(),
     kiro::FORMAT,
     csv::FORMAT,
 ];
