@@ -141,6 +141,12 @@ fn is_compass(channel: &SourceChannel) -> bool {
     words.iter().any(|w| matches!(w.as_str(), "course" | "bearing" | "heading" | "compass"))
 }
 
+/// A channel that says that it is calculated from others.
+fn is_calculated(channel: &SourceChannel) -> bool {
+    let words = words(units::of_name(&channel.name).0);
+    words.iter().any(|w| matches!(w.as_str(), "calc" | "calculated" | "computed"))
+}
+
 /// A surface speed where a spin is wanted.
 fn needs_radius(rule: &Rule, channel: &SourceChannel) -> bool {
     rule.dimension == "angular rate"
@@ -154,6 +160,10 @@ fn candidates<'a>(rule: &Rule, format: &str, listing: &'a Listing) -> Vec<Candid
     if rule.channel == Channel::Roll && format == "racechrono" {
         let doubt = "RaceChrono calculates it from the lateral acceleration: it is no measurement";
         found.iter_mut().for_each(|c| c.doubt = Some(doubt.to_owned()));
+    }
+    for c in found.iter_mut().filter(|c| rule.channel == Channel::Roll && is_calculated(c.channel))
+    {
+        c.doubt = Some("by its name it is calculated: it is no measurement".to_owned());
     }
     found.sort_by_key(|c| std::cmp::Reverse((c.doubt.is_none(), c.score)));
     let best = found.first().map(|c| (c.doubt.is_none(), c.score));
@@ -254,6 +264,11 @@ mod tests {
         assert!(text.contains("calculates it from the lateral acceleration"), "{text}");
         let other = propose("x", "kiro", true, &log);
         assert!(other.contains("\n[channel.roll]"), "{other}");
+        let called = propose("x", "vbo", true, &listing(&[("", "lean_calc", "deg")]));
+        assert!(
+            !called.contains("\n[channel.roll]") && called.contains("it is calculated"),
+            "{called}"
+        );
         let yaw = propose("x", "kiro", true, &listing(&[("", "Yaw", "deg")]));
         assert!(yaw.contains("[channel.yaw]") && !yaw.contains("\nsign"), "{yaw}");
     }
