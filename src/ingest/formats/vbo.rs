@@ -125,7 +125,7 @@ impl<'a> File<'a> {
                 _ => {}
             }
         }
-        let time = names.iter().any(|name| *name == "time");
+        let time = names.contains(&"time");
         if names.is_empty() || !time {
             let message = format!(
                 "{log} has no section [column names] with `time`: it is cut off, or no VBOX text"
