@@ -37,6 +37,9 @@ struct Arguments {
 /// What one ride says of the hidden effect, in its unit.
 struct Answer {
     limit: f64,
+    /// Standard deviation of the null simulations, and their bias.
+    spread: f64,
+    bias: f64,
     named: Option<f64>,
     of_run: Option<f64>,
 }
@@ -44,8 +47,10 @@ struct Answer {
 fn main() {
     let arguments = Arguments::parse();
     println!("median of {} rides each; sizes in the effect's unit\n", arguments.archives);
-    println!("| effect | hidden | detection limit | named | size found | `run` finds |");
-    println!("|---|---:|---:|---:|---:|---:|");
+    println!(
+        "| effect | hidden | detection limit | spread of nulls | their bias | named | size found | `run` finds |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|");
     for name in &arguments.effects {
         let Some(effect) = ALL.iter().find(|e| e.name == name) else {
             println!("there is no effect {name}");
@@ -60,7 +65,9 @@ fn main() {
             };
             let answers: Vec<Answer> =
                 (0..arguments.archives).into_par_iter().filter_map(ask).collect();
-            let limit = median(answers.iter().map(|a| a.limit).collect());
+            let of = |f: &dyn Fn(&Answer) -> f64| median(answers.iter().map(f).collect());
+            let (limit, spread) = (of(&|a| a.limit), of(&|a| a.spread));
+            let bias = of(&|a| a.bias.abs());
             let named: Vec<f64> = answers.iter().filter_map(|a| a.named).collect();
             let count = format!("{} of {}", named.len(), answers.len());
             let found = median(named);
@@ -68,7 +75,9 @@ fn main() {
                 "latency" => median(answers.iter().filter_map(|a| a.of_run).collect()),
                 _ => "-".into(),
             };
-            println!("| {name} | {value:.4} | {limit} | {count} | {found} | {of_run} |");
+            println!(
+                "| {name} | {value:.4} | {limit} | {spread} | {bias} | {count} | {found} | {of_run} |"
+            );
         }
     }
 }
@@ -94,6 +103,8 @@ fn ask(case: Case, nulls: usize) -> Option<Answer> {
     let late = said.iter().find(|w| w.code == "velocity_latency");
     Some(Answer {
         limit: found.calibration.limit(place) * effect.typical.abs(),
+        spread: found.calibration.scale.spread[place] * effect.typical.abs(),
+        bias: found.calibration.bias[place] * effect.typical.abs(),
         named: found.naming.causes.iter().find(of_effect).map(|c| c.value()),
         of_run: late.and_then(|w| milliseconds(&w.message)).map(|ms| 1e-3 * ms),
     })

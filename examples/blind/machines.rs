@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 
-use roadbench::diagnose::road::other_machines::structure;
 use roadbench::diagnose::road::residuals::CHANNELS;
 use roadbench::effects::ALL;
 use roadbench::simulate::hidden::{Case, Kind};
@@ -94,8 +93,8 @@ fn learn(all: &[Outcome]) {
         "# Residual structure by channel that nearly all rides stay below, in what 19 of 20 null simulations do."
     );
     println!("[structure]");
-    for channel in CHANNELS {
-        println!("{channel} = {:.1}", usual_structure(all, channel));
+    for (place, channel) in CHANNELS.iter().enumerate() {
+        println!("{channel} = {:.1}", usual_structure(all, place));
     }
     println!(
         "# With each effect: how many rides say something of it, and the rms of the size over its error."
@@ -124,16 +123,10 @@ fn learn(all: &[Outcome]) {
 /// Share of the rides that stay below a channel's usual structure: with eight channels, few rides are beyond any.
 const USUAL: f64 = 0.97;
 
-/// What the structure of nearly all rides with nothing hidden stays below in a channel, where it is the ride's
-/// largest and nothing is named.
-fn usual_structure(all: &[Outcome], channel: &str) -> f64 {
-    let times = |o: &Outcome| {
-        let (description, times) = o.covariate.as_ref()?.rsplit_once(' ')?;
-        let own = description.split(' ').next() == Some(channel);
-        times.parse::<f64>().ok().filter(|_| own).map(|x| x * structure(channel))
-    };
+/// What the structure of nearly all rides with nothing hidden stays below in a channel, where nothing is named.
+fn usual_structure(all: &[Outcome], channel: usize) -> f64 {
     let nulls = all.iter().filter(|o| o.case.hidden.is_empty() && o.told.is_empty());
-    let mut largest: Vec<f64> = nulls.map(|o| times(o).unwrap_or(0.0)).collect();
+    let mut largest: Vec<f64> = nulls.filter_map(|o| o.structure.get(channel)).copied().collect();
     largest.sort_by(f64::total_cmp);
     let rank = (USUAL * (largest.len() + 1) as f64) as usize;
     largest.get(rank.saturating_sub(1)).map_or(1.0, |x| x.max(1.0))

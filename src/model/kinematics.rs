@@ -4,6 +4,10 @@
 //! signs differ from the print (book, Estimation, section 4).
 
 use super::formulation::Formulation;
+use crate::GRAVITY;
+
+/// Speed below which the way a motorcycle is steered has nothing to do with its lean, m/s.
+const SLOW: f64 = 4.0;
 
 /// Kinematic steering angle `Delta` on the road, rad, eq. 30.
 pub fn kinematic_steer(delta: f64, phi: f64, epsilon: f64, formulation: Formulation) -> f64 {
@@ -30,6 +34,19 @@ pub fn front_camber(delta: f64, phi: f64, epsilon: f64, formulation: Formulation
 /// crowns of radius `crown` (m, loaded): the crown's centre stays at its height over the ground.
 pub fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
     cg_height + crown * (1.0 / cos_phi - 1.0)
+}
+
+/// How fast the handlebar turns, rad/s, of a motorcycle that leans in at `roll_rate` (rad/s) at an even `speed` (m/s)
+/// and goes where it points: the rate of `delta = l r cos(phi) / (v cos(epsilon))`, `r = -g tan(phi) / v`.
+pub fn steering_rate(
+    wheelbase: f64,
+    cos_caster: f64,
+    cos_phi: f64,
+    roll_rate: f64,
+    speed: f64,
+) -> f64 {
+    let speed = speed.max(SLOW);
+    -wheelbase * GRAVITY * cos_phi * roll_rate / (speed * speed * cos_caster)
 }
 
 /// The front wheel's attitude with the functions of its angles that come for free.

@@ -369,6 +369,7 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
         deflection_share: get("deflection_share"),
         pitch_inertia: PITCH_GYRATION[0] * bike.mass,
         normal_trail: bike.normal_trail(),
+        sag: [0.0; 2],
         dive_arm: contact_arms(
             bike.cg_height,
             [bike.front.radius, bike.rear.radius],

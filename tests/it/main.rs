@@ -44,5 +44,6 @@ mod rooms;
 mod s3_server;
 mod script;
 mod segment;
+mod slip_angles;
 mod superbike;
 mod suspicions;

@@ -111,8 +111,8 @@ fn the_true_effect_leaves_nothing_of_itself() {
     assert!(2 * shown.len() >= ALL.len(), "{shown:?}");
 }
 
-/// Of another side-force ratio the residuals say that the steering sensor has a zero; simulated with it the
-/// manoeuvres that the fit had not seen get worse in 20 of 45 channels.
+/// Of another side-force ratio that is not among the candidates the residuals say that the steering sensor has a
+/// zero; simulated with it the manoeuvres that the fit had not seen get worse.
 #[test]
 fn a_name_that_makes_the_simulation_worse_is_taken_back() {
     let effect = Effect::named("side_force_ratio_front").expect("known");
@@ -121,9 +121,12 @@ fn a_name_that_makes_the_simulation_worse_is_taken_back() {
     let folder = tempfile::tempdir().expect("folder");
     let (log, bike) = case.write(folder.path()).expect("written");
     let bike = Bike::read(&bike).expect("bike");
-    let settings = Settings { nulls: 19, effects: ALL.to_vec(), advise: false };
+    let others = ALL.iter().filter(|e| !e.name.starts_with("side_force_ratio"));
+    let settings = Settings { nulls: 19, effects: others.copied().collect(), advise: false };
     let found = road::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed");
-    assert!(!found.naming.any_named());
+    let told: Vec<_> = found.naming.causes.iter().filter(|c| c.verdict.is_cause()).collect();
+    let told: Vec<_> = told.iter().map(|c| (c.candidate.name, c.value(), c.std_error())).collect();
+    assert!(told.is_empty(), "{told:?}");
     let taken_back = |name: &str| {
         let row = found.causes.iter().find(|c| c.effect == name).expect("a row");
         row.reason.contains("makes the simulation of manoeuvres that were left out worse")

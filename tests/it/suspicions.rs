@@ -3,7 +3,7 @@
 // the example's code, of which not all is needed here
 #[allow(dead_code)]
 #[path = "../../examples/suspicions/common.rs"]
-mod common;
+pub mod common;
 #[allow(dead_code)]
 #[path = "../../examples/suspicions/load.rs"]
 mod load;

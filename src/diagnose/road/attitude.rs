@@ -8,7 +8,7 @@ use super::parameters::Parameters;
 use super::samples::{RATE, Samples};
 use crate::effects::ModelError;
 use crate::model::formulation::Formulation::Corrected;
-use crate::model::kinematics::front_wheel;
+use crate::model::kinematics::{front_wheel, steering_rate};
 
 /// Below this camber its tangent is itself, rad.
 const SMALL: f64 = 1e-6;
@@ -54,6 +54,9 @@ pub struct Posture {
     caster: (f64, f64),
     yaw_rate_zero: f64,
     vy_zero: f64,
+    velocity_height: f64,
+    sag: [f64; 2],
+    normal_trail: f64,
     crown: [f64; 2],
     dive_arm: [f64; 2],
     relaxation_length: [f64; 2],
@@ -72,6 +75,9 @@ impl Posture {
             caster: p.caster_angle.sin_cos(),
             yaw_rate_zero: p.yaw_rate_zero,
             vy_zero: p.vy_zero,
+            velocity_height: p.velocity_height,
+            sag: p.sag,
+            normal_trail: p.normal_trail,
             crown: p.crown(),
             dive_arm: p.dive_arm,
             relaxation_length: p.relaxation_length,
@@ -119,16 +125,25 @@ impl Attitude {
         let (h, lf, lr) = (p.cg_height, p.cg_to_front, p.wheelbase - p.cg_to_front);
         let v = error.velocity(s.v[i], s.vd[i]);
         let r = s.yaw_rate[i] - p.yaw_rate_zero;
-        let vy = error.velocity_y(error.velocity(s.vy[i], s.vyd[i]) - p.vy_zero, r);
         let phi = error.roll(s.roll[i]);
         let (sin_phi, cos_phi) = phi.sin_cos();
+        let above = if cornering { p.velocity_height * cos_phi * s.rolld[i] } else { 0.0 };
+        let vy = error.velocity_y(error.velocity(s.vy[i], s.vyd[i]) - p.vy_zero, r) + above;
         let Wheels { steer: (sin_d, cos_d), camber, tan_camber, cos_camber } =
             Wheels::of(s, p, i, phi, (sin_phi, cos_phi));
         // of the contacts: beside and below the mass centre by a crown less and more than a thin disk's
         let falling = p.dive_arm.map(|arm| arm * s.dived[i]);
         let along = [0, 1].map(|k| v - falling[k] - r * (h - p.crown[k]) * sin_phi);
-        let across = p.crown.map(|crown| vy + (h * cos_phi + crown * (1.0 - cos_phi)) * s.rolld[i]);
-        let (across_f, across_r) = (across[0] + lf * r, across[1] - lr * r);
+        // the frame comes down between its wheels, along its plane: `v_y` is the frame's
+        let coming_down = (sin_phi / cos_phi).powi(2) * s.rolld[i];
+        let across = [0, 1].map(|k| {
+            let height = h * cos_phi + p.crown[k] * (1.0 - cos_phi);
+            vy + height * s.rolld[i] - p.sag[k] * coming_down
+        });
+        // a front wheel that is being steered goes aside behind its axis
+        let rate = steering_rate(p.wheelbase, p.caster.1, cos_phi, s.rolld[i], v);
+        let steered = if cornering { p.normal_trail * cos_phi * rate } else { 0.0 };
+        let (across_f, across_r) = (across[0] + lf * r - steered, across[1] - lr * r);
         let ahead = along[0] * cos_d + across_f * sin_d;
         let aside = across_f * cos_d - along[0] * sin_d;
         let along = along[1];

@@ -24,6 +24,10 @@ pub const RELIEVED: f64 = 30.0;
 /// Fall of the loss along the first slopes, over the gain that explains a strain, below which a candidate will not get
 /// there.
 const HOPELESS: f64 = 0.1;
+/// Most sets of slopes of the fit with every effect free.
+const TIMES: usize = 5;
+/// Fall of the noise from one set of slopes to the next that tells of a large effect in it.
+const LARGE: f64 = 1.25;
 /// Fall of the loss that tells that the optimum was a local one.
 const LOCAL: f64 = 8.0;
 
@@ -191,10 +195,21 @@ impl Base {
             .map(Effect::parameter)
             .filter(|p| known.iter().all(|k| k.name != p.name))
             .collect();
-        // one set of slopes: the noise that is left need not be exact
-        let free = self.extended(samples, &more, 1);
-        let sigma = noise(samples, &free.problem(samples).residuals(&free.values));
-        Base { sigma, ..free }
+        let with_noise = |free: Base| {
+            let sigma = noise(samples, &free.problem(samples).residuals(&free.values));
+            Base { sigma, ..free }
+        };
+        // one set of slopes: the noise that is left need not be exact, but a large effect must not be in it
+        let mut free = with_noise(self.extended(samples, &more, 1));
+        for _ in 1..TIMES {
+            let next = with_noise(free.extended(samples, &[], 1));
+            let fell = free.sigma.iter().zip(next.sigma).any(|(before, now)| *before > LARGE * now);
+            if !fell {
+                break;
+            }
+            free = next;
+        }
+        free
     }
 
     /// The model with the noise that it leaves, fitted with that again.

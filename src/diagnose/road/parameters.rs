@@ -66,6 +66,17 @@ pub struct Parameters {
     /// Error of the measured lean over the lean: as much of gravity is in the lateral acceleration that the logger
     /// turned into the level frame with it.
     pub attitude_scale: f64,
+    /// How far the springs of each end give under the load at rest, m: as much again for every further load, so
+    /// that in a bend the frame comes down between the wheels.
+    pub sag: [f64; 2],
+    /// How late the measured lean is, s: what is missing of it is in the lateral acceleration too.
+    pub attitude_delay: f64,
+    /// How far above the mass centre the lateral velocity is measured, m.
+    pub velocity_height: f64,
+    /// How far ahead of the mass centre and above it the accelerations are measured, m.
+    pub accelerometer: [f64; 2],
+    /// How far the accelerometer is turned to the left, rad.
+    pub accelerometer_yaw: f64,
     /// What the base leaves out, zero in it.
     pub model_error: ModelError,
 }
@@ -204,6 +215,13 @@ pub const BASE: &[Parameter] = &[
     parameter!("acceleration_x_zero", 0.03, 5.0, |w| w.ax_zero),
     parameter!("velocity_y_zero", 0.02, 5.0, |w| w.vy_zero),
     parameter!("attitude_scale", 0.004, 2.0, |w| w.attitude_scale, Reach::KINEMATIC),
+    parameter!("sag_front", SAG[1], 1.0, |w| w.sag[0], Reach::ATTITUDE),
+    parameter!("sag_rear", SAG[1], 1.0, |w| w.sag[1], Reach::ATTITUDE),
+    parameter!("attitude_delay", 0.005, 1.0, |w| w.attitude_delay, Reach::KINEMATIC),
+    parameter!("velocity_height", 0.02, 1.0, |w| w.velocity_height, Reach::ATTITUDE),
+    parameter!("accelerometer_ahead", 0.02, 1.0, |w| w.accelerometer[0]),
+    parameter!("accelerometer_height", 0.02, 1.0, |w| w.accelerometer[1]),
+    parameter!("accelerometer_yaw", 0.002, 1.0, |w| w.accelerometer_yaw),
 ];
 
 /// Least slip stiffness per load of a tyre: half of the softest published.
@@ -224,6 +242,10 @@ const CROWN_RATIO: [f64; 2] = [0.5, 0.08];
 /// Share of its deflection by which a tyre rolls shorter, and its standard deviation (fits of published
 /// tyres: 0.25 to 0.38).
 const DEFLECTION_SHARE: [f64; 2] = [USUAL_SHARE, 0.08];
+
+/// How far springs give under the load at rest, and its standard deviation, m: a wheel's load over its rate, 1.2 kN
+/// over 15 to 25 N/mm; nothing for a motorcycle without springs.
+const SAG: [f64; 2] = [0.06, 0.04];
 
 impl Parameters {
     /// Carcasses of the tyres whose rolling radii under their loads at rest are known.
@@ -317,6 +339,11 @@ impl Parameters {
             ax_zero: 0.0,
             vy_zero: 0.0,
             attitude_scale: 0.0,
+            sag: [SAG[0]; 2],
+            attitude_delay: 0.0,
+            velocity_height: 0.0,
+            accelerometer: [0.0; 2],
+            accelerometer_yaw: 0.0,
             model_error: ModelError::default(),
         }
     }

@@ -92,6 +92,7 @@ pub fn plant(values: &Parameters) -> Plant {
         dive_arm: values.dive_arm,
         pitch_inertia: values.pitch_gyration * values.mass,
         normal_trail: values.normal_trail,
+        sag: values.sag,
         model_error: ModelError::default(),
     }
     .with(&values.model_error)

@@ -66,6 +66,7 @@ pub(super) fn blocks_of(
         let cornering = *kind == ManoeuvreKind::Cornering;
         for (k, i) in range.clone().enumerate() {
             let attitude = attitude(i, cornering);
+            let [ax, ay] = accelerations(samples, values, &attitude, i, cornering);
             let instant = Instant {
                 s: samples,
                 p: values,
@@ -73,8 +74,8 @@ pub(super) fn blocks_of(
                 a: &attitude,
                 i,
                 kind: *kind,
-                ax: samples.ax[i] - values.ax_zero,
-                ay: samples.ay[i] - values.ay_zero,
+                ax,
+                ay,
                 // without a heading nothing is known of what depends on it
                 along: if samples.along[i].is_nan() { 0.0 } else { samples.along[i] },
             };
@@ -100,6 +101,41 @@ pub(super) fn blocks_of(
         }
     }
     out
+}
+
+/// Level accelerations of the mass centre, m/s²: what a sensor somewhat ahead, above and turned reads beside them
+/// is taken off.
+#[inline(always)]
+fn accelerations(s: &Samples, p: &Parameters, a: &Attitude, i: usize, bend: bool) -> [f64; 2] {
+    let (ax, ay) = (s.ax[i] - p.ax_zero, s.ay[i] - p.ay_zero);
+    if !bend {
+        return [ax, ay]; // and neither roll nor yaw rate need be there
+    }
+    let yaw = [a.r, s.yaw_rated[i]];
+    let off = beside(p.accelerometer, yaw, (a.sin_phi, a.cos_phi), [s.rolld[i], s.rolldd[i]]);
+    // of the other reading, whatever its zero; a log without the lateral one keeps its slips
+    let turned = p.accelerometer_yaw;
+    let aside = if s.ay[i].is_nan() { 0.0 } else { s.ay[i] };
+    [ax - turned * aside - off[0], ay + turned * s.ax[i] - off[1]]
+}
+
+/// What a point `x` ahead and `z` above accelerates beside the mass centre, along and to the left, m/s², in the frame
+/// that turns with the yaw rate `r`:
+///
+/// ```text
+/// -r^2 x + z (r' sin(phi) + 2 r phi' cos(phi)),   r' x + z ((phi'^2 + r^2) sin(phi) - phi'' cos(phi))
+/// ```
+#[inline(always)]
+fn beside(
+    [x, z]: [f64; 2],
+    [r, turning]: [f64; 2],
+    (sin_phi, cos_phi): (f64, f64),
+    [rolld, rolldd]: [f64; 2],
+) -> [f64; 2] {
+    [
+        z * (turning * sin_phi + 2.0 * r * rolld * cos_phi) - r * r * x,
+        turning * x + z * ((rolld * rolld + r * r) * sin_phi - rolldd * cos_phi),
+    ]
 }
 
 /// First-order lag of a signal that runs in straight lines between samples: exact.
@@ -390,8 +426,11 @@ impl Instant<'_> {
             let vyd = error.velocity_y(error.velocity(s.vyd[i], s.vydd[i]), s.yaw_rated[i]);
             out[ResidualChannel::KinematicX] = vd - ax - a.r * a.vy;
             // in the other balances the same error of the lean stands on the other side
-            let tilted = p.attitude_scale * GRAVITY * a.sin_phi;
-            out[ResidualChannel::KinematicY] = ay - tilted - vyd - a.v * a.r;
+            let off = p.attitude_scale * a.sin_phi + p.attitude_delay * s.rolld[i];
+            let above =
+                if self.cornering() { p.velocity_height * a.cos_phi * s.rolldd[i] } else { 0.0 };
+            let vyd = vyd + above;
+            out[ResidualChannel::KinematicY] = ay - GRAVITY * off - vyd - a.v * a.r;
         }
         out
     }
@@ -400,6 +439,36 @@ impl Instant<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A point that is carried round by yaw and roll, differentiated twice in the frame of the road.
+    #[test]
+    fn a_point_beside_the_mass_centre_accelerates_as_it_moves() {
+        let (x, z) = (0.3, 0.25);
+        let yaw = |t: f64| 0.4 * t + 0.2 * (1.3 * t).sin();
+        let roll = |t: f64| 0.5 * (0.9 * t + 0.3).sin();
+        let place = |t: f64| {
+            let (ahead, left) = (x, -z * roll(t).sin());
+            let (sin, cos) = yaw(t).sin_cos();
+            [ahead * cos - left * sin, ahead * sin + left * cos]
+        };
+        let step = 1e-4;
+        let second = |f: &dyn Fn(f64) -> f64, t: f64| {
+            (f(t + step) - 2.0 * f(t) + f(t - step)) / (step * step)
+        };
+        let first = |f: &dyn Fn(f64) -> f64, t: f64| (f(t + step) - f(t - step)) / (2.0 * step);
+        for t in [0.0, 0.7, 2.1] {
+            let of_world = [0, 1].map(|k| second(&|t| place(t)[k], t));
+            let (sin, cos) = yaw(t).sin_cos();
+            let level =
+                [of_world[0] * cos + of_world[1] * sin, of_world[1] * cos - of_world[0] * sin];
+            let rates = [first(&yaw, t), second(&yaw, t)];
+            let rolls = [first(&roll, t), second(&roll, t)];
+            let found = beside([x, z], rates, roll(t).sin_cos(), rolls);
+            for k in 0..2 {
+                assert!((found[k] - level[k]).abs() < 1e-5, "{t}: {found:?} {level:?}");
+            }
+        }
+    }
 
     /// `a' = x'(u - a)` for a ramp has a closed form; the filter is exact for it at any step.
     #[test]

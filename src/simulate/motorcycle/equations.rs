@@ -9,7 +9,7 @@ use crate::GRAVITY;
 use crate::effects::composed::Acting;
 use crate::effects::physics::Rolling;
 use crate::model::formulation::Formulation::Corrected;
-use crate::model::kinematics::{front_wheel, height_in_plane};
+use crate::model::kinematics::{front_wheel, height_in_plane, steering_rate};
 use crate::model::tyre::{Input, Output};
 use crate::model::tyre_model::load_lead;
 
@@ -68,14 +68,21 @@ impl Plant {
         s: &State,
         (sin_phi, cos_phi): (f64, f64),
         (sin_d, cos_d): (f64, f64),
+        cos_caster: f64,
         dive_rate: f64,
     ) -> [(f64, f64); 2] {
         // the contact line lies beside the leaned mass centre, by a crown less than its height
         let beside = |k: usize| (self.cg_height - self.crown[k]) * sin_phi;
         let u = |k: usize| s.vx - self.dive_arm[k] * dive_rate - s.yaw_rate * beside(k);
         let height = |k: usize| self.cg_height * cos_phi + self.crown[k] * (1.0 - cos_phi);
-        let w = |k: usize, ahead: f64| s.vy + height(k) * s.roll_rate + ahead * s.yaw_rate;
-        let (uf, wf) = (u(0), w(0, self.cg_to_front));
+        // the frame comes down between its wheels as the loads along its plane grow
+        let coming_down = (sin_phi / cos_phi).powi(2) * s.roll_rate;
+        let w = |k: usize, ahead: f64| {
+            s.vy + height(k) * s.roll_rate - self.sag[k] * coming_down + ahead * s.yaw_rate
+        };
+        // not that of the arms, which wobble
+        let rate = steering_rate(self.wheelbase, cos_caster, cos_phi, s.roll_rate, s.vx);
+        let (uf, wf) = (u(0), w(0, self.cg_to_front) - self.normal_trail * cos_phi * rate);
         let (ur, wr) = (u(1), w(1, self.cg_to_front - self.wheelbase));
         [(uf * cos_d + wf * sin_d, wf * cos_d - uf * sin_d), (ur, wr)]
     }
@@ -143,7 +150,13 @@ impl Plant {
             tan_camber,
             steer,
             steer_sin_cos,
-            velocity: self.contact_velocity(s, (sin_phi, cos_phi), steer_sin_cos, dive_rate),
+            velocity: self.contact_velocity(
+                s,
+                (sin_phi, cos_phi),
+                steer_sin_cos,
+                caster.1,
+                dive_rate,
+            ),
         }
     }
 

@@ -43,6 +43,8 @@ pub struct Plant {
     pub pitch_inertia: f64,
     /// How far the front contact leaves the frame's plane per sine of the handlebar angle, m.
     pub normal_trail: f64,
+    /// How far the springs of each end give under the load at rest, m, by which the frame comes down in a bend.
+    pub sag: [f64; 2],
     /// What it has beyond all that; put in by [`Plant::with`].
     pub model_error: ModelError,
 }

@@ -84,6 +84,10 @@ impl Advice {
             ax_zero: 0.0,
             vy_zero: 0.0,
             attitude_scale: 0.0,
+            attitude_delay: 0.0,
+            velocity_height: 0.0,
+            accelerometer: [0.0; 2],
+            accelerometer_yaw: 0.0,
             ..best.values.clone()
         };
         let with = SETS
