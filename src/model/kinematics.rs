@@ -36,6 +36,23 @@ pub fn height_in_plane(cg_height: f64, crown: f64, cos_phi: f64) -> f64 {
     cg_height + crown * (1.0 / cos_phi - 1.0)
 }
 
+/// How a contact lies below the mass centre of a motorcycle that leans at a given sine and cosine of the roll angle: how
+/// far beside it, m, and how fast it goes aside per roll rate, m. In a bend loads along the frame's plane grow by
+/// `1/cos(phi)`: springs that give by `sag` (m) at rest let the frame come down by `sag (1/cos(phi) - 1)`.
+#[inline(always)]
+pub fn below_mass_centre(
+    cg_height: f64,
+    crown: f64,
+    sag: f64,
+    (sin_phi, cos_phi): (f64, f64),
+) -> [f64; 2] {
+    let tan = sin_phi / cos_phi;
+    [
+        (cg_height - crown) * sin_phi - sag * (tan - sin_phi),
+        (cg_height - crown) * cos_phi + crown - sag * (1.0 + tan * tan - cos_phi),
+    ]
+}
+
 /// How fast the handlebar turns, rad/s, of a motorcycle that leans in at `roll_rate` (rad/s) at an even `speed` (m/s)
 /// and goes where it points: the rate of `delta = l r cos(phi) / (v cos(epsilon))`, `r = -g tan(phi) / v`.
 pub fn steering_rate(

@@ -11,7 +11,6 @@ use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::effects::ride::Brakes;
 use crate::manoeuvre::{Direction, ManoeuvreKind};
-use crate::model::kinematics::height_in_plane;
 use crate::statistics::random::{Coloured, Random};
 
 /// How unsteady rider, road and air are.
@@ -197,7 +196,7 @@ pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 
     let moment_x = response.tyre[0].moment_x + response.tyre[1].moment_x;
     let spin: f64 = (0..2).map(|i| p.wheel_inertia[i] * state.omega[i]).sum();
     let gyroscopic = spin * state.yaw_rate * cos_phi;
-    let height = height_in_plane(p.cg_height, p.loaded_crown(), cos_phi);
+    let height = p.height_in_plane(cos_phi);
     let steered = p.normal_trail * state.steer.sin() / cos_phi * response.load[0];
     let force = (p.roll_inertia * wanted - load * height * sin_phi - moment_x - gyroscopic
         + steered)
@@ -217,7 +216,7 @@ pub fn steer_as_felt(p: &Plant, state: &State, response: &Response, lean: &Lean)
         return 0.0;
     }
     let cos_phi = state.roll.cos();
-    let height = height_in_plane(p.cg_height, p.loaded_crown(), cos_phi);
+    let height = p.height_in_plane(cos_phi);
     let missing = p.roll_inertia * (wanted(state, lean) - response.roll_acceleration);
     let tyre = &p.tyres[0];
     let k = tyre.stiffness.k_alpha(response.camber[0], tyre.side_force_ratio);

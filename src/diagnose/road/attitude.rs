@@ -8,7 +8,7 @@ use super::parameters::Parameters;
 use super::samples::{RATE, Samples};
 use crate::effects::ModelError;
 use crate::model::formulation::Formulation::Corrected;
-use crate::model::kinematics::{front_wheel, steering_rate};
+use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
 
 /// Below this camber its tangent is itself, rad.
 const SMALL: f64 = 1e-6;
@@ -131,15 +131,11 @@ impl Attitude {
         let vy = error.velocity_y(error.velocity(s.vy[i], s.vyd[i]) - p.vy_zero, r) + above;
         let Wheels { steer: (sin_d, cos_d), camber, tan_camber, cos_camber } =
             Wheels::of(s, p, i, phi, (sin_phi, cos_phi));
-        // of the contacts: beside and below the mass centre by a crown less and more than a thin disk's
+        let contact =
+            [0, 1].map(|k| below_mass_centre(h, p.crown[k], p.sag[k], (sin_phi, cos_phi)));
         let falling = p.dive_arm.map(|arm| arm * s.dived[i]);
-        let along = [0, 1].map(|k| v - falling[k] - r * (h - p.crown[k]) * sin_phi);
-        // the frame comes down between its wheels, along its plane: `v_y` is the frame's
-        let coming_down = (sin_phi / cos_phi).powi(2) * s.rolld[i];
-        let across = [0, 1].map(|k| {
-            let height = h * cos_phi + p.crown[k] * (1.0 - cos_phi);
-            vy + height * s.rolld[i] - p.sag[k] * coming_down
-        });
+        let along = [0, 1].map(|k| v - falling[k] - r * contact[k][0]);
+        let across = contact.map(|[_, per_rate]| vy + per_rate * s.rolld[i]);
         // a front wheel that is being steered goes aside behind its axis
         let rate = steering_rate(p.wheelbase, p.caster.1, cos_phi, s.rolld[i], v);
         let steered = if cornering { p.normal_trail * cos_phi * rate } else { 0.0 };

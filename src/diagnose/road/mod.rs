@@ -37,6 +37,7 @@ pub mod samples;
 pub mod scan;
 pub mod scatter;
 pub mod sensor_drift;
+pub mod sensors;
 pub mod session;
 pub mod simulation_errors;
 pub mod stage;

@@ -15,6 +15,7 @@ use super::residuals::{Blocks, blocks};
 use super::samples::{BLOCK, RATE, Samples, picks};
 use super::scatter::Scatter;
 use super::sensor_drift::{self, Drift};
+use super::sensors;
 use super::white_noise::white_noise;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
@@ -196,17 +197,11 @@ impl<'a> NullSimulation<'a> {
     }
 }
 
-/// What a perfect logger with the zeros of a model would have recorded on it.
+/// What a logger with the sensors of a model would have recorded on it, but for their noise.
 fn ridden(session: &Session, segments: &[Segment], values: &Parameters, from: From) -> Session {
-    let mut ridden = replay(session, segments, &replay::plant(values), from);
-    for (channel, zero) in values.sensor_zeros() {
-        if session.has(channel)
-            && let Some(x) = ridden.get_mut(channel)
-        {
-            x.iter_mut().for_each(|x| *x += zero);
-        }
-    }
-    ridden
+    let as_ridden = sensors::as_ridden(session, values);
+    let ridden = replay(&as_ridden, segments, &replay::plant(values), from);
+    sensors::as_recorded(ridden, values)
 }
 
 /// Coloured noise per channel whose long-run standard deviation is given.

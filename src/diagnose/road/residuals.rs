@@ -126,7 +126,7 @@ fn accelerations(s: &Samples, p: &Parameters, a: &Attitude, i: usize, bend: bool
 /// -r^2 x + z (r' sin(phi) + 2 r phi' cos(phi)),   r' x + z ((phi'^2 + r^2) sin(phi) - phi'' cos(phi))
 /// ```
 #[inline(always)]
-fn beside(
+pub(super) fn beside(
     [x, z]: [f64; 2],
     [r, turning]: [f64; 2],
     (sin_phi, cos_phi): (f64, f64),
@@ -163,6 +163,8 @@ struct Fixed {
     carcass: [Carcass; 2],
     /// Crowns over the front's.
     crown: [f64; 2],
+    /// How far the springs below the mass centre give at rest, m.
+    sag: f64,
     /// Height of the mass centre above the axles, m.
     above_axles: f64,
     /// Of both wheels, m.
@@ -184,6 +186,7 @@ impl Fixed {
             per_length: 1.0 / l,
             carcass: w.carcasses(),
             crown: w.width.map(|width| width / w.width[0]),
+            sag: w.sag[0] + (w.sag[1] - w.sag[0]) * lf / l,
             above_axles: above_axles(w.cg_height, w.radius),
             mean_radius: 0.5 * (w.radius[0] + w.radius[1]),
             still,
@@ -231,7 +234,10 @@ impl Instant<'_> {
     #[inline(always)]
     fn height(&self) -> f64 {
         match self.cornering() {
-            true => height_in_plane(self.p.cg_height, self.p.overturning, self.a.cos_phi),
+            true => {
+                let centre = self.p.overturning - self.fixed.sag;
+                height_in_plane(self.p.cg_height, centre, self.a.cos_phi)
+            }
             false => self.p.cg_height,
         }
     }
@@ -246,7 +252,10 @@ impl Instant<'_> {
         let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
         // the mass centre goes down while leaning in
         let sinking = match self.cornering() {
-            true => (p.cg_height - p.overturning) * (cos_phi * rolld * rolld + sin_phi * rolldd),
+            true => {
+                let rising = p.cg_height - p.overturning + fixed.sag;
+                rising * (cos_phi * rolld * rolld + sin_phi * rolldd)
+            }
             false => 0.0,
         };
         let weight = m * (GRAVITY - sinking);

@@ -9,7 +9,7 @@ use crate::GRAVITY;
 use crate::effects::composed::Acting;
 use crate::effects::physics::Rolling;
 use crate::model::formulation::Formulation::Corrected;
-use crate::model::kinematics::{front_wheel, height_in_plane, steering_rate};
+use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
 use crate::model::tyre::{Input, Output};
 use crate::model::tyre_model::load_lead;
 
@@ -71,15 +71,11 @@ impl Plant {
         cos_caster: f64,
         dive_rate: f64,
     ) -> [(f64, f64); 2] {
-        // the contact line lies beside the leaned mass centre, by a crown less than its height
-        let beside = |k: usize| (self.cg_height - self.crown[k]) * sin_phi;
-        let u = |k: usize| s.vx - self.dive_arm[k] * dive_rate - s.yaw_rate * beside(k);
-        let height = |k: usize| self.cg_height * cos_phi + self.crown[k] * (1.0 - cos_phi);
-        // the frame comes down between its wheels as the loads along its plane grow
-        let coming_down = (sin_phi / cos_phi).powi(2) * s.roll_rate;
-        let w = |k: usize, ahead: f64| {
-            s.vy + height(k) * s.roll_rate - self.sag[k] * coming_down + ahead * s.yaw_rate
-        };
+        let contact = [0, 1].map(|k| {
+            below_mass_centre(self.cg_height, self.crown[k], self.sag[k], (sin_phi, cos_phi))
+        });
+        let u = |k: usize| s.vx - self.dive_arm[k] * dive_rate - s.yaw_rate * contact[k][0];
+        let w = |k: usize, ahead: f64| s.vy + contact[k][1] * s.roll_rate + ahead * s.yaw_rate;
         // not that of the arms, which wobble
         let rate = steering_rate(self.wheelbase, cos_caster, cos_phi, s.roll_rate, s.vx);
         let (uf, wf) = (u(0), w(0, self.cg_to_front) - self.normal_trail * cos_phi * rate);
@@ -233,10 +229,9 @@ impl Plant {
         let (lf, lr) =
             (self.cg_to_front - action.ahead, self.wheelbase - self.cg_to_front + action.ahead);
         let (sin_phi, cos_phi) = pose.roll;
-        let crown = self.loaded_crown();
-        let h = height_in_plane(self.cg_height, crown, cos_phi);
-        // the crown's centre stays where it is
-        let rising = self.cg_height - crown;
+        let h = self.height_in_plane(cos_phi);
+        // the crown's centre stays where it is, the frame comes down onto its springs
+        let rising = self.cg_height - self.loaded_crown() + self.loaded_sag();
         let per_load = self.tyres_under(pose, s, action.time, assumed);
         let PerLoad { unit, x, y, lever_arm, .. } = &per_load;
         let torque: [f64; 2] = std::array::from_fn(|i| {
@@ -327,13 +322,12 @@ impl Plant {
             .sum::<f64>()
             * self.model_error.spin(1.0);
         let total_x: f64 = x[0] * load[0] + x[1] * load[1];
-        let yaw_acceleration = (lf * y[0] * load[0] - lr * y[1] * load[1]
-            + tyre[0].moment_z
-            + tyre[1].moment_z
-            - height_in_plane(self.cg_height, self.loaded_crown(), cos_phi) * sin_phi * total_x
-            - spin_moment
-            + action.moment_z)
-            / self.yaw_inertia;
+        let yaw_acceleration =
+            (lf * y[0] * load[0] - lr * y[1] * load[1] + tyre[0].moment_z + tyre[1].moment_z
+                - self.height_in_plane(cos_phi) * sin_phi * total_x
+                - spin_moment
+                + action.moment_z)
+                / self.yaw_inertia;
         let mut d = [
             acceleration[0] + s.yaw_rate * s.vy,
             acceleration[1] - s.yaw_rate * s.vx,

@@ -5,6 +5,7 @@ use super::equations::{SLIP_SPEED, STEER_LAG};
 use super::plant::Plant;
 use super::state::{Action, N, Response, State};
 use crate::GRAVITY;
+use crate::model::kinematics::below_mass_centre;
 
 impl Plant {
     /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.
@@ -107,13 +108,14 @@ impl<'a> Exponential<'a> {
         let p = self.plant;
         let (sin_phi, cos_phi) = s.roll.sin_cos();
         let (speed, still) = (s.vx.max(SLIP_SPEED), p.static_load());
+        let contact = [0, 1]
+            .map(|i| below_mass_centre(p.cg_height, p.crown[i], p.sag[i], (sin_phi, cos_phi)));
         let spin = |i: usize| {
-            let along = s.vx - s.yaw_rate * (p.cg_height - p.crown[i]) * sin_phi;
+            let along = s.vx - s.yaw_rate * contact[i][0];
             along / p.carcass(i, still[i]).rolling_radius(load[i], 1.0 - cos_phi)
         };
         let angle = |i: usize, ahead: f64| {
-            let height = p.cg_height * cos_phi + p.crown[i] * (1.0 - cos_phi);
-            (s.vy + height * s.roll_rate + ahead * s.yaw_rate) / speed
+            (s.vy + contact[i][1] * s.roll_rate + ahead * s.yaw_rate) / speed
         };
         let front = angle(0, p.cg_to_front) - s.steer * self.caster.1 / cos_phi;
         [0.0, spin(0), spin(1), front, angle(1, p.cg_to_front - p.wheelbase)]

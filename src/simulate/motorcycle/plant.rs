@@ -3,6 +3,7 @@
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::effects::ModelError;
+use crate::model::kinematics::height_in_plane;
 use crate::model::tyre::Tyre;
 use crate::model::tyre_model::Carcass;
 
@@ -52,9 +53,22 @@ pub struct Plant {
 impl Plant {
     /// Radius of the crowns under their loads at rest, m: the overturning stiffness of both tyres.
     pub fn loaded_crown(&self) -> f64 {
-        let rear = self.cg_to_front / self.wheelbase;
-        let [front_crown, rear_crown] = self.tyres.map(|t| t.overturning_stiffness);
-        (1.0 - rear) * front_crown + rear * rear_crown
+        self.at_mass_centre(self.tyres.map(|t| t.overturning_stiffness))
+    }
+
+    /// How far the springs below the mass centre give under the load at rest, m.
+    pub(super) fn loaded_sag(&self) -> f64 {
+        self.at_mass_centre(self.sag)
+    }
+
+    /// Distance of the mass centre from the ground along the leaned plane, m: the frame comes down onto its springs.
+    pub(in crate::simulate) fn height_in_plane(&self, cos_phi: f64) -> f64 {
+        height_in_plane(self.cg_height, self.loaded_crown() - self.loaded_sag(), cos_phi)
+    }
+
+    /// What lies below the mass centre of something at the axles.
+    fn at_mass_centre(&self, [front, rear]: [f64; 2]) -> f64 {
+        front + (rear - front) * self.cg_to_front / self.wheelbase
     }
 
     /// The plant with a model error in it.
