@@ -20,6 +20,9 @@ use crate::diagnose::tuning::RoadTuning;
 use crate::effects::Effect;
 use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
+/// Most steps to the sizes that are simulated.
+const TIMES_SIMULATED: usize = 3;
+
 /// What a stage is made for: a ride and all its candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct Ride<'a> {
@@ -180,12 +183,16 @@ impl<'a> Stage<'a> {
             memory.simulations.get_or(&(noise_of, values), with)
         };
         let simulation = riding(&model.values);
-        let fit = |number: usize| {
-            let fit = || simulation.fit(number, &model, &model.parameters, &[]).1.base.values;
-            let kept = memory.fits.get_or(&(noise_of, key_of(&model), number), fit);
-            Parameters::clone(&kept)
+        let fits = |values: &Parameters, count: usize| -> Vec<Parameters> {
+            let simulation = riding(values);
+            let fit = |number: usize| {
+                let fit = || simulation.fit(number, &model, &model.parameters, &[]).1.base.values;
+                let kept = memory.fits.get_or(&(noise_of, key_of(&model), values, number), fit);
+                Parameters::clone(&kept)
+            };
+            (0..count).into_par_iter().map(fit).collect()
         };
-        let simulated = simulated(ride, &model, fit, count, named);
+        let simulated = simulated(ride, &model, fits, count, named);
         let simulation = match simulated == model.values {
             true => simulation,
             false => riding(&simulated),
@@ -260,32 +267,46 @@ impl<'a> Stage<'a> {
 }
 
 /// The model to simulate for fits to give the sizes that the model's fit gives: a fit that gives half of a
-/// size leaves the other half for another candidate to take up. `fit` is that to a null simulation of the
-/// model.
+/// size leaves the other half for another candidate to take up. `fits` are those to null simulations of such a
+/// model. The share is not the same for every size, so that a large one needs more than one step.
 fn simulated(
     ride: &Ride<'_>,
     model: &Base,
-    fit: impl Fn(usize) -> Parameters + Sync,
+    fits: impl Fn(&Parameters, usize) -> Vec<Parameters>,
     count: usize,
     named: &[Cause],
 ) -> Parameters {
     let tuning = ride.tuning;
     let first = count.min(tuning.nulls_of_sizes);
-    let fits: Vec<Parameters> = (0..first).into_par_iter().map(&fit).collect();
-    let sizes = true_sizes(ride, model, &model.values, &fits, named);
     let mut simulated = model.values.clone();
-    let off = |(cause, size): (&Cause, &Estimate)| {
-        let own = ride.size(&cause.candidate, model);
-        (size.value - own).abs() > tuning.off_size * size.value.abs()
-    };
-    if named.iter().zip(&sizes).any(off) {
+    for _ in 0..TIMES_SIMULATED {
+        let fits = fits(&simulated, first);
+        let sizes = true_sizes(ride, model, &simulated, &fits, named);
+        let before = simulated.clone();
+        let mut off = false;
         for (cause, size) in named.iter().zip(&sizes) {
             let p = ride.parameter(&cause.candidate);
             let [low, high] = cause.candidate.bounds;
-            p.set(&mut simulated, p.get(&model.start) + size.value.clamp(low, high));
+            let (size, zero) = (size.value.clamp(low, high), p.get(&model.start));
+            off |= (size - (p.get(&before) - zero)).abs() > tuning.off_size * size.abs();
+            p.set(&mut simulated, zero + size);
         }
+        if !off {
+            return before;
+        }
+        simulated = around(ride, model, &simulated, named);
     }
     simulated
+}
+
+/// A model whose causes have other sizes: the rest of it fitted around them. Fitted around too small a size it would
+/// stand in for what is missing of it.
+fn around(ride: &Ride<'_>, model: &Base, sizes: &Parameters, named: &[Cause]) -> Parameters {
+    let is_cause =
+        |p: &Parameter| named.iter().any(|c| ride.parameter(&c.candidate).name == p.name);
+    let parameters = model.parameters.iter().filter(|p| !is_cause(p)).copied().collect();
+    let fixed = Base { values: sizes.clone(), parameters, ..model.clone() };
+    fixed.extended(ride.samples, &[], 3).values
 }
 
 /// Sizes and their errors from null simulations of the model itself: what a fit makes of a size that is
