@@ -123,12 +123,12 @@ impl Attitude {
     pub fn of(s: &Samples, p: &Posture, i: usize, cornering: bool) -> Self {
         let error = &p.error;
         let (h, lf, lr) = (p.cg_height, p.cg_to_front, p.wheelbase - p.cg_to_front);
-        let v = error.velocity(s.v[i], s.vd[i]);
+        let v = error.velocity(s.v[i], s.vd_quiet[i]);
         let r = s.yaw_rate[i] - p.yaw_rate_zero;
         let phi = error.roll(s.roll[i]);
         let (sin_phi, cos_phi) = phi.sin_cos();
         let above = if cornering { p.velocity_height * cos_phi * s.rolld[i] } else { 0.0 };
-        let vy = error.velocity_y(error.velocity(s.vy[i], s.vyd[i]) - p.vy_zero, r) + above;
+        let vy = error.velocity_y(error.velocity(s.vy[i], s.vyd_quiet[i]) - p.vy_zero, r) + above;
         let Wheels { steer: (sin_d, cos_d), camber, tan_camber, cos_camber } =
             Wheels::of(s, p, i, phi, (sin_phi, cos_phi));
         let contact =

@@ -409,7 +409,7 @@ impl<'a> Ride<'a> {
 
 /// A column with straight lines through its gaps, held before the first and after the last that is
 /// known; zeros where nothing is.
-fn bridged(mut x: Vec<f64>) -> Vec<f64> {
+pub(super) fn bridged(mut x: Vec<f64>) -> Vec<f64> {
     let known = |v: &f64| v.is_finite();
     let (Some(first), Some(last)) = (x.iter().position(known), x.iter().rposition(known)) else {
         x.fill(0.0);

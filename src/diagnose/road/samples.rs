@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::dive::{NOISY, dive};
+use super::replay::bridged;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::effects::ride::{Brakes, acting_pressure, along_strip, brake_history};
@@ -29,9 +30,13 @@ pub struct Samples {
     pub time: Vec<f64>,
     pub v: Vec<f64>,
     pub vd: Vec<f64>,
+    /// With little of the sensor's noise, as `vdd`: what a delay is multiplied by. More noise in it than in the velocity
+    /// would make every delay small.
+    pub vd_quiet: Vec<f64>,
     pub vdd: Vec<f64>,
     pub vy: Vec<f64>,
     pub vyd: Vec<f64>,
+    pub vyd_quiet: Vec<f64>,
     pub vydd: Vec<f64>,
     pub ax: Vec<f64>,
     pub ay: Vec<f64>,
@@ -92,8 +97,10 @@ impl Samples {
         let (v, vd) = column(Channel::VelocityX);
         let (vy, vyd) = column(Channel::VelocityY);
         let (roll, rolld) = column(Channel::Roll);
-        let second = |d: &[f64]| gradient(&smooth(d, rate), rate);
-        let (vdd, vydd, rolldd) = (second(&vd), second(&vyd), second(&rolld));
+        let rolldd = gradient(&smooth(&rolld, rate), rate);
+        let quiet = |d: &[f64]| mean_twice(&bridged(d.to_vec()), rate, NOISY);
+        let [vd_quiet, vyd_quiet] = [&vd, &vyd].map(|d| quiet(d));
+        let [vdd, vydd] = [&vd_quiet, &vyd_quiet].map(|d| gradient(d, rate));
         let (yaw_rate, yaw_rated) = column(Channel::YawRate);
         let (omega_f, omegad_f) = column(Channel::WheelSpeedFront);
         let (omega_r, omegad_r) = column(Channel::WheelSpeedRear);
@@ -119,9 +126,11 @@ impl Samples {
                 for (to, x) in [
                     (&mut out.v, &v),
                     (&mut out.vd, &vd),
+                    (&mut out.vd_quiet, &vd_quiet),
                     (&mut out.vdd, &vdd),
                     (&mut out.vy, &vy),
                     (&mut out.vyd, &vyd),
+                    (&mut out.vyd_quiet, &vyd_quiet),
                     (&mut out.vydd, &vydd),
                     (&mut out.ax, &ax),
                     (&mut out.ay, &ay),
