@@ -19,9 +19,12 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::schema::{Key, KeyTable};
+use crate::GRAVITY;
 
 /// Relaxation length of the slip ratio where the file gives none, m; as the schema says.
 const USUAL_SLIP_LAG: f64 = 0.07;
+/// Gain of slip stiffness per load with the load at rest once more where the file has none; as the schema says.
+pub const USUAL_SLIP_STIFFNESS_LOAD: f64 = 0.2;
 /// Spin inertia of the wheels where the file has none, front and rear, kg m²: 17 inch wheels with
 /// tyre and disc; `assumed` in the schema.
 pub const USUAL_WHEEL_INERTIA: [f64; 2] = [0.45, 0.60];
@@ -88,6 +91,9 @@ pub struct WheelData {
     pub deflection_share: Option<f64>,
     /// Relaxation length of the slip ratio, m, where given; see [`Bike::longitudinal_relaxation`].
     pub longitudinal_relaxation: Option<f64>,
+    /// Slip stiffness per load that is gained with the load at rest once more, over itself, where given; see
+    /// [`Bike::slip_stiffness_load`].
+    pub slip_stiffness_load: Option<f64>,
     /// Relaxation length, m; `None` means the wheel radius.
     pub relaxation_length: Option<f64>,
     /// Slip transition coefficient `q1`.
@@ -292,6 +298,21 @@ impl Bike {
         self.wheel(axle).longitudinal_relaxation.unwrap_or(USUAL_SLIP_LAG)
     }
 
+    /// What a tyre's slip stiffness per load gains with the load at rest once more, over itself: the file's, or a
+    /// usual one.
+    pub fn slip_stiffness_load(&self, axle: Axle) -> f64 {
+        self.wheel(axle).slip_stiffness_load.unwrap_or(USUAL_SLIP_STIFFNESS_LOAD)
+    }
+
+    /// Load of a wheel at rest, N.
+    pub fn static_load(&self, axle: Axle) -> f64 {
+        let arm = match axle {
+            Axle::Front => self.cg_to_rear(),
+            Axle::Rear => self.cg_to_front,
+        };
+        self.mass * GRAVITY * arm / self.wheelbase
+    }
+
     /// A numeric key's value, given or default.
     pub fn value(&self, key: &str) -> Option<f64> {
         self.keys.get(key).copied()
@@ -382,6 +403,7 @@ impl Bike {
             vertical_stiffness: get(&format!("{end}.vertical_stiffness")),
             deflection_share: opt(&format!("{end}.deflection_share")),
             longitudinal_relaxation: opt(&format!("{end}.longitudinal_relaxation")),
+            slip_stiffness_load: opt(&format!("{end}.slip_stiffness_load")),
             relaxation_length: opt(&format!("{end}.relaxation_length")),
             slip_transition: get(&format!("{end}.slip_transition")),
             camber_force_decay: get(&format!("{end}.camber_force_decay")),

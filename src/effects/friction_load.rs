@@ -22,7 +22,7 @@ impl Physics for FrictionLoad {
             Channel::WheelSpeedRear,
         ],
         kinds: BRAKING,
-        confounded_with: &["lift"],
+        confounded_with: &[],
         separate_by: "the same slip at different loads",
         level: Level::Bike,
         faint: true,

@@ -6,6 +6,7 @@ use super::file::one_line;
 use super::fitted::Fitted;
 use super::grid::{Ends, steps};
 use super::tyre::Characterised;
+use crate::model::tyre_model::TyreModel;
 
 /// Values per direction: slip ratio, slip angle, camber, load.
 const POINTS: [usize; 4] = [41, 21, 17, 5];
@@ -82,10 +83,10 @@ fn rows(out: &mut String, tyre: &Characterised, table: &str, over: [&[f64]; 4]) 
     for &load in loads {
         for &camber in cambers {
             for &angle in angles {
-                let pure = tyre.tyre.tyre.forces(&tyre.input(0.0, angle, camber, load));
+                let pure = tyre.tyre.forces(&tyre.input(0.0, angle, camber, load));
                 let ridden = u8::from(pure.force_y.abs() <= most * load);
                 for &slip in slips {
-                    let o = tyre.tyre.tyre.forces(&tyre.input(slip, angle, camber, load));
+                    let o = tyre.tyre.forces(&tyre.input(slip, angle, camber, load));
                     let _ = writeln!(
                         out,
                         "{},{table},{slip:.6},{angle:.6},{camber:.6},{load:.3},{:.4},{:.4},{:.5},{:.5},{ridden}",

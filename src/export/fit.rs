@@ -61,7 +61,7 @@ fn start(c: &Characterised) -> MfMc {
         pCx1: mf.c,
         pDx: [mf.d, 0.0],
         pEx: [e1, 0.0, 0.0, -mf.e2 / e1],
-        pKx: [mf.stiffness(), 0.0, 0.0],
+        pKx: [mf.stiffness(), mf.stiffness() * c.tyre.slip_stiffness_load, 0.0],
         pCy: [1.0, 1.5],
         pDy: [1.0, 0.0, 0.0],
         pEy: [-1.5, 0.0, 0.0, -5.0],
@@ -199,7 +199,7 @@ fn solve(
     bounds: &[(f64, f64)],
     starts: &[Vec<f64>],
 ) -> Result<(), String> {
-    let wanted: Vec<f64> = inputs.iter().map(|i| of(&c.tyre.tyre.forces(i))).collect();
+    let wanted: Vec<f64> = inputs.iter().map(|i| of(&c.tyre.forces(i))).collect();
     let peak = wanted.iter().fold(1e-9_f64, |most, x| most.max(x.abs()));
     let mut curve = Curve {
         set: *set,

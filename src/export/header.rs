@@ -62,6 +62,8 @@ fn number(c: &Characterised) -> String {
         ("rolling_radius", t.rolling_radius),
         ("rolling_resistance", t.rolling_resistance),
         ("relaxation_length", t.relaxation_length),
+        ("nominal_load", c.tyre.nominal_load),
+        ("slip_stiffness_load", c.tyre.slip_stiffness_load),
         ("vertical_stiffness", t.vertical_stiffness),
         ("camber_force_decay", t.camber_force_decay),
         ("camber_moment_decay", t.camber_moment_decay),

@@ -11,6 +11,7 @@ use super::check::{self, LargestErrors};
 use super::file::{self, File, origin, short};
 use super::fit;
 use super::fitted::Fitted;
+use super::reduced::GAIN;
 use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::model::mf_mc::MfMc;
@@ -86,7 +87,8 @@ fn longitudinal(f: &mut File, set: &MfMc, row: &dyn Fn(C) -> String) {
     f.number("PEX1", set.pEx[0], &row(C::MfE1));
     f.number("PEX4", set.pEx[3], &format!("-mf_e2/mf_e1; mf_e2 {}", row(C::MfE2)));
     f.number("PKX1", set.pKx[0], &format!("mf_b mf_c mf_d; mf_b {}", row(C::MfB)));
-    for key in ["PDX2", "PEX2", "PEX3", "PKX2", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
+    f.number("PKX2", set.pKx[1], GAIN);
+    for key in ["PDX2", "PEX2", "PEX3", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
         f.number(key, 0.0, "set: no load dependence per load, no offset");
     }
     let note = "shaped";

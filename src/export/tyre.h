@@ -27,6 +27,8 @@ typedef struct {
     double rolling_radius;                 /* R_rol, m */
     double rolling_resistance;             /* c_rol, eq. 21 */
     double relaxation_length;              /* r_l, m, eq. 1 */
+    double nominal_load;                   /* N */
+    double slip_stiffness_load;            /* gain of slip stiffness per load with the nominal load once more */
     double vertical_stiffness;             /* K_z, N/m, eq. 12 */
     double camber_force_decay;             /* eq. 15 */
     double camber_moment_decay;            /* eq. 17 */
@@ -103,7 +105,9 @@ static inline roadbench_output roadbench_forces(const roadbench_tyre *t, const r
     if (!(load > 0.0)) {
         return out;
     }
-    const double rolling = 1.0 + in->slip_ratio > 1e-4 ? 1.0 + in->slip_ratio : 1e-4;
+    const double gained = 1.0 + t->slip_stiffness_load * (load / t->nominal_load - 1.0);
+    const double slip = in->slip_ratio * (gained > 0.2 ? gained : 0.2);
+    const double rolling = 1.0 + slip > 1e-4 ? 1.0 + slip : 1e-4;
     const double s = rolling - 1.0;
     const double sigma_x = -s / rolling;                   /* (2a) */
     const double sigma_y = -tan(in->slip_angle) / rolling; /* (2b) */

@@ -2,7 +2,6 @@
 
 use super::fitted::Fitted;
 use super::ranges::Ranges;
-use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike, WheelData};
 use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::model::custom::Custom;
@@ -52,13 +51,7 @@ impl Setting<'_> {
     pub fn nominal(&self, axle: Axle) -> f64 {
         match (self.load, self.bike) {
             (Some(load), _) => load,
-            (None, Some(bike)) => {
-                let arm = match axle {
-                    Axle::Front => bike.cg_to_rear(),
-                    Axle::Rear => bike.cg_to_front,
-                };
-                bike.mass * GRAVITY * arm / bike.wheelbase
-            }
+            (None, Some(bike)) => bike.static_load(axle),
             (None, None) => LOAD,
         }
     }
@@ -194,6 +187,7 @@ fn stand_in_wheel(radius: f64) -> WheelData {
         vertical_stiffness: 150e3,
         deflection_share: None,
         longitudinal_relaxation: None,
+        slip_stiffness_load: None,
         relaxation_length: None,
         slip_transition: 1.1,
         camber_force_decay: 1.0,

@@ -43,7 +43,7 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
         let signals = inputs.straight(&data.straight[k], &data.action[k]);
         let keep = selection::friction_samples(data, &signals, k, bike);
         samples.friction[k] =
-            friction_rows(data, &signals, k, &keep, &fits.coasting, &config.friction);
+            friction_rows(data, &inputs, &signals, k, &keep, &fits.coasting, &config.friction);
         fits.friction[k] = friction::fit(&samples.friction[k], &config.friction);
         samples.keep_straight[k] = keep;
     }

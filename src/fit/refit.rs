@@ -114,8 +114,15 @@ impl<'a> Refit<'a> {
         let (fitted, data) = (self.fits.friction[k].as_ref()?, &self.data);
         let signals = inputs.straight(&data.straight[k], &data.action[k]);
         let all = &self.straight[k];
-        let mut rows =
-            friction_rows(data, &signals, k, all, &self.fits.coasting, &self.config.friction);
+        let mut rows = friction_rows(
+            data,
+            inputs,
+            &signals,
+            k,
+            all,
+            &self.fits.coasting,
+            &self.config.friction,
+        );
         rows.both_signs = self.samples.friction[k].both_signs;
         let theta = fitted.refit_with_fixed_weights(&rows);
         // a curve without a peak still has its factors

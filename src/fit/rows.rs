@@ -7,6 +7,7 @@ use super::{cornering, friction};
 use crate::contract::bike::{Axle, Bike};
 use crate::estimate::signals::{Inputs, Signals};
 use crate::model::formulation::Formulation;
+use crate::model::tyre::slip_stiffness_under;
 
 /// Error of the friction per rate of the slip ratio, s: what a 20 Hz filter leaves of it.
 const FILTER_BLUR: f64 = 0.004;
@@ -15,9 +16,11 @@ const LARGE_FRICTION: f64 = 0.25;
 /// Such samples of each sign that let `e2` be fitted.
 const BOTH_SIGNS: usize = 20;
 
-/// The kept straight samples of tyre `k`, with the friction's expected errors.
+/// The kept straight samples of tyre `k`, with the friction's expected errors: slips that the load at rest would have,
+/// where the slip stiffness goes with the load.
 pub fn friction_rows(
     data: &Data,
+    inputs: &Inputs,
     signals: &Signals,
     k: usize,
     keep: &[usize],
@@ -31,10 +34,17 @@ pub fn friction_rows(
     let friction_error = config.friction_error.max(from_coasting);
     let mut rows = friction::Rows::with_error(velocity_error);
     let samples = &data.straight[k];
+    let axle = Axle::BOTH[k];
+    let still = inputs.bike.static_load(axle);
+    let gain = match inputs.formulation {
+        Formulation::Corrected => inputs.bike.slip_stiffness_load(axle),
+        Formulation::Paper => 0.0,
+    };
     let mut signs = [0_usize; 2];
     for &i in keep {
         let mu = signals.force_x[k][i] / signals.load[k][i];
-        rows.slip.push(signals.slip_ratio[k][i]);
+        let stiffer = slip_stiffness_under(gain, signals.load[k][i] / still - 1.0);
+        rows.slip.push(stiffer * signals.slip_ratio[k][i]);
         rows.friction.push(mu);
         let v = signals.speed[i];
         let slip = signals.slip_ratio[k][i];

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::magic_formula::MagicFormula;
-use super::tyre::{Input, Output, Stiffness, Tyre};
+use super::tyre::{Input, Output, Stiffness, Tyre, slip_stiffness_under};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel, USUAL_SHARE};
-use crate::contract::bike::WheelData;
+use crate::contract::bike::{USUAL_SLIP_STIFFNESS_LOAD, WheelData};
 use crate::contract::coefficient::Coefficient as C;
 
 /// The paper's tyre (eqs. 1-22) and what a simulator needs beside it.
@@ -25,6 +25,9 @@ pub struct Custom {
     /// Relaxation length of the slip ratio, m; the paper has none.
     #[serde(default = "lag_x")]
     pub longitudinal_relaxation: f64,
+    /// Slip stiffness per load that is gained with the nominal load once more, over itself; the paper has none.
+    #[serde(default)]
+    pub slip_stiffness_load: f64,
     /// Share of the deflection by which it rolls shorter.
     #[serde(default = "share")]
     pub deflection_share: f64,
@@ -51,6 +54,7 @@ impl Custom {
             nominal_load,
             vertical_damping: damping(),
             longitudinal_relaxation: lag_x(),
+            slip_stiffness_load: 0.0,
             deflection_share: share(),
             tyre,
         }
@@ -104,7 +108,8 @@ impl Custom {
             reference_friction: friction,
             peak_slip,
         };
-        Ok(Custom::new(tyre, load))
+        let slip_stiffness_load = wheel.slip_stiffness_load.unwrap_or(USUAL_SLIP_STIFFNESS_LOAD);
+        Ok(Custom { slip_stiffness_load, ..Custom::new(tyre, load) })
     }
 
     fn deflection(&self) -> f64 {
@@ -114,7 +119,9 @@ impl Custom {
 
 impl TyreModel for Custom {
     fn forces(&self, input: &Input) -> Output {
-        self.tyre.forces(input)
+        let extra_load = input.load / self.nominal_load - 1.0;
+        let stiffer = slip_stiffness_under(self.slip_stiffness_load, extra_load);
+        self.tyre.forces(&Input { slip_ratio: stiffer * input.slip_ratio, ..*input })
     }
 
     fn relaxation(&self, _load: f64, _speed: f64) -> Relaxation {

@@ -23,6 +23,8 @@ use super::magic_formula::MagicFormula;
 
 /// `1 + s` is kept above this: a locked wheel is a limit, not a division by zero.
 const MIN_ROLLING: f64 = 1e-4;
+/// A slip stiffness that falls with load does not fall below this share.
+const LEAST_SLIP_STIFFNESS: f64 = 0.2;
 
 /// Cornering stiffness per load over camber, as the two fitted functions give it (eq. 39).
 ///
@@ -218,6 +220,16 @@ impl Tyre {
             moment_z: Mz_alpha + Mz_gamma + Mz_offset, // (20)
         }
     }
+}
+
+/// Slip stiffness per load over that under the load at rest: a slip counts as so many times itself, which leaves the
+/// peak of the friction where it is.
+///
+/// `per_load` is what is gained with the load at rest once more, `extra_load` the load beyond it over it. The paper's
+/// form has none of it.
+#[inline(always)]
+pub fn slip_stiffness_under(per_load: f64, extra_load: f64) -> f64 {
+    (1.0 + per_load * extra_load).max(LEAST_SLIP_STIFFNESS)
 }
 
 /// Pneumatic trail at vanishing slip, m, eq. 12: a third of the half contact length.

@@ -367,6 +367,7 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
         brake_gain: [get("brake_gain_front"), get("brake_gain_rear")],
         crown,
         deflection_share: get("deflection_share"),
+        slip_stiffness_load: 0.0,
         pitch_inertia: PITCH_GYRATION[0] * bike.mass,
         normal_trail: bike.normal_trail(),
         sag: [0.0; 2],

@@ -185,10 +185,10 @@ fn a_late_velocity_is_found_whole() {
     assert_eq!(named.len(), 1, "{named:?}");
     let (name, value, sd) = named[0];
     assert_eq!(name, "latency");
-    // the null simulations give back a sixth less than there is
-    assert!((value + 0.05).abs() < 3.0 * sd && sd < 0.005, "{value} +- {sd}");
+    assert!((value + 0.05).abs() < 2.0 * sd && sd < 0.005, "{value} +- {sd}");
+    // the residuals alone show nine tenths of it; multiplied by a noisy derivative it would be half
     let shown = Effect::named(name).expect("known").parameter().get(&d.naming.extended.values);
-    assert!(shown > -0.036, "{shown}");
+    assert!(shown < -0.042, "{shown}");
     // of what the simulation of left-out brakings misses beyond noise less than half is left
     let braking = d.simulation_errors.iter().filter(|r| r.kind.ends_with("braking"));
     let speeds: Vec<_> = braking.filter(|r| r.channel == "velocity_x").collect();

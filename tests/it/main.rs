@@ -44,6 +44,7 @@ mod rooms;
 mod s3_server;
 mod script;
 mod segment;
+mod sensor_errors;
 mod slip_angles;
 mod superbike;
 mod suspicions;

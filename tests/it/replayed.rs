@@ -62,7 +62,7 @@ const LEFT: f64 = 1.0 / 3.0;
 const RIDERS: [(&str, &[Channel]); 3] = [
     ("road_bank", &[Channel::AccelerationY, Channel::Roll, Channel::YawRate]),
     ("front_compliance", &[Channel::AccelerationY, Channel::Roll, Channel::YawRate]),
-    // of the yaw rate 0.0354 -> 0.0147 rad/s, where 0.01465 would not be off
+    // of the yaw rate 0.0418 -> 0.0171 rad/s, 0.0071 of itself
     (
         "rider_lean",
         &[Channel::VelocityX, Channel::YawRate, Channel::WheelSpeedFront, Channel::WheelSpeedRear],
@@ -94,7 +94,7 @@ fn the_true_effect_leaves_nothing_of_itself() {
             let riders = RIDERS.iter().any(|(e, c)| *e == effect.name && c.contains(&channel));
             // a ride with something hidden is another ride: its floor is not quite the same; a channel of which
             // nothing was simulated is wrong, too
-            let most = if riders { 1.6 } else { 1.5 };
+            let most = if riders { 1.9 } else { 1.5 };
             let off = with[k].is_nan() || with[k] > most * floor[k] + small;
             if off || (shows && left > LEFT && !riders) {
                 let (name, channel) = (effect.name, channel.name());
@@ -111,17 +111,17 @@ fn the_true_effect_leaves_nothing_of_itself() {
     assert!(2 * shown.len() >= ALL.len(), "{shown:?}");
 }
 
-/// Of another side-force ratio that is not among the candidates the residuals say that the steering sensor has a
-/// zero; simulated with it the manoeuvres that the fit had not seen get worse.
+/// Of a velocity sensor beside its place that is not among the candidates the residuals say that the rear side-force
+/// ratio is another; simulated with it the manoeuvres that the fit had not seen get worse.
 #[test]
 fn a_name_that_makes_the_simulation_worse_is_taken_back() {
-    let effect = Effect::named("side_force_ratio_front").expect("known");
-    let hidden = vec![(effect, 4.0 * effect.typical)];
+    let effect = Effect::named("velocity_lever_arm").expect("known");
+    let hidden = vec![(effect, 3.0 * effect.typical)];
     let case = Case { hidden, ..Case::draw(5, 0, Kind::Null, [1.0, 1.0]) };
     let folder = tempfile::tempdir().expect("folder");
     let (log, bike) = case.write(folder.path()).expect("written");
     let bike = Bike::read(&bike).expect("bike");
-    let others = ALL.iter().filter(|e| !e.name.starts_with("side_force_ratio"));
+    let others = ALL.iter().filter(|e| e.name != effect.name);
     let settings = Settings { nulls: 19, effects: others.copied().collect(), advise: false };
     let found = road::log(&log, &[], &bike, &Pipeline::onroad(), &settings).expect("diagnosed");
     let told: Vec<_> = found.naming.causes.iter().filter(|c| c.verdict.is_cause()).collect();
@@ -131,7 +131,8 @@ fn a_name_that_makes_the_simulation_worse_is_taken_back() {
         let row = found.causes.iter().find(|c| c.effect == name).expect("a row");
         row.reason.contains("makes the simulation of manoeuvres that were left out worse")
     };
-    assert!(taken_back("steer_zero"));
+    let rows = || found.causes.iter().map(|c| format!("{} {}: {}", c.effect, c.verdict, c.reason));
+    assert!(taken_back("side_force_ratio_rear"), "{}", rows().collect::<Vec<_>>().join("\n"));
     assert!(found.replays.iter().all(|r| r.extended.is_none()));
     assert!(found.simulation_errors.iter().all(|e| e.ratio.is_none()));
     assert!(found.model.effects.is_empty());

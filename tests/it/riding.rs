@@ -90,20 +90,18 @@ fn the_papers_study_again() {
     for (channel, paper) in [
         ("steer_torque", 0.118),
         ("steer_angle", 0.028),
+        ("slip_ratio_front_braking", 0.126),
+        ("slip_ratio_rear_driving", 0.03),
         ("slip_angle_front_entry", 0.336),
         ("moment_z_rear", 0.34),
     ] {
+        println!("{channel}: {:.3}, paper {paper}", error(channel));
         assert!(error(channel) < paper, "{channel}: {:.3}, paper {paper}", error(channel));
     }
-    // may be worse than the paper (0.126, 0.063, 0.03, 0.088 there), and known why: this tyre's slip
-    // stiffness per load rises by a fifth over the front load transfer, which the paper's model
-    // does not have; the front yaw moment hangs on the assumed twisting stiffness and trail
-    for (channel, reached) in [
-        ("slip_ratio_front_braking", 0.40),
-        ("slip_ratio_rear_braking", 0.10),
-        ("slip_ratio_rear_driving", 0.20),
-        ("moment_z_front", 0.20),
-    ] {
+    // may be worse than the paper (0.063, 0.088 there), and known why: with load this tyre's slip stiffness changes less
+    // than a usual one's; the front yaw moment hangs on the assumed twisting stiffness and trail
+    for (channel, reached) in [("slip_ratio_rear_braking", 0.10), ("moment_z_front", 0.20)] {
+        println!("{channel}: {:.3}", error(channel));
         assert!(error(channel) < reached, "{channel}: {:.3}", error(channel));
     }
     // forces follow from the motion whatever the tyre

@@ -48,6 +48,13 @@ pub fn true_dive(session: &Session) -> Option<Vec<f64>> {
     Some(mean_twice(&dive(session)?, session.rate, NOISY))
 }
 
+/// How fast the rate of the dive changes, rad/s², without the noise of its sensor; zero in gaps. `None` as of
+/// [`dive`].
+pub fn diving(session: &Session) -> Option<Vec<f64>> {
+    let rate = session.rate;
+    Some(gradient(&gradient(&true_dive(session)?, rate), rate))
+}
+
 /// The session without the dive of its frame; `None` where pitch or roll is not measured.
 pub fn level(session: &Session, bike: &Bike) -> Option<Session> {
     let rate = session.rate;

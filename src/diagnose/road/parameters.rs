@@ -47,6 +47,8 @@ pub struct Parameters {
     pub vertical_stiffness: [f64; 2],
     /// Share of a tyre's deflection by which it rolls shorter.
     pub deflection_share: f64,
+    /// Slip stiffness per load that is gained with the load at rest once more, over itself.
+    pub slip_stiffness_load: f64,
     /// How fast the contacts fall behind the mass centre per rate of dive, m.
     pub dive_arm: [f64; 2],
     /// Pitch inertia about the mass centre over the mass, m².
@@ -204,6 +206,13 @@ pub const BASE: &[Parameter] = &[
     parameter!("overturning_stiffness", 0.005, 5.0, |w| w.overturning),
     parameter!("crown_ratio", CROWN_RATIO[1], 1.0, |w| w.crown_ratio),
     parameter!("deflection_share", DEFLECTION_SHARE[1], 1.0, |w| w.deflection_share),
+    parameter!(
+        "slip_stiffness_load",
+        SLIP_STIFFNESS_LOAD,
+        1.0,
+        |w| w.slip_stiffness_load,
+        Reach::SLIPS
+    ),
     parameter!("vertical_stiffness_front", 1e4, 1.0, |w| w.vertical_stiffness[0]),
     parameter!("dive_arm_front", 0.2, 1.0, |w| w.dive_arm[0]),
     parameter!("dive_arm_rear", 0.15, 1.0, |w| w.dive_arm[1]),
@@ -220,7 +229,8 @@ pub const BASE: &[Parameter] = &[
     parameter!("attitude_delay", 0.005, 1.0, |w| w.attitude_delay, Reach::KINEMATIC),
     parameter!("velocity_height", 0.02, 1.0, |w| w.velocity_height, Reach::ATTITUDE),
     parameter!("accelerometer_ahead", 0.02, 1.0, |w| w.accelerometer[0]),
-    parameter!("accelerometer_height", 0.02, 1.0, |w| w.accelerometer[1]),
+    // on a tank, it may be well above the mass centre
+    parameter!("accelerometer_height", 0.1, 1.0, |w| w.accelerometer[1]),
     parameter!("accelerometer_yaw", 0.002, 1.0, |w| w.accelerometer_yaw),
 ];
 
@@ -242,6 +252,10 @@ const CROWN_RATIO: [f64; 2] = [0.5, 0.08];
 /// Share of its deflection by which a tyre rolls shorter, and its standard deviation (fits of published
 /// tyres: 0.25 to 0.38).
 const DEFLECTION_SHARE: [f64; 2] = [USUAL_SHARE, 0.08];
+
+/// Standard deviation of what tyres gain in slip stiffness per load with the load at rest once more, about the bike
+/// file's or the usual one (published motorcycle tyres: 0.17 to 0.40; the paper's form has none).
+const SLIP_STIFFNESS_LOAD: f64 = 0.15;
 
 /// How far springs give under the load at rest, and its standard deviation, m: a wheel's load over its rate, 1.2 kN
 /// over 15 to 25 N/mm; nothing for a motorcycle without springs.
@@ -333,6 +347,8 @@ impl Parameters {
             crown_ratio: CROWN_RATIO[0],
             vertical_stiffness: each(&|axle, _| wheel(axle).vertical_stiffness),
             deflection_share: bike.front.deflection_share.unwrap_or(DEFLECTION_SHARE[0]),
+            slip_stiffness_load: 0.5
+                * Axle::BOTH.map(|a| bike.slip_stiffness_load(a)).iter().sum::<f64>(),
             roll_rate_term: 0.0,
             yaw_rate_zero: 0.0,
             ay_zero: 0.0,

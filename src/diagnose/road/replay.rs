@@ -89,6 +89,7 @@ pub fn plant(values: &Parameters) -> Plant {
         brake_gain: values.brake_gain,
         crown: values.crown(),
         deflection_share: values.deflection_share,
+        slip_stiffness_load: values.slip_stiffness_load,
         dive_arm: values.dive_arm,
         pitch_inertia: values.pitch_gyration * values.mass,
         normal_trail: values.normal_trail,

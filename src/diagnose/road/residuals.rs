@@ -22,6 +22,7 @@ use crate::effects::physics::{Reach, Rolling};
 use crate::manoeuvre::ManoeuvreKind;
 use crate::model::dive::above_axles;
 use crate::model::kinematics::height_in_plane;
+use crate::model::tyre::slip_stiffness_under;
 use crate::model::tyre_model::{Carcass, load_lead};
 
 /// Names of the channels, in their order.
@@ -107,16 +108,19 @@ pub(super) fn blocks_of(
 /// is taken off.
 #[inline(always)]
 fn accelerations(s: &Samples, p: &Parameters, a: &Attitude, i: usize, bend: bool) -> [f64; 2] {
-    let (ax, ay) = (s.ax[i] - p.ax_zero, s.ay[i] - p.ay_zero);
+    // of the other reading, whatever its zero; a log without the lateral one keeps its slips
+    let turned = p.accelerometer_yaw;
+    let aside = if s.ay[i].is_nan() { 0.0 } else { s.ay[i] };
+    // above the mass centre a frame that begins to dive pushes the sensor ahead
+    let ahead = p.accelerometer[1] * s.divedd[i];
+    let ax = s.ax[i] - p.ax_zero - turned * aside - ahead;
+    let ay = s.ay[i] - p.ay_zero + turned * s.ax[i];
     if !bend {
         return [ax, ay]; // and neither roll nor yaw rate need be there
     }
     let yaw = [a.r, s.yaw_rated[i]];
     let off = beside(p.accelerometer, yaw, (a.sin_phi, a.cos_phi), [s.rolld[i], s.rolldd[i]]);
-    // of the other reading, whatever its zero; a log without the lateral one keeps its slips
-    let turned = p.accelerometer_yaw;
-    let aside = if s.ay[i].is_nan() { 0.0 } else { s.ay[i] };
-    [ax - turned * aside - off[0], ay + turned * s.ax[i] - off[1]]
+    [ax - off[0], ay - off[1]]
 }
 
 /// What a point `x` ahead and `z` above accelerates beside the mass centre, along and to the left, m/s², in the frame
@@ -333,11 +337,12 @@ impl Instant<'_> {
                 slip[k] = 0.0;
                 continue;
             }
-            let (value, slope) = curve(k, i, ratio / grip);
+            let stiffer = slip_stiffness_under(p.slip_stiffness_load, x.extra_load[k]);
+            let (value, slope) = curve(k, i, stiffer * ratio / grip);
             let value = grip * value * error.relative_friction(1.0, x.extra_load[k]);
             let sigma_s = 0.02 / v + 0.001;
             slip[k] = (force / x.load[k] - value)
-                / (SIGMA_MU * SIGMA_MU + (slope * sigma_s).powi(2)).sqrt();
+                / (SIGMA_MU * SIGMA_MU + (stiffer * slope * sigma_s).powi(2)).sqrt();
         }
         slip
     }

@@ -1,6 +1,7 @@
 //! What the base's sensors show of a ride, and the ride behind what they showed: zeros, an attitude that is late or too
 //! large, places beside the mass centre. The residuals take the same errors off.
 
+use super::dive::diving;
 use super::parameters::Parameters;
 use super::residuals::beside;
 use crate::GRAVITY;
@@ -13,6 +14,8 @@ struct Motion {
     sin_cos: Vec<(f64, f64)>,
     rate: Vec<f64>,
     acceleration: Vec<f64>,
+    /// Of the dive, rad/s².
+    diving: Vec<f64>,
 }
 
 impl Motion {
@@ -22,6 +25,7 @@ impl Motion {
         Some(Motion {
             sin_cos: roll.iter().map(|phi| phi.sin_cos()).collect(),
             acceleration: rate_of(&rate, session.rate),
+            diving: diving(session).unwrap_or_else(|| vec![0.0; session.len]),
             rate,
         })
     }
@@ -95,7 +99,8 @@ fn with_accelerometer(session: &mut Session, p: &Parameters, motion: &Motion) {
             let [along, aside] = beside(p.accelerometer, yaw, motion.sin_cos[i], rolling);
             let turned = p.accelerometer_yaw;
             let gravity = GRAVITY * motion.missing(p, i);
-            [along + turned * ay[i], aside - turned * ax[i] + gravity]
+            let ahead = p.accelerometer[1] * motion.diving[i];
+            [along + ahead + turned * ay[i], aside - turned * ax[i] + gravity]
         })
         .collect();
     change(session, columns[0], |i| off[i][0]);

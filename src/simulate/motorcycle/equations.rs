@@ -10,7 +10,7 @@ use crate::effects::composed::Acting;
 use crate::effects::physics::Rolling;
 use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
-use crate::model::tyre::{Input, Output};
+use crate::model::tyre::{Input, Output, slip_stiffness_under};
 use crate::model::tyre_model::load_lead;
 
 /// How the motorcycle lies at an instant. Pairs are front and rear.
@@ -181,8 +181,10 @@ impl Plant {
             slip_ratio[i] = (radius * s.omega[i] - vx) / reference;
             let alpha_kin = vy.atan2(reference);
             alpha_rate[i] = tyre.slip_angle_rate(s.omega[i], alpha_kin, s.alpha[i]);
+            let stiffer =
+                slip_stiffness_under(self.slip_stiffness_load, extra_load / static_load[i]);
             let input = Input {
-                slip_ratio: slip_ratio[i],
+                slip_ratio: stiffer * slip_ratio[i],
                 slip_angle: s.alpha[i],
                 camber,
                 load: static_load[i],

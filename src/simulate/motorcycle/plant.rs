@@ -38,6 +38,8 @@ pub struct Plant {
     pub crown: [f64; 2],
     /// Share of a tyre's deflection by which it rolls shorter.
     pub deflection_share: f64,
+    /// Slip stiffness per load that the tyres gain with the load at rest once more, over itself.
+    pub slip_stiffness_load: f64,
     /// How fast the contacts fall behind the mass centre per rate of dive, m.
     pub dive_arm: [f64; 2],
     /// Pitch inertia about the mass centre, kg m²: what a frame that begins to dive takes off the load transfer.

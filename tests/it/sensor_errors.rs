@@ -1,0 +1,93 @@
+//! What the base's sensors get wrong: planted into a perfect log, and taken off again.
+
+use std::ops::Range;
+
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::Session;
+use roadbench::diagnose::road::fitted;
+use roadbench::diagnose::road::parameters::Parameters;
+use roadbench::diagnose::road::residuals::{Blocks, CHANNELS, blocks};
+use roadbench::diagnose::road::samples::Samples;
+use roadbench::diagnose::road::sensors::{as_recorded, as_ridden};
+use roadbench::pipeline::Pipeline;
+use roadbench::simulate::multibody;
+use roadbench::simulate::rider::Disturbance;
+
+use crate::suspicions::common::machine;
+
+/// Rms of the difference, over some channels, of blocks that both have.
+fn apart(a: &Blocks, b: &Blocks, channels: &Range<usize>) -> f64 {
+    let pairs = channels.clone().flat_map(|k| a[k].iter().zip(&b[k]));
+    let (n, sum) = pairs
+        .map(|(a, b)| (a - b).powi(2))
+        .filter(|d| d.is_finite())
+        .fold((0.0, 0.0), |(n, sum), d| (n + 1.0, sum + d));
+    f64::sqrt(sum / n)
+}
+
+/// Each error, planted alone, is what the residuals take off: with its true size a recorded log has the residuals of
+/// the perfect one. With another sign or place it would be further away than without.
+#[test]
+fn residuals_take_off_what_sensors_put_in() {
+    let (mut scenario, machine) = machine("paper", 1, &[]);
+    for plan in &mut scenario.plans {
+        (plan.coasts, plan.brakings, plan.laps) = (2, 2, 2);
+    }
+    scenario.sensors.clear();
+    scenario.disturbance = Disturbance::default();
+    let (ridden, bike) = multibody::session(&scenario, &machine, 1).expect("ridden");
+    let fitted = fitted(&ridden.session, &bike, &Pipeline::onroad()).expect("fitted");
+    let perfect = fitted.session.as_ref();
+    let none = Parameters {
+        yaw_rate_zero: 0.0,
+        ay_zero: 0.0,
+        ax_zero: 0.0,
+        vy_zero: 0.0,
+        attitude_scale: 0.0,
+        attitude_delay: 0.0,
+        velocity_height: 0.0,
+        accelerometer: [0.0; 2],
+        accelerometer_yaw: 0.0,
+        ..fitted.base.values.clone()
+    };
+    let of = |session: &Session, values: &Parameters| {
+        blocks(&Samples::gather(session, &fitted.segments), values)
+    };
+    let wanted = of(perfect, &none);
+    // a wrong lean and the gravity that it lets into the lateral acceleration all but cancel in the balances of forces:
+    // there the residuals leave both
+    let all = 0..CHANNELS.len();
+    let last = CHANNELS.len() - 1..CHANNELS.len();
+    let errors: [(&str, fn(&mut Parameters)); 9] = [
+        ("yaw_rate_zero", |p| p.yaw_rate_zero = 0.02),
+        ("ay_zero", |p| p.ay_zero = 0.1),
+        ("ax_zero", |p| p.ax_zero = 0.1),
+        ("vy_zero", |p| p.vy_zero = 0.1),
+        ("attitude_scale", |p| p.attitude_scale = 0.03),
+        ("attitude_delay", |p| p.attitude_delay = 0.03),
+        ("velocity_height", |p| p.velocity_height = 0.3),
+        ("accelerometer", |p| p.accelerometer = [0.3, 0.3]),
+        ("accelerometer_yaw", |p| p.accelerometer_yaw = 0.03),
+    ];
+    for (name, plant) in errors {
+        let mut wrong = none.clone();
+        plant(&mut wrong);
+        let recorded = as_recorded(perfect.clone(), &wrong);
+        let channels = if name.starts_with("attitude") { &last } else { &all };
+        let [without, with] = [&none, &wrong].map(|p| apart(&of(&recorded, p), &wanted, channels));
+        println!("{name}: {without:.4} without, {with:.4} with");
+        assert!(with < 0.3 * without, "{name}: {with} {without}");
+
+        // a replay is driven by the lean and the velocity that were ridden
+        let back = as_ridden(&recorded, &wrong);
+        for channel in [Channel::Roll, Channel::VelocityY, Channel::YawRate] {
+            let rms = |session: &Session| {
+                let columns = [perfect, session].map(|s| s.get(channel).expect("a channel"));
+                let known = columns[0].iter().zip(columns[1]).map(|(a, b)| (a - b).powi(2));
+                known.filter(|d| d.is_finite()).sum::<f64>().sqrt()
+            };
+            let [planted, left] = [rms(&recorded), rms(&back)];
+            assert!(left <= 0.2 * planted + 1e-9, "{name}, {}: {left} {planted}", channel.name());
+        }
+    }
+}
