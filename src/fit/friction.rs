@@ -102,6 +102,17 @@ impl Rows {
         self.clusters.extend(names);
     }
 
+    /// Deepest slip ratio of each manoeuvre that braked, the deepest first.
+    fn deepest(&self) -> Vec<f64> {
+        let mut deepest = vec![0.0_f64; self.groups];
+        for (slip, group) in self.slip.iter().zip(&self.group) {
+            deepest[*group] = deepest[*group].min(*slip);
+        }
+        deepest.retain(|s| *s < 0.0);
+        deepest.sort_by(f64::total_cmp);
+        deepest
+    }
+
     /// Number of samples, without the manoeuvres' own rows.
     pub fn samples(&self) -> usize {
         self.slip.len()
@@ -246,6 +257,8 @@ pub struct Friction {
     other: Option<Vec<f64>>,
     /// Lowest and highest slip ratio of the samples (their 1 % and 99 % quantiles).
     pub slip_range: [f64; 2],
+    /// Deepest slip ratio of each manoeuvre that braked, the deepest first.
+    pub deepest: Vec<f64>,
 }
 
 /// What is left of a tyre's friction, over its size, when the paper's form is fitted to another's curve near its
@@ -298,6 +311,7 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
     let quality = quality(rows, &formula, &fit);
     let mut slip = rows.slip.clone();
     let slip_range = [quantile(&mut slip, 0.01)?, quantile(&mut slip, 0.99)?];
+    let deepest = rows.deepest();
     Some(Friction {
         formula,
         theta: fit.theta,
@@ -309,6 +323,7 @@ pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
         response,
         residuals: fit.residuals,
         slip_range,
+        deepest,
         other,
     })
 }

@@ -127,7 +127,10 @@ impl Case<'_> {
                 self.remedy()
             )));
         }
-        let deepest = (-fit.slip_range[0]).max(0.0);
+        // one deep slip may be noise: as many brakings as a coefficient needs must have reached it
+        let needed = self.config.min_manoeuvres.max(1);
+        let deepest = fit.deepest.get(needed - 1).map_or(0.0, |s| -s);
+        let deepest = deepest.min(-fit.slip_range[0]).max(0.0);
         let peak = fit.formula.peak_slip();
         let reached = peak.is_some_and(|p| deepest / (1.0 - deepest) > REACHED * p);
         (!reached && coefficient != C::MfB).then(|| {

@@ -10,6 +10,7 @@ use roadbench::contract::coefficient::Coefficient as C;
 use roadbench::export::fitted::Fitted;
 use roadbench::export::tyre::{Characterised, Setting};
 use roadbench::model::tyre::Input;
+use roadbench::model::tyre_model::TyreModel;
 
 const SESSION: &str = "archive_s0001";
 const LOG: &str = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
@@ -200,7 +201,7 @@ fn the_c_header_is_the_tyre_to_the_last_digits() {
         .collect();
     assert_eq!(found.len(), points.len());
     for (k, axle) in [Axle::Front, Axle::Rear].into_iter().enumerate() {
-        let tyre = Characterised::new(&fitted, axle, &setting).expect("tyre").tyre.tyre;
+        let tyre = Characterised::new(&fitted, axle, &setting).expect("tyre").tyre;
         let wanted: Vec<[f64; 4]> = points
             .iter()
             .map(|p| {

@@ -80,7 +80,7 @@ fn its_log_gives_radii_slip_stiffnesses_and_crowns() {
         assert_eq!(row(tyre, "effective_rolling_radius").status, Status::Ok);
         // never at its limit: a bound, and no value
         let peak = row(tyre, "mf_d");
-        assert_eq!((peak.status, peak.value), (Status::LowerBound, None));
+        assert_eq!((peak.status, peak.value), (Status::LowerBound, None), "{tyre}: {peak:?}");
         assert!(peak.ci95_low.is_some_and(|low| (0.4..1.2).contains(&low)), "{:?}", peak.ci95_low);
     }
     // what it cannot carry
