@@ -59,7 +59,7 @@ impl Store {
     /// As [`Store::open`].
     pub fn open_again(before: &Contents) -> Result<Self, Error> {
         let lock = Lock::take(before.root())?;
-        remove_temporaries(before.kind, before.root())?;
+        remove_temporaries(before.root())?;
         let store = Store { found: before.read_again()?, lock, behind: OnceLock::new() };
         store.remove_uncommitted()?;
         Ok(store)
@@ -101,7 +101,7 @@ impl Store {
     /// # Errors
     /// It cannot be removed.
     pub fn tidy(&self) -> Result<(), Error> {
-        remove_temporaries(self.found.kind, self.root())
+        remove_temporaries(self.root())
     }
 
     /// Removes the mark that a session is being written: a worker that wrote the same as the one that
@@ -303,9 +303,10 @@ impl Store {
     }
 }
 
-fn remove_temporaries(kind: &Kind, root: &Location) -> Result<(), Error> {
+/// The lock on the folder is held: whatever is half-written in it is nobody's.
+fn remove_temporaries(root: &Location) -> Result<(), Error> {
     let Some(root) = root.as_path() else { return Ok(()) }; // what is put is put whole
-    let folders = registry::folders().chain([kind.writing]).map(|name| root.join(name));
+    let folders = registry::folders().chain([".roadbench"]).map(|name| root.join(name));
     let files = folders
         .filter(|f| f.is_dir())
         .flat_map(|f| WalkDir::new(f).into_iter().filter_map(Result::ok));

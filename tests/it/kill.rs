@@ -64,6 +64,7 @@ fn a_killed_run_leaves_whole_files_and_is_taken_up() {
     }
     assert!(partial > 0, "none of {rounds} runs was killed in the middle");
     place.put("out/plots/bike=b1/.roadbench-left.tmp", "half a file");
+    place.put("out/.roadbench/.roadbench-left.tmp", "half a mark");
     let rest = place.run();
     adds_up(&rest);
     assert!(rest.unchanged > 0, "the killed runs' sessions are kept");
@@ -120,6 +121,15 @@ fn place_size(place: &Place) -> usize {
     std::fs::read_dir(place.path("logs")).expect("logs").count()
 }
 
+/// Says stop when it goes, by a panic too.
+struct Stops<'a>(&'a AtomicBool);
+
+impl Drop for Stops<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// Kills a run of some sessions at instants spread over all its duration, half of them in an empty
 /// folder and half over the tables of an older bike file, and lets each be taken up.
 fn kills(sessions: usize, rounds: usize) {
@@ -142,6 +152,8 @@ fn kills(sessions: usize, rounds: usize) {
     let (stop, kept, read) = (AtomicBool::new(false), AtomicBool::new(false), AtomicUsize::new(0));
     let (mut early, mut torn) = (0, 0);
     std::thread::scope(|scope| {
+        // a round that fails must not leave the reader reading for ever
+        let _stops = Stops(&stop);
         let reader = scope.spawn(|| read_along(&place, &stop, &kept, &read));
         for round in 0..rounds {
             let over = round % 4 < 2;
@@ -170,7 +182,6 @@ fn kills(sessions: usize, rounds: usize) {
                 break; // it has something to say
             }
         }
-        stop.store(true, Ordering::Relaxed);
     });
     let read = read.into_inner();
     println!(

@@ -15,6 +15,9 @@ use roadbench::simulate::rider::Disturbance;
 
 use crate::suspicions::common::machine;
 
+/// Plants an error.
+type Plant = fn(&mut Parameters);
+
 /// Rms of the difference, over some channels, of blocks that both have.
 fn apart(a: &Blocks, b: &Blocks, channels: &Range<usize>) -> f64 {
     let pairs = channels.clone().flat_map(|k| a[k].iter().zip(&b[k]));
@@ -58,7 +61,7 @@ fn residuals_take_off_what_sensors_put_in() {
     // there the residuals leave both
     let all = 0..CHANNELS.len();
     let last = CHANNELS.len() - 1..CHANNELS.len();
-    let errors: [(&str, fn(&mut Parameters)); 9] = [
+    let errors: [(&str, Plant); 9] = [
         ("yaw_rate_zero", |p| p.yaw_rate_zero = 0.02),
         ("ay_zero", |p| p.ay_zero = 0.1),
         ("ax_zero", |p| p.ax_zero = 0.1),
