@@ -96,6 +96,19 @@ fn the_base_is_the_generating_model() {
     }
 }
 
+/// A ride on tyres whose slip stiffness goes with load: the residuals of slip fall to those of the plain ride with the
+/// true gain, and the fit finds it.
+#[test]
+fn the_base_knows_slip_stiffness_over_load() {
+    let scenario = Scenario::builtin("perfect").expect("scenario");
+    let mut machine = scenario.machine(0);
+    machine.plant.slip_stiffness_load = 0.3;
+    let session = roadbench::simulate::session(&scenario, &machine, 0).session;
+    let fitted = road::fitted(&session, &machine.bike, &Pipeline::onroad()).expect("fitted");
+    let found = fitted.base.values.slip_stiffness_load;
+    assert!((found - 0.3).abs() < 0.06, "{found}");
+}
+
 #[test]
 fn a_ride_with_nothing_wrong_names_nothing() {
     let d = ask(&case(1, &[]), &[]);

@@ -41,18 +41,7 @@ fn residuals_take_off_what_sensors_put_in() {
     let (ridden, bike) = multibody::session(&scenario, &machine, 1).expect("ridden");
     let fitted = fitted(&ridden.session, &bike, &Pipeline::onroad()).expect("fitted");
     let perfect = fitted.session.as_ref();
-    let none = Parameters {
-        yaw_rate_zero: 0.0,
-        ay_zero: 0.0,
-        ax_zero: 0.0,
-        vy_zero: 0.0,
-        attitude_scale: 0.0,
-        attitude_delay: 0.0,
-        velocity_height: 0.0,
-        accelerometer: [0.0; 2],
-        accelerometer_yaw: 0.0,
-        ..fitted.base.values.clone()
-    };
+    let none = fitted.base.values.with_perfect_sensors();
     let of = |session: &Session, values: &Parameters| {
         blocks(&Samples::gather(session, &fitted.segments), values)
     };

@@ -254,7 +254,7 @@ const CROWN_RATIO: [f64; 2] = [0.5, 0.08];
 const DEFLECTION_SHARE: [f64; 2] = [USUAL_SHARE, 0.08];
 
 /// Standard deviation of what tyres gain in slip stiffness per load with the load at rest once more, about the bike
-/// file's or the usual one (published motorcycle tyres: 0.17 to 0.40; the paper's form has none).
+/// file's or the usual one (tyres of `pipelines/tyres`: 0.14 to 0.38; the paper's form has none).
 const SLIP_STIFFNESS_LOAD: f64 = 0.15;
 
 /// How far springs give under the load at rest, and its standard deviation, m: a wheel's load over its rate, 1.2 kN
@@ -286,6 +286,23 @@ impl Parameters {
             (Channel::AccelerationX, self.ax_zero),
             (Channel::VelocityY, self.vy_zero),
         ]
+    }
+
+    /// With sensors that sit at the mass centre and have neither zeros nor delays.
+    #[must_use]
+    pub fn with_perfect_sensors(&self) -> Self {
+        Parameters {
+            yaw_rate_zero: 0.0,
+            ay_zero: 0.0,
+            ax_zero: 0.0,
+            vy_zero: 0.0,
+            attitude_scale: 0.0,
+            attitude_delay: 0.0,
+            velocity_height: 0.0,
+            accelerometer: [0.0; 2],
+            accelerometer_yaw: 0.0,
+            ..self.clone()
+        }
     }
 
     /// Centre of the priors: that of the characterisation, but for the cornering

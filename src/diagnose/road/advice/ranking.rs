@@ -78,18 +78,7 @@ impl Advice {
         let own = Curvature::of(samples, &best, &best.values, &parameters);
         let later = session.duration();
         // the simulated sensors have no zeros
-        let values = Parameters {
-            yaw_rate_zero: 0.0,
-            ay_zero: 0.0,
-            ax_zero: 0.0,
-            vy_zero: 0.0,
-            attitude_scale: 0.0,
-            attitude_delay: 0.0,
-            velocity_height: 0.0,
-            accelerometer: [0.0; 2],
-            accelerometer_yaw: 0.0,
-            ..best.values.clone()
-        };
+        let values = best.values.with_perfect_sensors();
         let with = SETS
             .par_iter()
             .map(|set| {
