@@ -11,6 +11,7 @@ use clap::Parser;
 use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::verdict::Verdict;
+use roadbench::diagnose::road::oracle;
 use roadbench::diagnose::{Settings, road};
 use roadbench::effects::physics::Multibody;
 use roadbench::effects::{ALL, Effect};
@@ -46,10 +47,19 @@ const ASKED: f64 = 2.0;
 /// Rise that is one.
 const WORSE: f64 = 1.1;
 
-/// What a diagnosis says of a ride.
+/// What a diagnosis says of a ride, and what one that knows what is hidden would.
 struct Answer {
     named: Vec<&'static str>,
     errors: Vec<SimulationError>,
+    truth: Vec<SimulationError>,
+}
+
+impl Answer {
+    /// The error of a channel and kind with the true effect, in its unit.
+    fn true_error(&self, of: &SimulationError) -> Option<f64> {
+        let same = |e: &&SimulationError| e.channel == of.channel && e.kind == of.kind;
+        self.truth.iter().find(same)?.rmse_extended
+    }
 }
 
 fn written(case: &Case, suite: &str, folder: &std::path::Path) -> Option<(PathBuf, PathBuf)> {
@@ -60,6 +70,7 @@ fn written(case: &Case, suite: &str, folder: &std::path::Path) -> Option<(PathBu
 }
 
 fn answer(case: &Case, suite: &str, nulls: usize) -> Option<Answer> {
+    let truth: Vec<(&Effect, f64)> = case.hidden.clone();
     let folder = tempfile::tempdir().expect("a folder for the ride");
     let (log, bike) = written(case, suite, folder.path())?;
     let bike = Bike::read(&bike).expect("bike");
@@ -67,11 +78,13 @@ fn answer(case: &Case, suite: &str, nulls: usize) -> Option<Answer> {
     let (session, _) = pipeline::prepare(log, &[], &bike, &pipeline).ok()?;
     let settings = Settings { nulls, effects: ALL.to_vec(), advise: false };
     let found = road::diagnose(&session, &bike, &pipeline, &settings).ok()?;
+    let truth = oracle::errors_with_the_truth(&session, &bike, &pipeline, &truth).ok()?;
     let is_named = |v: Verdict| matches!(v, Verdict::Named | Verdict::Ambiguous);
     let named = found.naming.causes.iter().filter(|c| is_named(c.verdict));
     Some(Answer {
         named: named.map(|c| c.candidate.name).collect(),
         errors: found.simulation_errors,
+        truth,
     })
 }
 
@@ -106,7 +119,7 @@ fn main() {
         })
         .collect();
     for (effect, suite, answer) in &all {
-        let Some(Answer { named, errors }) = answer else {
+        let Some(Answer { named, errors, .. }) = answer else {
             println!("| `{}` | {} | not ridden | | | | |", effect.name, SUITES[*suite]);
             continue;
         };
@@ -142,10 +155,49 @@ fn main() {
             errors.len()
         );
     }
-    for (suite, [better, large, worse, n]) in SUITES.into_iter().zip(sums) {
+    for (s, (suite, [better, large, worse, n])) in SUITES.into_iter().zip(sums).enumerate() {
         println!(
             "\n{suite}, where the hidden effect is named: errors above {ASKED} noise floors get better in {better} \
-             of {large}, of all {worse} of {n} get worse by more than a tenth"
+             of {large}, of all {worse} of {n} get worse by more than a tenth\n"
         );
+        let own = all.iter().filter(|(_, suite, _)| *suite == s);
+        let answers: Vec<(&Effect, &Answer)> =
+            own.filter_map(|(effect, _, answer)| Some((*effect, answer.as_ref()?))).collect();
+        by_channel(&answers);
+    }
+}
+
+/// Errors of every channel, in noise floors: root mean squares over effects and kinds of manoeuvres.
+fn by_channel(answers: &[(&Effect, &Answer)]) {
+    println!(
+        "| channel | kinds | base | extended | true effect | where named: kinds | base | extended | true effect | within a tenth of the true one's |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+    let mut channels: Vec<&str> =
+        answers.iter().flat_map(|(_, a)| &a.errors).map(|e| e.channel.as_str()).collect();
+    channels.sort_unstable();
+    channels.dedup();
+    for channel in channels {
+        let cells = |named_only: bool| {
+            let wanted = move |(effect, a): &&(&Effect, &Answer)| {
+                !named_only || a.named.contains(&effect.name)
+            };
+            let own = answers.iter().filter(wanted).flat_map(|(_, a)| {
+                let of = |e: &SimulationError| {
+                    let extended = e.rmse_extended.unwrap_or(e.rmse_base);
+                    Some([e.rmse_base, extended, a.true_error(e)?].map(|x| x / e.noise_floor))
+                };
+                a.errors.iter().filter(|e| e.channel == channel).filter_map(of).collect::<Vec<_>>()
+            });
+            own.filter(|x| x.iter().all(|x| x.is_finite())).collect::<Vec<[f64; 3]>>()
+        };
+        let rms = |cells: &[[f64; 3]]| {
+            let n = cells.len() as f64;
+            let of = |k: usize| (cells.iter().map(|x| x[k] * x[k]).sum::<f64>() / n).sqrt();
+            format!("{} | {:.2} | {:.2} | {:.2}", cells.len(), of(0), of(1), of(2))
+        };
+        let (every, named) = (cells(false), cells(true));
+        let near = named.iter().filter(|[_, extended, truth]| *extended < 1.1 * truth).count();
+        println!("| {channel} | {} | {} | {near} of {} |", rms(&every), rms(&named), named.len());
     }
 }

@@ -9,8 +9,9 @@ use super::local_copy::LocalCopy;
 use super::store::Store;
 use super::work::{Output, SessionFile, Work, encoded};
 use crate::contract::bike::Bike;
-use crate::diagnose::levels::{Member, Pooling};
+use crate::diagnose::levels::{Member, Pooling, SharedCause};
 use crate::diagnose::{self, Diagnosis, Settings};
+use crate::effects::pooled_effects::{self, PooledEffects};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::report::{self, Pages};
 use crate::tables::names::file_name;
@@ -123,19 +124,27 @@ impl DiagnoseWork {
 }
 
 /// Makes what is made over all diagnosed sessions of the output: the rows of `causes` that several
-/// share, which are given back, and the report.
+/// share, which are given back, the same for `run --model`, and the report.
 ///
 /// # Errors
 /// A table cannot be read, or the output not be written.
 pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
     let copy = LocalCopy::of(store.root())?;
-    let rows = pooled(copy.folder())?;
+    let causes = pooled(copy.folder())?;
+    let effects = PooledEffects { pooled: causes.iter().filter_map(|c| c.effect()).collect() };
+    let rows: Vec<CauseRow> = causes.into_iter().map(|cause| cause.row).collect();
     let path = copy.folder().join(POOLED).join("pooled.parquet");
     match rows.is_empty() {
         false => file::write(&path, &rows)?,
         true if path.exists() => std::fs::remove_file(&path)
             .map_err(|e| Error::Output(format!("cannot remove {}: {e}", path.display())))?,
         true => {}
+    }
+    // its folder has the sessions' models, too, and is not published whole
+    let at = store.root().join(format!("models/{}", pooled_effects::FILE));
+    match effects.pooled.is_empty() {
+        false => file::write_bytes(&at, effects.to_toml().as_bytes())?,
+        true => at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?,
     }
     report::build(copy.folder(), Pages::Auto, false)?;
     copy.publish([POOLED, "report"])?;
@@ -144,7 +153,7 @@ pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
 }
 
 /// What the sessions of an output share, from their own rows of `causes`.
-fn pooled(out: &Path) -> Result<Vec<CauseRow>, Error> {
+fn pooled(out: &Path) -> Result<Vec<SharedCause>, Error> {
     let mut sessions: Vec<DiagnosisRow> = read::rows(out)?;
     // sums depend on the order, in the last digit
     sessions.sort_by(|a, b| Path::new(&a.path).cmp(Path::new(&b.path)));
@@ -156,5 +165,5 @@ fn pooled(out: &Path) -> Result<Vec<CauseRow>, Error> {
         let DiagnosisRow { ident, site, poolable, .. } = session;
         pooling.add(Member { ident, site, sound: poolable }, &causes);
     }
-    Ok(pooling.rows())
+    Ok(pooling.causes())
 }

@@ -76,6 +76,8 @@ pub struct Task {
     pub session_id: String,
     /// Its bike.
     pub bike_id: String,
+    /// Hash of all that its tables are made from besides the log.
+    pub pipeline_hash: String,
     /// What the output has of the session already.
     pub there: Vec<Committed>,
 }
@@ -160,6 +162,7 @@ impl Driver {
             bytes: job.bytes,
             session_id: job.meta.session_id.clone(),
             bike_id: job.meta.bike_id.clone(),
+            pipeline_hash: job.pipeline_hash.clone(),
             there: self.store.found().of(&job.meta.session_id).to_vec(),
         };
         self.jobs.iter().map(task).collect()
@@ -277,6 +280,7 @@ impl Worker {
             bytes: task.bytes,
             meta: Meta { session_id: task.session_id, bike_id: task.bike_id, ..Meta::default() },
             bike: Arc::clone(bike),
+            pipeline_hash: task.pipeline_hash,
             hash: None,
         };
         let settings = Settings {

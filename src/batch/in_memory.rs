@@ -9,6 +9,7 @@ use super::run::note_unsafe_id;
 use super::settings::Maps;
 use super::work::guarded;
 use crate::diagnose::{self, Diagnosis};
+use crate::effects::Who;
 use crate::ingest::{self, Raw};
 use crate::objects::Location;
 use crate::pipeline::{self, Input, Pipeline, Rejection};
@@ -40,7 +41,7 @@ pub fn run(
     maps: &Maps,
     signals: bool,
 ) -> Result<Tables, Rejection> {
-    let mut outcome = with_input(log, bike, maps, |raw, mut input| {
+    let mut outcome = with_input(log, bike, pipeline, maps, |raw, mut input| {
         input.signals = signals;
         guarded("pipeline", || pipeline::run_raw(raw, &input, &bike.bike, pipeline))
     })?;
@@ -61,7 +62,7 @@ pub fn diagnose(
     maps: &Maps,
     work: &DiagnoseWork,
 ) -> Result<(Diagnosis, Tables), Rejection> {
-    with_input(log, bike, maps, |raw, input| {
+    with_input(log, bike, pipeline, maps, |raw, input| {
         let settings = &work.settings;
         let d = guarded("diagnose", || diagnose::run_raw(raw, &bike.bike, pipeline, settings))?;
         let tables = work.tables(&d, &input).map_err(|e| Rejection::unwritable(&e))?;
@@ -73,6 +74,7 @@ pub fn diagnose(
 fn with_input<T>(
     log: Log<'_>,
     bike: &BikeFile,
+    pipeline: &Pipeline,
     maps: &Maps,
     then: impl FnOnce(Raw, Input<'_>) -> Result<T, Rejection>,
 ) -> Result<T, Rejection> {
@@ -94,7 +96,7 @@ fn with_input<T>(
     if raw.meta.bike_id.is_empty() {
         raw.meta.bike_id.clone_from(&bike.bike.bike_id);
     }
-    let pipeline_hash = bike.pipeline_hash.clone();
+    let pipeline_hash = bike.hash_of(pipeline, &Who::from(&raw.meta));
     then(raw, Input { log: at, maps: maps.list(), input_hash, pipeline_hash, signals: false })
 }
 

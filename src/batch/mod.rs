@@ -37,6 +37,7 @@ pub mod kind;
 pub mod local_copy;
 pub mod lock;
 pub mod marker;
+pub mod models;
 pub mod plan;
 pub mod progress;
 pub mod run;

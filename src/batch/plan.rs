@@ -14,8 +14,9 @@ use super::marker::Committed;
 use super::settings::{Maps, Settings};
 use super::work::{Work, guarded};
 use crate::contract::session::Meta;
+use crate::effects::Who;
 use crate::objects::{Location, source};
-use crate::pipeline::Rejection;
+use crate::pipeline::{Pipeline, Rejection};
 use crate::tables::rows::Rejected;
 
 /// One session to compute.
@@ -31,6 +32,8 @@ pub struct Job {
     pub meta: Meta,
     /// The bike it was ridden on.
     pub bike: Arc<BikeFile>,
+    /// Hash of all that its tables are made from besides the log.
+    pub pipeline_hash: String,
     /// The hash of its bytes, where it was recognised by it.
     pub hash: Option<String>,
 }
@@ -43,7 +46,7 @@ impl Job {
             bike_id: self.meta.bike_id.clone(),
             path: self.log.clone(),
             input_hash,
-            pipeline_hash: self.bike.pipeline_hash.clone(),
+            pipeline_hash: self.pipeline_hash.clone(),
             version: crate::VERSION.to_owned(),
         }
     }
@@ -89,7 +92,7 @@ pub fn plan(
 ) -> Result<Plan, Error> {
     let hashes = hash_settings(settings.pipeline, settings.maps, &work.settings())?;
     let mut bikes = BikeFiles::new(bikes, hashes)?;
-    let known = known(&found, before, &mut bikes);
+    let known = known(&found, before, &mut bikes, settings.pipeline);
     let identified: Vec<Result<Meta, Rejection>> = found
         .par_iter()
         .map(|f| match known.get(&f.location) {
@@ -120,7 +123,8 @@ pub fn plan(
         match claim(&mut first, &meta, &log).and_then(|()| bikes.get(&meta.bike_id)) {
             Ok(bike) => {
                 let hash = known.get(&location).map(|k| k.hash.clone());
-                plan.jobs.push(Job { location, log, bytes, meta, bike, hash });
+                let pipeline_hash = bike.hash_of(settings.pipeline, &Who::from(&meta));
+                plan.jobs.push(Job { location, log, bytes, meta, bike, pipeline_hash, hash });
             }
             Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
         }
@@ -188,15 +192,20 @@ fn known(
     found: &[Found],
     before: &Contents,
     bikes: &mut BikeFiles<'_>,
+    pipeline: &Pipeline,
 ) -> BTreeMap<Location, Known> {
     let by_path: BTreeMap<&str, &Committed> =
         before.sessions().map(|c| (c.path.as_str(), c)).collect();
     let mut candidates = Vec::new();
     for found in found.iter().filter(|f| f.problem.is_none()) {
         let Some(&there) = by_path.get(&*name(&found.location)) else { continue };
+        let (session_id, bike_id) = (&*there.session_id, &*there.bike_id);
+        // the output does not say where and when; where that matters the log is opened
+        let who = Who { session_id, bike_id, ..Who::default() };
+        let hash = bikes.get(bike_id).map(|bike| bike.hash_of(pipeline, &who));
         let is_same = there.version == crate::VERSION
             // it has the channel maps in it, which may name sessions and bikes
-            && bikes.get(&there.bike_id).is_ok_and(|b| b.pipeline_hash == there.pipeline_hash);
+            && hash.is_ok_and(|hash| hash == there.pipeline_hash);
         if is_same {
             candidates.push((&found.location, there));
         }

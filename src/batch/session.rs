@@ -63,7 +63,7 @@ pub fn run<W: Work>(
         log: job.location.clone(),
         maps: settings.maps.list(),
         input_hash: input_hash.clone(),
-        pipeline_hash: job.bike.pipeline_hash.clone(),
+        pipeline_hash: job.pipeline_hash.clone(),
         signals: work.is_requested(&registry::SIGNALS),
     };
     let output = guarded(work.kind().stage, || {

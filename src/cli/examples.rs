@@ -14,7 +14,8 @@ Examples:
   roadbench run ride.parquet --bikes bikes --out out
   roadbench run /archive/sessions --out /archive/tables --log-format json
   roadbench run 's3://fleet/archive/sessions/bike=b1*/**/*.parquet' --bikes bikes --out tables
-  roadbench run fixtures/archive --out out --dry-run";
+  roadbench run fixtures/archive --out out --dry-run
+  roadbench run fixtures/archive --out out --model causes      causes: the output of `diagnose`";
 
 /// Of `diagnose`.
 pub const DIAGNOSE: &str = "\

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use clap::ValueHint;
 use indicatif::ProgressBar;
 use jiff::Timestamp;
 
 use crate::batch::engine::{self, Accounts};
 use crate::batch::local_copy::LocalCopy;
+use crate::batch::models;
 use crate::batch::progress::Progress;
 use crate::batch::run::{RunWork, finish};
 use crate::batch::summary::Summary;
@@ -18,8 +20,8 @@ use crate::cli::batch::{
     stopped,
 };
 use crate::cli::failure::Failure;
+use crate::cli::location::location;
 use crate::cli::report::{Copies, Pages};
-use crate::effects::extended_model::ExtendedModel;
 use crate::objects::Location;
 use crate::pipeline::{Outcome, Pipeline};
 use crate::report::{self, terminal};
@@ -30,9 +32,13 @@ use crate::tables::rows;
 pub struct Arguments {
     #[command(flatten)]
     batch: Options,
-    /// Extended model that `diagnose` wrote: what it found is taken out of that motorcycle's sessions.
-    #[arg(long, value_name = "FILE")]
-    model: Option<PathBuf>,
+    /// Take out of the recordings what `diagnose` found: PATH is its output, here or in an object store, and
+    /// each session is freed of its own causes and of those that it shares with others. PATH may be one
+    /// session's model file, too: causes that usually are the motorcycle's then go to all of its sessions,
+    /// the others to that session only.
+    #[arg(long, value_name = "PATH")]
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    model: Option<Location>,
     /// Also write the estimated time series.
     #[arg(long)]
     signals: bool,
@@ -60,12 +66,12 @@ impl Arguments {
 
     fn read(&self) -> Result<Given, Failure> {
         let mut given = self.batch.read()?;
-        if let Some(path) = &self.model {
+        if let Some(at) = &self.model {
             if given.pipeline.offroad.is_some() {
                 let message = "--model is for road sessions; take a pipeline without [offroad]";
                 return Err(Failure::Usage(message.to_owned()));
             }
-            given.pipeline.model = Some(ExtendedModel::read(path).map_err(Failure::Usage)?);
+            given.pipeline.models = Some(models::read(at).map_err(Failure::Usage)?);
         }
         Ok(given)
     }

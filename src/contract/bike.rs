@@ -228,6 +228,23 @@ impl Bike {
         Bike { curves: self.curves.clone(), prior, ..bike }
     }
 
+    /// The same bike with one numeric key known anew: varied by its standard deviation, and missing where it was.
+    #[must_use]
+    pub fn known(&self, key: &str, value: f64, sd: f64) -> Self {
+        let mut bike = self.with(key, value);
+        if self.prior.contains_key(key) {
+            bike.prior.insert(key.to_owned(), Prior { value, sd });
+        }
+        bike.uncertainty.insert(key.to_owned(), sd);
+        bike
+    }
+
+    /// Standard deviation of a numeric key, given or a default's; nothing of what is exact.
+    pub fn deviation(&self, key: &str) -> f64 {
+        let prior = self.prior.get(key).map(|prior| prior.sd);
+        prior.or_else(|| self.uncertainty.get(key).copied()).unwrap_or(0.0)
+    }
+
     /// To be called once numbers of the wheels were changed in place: [`Bike::with`] starts from the
     /// keys, and what is not given is varied from where it is now.
     pub fn settle(&mut self) {

@@ -179,6 +179,8 @@ coefficients! {
     MfD: "mf_d", "d", "1", "Magic Formula D", OnRoad, FRICTION;
     MfE1: "mf_e1", "e1", "1", "Magic Formula E, symmetric part", OnRoad, CURVATURE;
     MfE2: "mf_e2", "e2", "1", "Magic Formula E, braking/driving part", OnRoad, CURVATURE;
+    SlipStiffnessLoad: "slip_stiffness_load", "k_s,N", "1",
+        "slip stiffness per load gained with the load at rest once more", TAKEN, ASSUMED;
     SlipCamberC1: "slip_camber_c1", "c1", "1", "slip angle over camber, linear", OnRoad, SLIP_ANGLE;
     SlipCamberC3: "slip_camber_c3", "c3", "1/rad2",
         "slip angle over camber, cubic", OnRoad, SLIP_ANGLE;
@@ -443,7 +445,7 @@ mod tests {
 
     /// The contract's list, word for word and in its order.
     const TYRE: &str = "effective_rolling_radius peak_slip mf_b mf_c mf_d mf_e1 mf_e2 \
-        slip_camber_c1 slip_camber_c3 lateral_friction_ct cornering_stiffness_0 \
+        slip_stiffness_load slip_camber_c1 slip_camber_c3 lateral_friction_ct cornering_stiffness_0 \
         camber_stiffness_0 side_force_ratio twisting_stiffness overturning_stiffness \
         relaxation_length pneumatic_trail_0";
     const VEHICLE: &str = "drag rolling_resistance overturning_stiffness";
@@ -455,7 +457,7 @@ mod tests {
             let want: Vec<&str> = names.split_whitespace().collect();
             assert_eq!(own.collect::<Vec<_>>(), want, "{part}");
         }
-        assert_eq!(Id::onroad().count(), 37);
+        assert_eq!(Id::onroad().count(), 39);
     }
 
     #[test]
@@ -500,7 +502,7 @@ mod tests {
         for (i, id) in Id::onroad().enumerate() {
             assert_eq!(values[id], i as f64, "{id}");
         }
-        assert_eq!(values[(Axle::Rear, Coefficient::EffectiveRollingRadius)], 17.0);
+        assert_eq!(values[(Axle::Rear, Coefficient::EffectiveRollingRadius)], 18.0);
         let difference = values.minus(&values);
         assert_eq!(difference[(Part::Vehicle, Coefficient::Drag)], 0.0);
     }

@@ -9,7 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::contract::verdict::Verdict;
-use crate::effects::{ALL, Effect, Level};
+use crate::effects::pooled_effects::PooledEffect;
+use crate::effects::{ALL, Effect, Level, Who};
 use crate::tables::rows::POOLED;
 use crate::tables::rows::{CauseRow, Ident};
 
@@ -48,16 +49,9 @@ pub struct Member {
 impl Member {
     /// The group of a level it belongs to.
     fn group(&self, level: Level) -> String {
-        match level {
-            Level::Session => self.ident.session_id.clone(),
-            Level::Bike => self.ident.bike_id.clone(),
-            Level::Site => self.site.clone().unwrap_or_default(),
-            // the date of the start
-            Level::Night => {
-                self.ident.start_time.as_deref().unwrap_or_default().chars().take(10).collect()
-            }
-            Level::Fleet => String::new(),
-        }
+        let Ident { session_id, bike_id, start_time } = &self.ident;
+        let (site, start_time) = (self.site.as_deref(), start_time.as_deref());
+        level.group(&Who { session_id, bike_id, site, start_time }).to_owned()
     }
 }
 
@@ -147,12 +141,46 @@ impl Pooling {
     /// their errors: a mean that is beyond chance only as a mean is rather what the method is off by in all
     /// of them. It is kept as not needed.
     pub fn rows(&self) -> Vec<CauseRow> {
+        self.causes().into_iter().map(|cause| cause.row).collect()
+    }
+
+    /// What sessions share, of every effect by name.
+    pub fn causes(&self) -> Vec<SharedCause> {
         let of = |effect: &'static Effect| Some((effect, self.says.get(effect.name)?));
         ALL.iter()
             .filter_map(of)
             .filter(|(_, says)| says.seen.len() > 1)
             .flat_map(|(effect, says)| pool_one(effect, says))
             .collect()
+    }
+}
+
+/// What a group of sessions shares.
+#[derive(Debug, Clone)]
+pub struct SharedCause {
+    /// Its row of `causes`.
+    pub row: CauseRow,
+    /// What its sessions have in common.
+    level: Level,
+    /// Sessions that its size comes from.
+    sessions: usize,
+}
+
+impl SharedCause {
+    /// For `run --model`; `None` where it is not named.
+    pub fn effect(&self) -> Option<PooledEffect> {
+        let CauseRow { effect, unit, pooled_over, .. } = self.row.clone();
+        let is_cause = Verdict::from_name(&self.row.verdict).is_some_and(Verdict::is_cause);
+        let (low, high) = self.row.ci95_low.zip(self.row.ci95_high).filter(|_| is_cause)?;
+        Some(PooledEffect {
+            effect,
+            level: self.level,
+            group: pooled_over.unwrap_or_default(),
+            value: self.row.value?,
+            std_error: (high - low) / (2.0 * 1.96),
+            unit,
+            sessions: self.sessions,
+        })
     }
 }
 
@@ -214,11 +242,13 @@ fn level_of(effect: &Effect, seen: &[Evidence]) -> Option<(Level, Vec<Level>)> {
     // of levels that these sessions cannot tell apart the one that the effect usually has speaks
     let same: Vec<Level> =
         levels.into_iter().filter(|l| partition(*l) == partition(best)).collect();
-    let level = if same.contains(&effect.level) { effect.level } else { best };
+    // what each ride has by itself, as a sensor's zero, is the motorcycle's where rides share it
+    let usual = if effect.level == Level::Session { Level::Bike } else { effect.level };
+    let level = if same.contains(&usual) { usual } else { best };
     Some((level, same.into_iter().filter(|l| *l != level).collect()))
 }
 
-fn pool_one(effect: &Effect, says: &Says) -> Vec<CauseRow> {
+fn pool_one(effect: &Effect, says: &Says) -> Vec<SharedCause> {
     let Some((level, others)) = level_of(effect, &says.seen) else { return Vec::new() };
     let others: Vec<&str> = others.iter().map(|l| l.name()).collect();
     let also = match others.is_empty() {
@@ -232,8 +262,9 @@ fn pool_one(effect: &Effect, says: &Says) -> Vec<CauseRow> {
             .filter(|(member, _)| member.group(level) == name)
             .map(|(member, why)| (member.ident.session_id.as_str(), *why))
             .collect();
+        let sessions = seen.len();
         let row = shared(effect, &Group { level, name, seen, left_out })?;
-        Some(CauseRow { reason: row.reason + &also, ..row })
+        Some(SharedCause { row: CauseRow { reason: row.reason + &also, ..row }, level, sessions })
     };
     grouped(&says.seen, level).into_iter().filter_map(of_group).collect()
 }
@@ -424,6 +455,21 @@ mod tests {
         let mut rows = weak;
         rows[7] = row("latency", Verdict::Named, -2.2);
         assert_eq!(of_sessions(&rows, |_| true)[0].verdict, "not_needed");
+    }
+
+    #[test]
+    fn only_what_is_named_is_taken_out_of_recordings() {
+        let mut pooling = Pooling::default();
+        for k in 0..80 {
+            let own = [row("latency", Verdict::Named, 5.0), row("lift", Verdict::NotNeeded, 1.9)];
+            pooling.add(member(k, "a", "x", k), &own);
+        }
+        let causes = pooling.causes();
+        let effects: Vec<_> = causes.iter().filter_map(SharedCause::effect).collect();
+        let [late] = &effects[..] else { panic!("{effects:?}") };
+        assert_eq!(causes.len(), 2);
+        assert_eq!((late.level, late.group.as_str(), late.sessions), (Level::Bike, "a", 80));
+        assert!((late.value - 0.05).abs() < 1e-12 && late.std_error > TOGETHER * 0.05);
     }
 
     #[test]

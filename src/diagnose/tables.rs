@@ -80,18 +80,20 @@ fn reason(cause: &Cause, remark: &str) -> String {
     let gain = cause.gain;
     match (cause.verdict, cause.objection) {
         (_, Some(Objection::Contradicted)) => format!(
-            "explains part of the misfit (gains {gain:.0}), but leaves more structure in the channels where it \
+            "explains part of the misfit (twice the log likelihood +{gain:.0}), but leaves more structure in the channels where it \
              shows than a cause may"
         ),
         (_, Some(Objection::NotReproduced)) => format!(
-            "explains part of the misfit (gains {gain:.0}), but null simulations with it do not reproduce its \
+            "explains part of the misfit (twice the log likelihood +{gain:.0}), but null simulations with it do not reproduce its \
              size"
         ),
         (_, Some(Objection::WorseSimulation)) => format!(
-            "explains part of the misfit (gains {gain:.0}), but makes the simulation of manoeuvres that were left \
+            "explains part of the misfit (twice the log likelihood +{gain:.0}), but makes the simulation of manoeuvres that were left \
              out worse"
         ),
-        (Verdict::Named, None) => format!("{sentence}{remark}: gains {gain:.0}"),
+        (Verdict::Named, None) => {
+            format!("{sentence}{remark}: twice the log likelihood rises by {gain:.0}")
+        },
         (Verdict::Ambiguous, None) => format!(
             "{sentence}, or one of {}: this ride cannot tell them apart; what would: {separate_by}",
             cause.equivalent.join(", "),

@@ -1,4 +1,4 @@
-//! The extended model on disk: what `diagnose` found, and what `run --model` takes out of a session.
+//! The extended model on disk: what `diagnose` found in a session.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::remove::remove;
-use super::{Effect, Level, ModelError};
+use super::{Effect, ModelError};
 use crate::contract::bike::Bike;
+use crate::contract::schema::with_hint;
 use crate::contract::session::Session;
-use crate::contract::warning::Warning;
 
 /// The size of an effect and its standard error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,61 +73,35 @@ impl ExtendedModel {
     pub fn read(path: &Path) -> Result<Self, String> {
         let text = std::fs::read_to_string(path)
             .map_err(|e| format!("cannot read model {}: {e}", path.display()))?;
-        let fail = |e: String| format!("model {}: {e}", path.display());
-        let model: ExtendedModel = toml::from_str(&text).map_err(|e| fail(e.to_string()))?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Checks a model file's text; `name` is for messages.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn parse(text: &str, name: &str) -> Result<Self, String> {
+        let fail = |e: String| format!("model {name}: {e}");
+        let model: ExtendedModel =
+            toml::from_str(text).map_err(|e| fail(with_hint(&e.to_string())))?;
         for (name, found) in &model.effects {
             let effect = Effect::named(name).map_err(|e| fail(format!("[effects]: {e}")))?;
-            if !effect.in_bounds(found.value) {
-                let [low, high] = effect.bounds;
-                return Err(fail(format!(
-                    "effects.{name}: {} {} is not between {low} and {high}",
-                    found.value, effect.unit
-                )));
-            }
+            effect
+                .check_size(found.value)
+                .map_err(|e| fail(format!("effects.{name}.value: {e}")))?;
         }
         Ok(model)
     }
 
-    /// Takes what was found out of a session of the same motorcycle: what belongs to the motorcycle
-    /// out of each of them, what belongs to a road or a day out of the session it was found on.
-    pub fn apply(&self, session: &mut Session, bike: &mut Bike) -> Vec<Warning> {
-        let meta = &session.meta;
-        if meta.bike_id != self.bike_id {
-            return Vec::new();
-        }
-        let own = meta.session_id == self.session_id;
+    /// Takes what was found out of the session that it was found on; gives back, by name, what stays in the
+    /// coefficients because no recording can be freed of it.
+    pub fn apply(&self, session: &mut Session, bike: &mut Bike) -> Vec<&'static str> {
         let mut error = ModelError::default();
-        let mut taken = Vec::new();
         for (name, found) in &self.effects {
-            // `read` has looked the names up
+            // `parse` has looked the names up
             let Ok(effect) = Effect::named(name) else { continue };
-            if own || effect.level == Level::Bike {
-                (effect.set)(&mut error, found.value);
-                taken.push(name.as_str());
-            }
+            (effect.set)(&mut error, found.value);
         }
-        let left = remove(&error, session, bike);
-        taken.retain(|name| !left.contains(name));
-        let warning = |code, message| Warning {
-            stage: "ingest",
-            code,
-            channel: None,
-            count: 1,
-            time: None,
-            message,
-        };
-        let mut warnings = Vec::new();
-        if !taken.is_empty() {
-            let message = format!("the model's {} taken out", taken.join(", "));
-            warnings.push(warning("model_applied", message));
-        }
-        if !left.is_empty() {
-            let message = format!(
-                "the model's {} cannot be taken out of a recording: they stay in the coefficients",
-                left.join(", ")
-            );
-            warnings.push(warning("model_left", message));
-        }
-        warnings
+        remove(&error, session, bike)
     }
 }

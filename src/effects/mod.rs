@@ -14,7 +14,7 @@ use crate::contract::session::Session;
 use model_error::{Step, compose, effects};
 use physics::{Multibody, Physics, Reach, Remove, Rolling, hooks};
 use ride::BrakeHistory;
-pub use spec::{EffectSpec, Level};
+pub use spec::{EffectSpec, Level, Who};
 
 mod brake_drag;
 mod brake_fade;
@@ -30,9 +30,11 @@ mod latency;
 mod lift;
 mod low_friction_patch;
 mod model_error;
+pub mod models;
 mod pad_heat;
 pub mod physics;
 mod pneumatic_trail;
+pub mod pooled_effects;
 mod radius_camber;
 mod radius_load;
 mod radius_speed;
@@ -138,6 +140,18 @@ impl Effect {
     /// Whether a size is physically plausible.
     pub fn in_bounds(&self, size: f64) -> bool {
         (self.bounds[0]..=self.bounds[1]).contains(&size)
+    }
+
+    /// Checks a size that somebody wrote down.
+    ///
+    /// # Errors
+    /// It is not physically plausible; the sentence has the bounds.
+    pub fn check_size(&self, size: f64) -> Result<(), String> {
+        let [low, high] = self.bounds;
+        match self.in_bounds(size) {
+            true => Ok(()),
+            false => Err(format!("{size} {} is not between {low} and {high}", self.unit)),
+        }
     }
 
     /// Effects and base parameters that change a ride alike: those that this effect declares, then

@@ -22,7 +22,7 @@ impl Physics for RollZero {
         kinds: &[ManoeuvreKind::Cornering],
         confounded_with: &["rider_lean"],
         separate_by: "bends to both sides",
-        level: Level::Bike,
+        level: Level::Session,
         faint: false,
     };
     const REACH: Reach = Reach::ATTITUDE;

@@ -1,6 +1,9 @@
 //! What is declared of an effect.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contract::channel::Channel;
+use crate::contract::session::Meta;
 use crate::manoeuvre::ManoeuvreKind;
 
 /// Every kind of braking.
@@ -8,7 +11,8 @@ pub const BRAKING: &[ManoeuvreKind] =
     &[ManoeuvreKind::FrontBraking, ManoeuvreKind::RearBraking, ManoeuvreKind::CombinedBraking];
 
 /// What an effect belongs to, and so what it should be the same for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Level {
     /// One ride.
     Session,
@@ -31,6 +35,48 @@ impl Level {
             Level::Site => "site",
             Level::Night => "night",
             Level::Fleet => "fleet",
+        }
+    }
+
+    /// The group of this level that a session belongs to: its own id, its motorcycle's, its site, the date of
+    /// its start; of the fleet nothing, and nothing either where the session does not say.
+    pub fn group<'a>(self, of: &Who<'a>) -> &'a str {
+        match self {
+            Level::Session => of.session_id,
+            Level::Bike => of.bike_id,
+            Level::Site => of.site.unwrap_or_default(),
+            Level::Night => {
+                let start = of.start_time.unwrap_or_default();
+                start.char_indices().nth(DATE).map_or(start, |(end, _)| &start[..end])
+            }
+            Level::Fleet => "",
+        }
+    }
+}
+
+/// Characters of the date that an RFC 3339 time starts with.
+const DATE: usize = 10;
+
+/// What of a session says which groups it belongs to.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Who<'a> {
+    /// The session.
+    pub session_id: &'a str,
+    /// Its motorcycle.
+    pub bike_id: &'a str,
+    /// Where it was ridden.
+    pub site: Option<&'a str>,
+    /// When it began, RFC 3339.
+    pub start_time: Option<&'a str>,
+}
+
+impl<'a> From<&'a Meta> for Who<'a> {
+    fn from(meta: &'a Meta) -> Self {
+        Who {
+            session_id: &meta.session_id,
+            bike_id: &meta.bike_id,
+            site: meta.site.as_deref(),
+            start_time: meta.start_time.as_deref(),
         }
     }
 }

@@ -22,7 +22,7 @@ impl Physics for SteerZero {
         kinds: &[ManoeuvreKind::Cornering, ManoeuvreKind::Coasting],
         confounded_with: &[],
         separate_by: "straight running",
-        level: Level::Bike,
+        level: Level::Session,
         faint: false,
     };
     const REACH: Reach = Reach::ATTITUDE;

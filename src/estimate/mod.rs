@@ -7,6 +7,7 @@
 pub mod offroad;
 pub mod quasi_static;
 pub mod relaxation;
+pub mod rolling_front;
 pub mod samples;
 pub mod signals;
 pub mod table;

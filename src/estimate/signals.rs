@@ -23,6 +23,7 @@ use crate::model::tyre::trail_0;
 use crate::model::tyre_model::{USUAL_SHARE, load_lead};
 
 use super::relaxation::SlipLag;
+use super::rolling_front::{LEAST_LOAD, RollingFront};
 use super::samples::Samples;
 use super::zeros::Zeros;
 use crate::model::formulation::Formulation;
@@ -51,6 +52,8 @@ pub struct Inputs {
     pub pitch_gyration: f64,
     /// True over measured lean.
     pub roll_scale: f64,
+    /// The front wheel where it measures the rear one's slip, instead of the velocity.
+    pub rolling_front: Option<RollingFront>,
 }
 
 /// Estimated signals, one value per sample; pairs are front and rear.
@@ -123,6 +126,7 @@ impl Inputs {
             trail_ratio: 1.0,
             pitch_gyration: PITCH_GYRATION[0],
             roll_scale: 1.0,
+            rolling_front: None,
         }
     }
 
@@ -221,6 +225,24 @@ impl Inputs {
             .map(|arm| v - (arm + b.velocity_sensor_z) * rate.clamp(-1.0, 1.0))
     }
 
+    /// Forward speed of the rear contact, m/s, by a front wheel that rolls freely with a force (N) under a load (N);
+    /// `None` where it tells nothing.
+    fn rear_speed(&self, x: &Samples, i: usize, force: f64, load: f64) -> Option<f64> {
+        let front = self.rolling_front.filter(|_| self.is_corrected())?;
+        let omega = x.omega[0][i];
+        if !omega.is_finite() || load < LEAST_LOAD * self.standing()[0] {
+            return None;
+        }
+        let v = front.speed(omega, self.loaded_radius(0, load), force / load);
+        let [ahead, behind] = self.contact_speeds(x, i, v);
+        Some(v + behind - ahead)
+    }
+
+    /// Loads at rest, N.
+    fn standing(&self) -> [f64; 2] {
+        self.loads(0.0, 0.0, 1.0, 0.0, 0.0)
+    }
+
     /// Rolling radius of wheel `k` under a load, m: it falls by a share of the deflection.
     fn loaded_radius(&self, k: usize, load: f64) -> f64 {
         if !self.is_corrected() {
@@ -228,8 +250,7 @@ impl Inputs {
         }
         let wheel = self.bike.wheel(Axle::BOTH[k]);
         let share = wheel.deflection_share.unwrap_or(USUAL_SHARE);
-        let standing = self.loads(0.0, 0.0, 1.0, 0.0, 0.0)[k];
-        self.radius[k] - share * (load - standing) / wheel.vertical_stiffness
+        self.radius[k] - share * (load - self.standing()[k]) / wheel.vertical_stiffness
     }
 
     /// Wheel loads with their transfer, eq. 25.
@@ -267,7 +288,7 @@ impl Inputs {
                 .sum();
             let turning = spin_rate + self.pitch_moment(x, i);
             let load = self.loads(total, turning, cos_phi, 0.0, self.dive(x, i));
-            let speeds = self.contact_speeds(x, i, v);
+            let mut speeds = self.contact_speeds(x, i, v);
             let rolling = [-self.rolling * load[0], -self.rolling * load[1]];
             // an undriven, unbraked wheel is pushed by its own inertia only
             let free = |k: usize| {
@@ -284,6 +305,9 @@ impl Inputs {
                 Action::Braking(rho) => [rho * slip, (1.0 - rho) * slip], // (26), (27)
                 Action::Driving => [free(0), slip - free(0)],             // (27)
             };
+            if matches!(action[i], Action::Driving) || action[i] == Action::Braking(0.0) {
+                speeds[1] = self.rear_speed(x, i, force[0], load[0]).unwrap_or(speeds[1]);
+            }
             for k in 0..2 {
                 let s = x.omega[k][i] * self.loaded_radius(k, load[k]) / speeds[k] - 1.0; // (24)
                 let spinning = self.wheel_rate(x, i, k) * self.radius[k];

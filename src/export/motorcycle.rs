@@ -87,7 +87,7 @@ fn longitudinal(f: &mut File, set: &MfMc, row: &dyn Fn(C) -> String) {
     f.number("PEX1", set.pEx[0], &row(C::MfE1));
     f.number("PEX4", set.pEx[3], &format!("-mf_e2/mf_e1; mf_e2 {}", row(C::MfE2)));
     f.number("PKX1", set.pKx[0], &format!("mf_b mf_c mf_d; mf_b {}", row(C::MfB)));
-    f.number("PKX2", set.pKx[1], GAIN);
+    f.number("PKX2", set.pKx[1], &format!("{GAIN} {}", row(C::SlipStiffnessLoad)));
     for key in ["PDX2", "PEX2", "PEX3", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
         f.number(key, 0.0, "set: no load dependence per load, no offset");
     }

@@ -23,7 +23,7 @@ use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
 
 /// Where `PKX2` comes from.
-pub const GAIN: &str = "assumed: PKX1 times slip_stiffness_load of the bike file, or a usual one";
+pub const GAIN: &str = "PKX1 times slip_stiffness_load";
 /// `PKY2`: so large that the stiffness is proportional to load, as the fitted model has it
 /// (within 1 % up to twice the nominal load).
 const PKY2: f64 = 20.0;
@@ -125,7 +125,7 @@ fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised) {
     file.number("PEX1", e1, &row(C::MfE1));
     file.number("PKX1", mf.stiffness(), &format!("mf_b mf_c mf_d; mf_b {}", row(C::MfB)));
     let gain = mf.stiffness() * c.tyre.slip_stiffness_load;
-    file.number("PKX2", gain, GAIN);
+    file.number("PKX2", gain, &format!("{GAIN} {}", row(C::SlipStiffnessLoad)));
     file.number("PEX4", -mf.e2 / e1, &format!("-mf_e2/mf_e1; mf_e2 {}", row(C::MfE2)));
     for key in ["PDX2", "PEX2", "PEX3", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
         file.number(key, 0.0, "set: no load dependence per load, no offset");

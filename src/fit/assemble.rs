@@ -98,6 +98,7 @@ impl Parameters {
             let (k_alpha, ratio) = (stiffness[k].value(), wheel.side_force_ratio);
             v[(axle, C::CorneringStiffness0)] = k_alpha;
             v[(axle, C::CamberStiffness0)] = ratio * k_alpha; // (13)
+            v[(axle, C::SlipStiffnessLoad)] = bike.slip_stiffness_load(axle);
             v[(axle, C::SideForceRatio)] = ratio;
             v[(axle, C::TwistingStiffness)] = wheel.twisting_stiffness;
             v[(axle, C::RelaxationLength)] = wheel.relaxation_length.unwrap_or(inputs.radius[k]);

@@ -11,14 +11,16 @@ use super::coasting;
 use super::config::Config;
 use super::cornering::{self, K_X};
 use super::data::Data;
-use super::friction;
+use super::friction::{self, Friction, Rows};
 use super::refit::Refit;
 use super::rows::{friction_rows, front_overturning, lateral_rows};
 use super::selection;
+use super::slip_stiffness_load::{self, Gain, STEP};
 use super::solution::{Fits, FittedSamples, Solution, Upstream};
 use super::variation::variations;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::coefficient::{Coefficient, Id, Part};
+use crate::estimate::rolling_front::RollingFront;
 use crate::estimate::signals::Inputs;
 use crate::model::formulation::Formulation;
 
@@ -39,14 +41,23 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     }
 
     let mut samples = FittedSamples::default();
-    for k in 0..2 {
+    for (k, axle) in Axle::BOTH.into_iter().enumerate() {
         let signals = inputs.straight(&data.straight[k], &data.action[k]);
         let keep = selection::friction_samples(data, &signals, k, bike);
-        samples.friction[k] =
-            friction_rows(data, &inputs, &signals, k, &keep, &fits.coasting, &config.friction);
+        let rows = |inputs: &Inputs| {
+            friction_rows(data, inputs, &signals, k, &keep, &fits.coasting, &config.friction)
+        };
+        samples.friction[k] = rows(&inputs);
         fits.friction[k] = friction::fit(&samples.friction[k], &config.friction);
+        if let Some(known) = gain_known(&inputs, axle, fits.friction[k].as_ref(), rows) {
+            inputs.bike = known;
+            samples.friction[k] = rows(&inputs);
+            fits.friction[k] = friction::fit(&samples.friction[k], &config.friction);
+        }
         samples.keep_straight[k] = keep;
+        inputs.rolling_front = rolling_front(data, &fits, formulation);
     }
+    let bike = &inputs.bike;
     let signals = inputs.corner(&data.corner, data.corner_rate, None);
     samples.keep_corner = selection::quasi_static(data, &signals, bike);
     samples.keep_steady = selection::steady(data, &samples.keep_corner);
@@ -62,6 +73,8 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     }
 
     let found = fits.parameters().assemble(&inputs);
+    let nominal =
+        Inputs { rolling_front: inputs.rolling_front, bike: inputs.bike.clone(), ..nominal };
     let refit = Refit::new(data, &nominal, &fits, &samples, config);
     let varied = variations(bike, &data.zeros, &fits.coasting, formulation).into_iter();
     let upstream = varied
@@ -72,6 +85,37 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
         .chain(model_errors(&found, formulation, config))
         .collect();
     Solution { found, upstream, fits, samples, inputs }
+}
+
+/// The bike with what a tyre's slip stiffness gains with its load, where the fit tells something of it; `rows` are the
+/// fit's samples with other inputs.
+fn gain_known(
+    inputs: &Inputs,
+    axle: Axle,
+    fit: Option<&Friction>,
+    rows: impl Fn(&Inputs) -> Rows,
+) -> Option<Bike> {
+    let key = format!("{}.{}", axle.name(), Coefficient::SlipStiffnessLoad);
+    let Inputs { bike, formulation, .. } = inputs;
+    let before = Gain { value: bike.slip_stiffness_load(axle), sd: bike.deviation(&key) };
+    if *formulation == Formulation::Paper || before.sd <= 0.0 {
+        return None;
+    }
+    let moved = Inputs { bike: bike.with(&key, before.value + STEP), ..inputs.clone() };
+    let Gain { value, sd } = slip_stiffness_load::after(before, fit?, &rows(&moved))?;
+    Some(bike.known(&key, value, sd))
+}
+
+/// The front wheel as the measure of the rear one's slip, where it measures better than the velocity does.
+fn rolling_front(data: &Data, fits: &Fits, formulation: Formulation) -> Option<RollingFront> {
+    let stiffness = fits.friction[0].as_ref().map(|f| f.formula.stiffness());
+    let velocity_error = fits.coasting.radius[1].as_ref()?.quality.scale;
+    match formulation {
+        Formulation::Corrected => {
+            RollingFront::of(&data.coast, fits.coasting.radii(), velocity_error, stiffness)
+        }
+        Formulation::Paper => None,
+    }
 }
 
 /// What the model itself may be wrong by: each coefficient on its own.

@@ -30,6 +30,9 @@ use crate::statistics::order::quantile;
 pub const PARAMETERS: [Coefficient; 5] =
     [Coefficient::MfB, Coefficient::MfC, Coefficient::MfD, Coefficient::MfE1, Coefficient::MfE2];
 
+/// Place of the odd curvature, where it is fitted.
+pub const E2: usize = 4;
+
 /// The curve of fitted parameters.
 pub fn curve(theta: &[f64]) -> MagicFormula {
     MagicFormula {
@@ -37,7 +40,7 @@ pub fn curve(theta: &[f64]) -> MagicFormula {
         c: theta[1],
         d: theta[2],
         e1: theta[3],
-        e2: theta.get(4).copied().unwrap_or(0.0),
+        e2: theta.get(E2).copied().unwrap_or(0.0),
     }
 }
 
@@ -61,6 +64,8 @@ pub struct Rows {
     pub clusters: Vec<usize>,
     /// Expected error of the velocity, m/s.
     pub velocity_error: f64,
+    /// Share of it that changes within a manoeuvre.
+    fast_share: f64,
     /// Whether the tyre was driven as well as braked: then `e1` and `e2` are both determined.
     pub both_signs: bool,
     /// Index of each sample's manoeuvre among those there are.
@@ -68,7 +73,7 @@ pub struct Rows {
     groups: usize,
 }
 
-/// Share of the velocity's error that changes within a manoeuvre.
+/// Share of a satellite's velocity error that changes within a manoeuvre.
 const FAST_SHARE: f64 = 0.4;
 /// Residuals count no more than this for a manoeuvre's offset: outliers must not move it.
 const CLIP: f64 = 2.0;
@@ -80,7 +85,7 @@ impl Rows {
     fn residual_and_lever(&self, formula: &MagicFormula, i: usize) -> (f64, f64) {
         let (s, v) = (self.slip[i], self.speed[i]);
         let (value, slope) = formula.value_and_slope(s);
-        let from_slip = slope * FAST_SHARE * self.velocity_error / v;
+        let from_slip = slope * self.fast_share * self.velocity_error / v;
         // plain root: neither part is near the ends of the number range
         let sigma =
             (self.friction_error[i] * self.friction_error[i] + from_slip * from_slip).sqrt();
@@ -89,7 +94,12 @@ impl Rows {
 
     /// No samples yet; the expected error of the velocity (m/s).
     pub fn with_error(velocity_error: f64) -> Self {
-        Rows { velocity_error, ..Rows::default() }
+        Rows { velocity_error, fast_share: FAST_SHARE, ..Rows::default() }
+    }
+
+    /// The same where the error is white noise, as of wheel speeds.
+    pub fn with_white_error(velocity_error: f64) -> Self {
+        Rows { velocity_error, fast_share: 1.0, ..Rows::default() }
     }
 
     /// To be called once the samples are in: numbers the manoeuvres and adds their rows.
@@ -150,7 +160,12 @@ impl Model for Rows {
 
     /// With the offset rows of the manoeuvres that remain.
     fn thinned(&self, rows: &[usize]) -> Option<Box<dyn Model>> {
-        let mut out = Rows { both_signs: self.both_signs, ..Rows::with_error(self.velocity_error) };
+        let mut out = Rows {
+            both_signs: self.both_signs,
+            velocity_error: self.velocity_error,
+            fast_share: self.fast_share,
+            ..Rows::default()
+        };
         for &i in rows.iter().filter(|i| **i < self.samples()) {
             out.slip.push(self.slip[i]);
             out.friction.push(self.friction[i]);
@@ -171,7 +186,7 @@ impl Model for Rows {
         for i in 0..n {
             let (s, v) = (self.slip[i], self.speed[i]);
             let point = formula.point(s);
-            let spread = FAST_SHARE * self.velocity_error / v;
+            let spread = self.fast_share * self.velocity_error / v;
             let sigma = (self.friction_error[i].powi(2) + (point.slope * spread).powi(2)).sqrt();
             let r = (self.friction[i] - point.value) / sigma;
             let arm = (1.0 + s) / v / sigma;

@@ -19,6 +19,7 @@ pub mod missing;
 pub mod refit;
 pub mod rows;
 pub mod selection;
+pub mod slip_stiffness_load;
 pub mod solution;
 pub mod variation;
 pub mod verdict;

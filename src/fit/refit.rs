@@ -87,7 +87,8 @@ impl<'a> Refit<'a> {
     ) -> (Inputs, [Option<f64>; 2], Option<coasting::Resistance>) {
         let mut inputs = self.nominal.clone();
         if let Some(bike) = &variation.bike {
-            inputs = Inputs::nominal(bike, inputs.formulation, inputs.zeros);
+            let nominal = Inputs::nominal(bike, inputs.formulation, inputs.zeros);
+            inputs = Inputs { rolling_front: inputs.rolling_front, ..nominal };
         }
         if let Some(zeros) = variation.zeros {
             inputs.zeros = zeros;

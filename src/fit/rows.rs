@@ -32,7 +32,12 @@ pub fn friction_rows(
     let velocity_error = config.velocity_error.max(from_coasting);
     let from_coasting = coasting.resistance.as_ref().map_or(0.0, |f| f.quality.scale);
     let friction_error = config.friction_error.max(from_coasting);
-    let mut rows = friction::Rows::with_error(velocity_error);
+    let mut rows = match inputs.rolling_front {
+        Some(front) if k == 1 => {
+            friction::Rows::with_white_error(config.velocity_error.max(front.error))
+        }
+        _ => friction::Rows::with_error(velocity_error),
+    };
     let samples = &data.straight[k];
     let axle = Axle::BOTH[k];
     let still = inputs.bike.static_load(axle);

@@ -79,6 +79,10 @@ impl Case<'_> {
         if is_of_rule(bike, self.id) {
             return reason.to_owned();
         }
+        if self.id.coefficient == C::SlipStiffnessLoad && self.is_narrowed() {
+            return "the bike file's or a usual one, drawn to where braking and driving give one curve"
+                .to_owned();
+        }
         let key = format!("{}.{}", self.id.part, self.id.coefficient);
         match bike.priors_of_missing().get(&key) {
             Some(prior) => {
@@ -87,6 +91,15 @@ impl Case<'_> {
             }
             None => GIVEN.to_owned(),
         }
+    }
+
+    /// Whether a tyre was braked and driven, and its gain of slip stiffness fitted with the curve.
+    fn is_narrowed(&self) -> bool {
+        let Some(axle) = self.id.part.axle() else { return false };
+        let key = format!("{}.{}", axle.name(), self.id.coefficient);
+        let (both, known) =
+            (&self.solution.samples.friction[axle as usize], &self.solution.inputs.bike);
+        both.both_signs && known.deviation(&key) > 0.0
     }
 
     fn not_available(&self, missing: Option<String>) -> Option<Objection> {

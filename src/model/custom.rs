@@ -108,7 +108,8 @@ impl Custom {
             reference_friction: friction,
             peak_slip,
         };
-        let slip_stiffness_load = wheel.slip_stiffness_load.unwrap_or(USUAL_SLIP_STIFFNESS_LOAD);
+        let gain = value(C::SlipStiffnessLoad).or(wheel.slip_stiffness_load);
+        let slip_stiffness_load = gain.unwrap_or(USUAL_SLIP_STIFFNESS_LOAD);
         Ok(Custom { slip_stiffness_load, ..Custom::new(tyre, load) })
     }
 

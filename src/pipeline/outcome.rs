@@ -92,7 +92,7 @@ pub struct Input<'a> {
     pub maps: &'a [ingest::map::ChannelMap],
     /// BLAKE3 of its bytes.
     pub input_hash: String,
-    /// BLAKE3 of the resolved pipeline and the bike file.
+    /// BLAKE3 of the resolved pipeline, the bike file and what else its tables are made from.
     pub pipeline_hash: String,
     /// Whether to keep the estimated time series.
     pub signals: bool,

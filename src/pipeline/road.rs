@@ -28,9 +28,9 @@ pub fn run(
     pipeline: &Pipeline,
 ) -> Result<Outcome, Rejection> {
     let mut known = None;
-    if let Some(model) = &pipeline.model {
+    if let Some(models) = &pipeline.models {
         let mut extended = bike.clone();
-        noticed.extend(model.apply(&mut ride, &mut extended));
+        noticed.extend(models.apply(&mut ride, &mut extended));
         known = Some(extended);
     }
     let bike = known.as_ref().unwrap_or(bike);

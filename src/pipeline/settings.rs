@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::effects::extended_model::ExtendedModel;
+use crate::effects::models::Models;
 use crate::{estimate, filter, fit, ingest, segment};
 
 /// The resolved settings of every stage: one file of `pipelines/`.
@@ -33,8 +33,9 @@ pub struct Pipeline {
     pub in_gear: fit::in_gear::Config,
     /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
     pub offroad: Option<estimate::offroad::Config>,
-    /// What a diagnosis found, taken out of its motorcycle's sessions.
-    pub model: Option<ExtendedModel>,
+    /// What a diagnosis found, taken out of its sessions and of those that share it. Its hash is each
+    /// session's own part of it ([`Models::text_of`]).
+    pub models: Option<Models>,
 }
 
 /// Built-in pipelines by name.

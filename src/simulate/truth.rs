@@ -176,6 +176,7 @@ pub fn coefficients(plant: &Plant, ride: &Simulated, config: &estimate::Config) 
             (C::MfD, mf.d),
             (C::MfE1, mf.e1),
             (C::MfE2, mf.e2),
+            (C::SlipStiffnessLoad, plant.slip_stiffness_load),
             (C::CorneringStiffness0, k0),
             (C::CamberStiffness0, k0 * tyre.side_force_ratio),
             (C::SideForceRatio, tyre.side_force_ratio),

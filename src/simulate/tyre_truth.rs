@@ -29,6 +29,8 @@ pub struct Bench {
     pub peak_friction: f64,
     /// Normalised slip (`sigma_x`) of that peak.
     pub peak_slip: f64,
+    /// Slip stiffness per load gained with the load once more, over itself: between 0.7 and 1.3 times the load.
+    pub slip_stiffness_load: f64,
     /// Without slip, m.
     pub rolling_radius: f64,
     /// Speed over spin of a wheel that nothing but the road turns: it slips by what overcomes its rolling
@@ -58,6 +60,13 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
     let rolling_radius = carcass.rolling_radius(load, 0.0);
     let resistance = tyre.rolling_resistance(&input, 15.0) / (load * carcass.lever_arm(load, 0.0));
     let pull = |slip: f64| at(slip, 0.0, 0.0).force_x / load;
+    let stiffness = |share: f64| {
+        let load = share * load;
+        let at = |slip_ratio: f64| {
+            tyre.forces(&Input { slip_ratio, slip_angle: 0.0, camber: 0.0, load, friction })
+        };
+        (at(h).force_x - at(-h).force_x) / (2.0 * h * load)
+    };
     let free_slip = -resistance * 2.0 * h / (pull(h) - pull(-h));
     Bench {
         cornering_stiffness: -by_slip / load,
@@ -68,6 +77,7 @@ pub fn bench(tyre: &dyn TyreModel, load: f64, friction: f64) -> Bench {
         peak_friction: -braking(slip),
         // a friction that never falls has no peak
         peak_slip: if slip < 0.75 { slip / (1.0 - slip) } else { f64::NAN },
+        slip_stiffness_load: (stiffness(1.3) - stiffness(0.7)) / (0.6 * stiffness(1.0)),
         rolling_radius,
         free_rolling_radius: rolling_radius / (1.0 + free_slip),
         relaxation_length: tyre.relaxation(load, 15.0).lateral,
@@ -135,6 +145,7 @@ pub fn coefficients(model: &Model) -> Truth {
                 (C::EffectiveRollingRadius, b.free_rolling_radius),
                 (C::PeakSlip, peak_slip),
                 (C::MfD, peak_friction),
+                (C::SlipStiffnessLoad, b.slip_stiffness_load),
                 (C::CorneringStiffness0, b.cornering_stiffness),
                 (C::CamberStiffness0, b.camber_stiffness),
                 (C::SideForceRatio, b.camber_stiffness / b.cornering_stiffness),

@@ -174,7 +174,7 @@ tables! {
     BENCH: "bench", BenchRow, Single, Tyre, Always;
 }
 
-/// What else is below an output folder: extended models (a TOML file per diagnosed session) and
+/// What else is below an output folder: extended models (a TOML file per diagnosed session, and one of what they share) and
 /// the report's pages.
 pub const OTHER_FOLDERS: &[&str] = &["models", "report"];
 

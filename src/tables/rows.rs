@@ -397,6 +397,8 @@ pub struct SimulationError {
 impl SimulationError {
     /// Error, in noise floors, that must have gone or come for a person to see it.
     const VISIBLE: f64 = 0.5;
+    /// Error, in noise floors, of which noise alone may be the cause.
+    const OF_NOISE: f64 = 1.1;
 
     /// Fall of the error by the named causes, in noise floors: that of the squares, with its sign; nil where
     /// its interval holds no change.
@@ -413,9 +415,11 @@ impl SimulationError {
         self.change() > Self::VISIBLE
     }
 
-    /// Whether they make it worse.
+    /// Whether they make it worse, and by more than noise alone leaves: a base model whose rider follows a wrong
+    /// speed is less wrong there than a model that is right.
     pub fn is_worse(&self) -> bool {
-        self.change() < -Self::VISIBLE
+        let beyond_noise = |error: f64| error > Self::OF_NOISE * self.noise_floor;
+        self.change() < -Self::VISIBLE && self.rmse_extended.is_some_and(beyond_noise)
     }
 
     /// By how much the simulation changes as a whole: the mean over channels and kinds of manoeuvres of the

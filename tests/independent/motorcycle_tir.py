@@ -18,10 +18,6 @@ import tomllib
 from math import atan, cos, copysign, exp, sin, tan
 
 
-# what slip stiffness per load gains with the nominal load once more where the bike file does not say
-GAIN = 0.2
-
-
 def read(path):
     """Section -> key -> number or text; comments from $ or !."""
     sections, current = {}, {}
@@ -150,12 +146,13 @@ def main(tir, coefficients, tables, end):
     with open(coefficients, "rb") as file:
         document = tomllib.load(file)
     friction_x, friction_y, ct = fitted(document[end], document["ranges"][end])
+    gain = document[end]["slip_stiffness_load"]["value"]
     p = tyre.p
     loads = [p["FZMIN"], p["FNOMIN"], p["FZMAX"]]
     x, y = Worst(), Worst()
     for load in loads:
         for slip in steps(p["KPUMIN"], p["KPUMAX"], 201):
-            stiffer = 1 + GAIN * (load / p["FNOMIN"] - 1)
+            stiffer = 1 + gain * (load / p["FNOMIN"] - 1)
             x.see(tyre.forces(slip, 0.0, 0.0, load)[0] / load, friction_x(stiffer * slip))
         for gamma in steps(p["CAMMIN"], p["CAMMAX"], 61):
             for alpha in steps(p["ALPMIN"], p["ALPMAX"], 41):

@@ -89,6 +89,8 @@ fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
         let own = |name: &&String| name.starts_with(&format!("{table}/bike=demo_01/"));
         assert_eq!(whole.keys().filter(own).count(), 3, "{table}");
     }
+    let shared = String::from_utf8(whole["models/pooled.toml"].clone()).expect("text");
+    assert!(shared.contains("effect = \"steer_zero\"\nlevel = \"bike\""), "{shared}");
     let start = Instant::now();
     let again = archive.diagnose("in", "out", &[]);
     println!("a second run on 3 rides: {:?}", start.elapsed());
@@ -125,9 +127,12 @@ fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
 
     // session by session gives what all at once give, what they share included
     let log = |path: &Path| path.strip_prefix(archive.folder.path()).expect("below").to_owned();
-    for path in [one, two] {
-        archive.diagnose(&log(path).to_string_lossy(), "grown", &["--bikes", "in/bikes"]);
-    }
+    let stale = archive.path("grown/models/pooled.toml");
+    std::fs::create_dir_all(stale.parent().expect("folder")).expect("folder");
+    std::fs::write(&stale, &shared).expect("written");
+    archive.diagnose(&log(one).to_string_lossy(), "grown", &["--bikes", "in/bikes"]);
+    assert!(!stale.exists(), "one session shares nothing");
+    archive.diagnose(&log(two).to_string_lossy(), "grown", &["--bikes", "in/bikes"]);
     archive.diagnose("in", "grown", &[]);
     assert_same(&archive.files("grown"), &whole);
 }
@@ -137,6 +142,10 @@ fn a_diagnosis_and_a_run_may_share_an_output() {
     let archive = Archive::new(2);
     archive.succeed(&["run", "in", "--out", "out"]);
     archive.diagnose("in", "out", &[]);
+    // and a run may be freed of what the same output says
+    let with = ["run", "in", "--out", "freed", "--model", "out"];
+    archive.succeed(&with);
+    assert!(archive.succeed(&with).contains("nothing has changed"));
     let dry = ["run", "in", "--out", "out", "--dry-run"];
     assert!(archive.succeed(&dry).contains("0 to compute, 2 unchanged"));
     assert!(archive.diagnose("in", "out", &["--dry-run"]).contains("0 to compute, 2 unchanged"));
@@ -270,6 +279,17 @@ mod store {
         let below = || server.below("out/").into_iter().map(|(n, b)| (n, b.to_vec()));
         assert_same(&comparable(below()), &comparable(archive.files("out")));
         assert_eq!(below().filter(|(n, _)| n.starts_with("diagnoses/")).count(), 2);
+
+        let freed =
+            ["run", "s3://fleet/in", "--out", "s3://fleet/freed", "--model", "s3://fleet/out"];
+        let (code, said) = run(&server, &freed);
+        assert_eq!(code, 0, "{said}");
+        archive.succeed(&["run", "in", "--out", "freed", "--model", "out"]);
+        let warnings = |files: Files| -> Files {
+            files.into_iter().filter(|(name, _)| name.starts_with("warnings/")).collect()
+        };
+        let there = server.below("freed/").into_iter().map(|(n, b)| (n, b.to_vec())).collect();
+        assert_same(&warnings(there), &warnings(archive.files("freed")));
 
         std::thread::sleep(Duration::from_secs(3)); // what the client gave up may still be done
         let _ = server.seen();

@@ -78,7 +78,14 @@ fn known() -> Vec<Known> {
         },
         &|b| b.cg_to_front *= 1.06,
     ]);
-    let assumed = ["side_force_ratio", "twisting_stiffness", "relaxation_length", "mf_e1", "mf_e2"];
+    let assumed = [
+        "slip_stiffness_load",
+        "side_force_ratio",
+        "twisting_stiffness",
+        "relaxation_length",
+        "mf_e1",
+        "mf_e2",
+    ];
     let used = all[0].iter().filter(|(k, v)| !assumed.contains(&&*k.1) && v.is_finite());
     used.map(|(key, base)| {
         let share = match &*key.1 {

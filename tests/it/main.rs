@@ -22,7 +22,9 @@ mod formats;
 mod in_gear;
 mod ingest;
 mod kill;
+mod lane_change;
 mod levels;
+mod models;
 mod motorcycle;
 #[cfg(feature = "cloud")]
 mod objects;

@@ -104,7 +104,8 @@ fn without_noise_every_coefficient_is_within_one_per_cent() {
     let shape = [C::MfB, C::MfC, C::MfE1, C::MfE2];
     for id in Id::onroad().filter(|id| !shape.contains(&id.coefficient)) {
         let (value, truth) = (study.solution.found.values[id], study.truth[id]);
-        let error = (value / truth - 1.0).abs();
+        // of the reduced-order motorcycle's tyres the slip stiffness does not go with the load
+        let error = if value == truth { 0.0 } else { (value / truth - 1.0).abs() };
         // a peak is flat: within a tenth of a per cent of its friction over eight per cent of its slip
         let bar = if id.coefficient == C::PeakSlip { 0.03 } else { 0.01 };
         assert!(error < bar, "{id}: {value} for {truth}");

@@ -26,6 +26,7 @@ pub mod kept;
 pub mod left_out;
 pub mod null_calibration;
 pub mod null_simulation;
+pub mod oracle;
 pub mod other_machines;
 pub mod parameters;
 pub mod problem;

@@ -365,7 +365,10 @@ impl Parameters {
             vertical_stiffness: each(&|axle, _| wheel(axle).vertical_stiffness),
             deflection_share: bike.front.deflection_share.unwrap_or(DEFLECTION_SHARE[0]),
             slip_stiffness_load: 0.5
-                * Axle::BOTH.map(|a| bike.slip_stiffness_load(a)).iter().sum::<f64>(),
+                * Axle::BOTH
+                    .map(|a| solution.inputs.bike.slip_stiffness_load(a))
+                    .iter()
+                    .sum::<f64>(),
             roll_rate_term: 0.0,
             yaw_rate_zero: 0.0,
             ay_zero: 0.0,

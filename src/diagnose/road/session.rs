@@ -275,7 +275,7 @@ pub fn diagnose(
 }
 
 /// Seed of a session's null simulations, which so depend on the session alone.
-fn seed(session_id: &str) -> u64 {
+pub(super) fn seed(session_id: &str) -> u64 {
     let hash = blake3::hash(session_id.as_bytes());
     hash.as_bytes().iter().take(4).fold(0, |seed, b| seed << 8 | u64::from(*b))
 }
