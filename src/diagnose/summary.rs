@@ -34,6 +34,9 @@ pub fn session(
         ));
     }
     lines.extend(simulated(errors));
+    if let (true, Some(_)) = (named.is_empty(), unexplained) {
+        lines.extend(wrong(errors));
+    }
     if let (false, Some(row)) = (named.is_empty(), unexplained) {
         lines.push(format!("The named causes do not explain everything: {}.", row.reason));
     }
@@ -101,6 +104,20 @@ fn misfits(discrepancies: &[DiscrepancyRow]) -> Vec<String> {
         )
     };
     structured.into_iter().take(MISFITS).map(misfit).collect()
+}
+
+/// Where the simulation of manoeuvres left out of the fit is wrong, and nothing is known that would mend it.
+fn wrong(errors: &[SimulationError]) -> impl Iterator<Item = String> {
+    SimulationError::stays_wrong(errors).into_iter().take(GAINS).map(|row| {
+        format!(
+            "simulated wrong: {} while {} {} {} (noise alone {})",
+            row.channel,
+            row.kind.replace('_', " "),
+            significant(row.rmse_base),
+            row.unit,
+            significant(row.noise_floor)
+        )
+    })
 }
 
 /// What the named causes change in the simulation of manoeuvres left out of the fit.

@@ -399,6 +399,8 @@ impl SimulationError {
     const VISIBLE: f64 = 0.5;
     /// Error, in noise floors, of which noise alone may be the cause.
     const OF_NOISE: f64 = 1.1;
+    /// Error, in noise floors, from which a simulation is wrong.
+    const WRONG: f64 = 2.0;
 
     /// Fall of the error by the named causes, in noise floors: that of the squares, with its sign; nil where
     /// its interval holds no change.
@@ -432,6 +434,27 @@ impl SimulationError {
         };
         let logs: Vec<f64> = rows.iter().filter_map(log).filter(|x| x.is_finite()).collect();
         (!logs.is_empty()).then(|| logs.iter().sum::<f64>() / logs.len() as f64)
+    }
+
+    /// Error of the best model that there is, in noise floors.
+    pub fn in_floors(&self) -> f64 {
+        self.rmse_extended.unwrap_or(self.rmse_base) / self.noise_floor
+    }
+
+    /// Of each channel the row that is farthest beyond noise, the farthest first: where the simulation stays wrong.
+    pub fn stays_wrong(rows: &[SimulationError]) -> Vec<&SimulationError> {
+        let is_wrong =
+            |r: &&SimulationError| r.in_floors().is_finite() && r.in_floors() > Self::WRONG;
+        let mut out: Vec<&SimulationError> = rows.iter().filter(is_wrong).collect();
+        out.sort_by(|a, b| b.in_floors().total_cmp(&a.in_floors()));
+        let mut told = Vec::new();
+        out.retain(|r| {
+            !told.contains(&&r.channel) && {
+                told.push(&r.channel);
+                true
+            }
+        });
+        out
     }
 
     /// The rows that get better, the one by most noise floors first.

@@ -54,7 +54,8 @@ pub struct Entry {
     pub verdict: &'static str,
     pub findings: Vec<Finding>,
     pub reason: String,
-    /// What the simulation gains most by what was named, or that it gains nothing, and what gets worse.
+    /// What the simulation gains most by what was named, or that it gains nothing, and what gets worse; of an
+    /// unexplained ride where it is wrong.
     pub gain: String,
     pub structured: usize,
 }
@@ -98,7 +99,10 @@ pub fn entry(
         },
         findings: findings(causes),
         reason: unexplained(causes).map(|c| c.reason.clone()).unwrap_or_default(),
-        gain: simulation::in_short(errors),
+        gain: match outcome {
+            Outcome::Unexplained => simulation::wrong_in_short(errors),
+            _ => simulation::in_short(errors),
+        },
         structured: rows.iter().filter(|r| r.structured).count(),
     }
 }

@@ -61,7 +61,8 @@ fn rmse<'a>(
     (n > 0.0).then(|| f64::sqrt(sum / n))
 }
 
-/// Channel and kind of manoeuvre with their runs and the misfit, in the channel's own spread.
+/// Channel and kind of manoeuvre with their runs and the misfit, in what noise alone leaves; in the channel's own
+/// spread where that is not known.
 struct Group<'a> {
     channel: &'a str,
     kind: &'a str,
@@ -70,7 +71,7 @@ struct Group<'a> {
 }
 
 /// Groups by channel and kind, the most misfit first.
-fn groups(rows: &[SimulatedSample]) -> Vec<Group<'_>> {
+fn groups<'a>(rows: &'a [SimulatedSample], errors: &[SimulationError]) -> Vec<Group<'a>> {
     let mut out = Vec::new();
     for channel in rows.chunk_by(|a, b| a.channel == b.channel) {
         let measured: Vec<f64> = channel.iter().filter_map(|r| r.measured).collect();
@@ -79,12 +80,11 @@ fn groups(rows: &[SimulatedSample]) -> Vec<Group<'_>> {
         let spread = (measured.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / n).sqrt();
         for own in channel.chunk_by(|a, b| a.kind == b.kind) {
             let Some(misfit) = rmse(own.iter(), |r| r.base) else { continue };
-            out.push(Group {
-                channel: &own[0].channel,
-                kind: &own[0].kind,
-                runs: own.chunk_by(|a, b| a.manoeuvre == b.manoeuvre).collect(),
-                misfit: misfit / spread.max(f64::MIN_POSITIVE),
-            });
+            let (channel, kind) = (own[0].channel.as_str(), own[0].kind.as_str());
+            let floor = errors.iter().find(|e| e.channel == channel && e.kind == kind);
+            let measure = floor.map_or(spread, |e| e.noise_floor).max(f64::MIN_POSITIVE);
+            let runs = own.chunk_by(|a, b| a.manoeuvre == b.manoeuvre).collect();
+            out.push(Group { channel, kind, runs, misfit: misfit / measure });
         }
     }
     out.sort_by(|a, b| b.misfit.total_cmp(&a.misfit));
@@ -103,14 +103,14 @@ struct Pick<'a> {
 }
 
 /// What to draw: first where the causes make the simulation better, the worst manoeuvre and the middle
-/// one; then where residuals are structured, then where the ride is reproduced worst. `misfits` are the
+/// one; then where residuals are structured, then where the ride is reproduced worst against noise. `misfits` are the
 /// discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
 pub fn overlays(
     rows: &[SimulatedSample],
     errors: &[SimulationError],
     misfits: &[&DiscrepancyRow],
 ) -> (Vec<Overlay>, Vec<Chart>) {
-    let mut open = groups(rows);
+    let mut open = groups(rows, errors);
     let mut picked: Vec<Pick<'_>> = Vec::new();
     let mut gained: Vec<&str> = Vec::new();
     for error in SimulationError::gains(errors) {
@@ -147,8 +147,14 @@ pub fn overlays(
             picked.extend(middle(open.remove(place), note, errors));
         }
     }
-    let rest = MOST.saturating_sub(picked.len());
-    picked.extend(open.into_iter().take(rest).filter_map(|g| middle(g, String::new(), errors)));
+    // of what is left each channel once: wheel and motorcycle tell the same of every kind
+    let mut shown: Vec<&str> = picked.iter().map(|p| p.run[0].channel.as_str()).collect();
+    for group in open {
+        if picked.len() < MOST && !shown.contains(&group.channel) {
+            shown.push(group.channel);
+            picked.extend(middle(group, String::new(), errors));
+        }
+    }
     let mut out = Vec::new();
     let mut charts = Vec::new();
     for Pick { run, which, note, floor } in picked {

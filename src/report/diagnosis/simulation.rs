@@ -37,6 +37,8 @@ pub struct Simulation {
     pub gains: Vec<String>,
     /// What is to be said of it otherwise.
     pub remark: String,
+    /// Where it stays wrong, a clause each.
+    pub wrong: Vec<String>,
     /// Whether there is an after.
     pub extended: bool,
     /// What changes visibly.
@@ -108,6 +110,11 @@ pub fn simulation(rows: &[SimulationError]) -> Simulation {
     Simulation {
         gains: gains.iter().take(TOLD).map(|r| sentence(&clause(r))).collect(),
         remark,
+        wrong: SimulationError::stays_wrong(rows)
+            .into_iter()
+            .take(TOLD)
+            .map(|r| sentence(&clause(r)))
+            .collect(),
         extended,
         changed: lines(gains.into_iter().chain(changed).collect()),
         others: lines(others),
@@ -119,6 +126,12 @@ pub fn in_short(rows: &[SimulationError]) -> String {
     let Simulation { gains, remark, .. } = simulation(rows);
     let gain = gains.into_iter().next().map(|gain| gain + ".");
     gain.into_iter().chain(Some(remark).filter(|r| !r.is_empty())).collect::<Vec<_>>().join(" ")
+}
+
+/// Where the simulation stays wrong, in one line.
+pub fn wrong_in_short(rows: &[SimulationError]) -> String {
+    let wrong = SimulationError::stays_wrong(rows);
+    wrong.first().map_or(String::new(), |r| format!("{}.", sentence(&clause(r))))
 }
 
 fn simulated(row: &SimulationError) -> Simulated {
@@ -178,6 +191,30 @@ mod tests {
         assert_eq!(found.gains, [told]);
         assert!(found.remark.is_empty() && found.changed[0].class == "better");
         assert_eq!(in_short(&[row(0.06, 0.2, 0.5)]), format!("{told}."));
+    }
+
+    #[test]
+    fn what_stays_wrong_is_told_once_a_channel() {
+        let unnamed = |channel: &str, kind: &str, base: f64| SimulationError {
+            channel: channel.into(),
+            kind: kind.into(),
+            rmse_base: base,
+            rmse_extended: None,
+            ratio: None,
+            ..row(0.0, 1.0, 1.0)
+        };
+        let rows = [
+            unnamed("velocity_x", "coasting", 0.15),
+            unnamed("velocity_x", "front_braking", 0.4),
+            unnamed("velocity_y", "cornering", 0.2),
+            unnamed("roll", "cornering", 0.09),
+        ];
+        let told = simulation(&rows).wrong;
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert!(told[0].starts_with("Speed while front braking: 0.40"), "{told:?}");
+        assert!(told[1].starts_with("Sideways speed while cornering: 0.20"), "{told:?}");
+        assert_eq!(wrong_in_short(&rows), format!("{}.", told[0]));
+        assert_eq!(wrong_in_short(&rows[3..]), "");
     }
 
     #[test]
