@@ -36,7 +36,8 @@ fn truth(machine: &Machine) -> Result<[f64; 4], String> {
     let loads = motorcycle.static_loads();
     let tyres = motorcycle.tyres.as_ref().ok_or("no tyres")?;
     let [front, rear] = [0, 1].map(|k| bench(tyres[k].as_ref(), loads[k], 1.0));
-    let ratio = |b: &roadbench::simulate::tyre_truth::Bench| b.camber_stiffness / b.cornering_stiffness;
+    let ratio =
+        |b: &roadbench::simulate::tyre_truth::Bench| b.camber_stiffness / b.cornering_stiffness;
     Ok([ratio(&front), ratio(&rear), front.twisting_stiffness, rear.twisting_stiffness])
 }
 
@@ -57,7 +58,11 @@ pub fn print(machines: usize, seed: u64) -> Result<(), String> {
             }
             some = Some(bike);
         }
-        println!("| {} | {} |", file.name(), inside.map(|n| format!("{n} of {machines}")).join(" | "));
+        println!(
+            "| {} | {} |",
+            file.name(),
+            inside.map(|n| format!("{n} of {machines}")).join(" | ")
+        );
     }
     let Some(bike) = some else { return Ok(()) };
     let believed = believed(&bike);

@@ -2,7 +2,7 @@
 
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::{Meta, Session};
-use roadbench::diagnose::road::advice::sets::SETS;
+use roadbench::diagnose::road::advice::sets::{SETS, leaning};
 use roadbench::effects::ModelError;
 use roadbench::manoeuvre::Direction;
 use roadbench::simulate::manoeuvre::Manoeuvre;
@@ -170,7 +170,8 @@ pub fn ride(scenario: &Scenario, machine: &Machine, way: &Way, number: usize) ->
     let purpose = |what: &str| Random::new(scenario.seed, &format!("{id} {what}"));
     let mut plant = machine.plant.clone();
     plant.model_error = ModelError { rider_lean: way.lean, ..ModelError::default() };
-    let phases = phases(way.riding, &mut purpose("plan"));
+    let height = machine.plant.cg_height;
+    let phases = leaning(phases(way.riding, &mut purpose("plan")), way.lean, height);
     let meta =
         Meta { session_id: id.clone(), bike_id: machine.bike.bike_id.clone(), ..Meta::default() };
     let (calm, drawn) = (scenario.disturbance, purpose("ride"));
