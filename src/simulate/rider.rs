@@ -185,7 +185,7 @@ fn wanted(state: &State, lean: &Lean) -> f64 {
 }
 
 /// Handlebar angle that gives the wanted roll motion of a motorcycle that is nothing but the plain one: a rider
-/// who does not know what is hidden in it.
+/// who does not know what is hidden in it, but for how he leans himself.
 pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 {
     if state.vx < SLOWEST {
         return 0.0;
@@ -198,8 +198,8 @@ pub fn steer(p: &Plant, state: &State, response: &Response, lean: &Lean) -> f64 
     let gyroscopic = spin * state.yaw_rate * cos_phi;
     let height = p.height_in_plane(cos_phi);
     let steered = p.normal_trail * state.steer.sin() / cos_phi * response.load[0];
-    let force = (p.roll_inertia * wanted - load * height * sin_phi - moment_x - gyroscopic
-        + steered)
+    let aside = p.model_error.mass_centre_aside(height * sin_phi, state.roll);
+    let force = (p.roll_inertia * wanted - load * aside - moment_x - gyroscopic + steered)
         / (height * cos_phi);
     let front = force - response.tyre[1].force_y;
     let tyre = &p.tyres[0];

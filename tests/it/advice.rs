@@ -19,6 +19,8 @@ const THROTTLE: &str = "6 corners to both sides on the throttle";
 const BRAKED: &str = "6 corners to both sides, braked into with the front brake";
 const WIDE: &str = "6 wide corners to both sides at 70 to 100 km/h";
 const RIGHT: &str = "6 right-hand corners";
+const LEANING: &str = "6 corners to both sides with the body hung off and 6 with it leaning out, each six in a \
+                       session of its own";
 
 /// Half of the paper's ride, left-hand corners only, with effects in it, and a set on top.
 fn ride(number: usize, hidden: &[(&str, f64)], set: Option<&str>) -> (Session, Machine) {
@@ -110,6 +112,32 @@ fn riding_what_is_advised_shows_what_could_not_be_seen() {
     let found = known(&samples, &base, ALL);
     let place = advice.place("stiffness_load").expect("known");
     assert!(3.5 * found.separation(place, &[]) > 3.3, "{}", found.separation(place, &[]));
+}
+
+/// In steady corners side force and camber go together, whatever the ratio of camber to cornering stiffness. A rider
+/// who hangs off, and then leans out, changes the lean that goes with a side force: no other set tells two thirds as much.
+#[test]
+fn a_rider_who_hangs_off_and_leans_out_tells_the_side_force_ratio() {
+    let plain = ride(2, &[], None);
+    let Fitted { session, samples, base, .. } = fitted(&plain);
+    let advice = Advice::new(&session, &samples, &base, ALL, &plain.1.bike, &Pipeline::onroad());
+    for (effect, stiffness) in [
+        ("side_force_ratio_front", "front_compliance"),
+        ("side_force_ratio_rear", "stiffness_load"),
+    ] {
+        let place = |e: &str| advice.place(e).expect("known");
+        let rivals = ["twisting_stiffness", "pneumatic_trail", stiffness].map(place);
+        let separation: Vec<(&str, f64)> = advice
+            .with
+            .iter()
+            .map(|(set, known)| (set.words, known.separation(place(effect), &rivals)))
+            .collect();
+        let (leaning, others): (Vec<_>, Vec<_>) =
+            separation.iter().partition(|(words, _)| *words == LEANING);
+        let most = others.iter().fold(0.0_f64, |most, (_, s)| most.max(*s));
+        assert!(leaning.len() == 1 && leaning[0].1 > 1.5 * most, "{effect}: {separation:.2?}");
+        assert_eq!(advice.best_detection(effect).expect("a set").set, LEANING);
+    }
 }
 
 /// What is predicted for a set is what is found once it has been ridden. In left-hand corners alone a

@@ -44,6 +44,23 @@ impl Curvature {
         Curvature { matrix: &self.matrix + &other.matrix }
     }
 
+    /// That of a ride of which the last parameters are its own, and weakly known: they are fitted along.
+    #[must_use]
+    pub fn without(&self, own: &[Parameter]) -> Self {
+        let (kept, n) = (self.matrix.nrows() - own.len(), own.len());
+        let mut inner = self.matrix.view((kept, kept), (n, n)).into_owned();
+        for (k, parameter) in own.iter().enumerate() {
+            inner[(k, k)] += 1.0 / (parameter.prior * parameter.prior);
+        }
+        let whole = self.matrix.view((0, 0), (kept, kept)).into_owned();
+        let cross = self.matrix.view((kept, 0), (n, kept)).into_owned();
+        // a ride of NaN knows nothing
+        let Some(inner) = inner.cholesky() else {
+            return Curvature { matrix: DMatrix::zeros(kept, kept) };
+        };
+        Curvature { matrix: whole - cross.transpose() * inner.solve(&cross) }
+    }
+
     /// What is known of the effects behind the parameters of a base, the first ones, those with their
     /// priors.
     pub fn information(&self, base: &[Parameter]) -> Information {
@@ -157,6 +174,16 @@ mod tests {
         // a copy more is no rival more
         let two = information.separation(1, &[0, 2]);
         assert!((two - information.separation(1, &[0])).abs() < 1e-9);
+    }
+
+    /// An unknown of one ride alone takes with it what only it and that ride tell.
+    #[test]
+    fn what_a_ride_fits_for_itself_it_does_not_tell() {
+        let rows = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 1.0, 0.0, 2.0, 0.0, 1.0, 0.0, 1.0]);
+        let curvature = Curvature { matrix: rows.transpose() * &rows * 1e6 };
+        let own = [crate::diagnose::road::parameters::BASE[0]];
+        let left = curvature.without(&own).matrix;
+        assert!(left[(0, 0)] < 1.0 && (left[(1, 1)] - 4e6).abs() < 1.0, "{left}");
     }
 
     #[test]

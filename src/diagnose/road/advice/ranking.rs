@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::information::{Curvature, Information};
-use super::sets::{SETS, Set};
+use super::sets::{SETS, Set, leaning};
 use crate::contract::bike::Bike;
 use crate::contract::session::{Meta, Session};
 use crate::diagnose::road::base::{self, Base};
@@ -11,9 +11,10 @@ use crate::diagnose::road::parameters::{BASE, Parameter, Parameters};
 use crate::diagnose::road::replay;
 use crate::diagnose::road::residuals::blocks;
 use crate::diagnose::road::samples::Samples;
-use crate::effects::Effect;
+use crate::effects::{ALL, Effect, Level};
 use crate::pipeline::{self, Pipeline};
 use crate::simulate;
+use crate::simulate::plan::Phase;
 use crate::simulate::rider::Disturbance;
 use crate::statistics::random::Random;
 
@@ -79,11 +80,31 @@ impl Advice {
         let later = session.duration();
         // the simulated sensors have no zeros
         let values = best.values.with_perfect_sensors();
+        let of_a_session = of_a_session();
         let with = SETS
             .par_iter()
             .map(|set| {
-                let samples = simulated_set(set, session, &values, bike, pipeline, later);
-                let more = Curvature::of(&samples, &best, &values, &parameters);
+                let simulated = |values: &Parameters, phases: Vec<Phase>, later: f64| {
+                    simulated_set(set.words, phases, session, values, bike, pipeline, later)
+                };
+                let phases = (set.phases)();
+                let more = match set.leans {
+                    [] => {
+                        let samples = simulated(&values, phases, later);
+                        Curvature::of(&samples, &best, &values, &parameters)
+                    }
+                    leans => {
+                        let each = leans.iter().map(|lean| {
+                            let mut values = values.clone();
+                            values.model_error.rider_lean += lean;
+                            let all = [&*parameters, &of_a_session].concat();
+                            let phases = leaning(phases.clone(), *lean, bike.cg_height);
+                            let samples = simulated(&values, phases, 0.0);
+                            Curvature::of(&samples, &best, &values, &all).without(&of_a_session)
+                        });
+                        each.reduce(|a, b| a.and(&b)).unwrap_or_else(|| own.clone())
+                    }
+                };
                 (*set, own.and(&more).information(BASE))
             })
             .collect();
@@ -129,15 +150,23 @@ fn parameters(effects: &[Effect]) -> Vec<Parameter> {
     BASE.iter().copied().chain(effects.iter().map(Effect::parameter)).collect()
 }
 
+/// What another session has of its own: how its rider leans, and what its sensors read at rest.
+fn of_a_session() -> Vec<Parameter> {
+    let zeros = BASE.iter().filter(|p| p.name.ends_with("_zero")).copied();
+    let own = |e: &&Effect| e.level == Level::Session || e.name == "rider_lean";
+    zeros.chain(ALL.iter().filter(own).map(Effect::parameter)).collect()
+}
+
 /// A model with the noise that it leaves: what a named cause left in the base's residuals is none.
 fn quiet(samples: &Samples, best: &Base) -> Base {
     let sigma = base::noise(samples, &blocks(samples, &best.values));
     Base { sigma, ..best.clone() }
 }
 
-/// A set on the model, as samples, `later` s into the ride.
+/// Phases on the model, as samples, `later` s into the ride.
 fn simulated_set(
-    set: &Set,
+    name: &str,
+    phases: Vec<Phase>,
     session: &Session,
     values: &Parameters,
     bike: &Bike,
@@ -145,8 +174,7 @@ fn simulated_set(
     later: f64,
 ) -> Samples {
     let plant = replay::plant(values);
-    let (calm, random) = (Disturbance::default(), Random::new(0, set.words));
-    let phases = (set.phases)();
+    let (calm, random) = (Disturbance::default(), Random::new(0, name));
     let simulated =
         simulate::simulate_phases(&plant, &phases, calm, random, LOGGED, LONGEST, Meta::default());
     let mut ride = simulated.session;

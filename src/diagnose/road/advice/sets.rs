@@ -21,33 +21,46 @@ pub struct Set {
     pub words: &'static str,
     /// The riding, from a standstill at heading zero.
     pub phases: fn() -> Vec<Phase>,
+    /// How the rider leans, m of the mass centre per rad of roll: the riding is ridden once with each, in a session
+    /// of its own. Nothing: as in the session.
+    pub leans: &'static [f64],
 }
+
+impl Set {
+    /// Riding that goes on where the session ends.
+    const fn new(words: &'static str, phases: fn() -> Vec<Phase>) -> Self {
+        Set { words, phases, leans: &[] }
+    }
+}
+
+/// Lean of a body that hangs off, m/rad, and one that leans out: 45 mm at 26 degrees of roll.
+const HUNG: f64 = 0.1;
 
 /// Every set.
 pub const SETS: &[Set] = &[
-    Set { words: "6 right-hand corners", phases: || corners([Right; 6]) },
-    Set { words: "6 left-hand corners", phases: || corners([Left; 6]) },
-    Set { words: "6 corners to both sides, braked into with the front brake", phases: braked },
-    Set { words: "6 corners to both sides on the throttle", phases: driven },
-    Set { words: "6 wide corners to both sides at 70 to 100 km/h", phases: wide },
-    Set { words: "6 tight corners to both sides below 25 km/h", phases: tight },
-    Set { words: "6 corners to both sides, leant into quickly", phases: quick },
-    Set { words: "4 coasts from 110 and 6 from 30 km/h, both ways", phases: coasts },
+    Set::new("6 right-hand corners", || corners([Right; 6])),
+    Set::new("6 left-hand corners", || corners([Left; 6])),
+    Set::new("6 corners to both sides, braked into with the front brake", braked),
+    Set::new("6 corners to both sides on the throttle", driven),
+    Set::new("6 wide corners to both sides at 70 to 100 km/h", wide),
+    Set::new("6 tight corners to both sides below 25 km/h", tight),
+    Set::new("6 corners to both sides, leant into quickly", quick),
+    Set::new("4 coasts from 110 and 6 from 30 km/h, both ways", coasts),
+    Set::new("6 stops with the front brake to the limit, both ways", || {
+        stops(|k| [[1.2e6, 1.8e6, 2.4e6][k % 3], 0.0])
+    }),
+    Set::new("6 stops with the rear brake to the limit, both ways", || {
+        stops(|k| [0.0, [0.9e6, 1.3e6, 1.8e6][k % 3]])
+    }),
+    Set::new("6 stops with both brakes, both ways", || {
+        stops(|k| [[0.8e6, 0.4e6], [0.5e6, 0.8e6], [1.4e6, 0.4e6]][k % 3])
+    }),
+    Set::new("3 short hard and 3 long gentle stops with either brake", hard_and_gentle),
     Set {
-        words: "6 stops with the front brake to the limit, both ways",
-        phases: || stops(|k| [[1.2e6, 1.8e6, 2.4e6][k % 3], 0.0]),
-    },
-    Set {
-        words: "6 stops with the rear brake to the limit, both ways",
-        phases: || stops(|k| [0.0, [0.9e6, 1.3e6, 1.8e6][k % 3]]),
-    },
-    Set {
-        words: "6 stops with both brakes, both ways",
-        phases: || stops(|k| [[0.8e6, 0.4e6], [0.5e6, 0.8e6], [1.4e6, 0.4e6]][k % 3]),
-    },
-    Set {
-        words: "3 short hard and 3 long gentle stops with either brake",
-        phases: hard_and_gentle,
+        words: "6 corners to both sides with the body hung off and 6 with it leaning out, each six in a session \
+                of its own",
+        phases: || corners([Left, Right, Left, Right, Left, Right]),
+        leans: &[HUNG, -HUNG],
     },
 ];
 
@@ -65,6 +78,19 @@ pub fn after(set: &Set, heading: f64) -> Vec<Phase> {
     }
     phases.extend((set.phases)());
     phases
+}
+
+/// The same riding with a rider who leans by so much (m/rad) on a mass centre of a height (m): as fast round the same
+/// bends, in which the motorcycle leans less the more he hangs off.
+pub fn leaning(phases: Vec<Phase>, by: f64, height: f64) -> Vec<Phase> {
+    let share = height / (height + by);
+    let leant = |phase| match phase {
+        Phase::Corner { direction, lean, ramp, turn, speed } => {
+            Phase::Corner { direction, lean: lean * share, ramp, turn, speed }
+        }
+        other => other,
+    };
+    phases.into_iter().map(leant).collect()
 }
 
 /// A corner at constant speed (m/s), of a radius (m) and a turn (rad), leant into for `ramp` s.
