@@ -110,6 +110,17 @@ mod tests {
     }
 
     #[test]
+    fn many_samples_are_smoothed_as_each_is() {
+        let x: Vec<f64> = (0..1000).map(|i| f64::from(i * i % 997)).collect();
+        let y = smooth(&x, 100.0);
+        let own = weights(10);
+        for i in 10..990 {
+            let sum: f64 = x[i - 10..=i + 10].iter().zip(&own).map(|(x, w)| x * w).sum();
+            assert_eq!(y[i], sum, "{i}");
+        }
+    }
+
+    #[test]
     fn runs_are_smoothed_by_themselves() {
         let mut x: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.5).collect();
         x[60..70].fill(f64::NAN);
