@@ -127,7 +127,7 @@ fn products(columns: &[Arc<Blocks>], c: usize, inside: &[usize], rows: &[Row]) -
     }
     for start in (0..n).step_by(PANEL) {
         let width = PANEL.min(n - start);
-        let own = &left.rows(start, n - start) * &right.columns(start, width);
+        let own = left.rows(start, n - start) * right.columns(start, width);
         out.view_mut((start, start), (n - start, width)).copy_from(&own);
     }
     out.fill_upper_triangle_with_lower_triangle();
