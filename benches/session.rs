@@ -67,16 +67,15 @@ fn diagnosis(ride: &Session, bike: &Bike) -> Result<(), Failure> {
     let settings = diagnose::Settings::default();
     let mut times = Stopwatch::default();
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    one.install(|| -> Result<(), Failure> {
-        for _ in 0..DIAGNOSES {
-            let session = ride.clone();
+    for _ in 0..DIAGNOSES {
+        let session = ride.clone();
+        one.install(|| {
             times.plain("estimate", || {
                 pipeline::characterise(session, bike, &pipeline, Formulation::Corrected)
             });
-            times.time("diagnose", || road::diagnose(ride, bike, &pipeline, &settings))?;
-        }
-        Ok(())
-    })?;
+            times.plain("diagnose", || road::diagnose(ride, bike, &pipeline, &settings)).map(drop)
+        })?;
+    }
     let [estimate, diagnose] = ["estimate", "diagnose"].map(|name| times.median(name));
     println!("\ndiagnosis on one thread, median of {DIAGNOSES}: {diagnose:.2} s");
     println!("  over the estimate in memory: {:.0}", diagnose / estimate);
