@@ -19,8 +19,10 @@ use roadbench::batch::run::RunWork;
 use roadbench::batch::{Maps, Settings, engine};
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Session;
+use roadbench::diagnose::{self, road};
 use roadbench::estimate::zeros;
 use roadbench::fit::{Data, chain};
+use roadbench::model::formulation::Formulation;
 use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
@@ -33,6 +35,8 @@ use roadbench::{
 const SAMPLES: usize = 120_000;
 /// Runs that a median is taken of.
 const RUNS: usize = 15;
+/// Diagnoses that a median is taken of.
+const DIAGNOSES: usize = 3;
 /// Sessions of a batch, and how often it is run with each number of jobs.
 const SESSIONS: usize = 24;
 const BATCHES: usize = 3;
@@ -53,7 +57,29 @@ fn main() -> Result<(), Failure> {
         ingest::write_session(&path, &ride, float32)?;
         one_session(name, &path, &bike)?;
     }
+    diagnosis(&ride, &bike)?;
     batches(folder.path(), &ride, &bike)
+}
+
+/// The diagnosis of the ride on one thread, against the estimate that it starts from.
+fn diagnosis(ride: &Session, bike: &Bike) -> Result<(), Failure> {
+    let pipeline = Pipeline::onroad();
+    let settings = diagnose::Settings::default();
+    let mut times = Stopwatch::default();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    for _ in 0..DIAGNOSES {
+        let session = ride.clone();
+        one.install(|| {
+            times.plain("estimate", || {
+                pipeline::characterise(session, bike, &pipeline, Formulation::Corrected)
+            });
+            times.plain("diagnose", || road::diagnose(ride, bike, &pipeline, &settings)).map(drop)
+        })?;
+    }
+    let [estimate, diagnose] = ["estimate", "diagnose"].map(|name| times.median(name));
+    println!("\ndiagnosis on one thread, median of {DIAGNOSES}: {diagnose:.2} s");
+    println!("  over the estimate in memory: {:.0}", diagnose / estimate);
+    Ok(())
 }
 
 /// The naturalistic scenario's first ride, longer: whole rounds until 20 min are full.

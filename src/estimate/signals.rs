@@ -333,7 +333,7 @@ impl Inputs {
         let turn = x.yaw_rate[i] - z.yaw_rate;
         let (sin_phi, cos_phi) = phi;
         let front = front_wheel(x.steer[i], phi, b.caster_angle.sin_cos(), self.formulation);
-        let delta = front.steer;
+        let delta = front.steer();
         let height = b.cg_height + b.velocity_sensor_z;
         let vy = x.velocity_y[i] + z.latency * x.velocity_y_rate[i] - b.velocity_sensor_x * turn;
         let w = vy + height * cos_phi * x.roll_rate[i];

@@ -69,16 +69,26 @@ pub fn steering_rate(
 /// The front wheel's attitude with the functions of its angles that come for free.
 #[derive(Debug, Clone, Copy)]
 pub struct FrontWheel {
-    /// [`kinematic_steer`], rad.
-    pub steer: f64,
-    /// Its sine and cosine.
+    /// Sine and cosine of [`kinematic_steer`], times a length.
+    pointing: (f64, f64),
+    /// Both without it.
     pub steer_sin_cos: (f64, f64),
     /// [`front_camber`], rad.
     pub camber: f64,
     /// Its tangent.
     pub camber_tan: f64,
+    /// Sine of the handlebar angle.
+    pub handlebar_sin: f64,
     /// Its cosine.
     pub camber_cos: f64,
+}
+
+impl FrontWheel {
+    /// [`kinematic_steer`], rad: an arc tangent that few need.
+    #[inline]
+    pub fn steer(&self) -> f64 {
+        self.pointing.0.atan2(self.pointing.1)
+    }
 }
 
 /// [`kinematic_steer`] and [`front_camber`] at once; `phi` and `epsilon` as sine and cosine.
@@ -100,10 +110,11 @@ pub fn front_wheel(
     let down = cos_delta * sin_phi - cos_phi * across;
     let camber_cos = (1.0 - down * down).sqrt();
     FrontWheel {
-        steer: y.atan2(x), // (30)
+        pointing: (y, x), // (30)
         steer_sin_cos: (y / length, x / length),
         camber: down.asin(), // (31a)
         camber_tan: down / camber_cos,
+        handlebar_sin: sin_delta,
         camber_cos,
     }
 }
@@ -119,10 +130,10 @@ mod tests {
                 let epsilon = 0.42_f64;
                 let w = front_wheel(delta, phi.sin_cos(), epsilon.sin_cos(), formulation);
                 let near = |a: f64, b: f64| (a - b).abs() < 1e-14;
-                assert!(near(w.steer, kinematic_steer(delta, phi, epsilon, formulation)));
+                assert!(near(w.steer(), kinematic_steer(delta, phi, epsilon, formulation)));
                 assert!(near(w.camber, front_camber(delta, phi, epsilon, formulation)));
-                assert!(near(w.steer_sin_cos.0, w.steer.sin()));
-                assert!(near(w.steer_sin_cos.1, w.steer.cos()));
+                assert!(near(w.steer_sin_cos.0, w.steer().sin()));
+                assert!(near(w.steer_sin_cos.1, w.steer().cos()));
                 assert!(near(w.camber_tan, w.camber.tan()));
                 assert!(near(w.camber_cos, w.camber.cos()));
             }

@@ -58,6 +58,21 @@ impl MagicFormula {
         (self.d * sin, self.d * self.c * cos / (1.0 + inner * inner) * inner_slope)
     }
 
+    /// Value, slope and curvature at once.
+    pub fn value_slope_and_curvature(&self, s: f64) -> [f64; 3] {
+        let Self { b, c, d, .. } = *self;
+        let e = self.e1 + self.e2 * s.signum();
+        let x = b * s;
+        let q = 1.0 / (1.0 + x * x);
+        // as in `point`: mu' = d c cos(c atan u) w v,  v = b (1 - e (1 - q)),  q' = -2 b x q^2
+        let u = x - e * (x - x.atan());
+        let (v, w) = (b * (1.0 - e * (1.0 - q)), 1.0 / (1.0 + u * u));
+        let (sin, cos) = (c * u.atan()).sin_cos();
+        let (by_u, bent) = (d * c * cos * w, -2.0 * e * b * b * x * q * q);
+        let curvature = by_u * bent - d * c * v * v * w * w * (c * sin + 2.0 * u * cos);
+        [d * sin, by_u * v, curvature]
+    }
+
     /// Value and slope with their derivatives by the coefficients.
     pub fn point(&self, s: f64) -> Point {
         let Self { b, c, d, .. } = *self;
@@ -148,6 +163,19 @@ mod tests {
                 let near = |a: f64, b: f64| (a - b).abs() < 1e-8 * (1.0 + b.abs());
                 assert!(near(point.value_by[j], (up.0 - down.0) / 2e-5), "{s} {j}");
                 assert!(near(point.slope_by[j], (up.1 - down.1) / 2e-5), "{s} {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn curvature_is_that_of_differences() {
+        for mf in [MF, MagicFormula { e1: -2.0, e2: 0.3, ..MF }] {
+            for s in [-0.4, -0.08, -0.003, 0.02, 0.15] {
+                let [value, slope, curvature] = mf.value_slope_and_curvature(s);
+                let known = mf.value_and_slope(s);
+                assert!((value - known.0).abs() < 1e-14 && (slope - known.1).abs() < 1e-12);
+                let numeric = (mf.slope(s + 1e-6) - mf.slope(s - 1e-6)) / 2e-6;
+                assert!((curvature - numeric).abs() < 1e-6 * (1.0 + numeric.abs()), "{s}");
             }
         }
     }

@@ -12,6 +12,8 @@ use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
 
 /// Below this camber its tangent is itself, rad.
 const SMALL: f64 = 1e-6;
+/// Below this turn its arc tangent is a short series, rad.
+const SLIGHT: f64 = 0.01;
 /// Distance in relaxation lengths below which a lag forgets in proportion to it.
 const SHORT: f64 = 1e-9;
 
@@ -19,28 +21,40 @@ const SHORT: f64 = 1e-9;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs)] // symbols of the residuals
 pub struct Attitude {
-    pub phi: f64,
-    pub sin_phi: f64,
-    pub cos_phi: f64,
-    /// Roll against the road, its tangent.
-    pub tan_road: f64,
-    pub sin_d: f64,
-    pub cos_d: f64,
-    pub camber: [f64; 2],
-    /// `1 - cos(camber)`.
-    pub versine: [f64; 2],
-    /// `tan(camber) / camber`.
-    pub tangent: [f64; 2],
+    pub lean: Lean,
     pub r: f64,
     pub v: f64,
     pub vy: f64,
     /// Contact speeds along the wheels.
     pub rolling: [f64; 2],
     pub alpha: [f64; 2],
-    /// `|tan(alpha)|`.
+    /// `tan(alpha)`.
     pub drift: [f64; 2],
     /// How far the tyres' lag forgets until the next sample: `e^-x` and `(1 - e^-x)/x`.
     pub lag: [[f64; 2]; 2],
+}
+
+/// What the angles of roll and handlebar make of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)] // as above
+pub struct Lean {
+    pub phi: f64,
+    pub sin_phi: f64,
+    pub cos_phi: f64,
+    /// Roll against the road, its tangent.
+    pub tan_road: f64,
+    /// Handlebar angle and its sine.
+    pub handlebar: f64,
+    pub sin_handlebar: f64,
+    pub sin_d: f64,
+    pub cos_d: f64,
+    /// Cambers against the horizontal.
+    level: [f64; 2],
+    pub camber: [f64; 2],
+    /// `1 - cos(camber)`.
+    pub versine: [f64; 2],
+    /// `tan(camber) / camber`.
+    pub tangent: [f64; 2],
 }
 
 /// The numbers that attitudes depend on.
@@ -86,24 +100,17 @@ impl Posture {
     }
 }
 
-/// Sine and cosine of the front wheel's steering angle on the road, cambers, and their tangents and cosines.
-struct Wheels {
-    steer: (f64, f64),
-    camber: [f64; 2],
-    tan_camber: [f64; 2],
-    cos_camber: [f64; 2],
-}
-
-impl Wheels {
+impl Lean {
     #[inline]
-    fn of(s: &Samples, p: &Posture, i: usize, phi: f64, (sin_phi, cos_phi): (f64, f64)) -> Self {
-        let wheel = front_wheel(p.error.steer(s.steer[i]), (sin_phi, cos_phi), p.caster, Corrected);
+    fn of(s: &Samples, p: &Posture, i: usize, phi: f64, handlebar: f64) -> Self {
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let wheel = front_wheel(handlebar, (sin_phi, cos_phi), p.caster, Corrected);
         let compliance = p.error.compliance(0.0);
         let to_rear = p.wheelbase - p.cg_to_front;
-        let steer = match compliance == 0.0 {
+        let (sin_d, cos_d) = match compliance == 0.0 {
             true => wheel.steer_sin_cos,
             false => {
-                (wheel.steer - compliance * p.mass * s.ay[i] * to_rear / p.wheelbase).sin_cos()
+                (wheel.steer() - compliance * p.mass * s.ay[i] * to_rear / p.wheelbase).sin_cos()
             }
         };
         let level = [wheel.camber, phi];
@@ -113,24 +120,88 @@ impl Wheels {
             true => known[k],
             false => (camber[k].tan(), camber[k].cos()),
         });
-        let [tan_camber, cos_camber] = [tan_cos.map(|t| t.0), tan_cos.map(|t| t.1)];
-        Wheels { steer, camber, tan_camber, cos_camber }
+        Lean {
+            phi,
+            sin_phi,
+            cos_phi,
+            tan_road: tan_cos[1].0,
+            handlebar,
+            sin_handlebar: wheel.handlebar_sin,
+            sin_d,
+            cos_d,
+            level,
+            camber,
+            versine: tan_cos.map(|t| 1.0 - t.1),
+            tangent: [0, 1].map(|k| {
+                let small = camber[k].abs() < SMALL;
+                if small { 1.0 } else { tan_cos[k].0 / camber[k] }
+            }),
+        }
+    }
+}
+
+/// What of an attitude under other parameters is worked out already.
+#[derive(Debug, Clone, Copy)]
+pub struct Known<'a> {
+    attitude: &'a Attitude,
+    /// Whether angles that are the same point the wheels the same way.
+    steered: bool,
+    /// Whether the tyres lag as much.
+    lagged: bool,
+}
+
+impl<'a> Known<'a> {
+    /// Of an attitude in one posture for another.
+    pub fn of(own: &Posture, other: &Posture) -> impl Fn(&'a Attitude) -> Known<'a> + use<'a> {
+        let compliant = |p: &Posture| p.error.compliance(0.0);
+        let geometry = |p: &Posture| (p.caster, p.mass, p.cg_to_front, p.wheelbase);
+        let steered = compliant(own) == compliant(other) && geometry(own) == geometry(other);
+        let lagged = own.lengths() == other.lengths();
+        move |attitude| Known { attitude, steered, lagged }
+    }
+
+    /// The lean of the same angles, if these are known to be the same.
+    #[inline]
+    fn lean(&self, p: &Posture, phi: f64, handlebar: f64) -> Option<Lean> {
+        let lean = &self.attitude.lean;
+        let same = |a: f64, b: f64| a == b || a.is_nan() && b.is_nan();
+        let is_same = self.steered && same(phi, lean.phi) && same(handlebar, lean.handlebar);
+        let is_level = |k: usize| same(p.error.camber(lean.level[k]), lean.camber[k]);
+        (is_same && is_level(0) && is_level(1)).then_some(*lean)
+    }
+}
+
+impl Posture {
+    fn lengths(&self) -> [f64; 2] {
+        self.relaxation_length.map(|length| self.error.relaxation_length(length))
     }
 }
 
 impl Attitude {
     /// At sample `i`; straight runs need neither roll nor steering for their wheels' speeds.
     pub fn of(s: &Samples, p: &Posture, i: usize, cornering: bool) -> Self {
+        Self::near(s, p, i, cornering, None)
+    }
+
+    /// The same where another attitude at the sample is known.
+    #[inline]
+    pub fn near(
+        s: &Samples,
+        p: &Posture,
+        i: usize,
+        cornering: bool,
+        known: Option<Known<'_>>,
+    ) -> Self {
         let error = &p.error;
         let (h, lf, lr) = (p.cg_height, p.cg_to_front, p.wheelbase - p.cg_to_front);
         let v = error.velocity(s.v[i], s.vd_quiet[i]);
         let r = s.yaw_rate[i] - p.yaw_rate_zero;
-        let phi = error.roll(s.roll[i]);
-        let (sin_phi, cos_phi) = phi.sin_cos();
+        let (phi, handlebar) = (error.roll(s.roll[i]), error.steer(s.steer[i]));
+        let lean = known.and_then(|known| known.lean(p, phi, handlebar));
+        let lean = lean.unwrap_or_else(|| Lean::of(s, p, i, phi, handlebar));
+        let Lean { sin_phi, cos_phi, sin_d, cos_d, .. } = lean;
         let above = if cornering { p.velocity_height * cos_phi * s.rolld[i] } else { 0.0 };
         let vy = error.velocity_y(error.velocity(s.vy[i], s.vyd_quiet[i]) - p.vy_zero, r) + above;
-        let Wheels { steer: (sin_d, cos_d), camber, tan_camber, cos_camber } =
-            Wheels::of(s, p, i, phi, (sin_phi, cos_phi));
         let contact =
             [0, 1].map(|k| below_mass_centre(h, p.crown[k], p.sag[k], (sin_phi, cos_phi)));
         let falling = p.dive_arm.map(|arm| arm * s.dived[i]);
@@ -143,30 +214,39 @@ impl Attitude {
         let ahead = along[0] * cos_d + across_f * sin_d;
         let aside = across_f * cos_d - along[0] * sin_d;
         let along = along[1];
+        let drift = [aside / ahead, across_r / along];
+        let arc = |k: usize, aside: f64, ahead: f64| {
+            match known {
+                Some(known) => turned(known.attitude, k, drift[k]),
+                None => None,
+            }
+            .unwrap_or_else(|| aside.atan2(ahead))
+        };
         Attitude {
-            phi,
-            sin_phi,
-            cos_phi,
-            tan_road: tan_camber[1],
-            sin_d,
-            cos_d,
-            camber,
-            versine: cos_camber.map(|c| 1.0 - c),
-            tangent: [0, 1].map(|k| {
-                let small = camber[k].abs() < SMALL;
-                if small { 1.0 } else { tan_camber[k] / camber[k] }
-            }),
+            lean,
             r,
             v,
             vy,
             rolling: if cornering { [ahead, along] } else { falling.map(|f| v - f) },
-            alpha: [aside.atan2(ahead), across_r.atan2(along)],
-            drift: [(aside / ahead).abs(), (across_r / along).abs()],
-            lag: p.relaxation_length.map(|length| {
-                let x = s.v[i] / RATE / error.relaxation_length(length);
-                let decay = (-x).exp();
-                [decay, if x > SHORT { (1.0 - decay) / x } else { 1.0 }]
-            }),
+            alpha: [arc(0, aside, ahead), arc(1, across_r, along)],
+            drift,
+            lag: match known {
+                Some(known) if known.lagged => known.attitude.lag,
+                _ => p.lengths().map(|length| {
+                    let x = s.v[i] / RATE / length;
+                    let decay = (-x).exp();
+                    [decay, if x > SHORT { (1.0 - decay) / x } else { 1.0 }]
+                }),
+            },
         }
     }
+}
+
+/// Slip angle of wheel `k` whose tangent has changed a little.
+#[inline]
+fn turned(known: &Attitude, k: usize, drift: f64) -> Option<f64> {
+    let u = (drift - known.drift[k]) / (1.0 + drift * known.drift[k]);
+    let square = u * u;
+    let arc = u * (1.0 - square * (1.0 / 3.0 - square * (0.2 - square / 7.0)));
+    (u.abs() < SLIGHT).then(|| known.alpha[k] + arc)
 }

@@ -75,18 +75,22 @@ pub fn fit_with(
 ) -> Base {
     let mut values = from.clone();
     let mut problem = Problem { extra, ..Problem::new(samples, start, [1.0; 8], parameters) };
+    let mut loss = None;
     for round in 0..ROUNDS {
+        let mut linear = problem.linear(&values);
         // the scale follows the first rounds, then it is the same for everybody
         if round < 4 {
-            problem.sigma = noise(samples, &problem.residuals(&values));
+            problem.sigma = noise(samples, &linear.residuals);
         }
-        let Some((moved, size)) = problem.advance(&values) else { break };
+        let moved = problem.descend(&mut linear, &values);
+        loss = moved.as_ref().map(|(moved, _)| problem.loss_of(&linear.residuals, moved));
+        let Some((moved, size)) = moved else { break };
         values = moved;
         if round >= 4 && size < 1e-3 {
             break;
         }
     }
-    let loss = problem.loss(&values);
+    let loss = loss.unwrap_or_else(|| problem.loss(&values));
     let parameters = parameters.to_vec();
     Base { start: start.clone(), sigma: problem.sigma, loss, parameters, values }
 }
@@ -121,6 +125,7 @@ pub fn fit_quick(
     problem.parameters = fitted;
     let mut values = start.clone();
     let mut factor = None;
+    let mut exact = true;
     for round in 0..5 {
         // the scale follows the first rounds, as in the fit of a real ride
         if round < 3 {
@@ -138,15 +143,20 @@ pub fn fit_quick(
         // what the scale is learnt from need not be exact
         if round < 2 {
             linear.step_by(&step);
+            exact = false;
             continue;
         }
         linear.residuals = problem.residuals(&values);
+        exact = true;
         if step.amax() < 1e-3 && round >= 3 {
             break;
         }
     }
     let base = Base {
-        loss: problem.loss(&values),
+        loss: match exact {
+            true => problem.loss_of(&linear.residuals, &values),
+            false => problem.loss(&values),
+        },
         start: prior.clone(),
         sigma: problem.sigma,
         parameters: fitted.to_vec(),
@@ -161,10 +171,13 @@ impl Base {
         Problem::new(samples, &self.start, self.sigma, &self.parameters)
     }
 
-    /// The slopes of the base's parameters and of more, where it is.
+    /// The slopes of the base's parameters and of more, where it is, and their products.
     pub(super) fn linear_with(&self, samples: &Samples, more: &[Parameter]) -> Linear {
         let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
-        Problem::new(samples, &self.start, self.sigma, &parameters).linear(&self.values)
+        let problem = Problem::new(samples, &self.start, self.sigma, &parameters);
+        let linear = problem.linear(&self.values);
+        problem.accumulate(&linear);
+        linear
     }
 
     /// The base with more free parameters, its noise and priors kept; slopes are made at most `times`.
@@ -182,8 +195,7 @@ impl Base {
     ) -> Base {
         let parameters: Vec<Parameter> = self.parameters.iter().chain(more).copied().collect();
         let problem = Problem::new(samples, &self.start, self.sigma, &parameters);
-        let values = problem.optimum_along(known, &self.values, times);
-        let loss = problem.loss(&values);
+        let (values, loss) = problem.optimum_along(known, &self.values, times);
         Base { values, loss, start: self.start.clone(), sigma: self.sigma, parameters }
     }
 
@@ -223,8 +235,7 @@ impl Base {
             let Some((moved, _)) = problem.descend(&mut linear, &values) else { break };
             values = moved;
         }
-        let values = problem.optimum(&values, 4);
-        let loss = problem.loss(&values);
+        let (values, loss) = problem.optimum(&values, 4);
         Base { values, loss, sigma: problem.sigma, ..self.clone() }
     }
 

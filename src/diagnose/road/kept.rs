@@ -32,6 +32,11 @@ impl<T> Kept<T> {
         Kept(Some(Mutex::default()))
     }
 
+    /// Whether it keeps them.
+    pub fn is_keeping(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// The result of what it is made from.
     pub fn get_or(&self, made_from: &impl Debug, make: impl FnOnce() -> T) -> Arc<T> {
         let Some(results) = &self.0 else { return Arc::new(make()) };

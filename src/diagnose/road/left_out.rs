@@ -39,7 +39,10 @@ impl<'a> LeftOut<'a> {
             (*count - 1) % FOLDS
         };
         let fold_of = samples.manoeuvres.iter().map(|(kind, _)| *kind).map(fold).collect();
-        let linear = model.problem(samples).linear(&model.values);
+        let problem = model.problem(samples);
+        let linear = problem.linear(&model.values);
+        // the folds share them
+        problem.accumulate(&linear);
         LeftOut { model, samples, linear, fold_of }
     }
 
@@ -78,7 +81,7 @@ impl<'a> LeftOut<'a> {
             .collect();
         let sigma = self.model.sigma;
         let problem = Problem::new(self.samples, start, sigma, &parameters);
-        Problem { only: Some(&kept), ..problem }.optimum(&values, 2)
+        Problem { only: Some(&kept), ..problem }.optimum(&values, 2).0
     }
 
     /// Loss on the manoeuvres left out, over all folds.

@@ -22,6 +22,7 @@ pub mod base;
 pub mod dive;
 pub mod engine;
 pub mod extended_model;
+pub mod gram;
 pub mod kept;
 pub mod left_out;
 pub mod null_calibration;

@@ -84,7 +84,29 @@ pub struct Shown {
     scores: Vec<Score>,
     sizes: Rms,
     terms: Vec<Term>,
-    fit: Parameters,
+    /// What its fit made of the model that was simulated.
+    pub fit: Parameters,
+}
+
+impl Shown {
+    /// What the null simulation of a number shows of effects beside a model.
+    pub fn of(
+        simulation: &NullSimulation<'_>,
+        model: &Base,
+        effects: &[Effect],
+        number: usize,
+    ) -> Self {
+        let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
+        let all: Vec<Parameter> = model.parameters.iter().chain(&more).copied().collect();
+        let (samples, quick) = simulation.fit(number, model, &model.parameters, &more);
+        let problem = quick.base.problem(&samples);
+        Shown {
+            scores: scores(&samples, &quick.base, &all, &quick.linear),
+            sizes: rms(cells(&samples, &quick.linear.residuals).map(|(cell, _, r)| (cell, r))),
+            terms: structure::terms(&samples, &problem, &quick.linear),
+            fit: quick.base.values,
+        }
+    }
 }
 
 /// Scores `nulls` null simulations of `model`, the base alone or with effects that were taken in:
@@ -108,18 +130,7 @@ pub fn calibrate_keeping(
     effects: &[Effect],
     nulls: usize,
 ) -> RoadCalibration {
-    let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
-    let all: Vec<Parameter> = model.parameters.iter().chain(&more).copied().collect();
-    let show = |number| {
-        let (samples, quick) = simulation.fit(number, model, &model.parameters, &more);
-        let problem = quick.base.problem(&samples);
-        Shown {
-            scores: scores(&samples, &quick.base, &all, &quick.linear),
-            sizes: rms(cells(&samples, &quick.linear.residuals).map(|(cell, _, r)| (cell, r))),
-            terms: structure::terms(&samples, &problem, &quick.linear),
-            fit: quick.base.values,
-        }
-    };
+    let show = |number| Shown::of(simulation, model, effects, number);
     let rides: Vec<Arc<Shown>> = (0..nulls)
         .into_par_iter()
         .map(|number| kept.get_or(&(key, number), || show(number)))

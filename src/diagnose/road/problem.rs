@@ -1,11 +1,12 @@
 //! The loss that models are fitted by: Huber's on block means in standard deviations of their
 //! channels, with weak priors (`book/src/diagnosis.md`, section 2.2), and its Gauss-Newton steps.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 
+use super::gram::Gram;
 use super::parameters::{Parameter, Parameters};
 use super::residuals::{Blocks, CHANNELS, blocks};
 use super::samples::{BLOCK, Samples};
@@ -46,14 +47,18 @@ pub struct Linear {
     pub residuals: Blocks,
     /// Per parameter `[channel][block]`.
     pub columns: Vec<Arc<Blocks>>,
+    /// Products of the columns, once they were asked for.
+    gram: OnceLock<Arc<Gram>>,
 }
 
 impl Linear {
     /// The first `count` parameters alone, and one more.
     pub(super) fn with(&self, count: usize, one: usize) -> Linear {
-        let mut columns = self.columns[..count].to_vec();
-        columns.push(self.columns[one].clone());
-        Linear { residuals: self.residuals.clone(), columns }
+        let kept: Vec<usize> = (0..count).chain([one]).collect();
+        let columns = kept.iter().map(|k| self.columns[*k].clone()).collect();
+        let gram = self.gram.get().map(|gram| Arc::new(gram.only(&kept)));
+        let gram = gram.map(OnceLock::from).unwrap_or_default();
+        Linear { residuals: self.residuals.clone(), columns, gram }
     }
 
     /// Adds to the residuals what a step of the first parameters, in scales, changes to first order.
@@ -92,13 +97,8 @@ impl Problem<'_> {
         }
     }
 
-    /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere.
-    pub fn advance(&self, values: &Parameters) -> Option<(Parameters, f64)> {
-        self.descend(&mut self.linear(values), values)
-    }
-
-    /// The same along slopes that may have been made near by; residuals are those at `values`,
-    /// and then of where it leads to.
+    /// One Gauss-Newton step with halving, and its size in scales; `None` when it leads nowhere. Slopes may have been
+    /// made near by; residuals are those at `values`, and then of where it leads to.
     pub(super) fn descend(
         &self,
         linear: &mut Linear,
@@ -120,9 +120,9 @@ impl Problem<'_> {
         None
     }
 
-    /// The optimum near some values: slopes are made anew at most `times`, and between that followed as
+    /// The optimum near some values and the loss there: slopes are made anew at most `times`, and between that followed as
     /// long as they lead on.
-    pub(super) fn optimum(&self, from: &Parameters, times: usize) -> Parameters {
+    pub(super) fn optimum(&self, from: &Parameters, times: usize) -> (Parameters, f64) {
         self.optimum_along(None, from, times)
     }
 
@@ -132,8 +132,9 @@ impl Problem<'_> {
         mut known: Option<Linear>,
         from: &Parameters,
         times: usize,
-    ) -> Parameters {
+    ) -> (Parameters, f64) {
         let mut values = from.clone();
+        let mut loss = None;
         for _ in 0..times {
             let mut linear = known.take().unwrap_or_else(|| self.linear(&values));
             let (mut first, mut last) = (0.0_f64, f64::INFINITY);
@@ -146,11 +147,13 @@ impl Problem<'_> {
                 }
                 last = size;
             }
+            loss = Some(self.loss_of(&linear.residuals, &values));
             if first < ARRIVED {
                 break;
             }
         }
-        values
+        let loss = loss.unwrap_or_else(|| self.loss(&values));
+        (values, loss)
     }
 
     /// Takes a linearisation's residuals to the optimum of this problem's parameters, the first of its
@@ -188,7 +191,7 @@ impl Problem<'_> {
     }
 
     /// The same of residuals that are known.
-    fn loss_of(&self, found: &Blocks, values: &Parameters) -> f64 {
+    pub(super) fn loss_of(&self, found: &Blocks, values: &Parameters) -> f64 {
         let priors = self.parameters.iter().map(|p| self.prior(p, values).0);
         self.misfit_of(found) + priors.map(|z| 0.5 * z * z).sum::<f64>()
     }
@@ -224,7 +227,7 @@ impl Problem<'_> {
             self.parameters.par_iter().map(|p| Arc::new(workings.column(p, STEP))).collect();
         let mut residuals = workings.blocks;
         self.add_extra(&mut residuals);
-        Linear { residuals, columns }
+        Linear { residuals, columns, gram: OnceLock::new() }
     }
 
     /// A block residual in standard deviations and its weight; `None` where it does not count.
@@ -236,34 +239,38 @@ impl Problem<'_> {
         Some((z, if z.abs() <= HUBER { 1.0 } else { HUBER / z.abs() }))
     }
 
-    /// Curvature and downhill direction of the weighted residuals, without the priors.
-    pub fn accumulate(&self, linear: &Linear) -> (DMatrix<f64>, DVector<f64>) {
-        let p = self.parameters.len();
-        let (mut matrix, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
-        for c in 0..CHANNELS.len() {
-            let weighed = |b: usize| self.weigh(linear, c, b).map(|(z, weight)| (b, z, weight));
-            let rows: Vec<(usize, f64, f64)> =
-                self.ranges().flatten().filter_map(weighed).collect();
-            // most parameters enter few channels
-            let enters = |i: &usize| {
-                let column = &linear.columns[*i][c];
-                rows.iter().any(|(b, ..)| column[*b] != 0.0 && column[*b].is_finite())
-            };
-            let inside: Vec<usize> = (0..p).filter(enters).collect();
-            let roots: Vec<f64> = rows.iter().map(|(_, _, w)| w.sqrt() / self.sigma[c]).collect();
-            let scaled = DMatrix::from_fn(rows.len(), inside.len(), |row, k| {
-                linear.columns[inside[k]][c][rows[row].0] * roots[row]
-            });
-            let pulls = DVector::from_fn(rows.len(), |row, _| rows[row].1 * rows[row].2.sqrt());
-            let (own, pull) = (scaled.transpose() * &scaled, scaled.tr_mul(&pulls));
-            for (k, &i) in inside.iter().enumerate() {
-                gradient[i] -= pull[k];
-                for (l, &j) in inside.iter().enumerate() {
-                    matrix[(j, i)] += own[(l, k)];
+    /// Weights of the blocks that count, and weighted residuals in standard deviations; of others nil.
+    pub fn weighed(&self, linear: &Linear) -> (Blocks, Blocks) {
+        let nil = || -> Blocks { std::array::from_fn(|c| vec![0.0; linear.residuals[c].len()]) };
+        let (mut weights, mut pulls) = (nil(), nil());
+        for range in self.ranges() {
+            for c in 0..CHANNELS.len() {
+                for b in range.clone() {
+                    let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
+                    weights[c][b] = weight;
+                    pulls[c][b] = weight * z;
                 }
             }
         }
-        (matrix, gradient)
+        (weights, pulls)
+    }
+
+    /// Curvature and downhill direction of the weighted residuals, without the priors.
+    pub fn accumulate(&self, linear: &Linear) -> (DMatrix<f64>, DVector<f64>) {
+        let (weights, pulls) = self.weighed(linear);
+        let (columns, p) = (&linear.columns, self.parameters.len());
+        let gram = linear.gram.get_or_init(|| Arc::new(Gram::of(columns, &weights)));
+        (gram.under(&weights, columns, &self.sigma, p), self.downhill(linear, &pulls))
+    }
+
+    fn downhill(&self, linear: &Linear, pulls: &Blocks) -> DVector<f64> {
+        DVector::from_fn(self.parameters.len(), |i, _| {
+            let in_channel = |(c, pull): (usize, &Vec<f64>)| {
+                let column = DVectorView::from_slice(&linear.columns[i][c], pull.len());
+                column.dot(&DVectorView::from_slice(pull, pull.len())) / self.sigma[c]
+            };
+            -pulls.iter().enumerate().map(in_channel).sum::<f64>()
+        })
     }
 
     /// Downhill pull and curvature of some blocks along a combination of columns.
@@ -302,19 +309,6 @@ impl Problem<'_> {
         shown(channel) / all.max(f64::MIN_POSITIVE)
     }
 
-    /// Adds the weighted rows of some blocks to a downhill direction.
-    fn pull(&self, linear: &Linear, range: std::ops::Range<usize>, gradient: &mut DVector<f64>) {
-        for c in 0..CHANNELS.len() {
-            let sigma = self.sigma[c];
-            for b in range.clone() {
-                let Some((z, weight)) = self.weigh(linear, c, b) else { continue };
-                for (slope, column) in gradient.iter_mut().zip(linear.columns.iter()) {
-                    *slope -= weight * column[c][b] / sigma * z;
-                }
-            }
-        }
-    }
-
     /// Curvature and downhill direction of a linearisation with the priors, parameters in their scales;
     /// without the curvature where it is not asked for.
     pub(super) fn normal_of(
@@ -326,11 +320,8 @@ impl Problem<'_> {
         let p = self.parameters.len();
         let (mut matrix, mut gradient) = match curved {
             true => self.accumulate(linear),
-            false => (DMatrix::zeros(p, p), DVector::zeros(p)),
+            false => (DMatrix::zeros(p, p), self.downhill(linear, &self.weighed(linear).1)),
         };
-        if !curved {
-            self.ranges().for_each(|range| self.pull(linear, range, &mut gradient));
-        }
         for (i, parameter) in self.parameters.iter().enumerate() {
             let (z, weight) = self.prior(parameter, values);
             gradient[i] -= weight * z;

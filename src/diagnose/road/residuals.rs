@@ -12,7 +12,7 @@
 //! [`estimate`](crate::estimate). Where a channel says nothing its residual is NaN, whatever the
 //! parameters, so that any two sets of them are compared on the same blocks.
 
-use super::attitude::{Attitude, Posture};
+use super::attitude::{Attitude, Lean, Posture};
 use super::parameters::Parameters;
 use super::samples::{BLOCK, Samples};
 use crate::GRAVITY;
@@ -119,7 +119,8 @@ fn accelerations(s: &Samples, p: &Parameters, a: &Attitude, i: usize, bend: bool
         return [ax, ay]; // and neither roll nor yaw rate need be there
     }
     let yaw = [a.r, s.yaw_rated[i]];
-    let off = beside(p.accelerometer, yaw, (a.sin_phi, a.cos_phi), [s.rolld[i], s.rolldd[i]]);
+    let off =
+        beside(p.accelerometer, yaw, (a.lean.sin_phi, a.lean.cos_phi), [s.rolld[i], s.rolldd[i]]);
     [ax - off[0], ay - off[1]]
 }
 
@@ -240,7 +241,7 @@ impl Instant<'_> {
         match self.cornering() {
             true => {
                 let centre = self.p.overturning - self.fixed.sag;
-                height_in_plane(self.p.cg_height, centre, self.a.cos_phi)
+                height_in_plane(self.p.cg_height, centre, self.a.lean.cos_phi)
             }
             false => self.p.cg_height,
         }
@@ -251,7 +252,7 @@ impl Instant<'_> {
         let &Instant { s, p, fixed, a, i, along, .. } = self;
         let error = &p.model_error;
         let (m, lf) = (p.mass, p.cg_to_front);
-        let &Attitude { v, sin_phi, cos_phi, .. } = a;
+        let (v, &Lean { sin_phi, cos_phi, versine, .. }) = (a.v, &a.lean);
         let h = self.height();
         let (rolld, rolldd) = (s.rolld[i], s.rolldd[i]);
         // the mass centre goes down while leaning in
@@ -290,7 +291,7 @@ impl Instant<'_> {
             -(p.brake_gain[k] * gain[k] * pressure
                 + dragging[k]
                 + fixed.inertia[k] * s.omegad[k][i])
-                / fixed.carcass[k].lever_arm(load[k], a.versine[k])
+                / fixed.carcass[k].lever_arm(load[k], versine[k])
         };
         let front = wheel_force(0);
         let slip_forces = m * self.ax + resistance;
@@ -328,8 +329,8 @@ impl Instant<'_> {
             }
             let extra_load = x.load[k] - fixed.still[k];
             let rolling =
-                Rolling { speed: v, extra_load, versine: a.versine[k], crown: fixed.crown[k] };
-            let radius = fixed.carcass[k].rolling_radius(x.load[k], a.versine[k]);
+                Rolling { speed: v, extra_load, versine: a.lean.versine[k], crown: fixed.crown[k] };
+            let radius = fixed.carcass[k].rolling_radius(x.load[k], a.lean.versine[k]);
             let ratio = error.radius(radius, rolling) * s.omega[k][i] / a.rolling[k] - 1.0;
             if ratio < DEEPEST {
                 // a constant mask would need the true slip: what is deep with some parameters is not
@@ -352,21 +353,20 @@ impl Instant<'_> {
     fn lateral(&self, x: &Forces) -> [f64; 2] {
         let &Instant { s, p, fixed, a, i, ay, .. } = self;
         let error = &p.model_error;
-        let &Attitude { sin_phi, cos_phi, sin_d, cos_d, camber, .. } = a;
+        let &Lean { sin_phi, cos_phi, sin_d, cos_d, camber, tangent, .. } = &a.lean;
         let (lf, lr) = (p.cg_to_front, p.wheelbase - p.cg_to_front);
         let &Fixed { ratio, per_length, .. } = fixed;
         let stiffness = [0, 1].map(|k| {
             let [k0, decay] = p.stiffness[k];
             let g: f64 = camber[k];
-            k0 * a.tangent[k] / (1.0 + decay * g * g)
-                * error.relative_stiffness(1.0, x.extra_load[k])
+            k0 * tangent[k] / (1.0 + decay * g * g) * error.relative_stiffness(1.0, x.extra_load[k])
         });
         let lateral = p.mass * (ay - GRAVITY * error.weight_across(0.0));
         let first = [lateral * lr * per_length, lateral * lf * per_length];
         let mut moment = 0.0;
         for k in 0..2 {
             let by_slip = first[k] + ratio[k] * stiffness[k] * x.load[k] * camber[k];
-            let relative = 1.0 - p.stiffness[k][0] / 3.0 * a.drift[k];
+            let relative = 1.0 - p.stiffness[k][0] / 3.0 * a.drift[k].abs();
             moment += -error.twisting_stiffness(p.twisting_stiffness[k]) * x.load[k] * camber[k]
                 - p.trail[k] * error.relative_trail(1.0) * relative.max(0.0) * by_slip;
         }
@@ -393,19 +393,19 @@ impl Instant<'_> {
         if !self.cornering() {
             return f64::NAN;
         }
+        let &Lean { phi, sin_phi, cos_phi, tan_road, handlebar, sin_handlebar, .. } = &a.lean;
         let (h, rolld, rolldd) = (self.height(), s.rolld[i], s.rolldd[i]);
-        let aside = p.model_error.mass_centre_aside(h * a.sin_phi, a.phi);
+        let aside = p.model_error.mass_centre_aside(h * sin_phi, phi);
         // the steered front wheel stands beside the plane
-        let handlebar = p.model_error.steer(s.steer[i]);
         let steered = match handlebar.is_finite() {
-            true => p.normal_trail * handlebar.sin() / a.cos_phi * x.load[0],
+            true => p.normal_trail * sin_handlebar / cos_phi * x.load[0],
             false => 0.0,
         };
         let balanced =
-            (x.weight * (-aside + p.overturning * a.tan_road) + steered + p.roll_inertia * rolldd
-                - self.spin() * a.r * a.cos_phi)
+            (x.weight * (-aside + p.overturning * tan_road) + steered + p.roll_inertia * rolldd
+                - self.spin() * a.r * cos_phi)
                 * fixed.per_mass;
-        self.ay - balanced / (h * a.cos_phi) - p.roll_rate_term * rolld
+        self.ay - balanced / (h * cos_phi) - p.roll_rate_term * rolld
     }
 
     /// The residuals of the channels within a reach, without the lagged slip angles; of others nil.
@@ -440,9 +440,12 @@ impl Instant<'_> {
             let vyd = error.velocity_y(error.velocity(s.vyd[i], s.vydd[i]), s.yaw_rated[i]);
             out[ResidualChannel::KinematicX] = vd - ax - a.r * a.vy;
             // in the other balances the same error of the lean stands on the other side
-            let off = p.attitude_scale * a.sin_phi + p.attitude_delay * s.rolld[i];
-            let above =
-                if self.cornering() { p.velocity_height * a.cos_phi * s.rolldd[i] } else { 0.0 };
+            let off = p.attitude_scale * a.lean.sin_phi + p.attitude_delay * s.rolld[i];
+            let above = if self.cornering() {
+                p.velocity_height * a.lean.cos_phi * s.rolldd[i]
+            } else {
+                0.0
+            };
             let vyd = vyd + above;
             out[ResidualChannel::KinematicY] = ay - GRAVITY * off - vyd - a.v * a.r;
         }

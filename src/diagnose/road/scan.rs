@@ -7,9 +7,13 @@
 //! ```
 //! `g` runs over manoeuvres; sizes are in the effect's usual one.
 
+use nalgebra::DMatrix;
+
 use super::base::Base;
+use super::gram::{counted, entering, gathered};
 use super::parameters::Parameter;
 use super::problem::{Linear, Problem};
+use super::residuals::CHANNELS;
 use super::samples::{BLOCK, Samples};
 use crate::effects::Effect;
 
@@ -58,23 +62,16 @@ pub fn scores(
         let none = Score { delta: 0.0, std_error: f64::INFINITY, gain: 0.0, information: 0.0 };
         return vec![none; p - b];
     };
+    let weights = -inverse.solve(&whole.view((0, b), (b, p - b)));
+    let shown = along(samples, &problem, linear, &weights);
     (b..p)
-        .map(|j| {
-            let k = inverse.solve(&whole.view((0, j), (b, 1)).into_owned());
-            let weights: Vec<f64> = k.iter().map(|x| -x).chain([1.0]).collect();
-            let columns: Vec<usize> = (0..b).chain([j]).collect();
-            let pulls: Vec<(f64, f64)> = samples
-                .manoeuvres
-                .iter()
-                .map(|(_, range)| {
-                    let blocks = range.start / BLOCK..range.end / BLOCK;
-                    problem.along(linear, blocks, &columns, &weights)
-                })
-                .chain(priors.iter().zip(&weights).map(|((z, weight), share)| {
-                    let row = share * weight;
-                    (-row * z, row * row)
-                }))
-                .collect();
+        .zip(shown)
+        .map(|(j, mut pulls)| {
+            let weights = weights.column(j - b);
+            pulls.extend(priors.iter().zip(weights.iter()).map(|((z, weight), share)| {
+                let row = share * weight;
+                (-row * z, row * row)
+            }));
             let prior = parameters[j].prior;
             let (sum, information) =
                 pulls.iter().fold((0.0, 0.0), |(u, i), (pull, own)| (u + pull, i + own));
@@ -90,4 +87,43 @@ pub fn scores(
             }
         })
         .collect()
+}
+
+/// Downhill pull and curvature of every manoeuvre along each column beyond the base's with its `weights` of the
+/// base's columns.
+fn along(
+    samples: &Samples,
+    problem: &Problem<'_>,
+    linear: &Linear,
+    weights: &DMatrix<f64>,
+) -> Vec<Vec<(f64, f64)>> {
+    let (b, effects) = weights.shape();
+    let mut out = vec![vec![(0.0, 0.0); samples.manoeuvres.len()]; effects];
+    let (counts, pulls) = problem.weighed(linear);
+    for c in 0..CHANNELS.len() {
+        let inside = entering(&linear.columns[..b + effects], c);
+        let mixed = DMatrix::from_fn(inside.len(), effects, |k, j| match inside[k] {
+            i if i < b => weights[(i, j)],
+            i => f64::from(i == b + j),
+        });
+        let rows = counted(&counts[c]);
+        let shown = gathered(&linear.columns, c, &inside, &rows) * mixed;
+        let sigma = problem.sigma[c];
+        let mut first = 0;
+        for (m, (_, range)) in samples.manoeuvres.iter().enumerate() {
+            let own = rows[first..].iter().take_while(|(b, _)| *b < range.end / BLOCK).count();
+            let places = first..first + own;
+            first += own;
+            for (j, sums) in out.iter_mut().enumerate() {
+                let column = shown.column(j);
+                for row in places.clone() {
+                    let (block, weight) = rows[row];
+                    let r = column[row] / sigma;
+                    sums[m].0 -= r * pulls[c][block];
+                    sums[m].1 += weight * r * r;
+                }
+            }
+        }
+    }
+    out
 }

@@ -78,8 +78,6 @@ pub struct Memory<'a> {
     simulations: Kept<NullSimulation<'a>>,
     /// What a null simulation shows.
     shown: Kept<Shown>,
-    /// What the fit to a null simulation gives.
-    fits: Kept<Parameters>,
 }
 
 impl Memory<'_> {
@@ -90,7 +88,6 @@ impl Memory<'_> {
             scores: Kept::keeping(),
             simulations: Kept::keeping(),
             shown: Kept::keeping(),
-            fits: Kept::keeping(),
         }
     }
 
@@ -121,6 +118,11 @@ fn key_of(model: &Base) -> Key {
     let Base { start, values, sigma, loss, parameters } = model;
     let names: Vec<&str> = parameters.iter().map(|p| p.name).collect();
     Key::of(&(start, values, sigma, loss, names))
+}
+
+/// What stands for all that null simulations show of effects beside a model.
+fn key_of_shown(noise_of: Key, simulated: &Parameters, model: &Base, effects: &[Effect]) -> Key {
+    Key::of(&(noise_of, simulated, key_of(model), names(effects)))
 }
 
 fn names(effects: &[Effect]) -> Vec<&'static str> {
@@ -162,6 +164,9 @@ impl<'a> Stage<'a> {
         before: &Stage<'a>,
         named: &[Cause],
     ) -> Self {
+        // what is simulated to find the sizes serves the calibration, too
+        let own = Memory::keeping();
+        let memory = if memory.shown.is_keeping() { memory } else { &own };
         let tuning = ride.tuning;
         let count = before.calibration.nulls.min(tuning.nulls_of_stage);
         let sigma = model.sigma;
@@ -185,10 +190,10 @@ impl<'a> Stage<'a> {
         let simulation = riding(&model.values);
         let fits = |values: &Parameters, count: usize| -> Vec<Parameters> {
             let simulation = riding(values);
+            let key = key_of_shown(noise_of, values, &model, &[]);
             let fit = |number: usize| {
-                let fit = || simulation.fit(number, &model, &model.parameters, &[]).1.base.values;
-                let kept = memory.fits.get_or(&(noise_of, key_of(&model), values, number), fit);
-                Parameters::clone(&kept)
+                let show = || Shown::of(&simulation, &model, &[], number);
+                memory.shown.get_or(&(key, number), show).fit.clone()
             };
             (0..count).into_par_iter().map(fit).collect()
         };
@@ -217,8 +222,8 @@ impl<'a> Stage<'a> {
         let largest = stage.judge(ride).iter().map(|j| j.score).fold(0.0, f64::max);
         let alarming = largest > tuning.look * quieter;
         let effects = if alarming { effects.as_slice() } else { &[] };
-        let made_from = (noise_of, &stage.simulated, key_of(&stage.model), names(effects));
-        let (key, Stage { simulation, model, .. }) = (Key::of(&made_from), &stage);
+        let Stage { simulation, model, .. } = &stage;
+        let key = key_of_shown(noise_of, &stage.simulated, model, effects);
         let calibration = calibrate_keeping(&memory.shown, key, simulation, model, effects, count);
         stage.calibration = match alarming {
             true => calibration,

@@ -7,6 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::gram::{Row, counted, entering, gathered};
 use super::problem::{Linear, Problem};
 use super::residuals::CHANNELS;
 use super::samples::{BLOCK, Samples};
@@ -76,66 +77,86 @@ pub fn terms(samples: &Samples, problem: &Problem<'_>, linear: &Linear) -> Vec<T
     let Some(inverse) = matrix.cholesky() else { return Vec::new() };
     let covariates = covariates(samples);
     let mut out = Vec::with_capacity(CHANNELS.len() * covariates.len());
+    let (weights, pulls) = problem.weighed(linear);
+    let columns = &linear.columns[..problem.parameters.len()];
     for channel in 0..CHANNELS.len() {
-        for (covariate, x) in covariates.iter().enumerate() {
-            let gain = term(problem, linear, channel, x, &inverse).unwrap_or(0.0);
-            out.push(Term { channel, covariate, gain });
+        // rows that are nil whatever the parameters say nothing
+        let mut rows = counted(&weights[channel]);
+        rows.retain(|(i, _)| linear.residuals[channel][*i] != 0.0);
+        let sides: Vec<Option<Side>> =
+            covariates.iter().map(|x| Side::of(x, &rows, &pulls[channel])).collect();
+        let shapes: Vec<DVector<f64>> =
+            sides.iter().flatten().flat_map(|side| side.weighted.clone()).collect();
+        let inside = entering(columns, channel);
+        let slopes = gathered(columns, channel, &inside, &rows).transpose();
+        let shown = match shapes.is_empty() {
+            true => DMatrix::zeros(inside.len(), 0),
+            false => slopes * DMatrix::from_columns(&shapes) / problem.sigma[channel],
+        };
+        let mut place = 0;
+        for (covariate, side) in sides.iter().enumerate() {
+            let gain = side.as_ref().and_then(|side| {
+                let mut cross = DMatrix::zeros(columns.len(), 2);
+                for (k, &i) in inside.iter().enumerate() {
+                    (cross[(i, 0)], cross[(i, 1)]) = (shown[(k, place)], shown[(k, place + 1)]);
+                }
+                place += 2;
+                side.gain(cross, &inverse)
+            });
+            out.push(Term { channel, covariate, gain: gain.unwrap_or(0.0) });
         }
     }
     out
 }
 
-fn term(
-    problem: &Problem<'_>,
-    linear: &Linear,
-    channel: usize,
-    x: &[f64],
-    inverse: &nalgebra::Cholesky<f64, nalgebra::Dyn>,
-) -> Option<f64> {
-    let rows: Vec<(usize, f64, f64)> = (0..x.len())
-        .filter(|&i| x[i].is_finite())
-        .filter_map(|i| problem.weigh(linear, channel, i).map(|(z, weight)| (i, z, weight)))
-        // rows that are nil whatever the parameters say nothing
-        .filter(|(_, z, _)| *z != 0.0)
-        .collect();
-    if rows.len() < FEWEST {
-        return None;
-    }
-    let mut sizes: Vec<f64> = rows.iter().map(|(i, _, _)| x[*i]).collect();
-    let (last, off) = (sizes.len() - 1, sizes.len() / 100);
-    let low = *sizes.select_nth_unstable_by(off, f64::total_cmp).1;
-    let high = *sizes.select_nth_unstable_by(last - off, f64::total_cmp).1;
-    if high - low < 1e-9 * high.abs().max(1e-9) {
-        return None;
-    }
-    let b = problem.parameters.len();
-    let mut cross = DMatrix::zeros(b, 2);
-    let mut own = DMatrix::zeros(2, 2);
-    let mut pull = DVector::zeros(2);
-    let sigma = problem.sigma[channel];
-    let mut weighted = Vec::with_capacity(rows.len());
-    for (i, z, weight) in rows {
-        let u = (2.0 * (x[i] - low) / (high - low) - 1.0).clamp(-1.0, 1.0);
-        let g = [u, 1.5 * u * u - 0.5];
-        for p in 0..2 {
-            pull[p] -= weight * g[p] * z;
-            for q in 0..2 {
-                own[(p, q)] += weight * g[p] * g[q];
+/// A term on its own: line and parabola of a covariate.
+struct Side {
+    /// Times the weights of the rows, nil where the covariate is not known.
+    weighted: [DVector<f64>; 2],
+    own: DMatrix<f64>,
+    pull: DVector<f64>,
+}
+
+impl Side {
+    /// `pulls` are weighted residuals by block; `None` where there is too little.
+    fn of(x: &[f64], rows: &[Row], pulls: &[f64]) -> Option<Self> {
+        let mut sizes: Vec<f64> = rows.iter().map(|(i, _)| x[*i]).collect();
+        sizes.retain(|x| x.is_finite());
+        if sizes.len() < FEWEST {
+            return None;
+        }
+        let (last, off) = (sizes.len() - 1, sizes.len() / 100);
+        let low = *sizes.select_nth_unstable_by(off, f64::total_cmp).1;
+        let high = *sizes.select_nth_unstable_by(last - off, f64::total_cmp).1;
+        if high - low < 1e-9 * high.abs().max(1e-9) {
+            return None;
+        }
+        let mut weighted = [DVector::zeros(rows.len()), DVector::zeros(rows.len())];
+        let (mut own, mut pull) = (DMatrix::zeros(2, 2), DVector::zeros(2));
+        for (row, (i, weight)) in rows.iter().enumerate().filter(|(_, (i, _))| x[*i].is_finite()) {
+            let u = (2.0 * (x[*i] - low) / (high - low) - 1.0).clamp(-1.0, 1.0);
+            let g = [u, 1.5 * u * u - 0.5];
+            for p in 0..2 {
+                weighted[p][row] = weight * g[p];
+                pull[p] -= g[p] * pulls[*i];
+                for q in 0..2 {
+                    own[(p, q)] += weight * g[p] * g[q];
+                }
             }
         }
-        weighted.push((i, g.map(|g| weight * g / sigma)));
+        Some(Side { weighted, own, pull })
     }
-    for (k, column) in linear.columns[..b].iter().enumerate() {
-        let column = &column[channel];
-        let sum = weighted
-            .iter()
-            .fold([0.0; 2], |[a, b], (i, [p, q])| [a + p * column[*i], b + q * column[*i]]);
-        cross[(k, 0)] = sum[0];
-        cross[(k, 1)] = sum[1];
+
+    /// Fall of twice the loss beside parameters that it has products `cross` with.
+    fn gain(
+        &self,
+        cross: DMatrix<f64>,
+        inverse: &nalgebra::Cholesky<f64, nalgebra::Dyn>,
+    ) -> Option<f64> {
+        let projected = &self.own - cross.transpose() * inverse.solve(&cross);
+        // a hundredth of what the term would be alone: next to nothing is left beside the parameters
+        let ridge = 0.01 * self.own.trace();
+        let factor = (projected + DMatrix::identity(2, 2) * ridge).cholesky()?;
+        Some(self.pull.dot(&factor.solve(&self.pull)))
     }
-    let projected = &own - cross.transpose() * inverse.solve(&cross);
-    // a hundredth of what the term would be alone: next to nothing is left beside the parameters
-    let ridge = 0.01 * own.trace();
-    let solved = (projected + DMatrix::identity(2, 2) * ridge).cholesky()?.solve(&pull);
-    Some(pull.dot(&solved))
 }

@@ -1,15 +1,19 @@
 //! What the residuals are made of at some parameters, kept: a linearisation in sixty parameters works out anew for
 //! each only what that one acts on.
 
-use super::attitude::{Attitude, Posture};
+use super::attitude::{Attitude, Known, Posture};
 use super::parameters::{Parameter, Parameters};
 use super::residuals::{Blocks, Forces, Instant, blocks_of};
 use super::samples::Samples;
 use crate::contract::residual_channel::ResidualChannel;
 use crate::effects::physics::Reach;
 
-/// A point of a friction curve: slip ratio, value, slope.
-type Point = [f64; 3];
+/// Change of the slip ratio up to which a friction curve is a parabola: what that leaves out is less than a millionth
+/// of what the slope tells.
+const SLIGHT: f64 = 2e-4;
+
+/// A point of a friction curve: slip ratio, value, slope, curvature.
+type Point = [f64; 4];
 
 /// Workings of the residuals at some parameters, sample by sample.
 #[derive(Debug)]
@@ -30,7 +34,7 @@ impl<'a> Workings<'a> {
         let posture = Posture::of(values);
         let mut attitudes = Vec::with_capacity(samples.len());
         let mut forces = Vec::with_capacity(samples.len());
-        let mut curves = vec![[[f64::NAN; 3]; 2]; samples.len()];
+        let mut curves = vec![[[f64::NAN; 4]; 2]; samples.len()];
         let attitude = |i, cornering| {
             let own = Attitude::of(samples, &posture, i, cornering);
             attitudes.push(own);
@@ -42,8 +46,8 @@ impl<'a> Workings<'a> {
             own
         };
         let curve = |k: usize, i: usize, ratio| {
-            let (value, slope) = values.friction[k].value_and_slope(ratio);
-            curves[i][k] = [ratio, value, slope];
+            let [value, slope, curvature] = values.friction[k].value_slope_and_curvature(ratio);
+            curves[i][k] = [ratio, value, slope, curvature];
             (value, slope)
         };
         let blocks = blocks_of(samples, values, Reach::ATTITUDE, attitude, all, curve);
@@ -56,8 +60,12 @@ impl<'a> Workings<'a> {
         parameter.set(&mut near, value);
         let posture = Posture::of(&near);
         let reach = if posture == self.posture { parameter.reach } else { Reach::ATTITUDE };
+        let known = Known::of(&self.posture, &posture);
         let attitude = |i: usize, cornering| match reach.attitude {
-            true => Attitude::of(self.samples, &posture, i, cornering),
+            true => {
+                let known = Some(known(&self.attitudes[i]));
+                Attitude::near(self.samples, &posture, i, cornering, known)
+            }
             false => self.attitudes[i],
         };
         let forces = |i: usize, instant: &Instant<'_>| match reach.forces {
@@ -66,9 +74,10 @@ impl<'a> Workings<'a> {
         };
         let same = near.friction == self.values.friction;
         let curve = |k: usize, i: usize, ratio: f64| {
-            let [at, value, slope] = self.curves[i][k];
-            match same && at == ratio {
-                true => (value, slope),
+            let [at, value, slope, curvature] = self.curves[i][k];
+            let by = ratio - at;
+            match same && by.abs() < SLIGHT {
+                true => (value + by * (slope + 0.5 * by * curvature), slope + by * curvature),
                 false => near.friction[k].value_and_slope(ratio),
             }
         };
@@ -83,7 +92,11 @@ impl<'a> Workings<'a> {
             ResidualChannel::ALL.into_iter().zip(column.iter_mut().zip(&self.blocks))
         {
             if reach.acts_on(channel) {
-                there.iter_mut().zip(here).for_each(|(t, h)| *t = (*t - h) / step);
+                // what cannot be told at one of the two places says nothing
+                there.iter_mut().zip(here).for_each(|(t, h)| {
+                    let slope = (*t - h) / step;
+                    *t = if slope.is_finite() { slope } else { 0.0 };
+                });
             }
         }
         column

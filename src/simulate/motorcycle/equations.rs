@@ -129,7 +129,7 @@ impl Plant {
             true => known[k],
             false => camber[k].tan(),
         });
-        let (mut steer, mut steer_sin_cos) = (wheel.steer, wheel.steer_sin_cos);
+        let (mut steer, mut steer_sin_cos) = (wheel.steer(), wheel.steer_sin_cos);
         let compliance = error.compliance(0.0);
         if compliance != 0.0 {
             let tyre = &self.tyres[0];
