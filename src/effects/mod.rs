@@ -52,6 +52,7 @@ pub mod spec;
 mod steer_zero;
 mod stiffness_load;
 mod twisting_stiffness;
+pub mod tyre_file;
 mod tyre_warm_up;
 mod velocity_lever_arm;
 mod wheel_inertia;
@@ -108,6 +109,8 @@ pub struct Effect {
     /// Takes an effect of a size out of what was measured and assumed, so that the base model holds.
     /// `None` where that cannot be done without the tyre.
     pub remove: Option<Remove>,
+    /// Tyres of whose it is; none where it is not the tyres'.
+    pub tyres: &'static [Axle],
     /// What it acts on.
     pub reach: Reach,
 }
