@@ -46,6 +46,13 @@ impl ModelError {
         tyre.relaxation_length = self.relaxation_length(tyre.relaxation_length);
     }
 
+    /// Whether it changes a tyre's own numbers.
+    pub fn changes_numbers(&self, axle: Axle) -> bool {
+        self.side_force_ratio(0.0, axle) != 0.0
+            || self.twisting_stiffness(0.0) != 0.0
+            || self.relaxation_length(1.0) != 1.0
+    }
+
     /// A tyre's output with the errors that are not errors of its numbers.
     #[inline]
     pub fn tyre_output(&self, out: Output, acting: &Acting<'_>) -> Output {

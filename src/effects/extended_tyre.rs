@@ -29,7 +29,7 @@ impl ExtendedTyre {
     /// beyond what its springs and its toroid do by themselves, too.
     /// `crown` is its width over the front tyre's.
     pub fn boxed(custom: Custom, error: &ModelError, crown: f64) -> Box<dyn TyreModel> {
-        Self::new(Box::new(custom), [custom.tyre; 2], custom.nominal_load, error, crown)
+        Self::departing(Box::new(custom), [custom.tyre; 2], custom.nominal_load, error, crown)
     }
 
     /// Of a tyre of any formulas, that is `like` the first and should be `like` the second of two of the
@@ -40,10 +40,10 @@ impl ExtendedTyre {
         load: f64,
         error: &ModelError,
     ) -> Box<dyn TyreModel> {
-        Self::new(base, like, load, &error.of_hooks(), 1.0)
+        Self::departing(base, like, load, &error.of_hooks(), 1.0)
     }
 
-    fn new(
+    fn departing(
         base: Box<dyn TyreModel>,
         like: [Tyre; 2],
         load: f64,

@@ -157,6 +157,13 @@ impl Effect {
         }
     }
 
+    /// Whether it is an error of a tyre's own numbers.
+    pub fn is_number(&self) -> bool {
+        let mut error = ModelError::default();
+        (self.set)(&mut error, self.typical);
+        Axle::BOTH.iter().any(|axle| error.changes_numbers(*axle))
+    }
+
     /// Effects and base parameters that change a ride alike: those that this effect declares, then
     /// the effects that declare this one.
     pub fn confusions(&self) -> impl Iterator<Item = &'static str> {

@@ -60,10 +60,14 @@ pub fn parse(text: &str) -> Result<Box<dyn TyreModel>, String> {
     let crown = match crown {
         None => 1.0,
         Some(toml::Value::Float(ratio)) if (0.1..=10.0).contains(&ratio) => ratio,
-        Some(other) => return Err(format!("{CROWN} = {other} must be a decimal number, 0.1 to 10")),
+        Some(other) => {
+            return Err(format!("{CROWN} = {other} must be a decimal number, 0.1 to 10"));
+        }
     };
     let Some(axle) = Axle::BOTH.into_iter().find(|axle| error.of_tyre(*axle) == error) else {
-        return Err("[effects]: a tyre has the side-force ratio of one end; remove the other".into());
+        return Err(
+            "[effects]: a tyre has the side-force ratio of one end; remove the other".into()
+        );
     };
     Ok(extended(custom, &error, axle, crown))
 }
@@ -118,13 +122,8 @@ mod tests {
 
     #[test]
     fn a_file_with_every_effect_of_a_tyre_is_that_tyre() {
-        let input = |load| Input {
-            slip_ratio: -0.02,
-            slip_angle: 0.01,
-            camber: -0.3,
-            load,
-            friction: 1.0,
-        };
+        let input =
+            |load| Input { slip_ratio: -0.02, slip_angle: 0.01, camber: -0.3, load, friction: 1.0 };
         let plain = parse(&file("")).expect("tyre");
         let all = |t: &dyn TyreModel| {
             let at = |load: f64| {
@@ -158,7 +157,10 @@ mod tests {
         let refused = |more: &str| parse(&file(more)).expect_err("refused");
         for (more, says) in [
             ("\n[effects]\nfriction_laod = 0.1", "did you mean `friction_load`?"),
-            ("\n[effects]\nfriction_load = 12.0", "friction_load: 12 1 is not between -0.3 and 0.6"),
+            (
+                "\n[effects]\nfriction_load = 12.0",
+                "friction_load: 12 1 is not between -0.3 and 0.6",
+            ),
             ("\n[effects]\nfriction_load = \"a\"", "write name = size"),
             ("\n[effects]\nwind = 1.0", "`wind` is no tyre's"),
             (

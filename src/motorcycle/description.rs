@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::contract::schema::{KeyTable, Values};
-use crate::model::tyre_model::TyreModel;
 use crate::effects::tyre_file;
 use crate::model::published;
+use crate::model::tyre_model::TyreModel;
 use crate::multibody::Rigid;
 
 /// Built-in motorcycles: name and text.
