@@ -3,6 +3,7 @@
 use roadbench::contract::bike::Axle;
 use roadbench::effects::ModelError;
 use roadbench::effects::extended_tyre::ExtendedTyre;
+use roadbench::model::custom::Custom;
 use roadbench::model::tyre::Input;
 use roadbench::motorcycle::Motorcycle;
 use roadbench::pipeline::Outcome;

@@ -2,11 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::effects;
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::grid::{Ends, steps};
-use super::tyre::Characterised;
+use super::tyre::{Characterised, effects_of};
 
 /// Effects that change nothing in the tables.
 const NO_COLUMN: [&str; 4] = ["rolling_speed", "radius_load", "radius_camber", "radius_speed"];
@@ -39,7 +38,7 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
     );
     comment("(all three at the nominal load; the model's rule, not ridden).");
     comment("ridden: 1 where the side force is within what the ride reached, 0 beyond");
-    for line in effects::of_tyres(tyres, &NO_COLUMN) {
+    for line in effects_of(tyres, &NO_COLUMN) {
         comment(&line);
     }
     for tyre in tyres {

@@ -12,7 +12,6 @@
 
 use serde::Serialize;
 
-use super::tyre::Characterised;
 use crate::contract::bike::Axle;
 use crate::effects::models::{Models, was_taken_out};
 use crate::effects::{Effect, ModelError, Who};
@@ -126,12 +125,6 @@ pub fn noted(note: &str, all: &[Named], axle: Axle, name: &str) -> String {
         Some(one) if note.is_empty() => format!("named by diagnose: {}", one.words()),
         Some(one) => format!("{note}; named by diagnose: {}", one.words()),
     }
-}
-
-/// What a file of some tyres of one session says of the effects, line by line.
-pub fn of_tyres(tyres: &[Characterised], left_out: &[&str]) -> Vec<String> {
-    let axles: Vec<Axle> = tyres.iter().map(|c| c.axle).collect();
-    tyres.first().map_or(Vec::new(), |c| lines(&c.named, &axles, left_out))
 }
 
 /// What a file says of the effects of some tyres, line by line; `left_out` are those that its form has no place for.

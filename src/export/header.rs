@@ -2,11 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::effects;
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::grid::Ends;
-use super::tyre::Characterised;
+use super::tyre::{Characterised, effects_of};
 
 const TEMPLATE: &str = include_str!("tyre.h");
 
@@ -35,7 +34,7 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, String>
     ]
     .into_iter()
     .chain(models.into_iter().flatten().map(|m| format!("Tyre model {m}")))
-    .chain(effects::of_tyres(tyres, &[]))
+    .chain(effects_of(tyres, &[]))
     {
         let _ = writeln!(who, " * {}", comment(&line));
     }

@@ -216,6 +216,12 @@ impl Characterised {
     }
 }
 
+/// What a file of some tyres of one session says of the effects; `left_out` are those that its form has no place for.
+pub fn effects_of(tyres: &[Characterised], left_out: &[&str]) -> Vec<String> {
+    let axles: Vec<Axle> = tyres.iter().map(|c| c.axle).collect();
+    tyres.first().map_or(Vec::new(), |c| effects::lines(&c.named, &axles, left_out))
+}
+
 /// Makes the stiffness function give the fitted stiffness.
 ///
 /// `c1, c3` and `ct` are fits of their own (eqs. 37, 38), and their quotient misses the stiffness

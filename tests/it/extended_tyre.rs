@@ -297,6 +297,7 @@ fn nothing_is_counted_twice() {
         let table: toml::Table = text.parse().expect("TOML");
         table.get("effects")?.get(key)?.as_float()
     };
+    let of_model = ["--model", path.as_str()];
     let (_plain, plain) = ridden();
     let (_freed, freed) = ridden_with(&["--model", &path]);
     for (out, model, found) in [
@@ -305,7 +306,8 @@ fn nothing_is_counted_twice() {
         (&freed, false, [twisting + 0.01, 0.0, 0.0]),
         (&freed, true, [twisting + 0.01, 0.004, 0.1]),
     ] {
-        let text = export(out, if model { &["--model", &path] } else { &[] });
+        let given: &[&str] = if model { &of_model } else { &[] };
+        let text = export(out, given);
         let twisted = number(&text, "twisting_stiffness").expect("k_t");
         assert!((twisted - found[0]).abs() < 1e-12, "{model}: {text}");
         assert_eq!(effect(&text, "radius_speed").unwrap_or(0.0), found[1], "{text}");
