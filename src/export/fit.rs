@@ -3,8 +3,8 @@
 //! The longitudinal curve carries over as it is. The lateral one does not: the characterised tyre
 //! is linear in the slip angle and its stiffness follows camber by eq. 39, the Magic Formula
 //! bends; and combined slip is weighed by other functions. Those are fitted by least squares
-//! over the ridden ranges, then by fourth powers, which spreads what is left evenly. A tyre whose side
-//! force per load depends on load is fitted over the ridden loads, too.
+//! over the ridden ranges, then by fourth powers, which spreads what is left evenly. What the side force
+//! per load gains with load follows in closed form, to first order.
 
 use super::grid;
 use super::over_load::OverLoad;
@@ -131,55 +131,9 @@ pub fn proportional(gain: f64) -> f64 {
 }
 
 fn lateral(c: &Characterised, set: &mut MfMc, over_load: &OverLoad) -> Result<(), String> {
-    if over_load.side_force[1] != 0.0 {
-        lateral_at_nominal(c, set)?;
-        set.pKy[6] = set.pKy[5] * over_load.side_force_gain();
-        return lateral_over_load(c, set);
-    }
-    lateral_at_nominal(c, set)
-}
-
-/// Over the ridden loads, from a set that is right at the nominal one.
-fn lateral_over_load(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
-    let [low, high] = grid::Ends::of(c).load;
-    let inputs: Vec<Input> =
-        [low, c.load(), high].into_iter().flat_map(|load| grid::lateral(c, load)).collect();
-    let apply: Apply = |set, x| {
-        set.pCy = [x[0], x[1]];
-        set.pDy = [x[2], x[3], x[4]];
-        set.pEy = [x[5], x[6], x[7], x[8]];
-        set.pKy = [x[9], 2.0, x[10], 0.0, x[11], x[12], x[13]];
-    };
-    let of = |set: &MfMc| {
-        let (k, e) = (set.pKy, set.pEy);
-        let [d1, d2, d3] = set.pDy;
-        vec![
-            set.pCy[0], set.pCy[1], d1, d2, d3, e[0], e[1], e[2], e[3], k[0], k[2], k[4], k[5],
-            k[6],
-        ]
-    };
-    let start = of(set);
-    let near = |k: usize, less: f64, more: f64| {
-        let (a, b) = (start[k] * less, start[k] * more);
-        (a.min(b) - 1e-9, a.max(b) + 1e-9)
-    };
-    let bounds = [
-        (0.4, 2.1),
-        (0.3, 2.1),
-        near(2, 0.7, 1.5),
-        (-1.5, 1.5),
-        (start[4] - 1.0, start[4] + 1.0),
-        (-60.0, 1.0),
-        (start[6] - 60.0, start[6] + 60.0),
-        (-25.0, 25.0),
-        (-100.0, 1.0),
-        near(9, 0.2, 3.0),
-        (0.9, 2.0 * PKY3),
-        (start[11] - 1.0, start[11] + 1.0),
-        near(12, 0.3, 3.0),
-        (start[12].abs() * -2.0, start[12].abs() * 2.0),
-    ];
-    solve(c, set, &inputs, |o| o.force_y, apply, &bounds, &[start])
+    lateral_at_nominal(c, set)?;
+    set.pKy[6] = set.pKy[5] * over_load.side_force_gain();
+    Ok(())
 }
 
 /// At the nominal load.

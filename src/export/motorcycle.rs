@@ -128,7 +128,7 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> Strin
     let peak = "shaped; the ride does not reach the peak";
     let is_shaped = c.error.stiffness_load != 0.0;
     let shaped = |else_: &str| match is_shaped {
-        true => c.noted("shaped over the loads", "stiffness_load"),
+        true => c.noted("set: to first order in load", "stiffness_load"),
         false => else_.to_owned(),
     };
     for (key, value, note) in [
