@@ -3,6 +3,7 @@
 use roadbench::contract::bike::Axle;
 use roadbench::effects::ModelError;
 use roadbench::effects::extended_tyre::ExtendedTyre;
+use roadbench::model::custom::Custom;
 use roadbench::model::tyre::Input;
 use roadbench::motorcycle::Motorcycle;
 use roadbench::pipeline::Outcome;
@@ -93,7 +94,7 @@ pub fn study(truth: f64, rides: usize, prepare: fn(&mut Scenario)) -> Found {
     let before = lane_change(own.with_tyres(front, rear), 1.0);
     let [front, rear] = [0, 1].map(|k| {
         let error = ModelError { stiffness_load: sensitivity[k].0, ..ModelError::default() };
-        ExtendedTyre::boxed(given[k], load[k], &error)
+        ExtendedTyre::boxed(Custom { nominal_load: load[k], ..given[k] }, &error, 1.0)
     });
     let after = lane_change(own.with_tyres(front, rear), 1.0);
     table(&reference, &[("as characterised light", &before), ("with load sensitivity", &after)]);

@@ -282,6 +282,7 @@ def export(
     set: Literal["motorcycle", "reduced"] = "motorcycle",
     friction: float = 1.0,
     load: float | None = None,
+    model: _Path | None = None,
 ) -> str:
     """A session's fitted tyres as the text of a file for other programs, as ``roadbench export`` writes it.
 
@@ -295,7 +296,8 @@ def export(
         bikes: folder of bike files, for what no ride gives; ``c`` and ``simulator`` need it.
         set: which set of coefficients a ``tir`` file has.
         friction: road friction of the ride.
-        load: nominal load instead of the bike's static one, N.
+        load: nominal load of a ``tir`` file and of the combined ``csv`` table instead of the bike's static one, N.
+        model: output of a diagnosis, or one session's model: what it found of the tyres is added to them.
 
     Raises:
         ValueError: the session is not there, or what the format needs is missing.
@@ -312,6 +314,7 @@ def export(
         "tyre": tyre,
         "bikes": None if bikes is None else os.fspath(bikes),
         "set": set,
+        "model": None if model is None else os.fspath(model),
         "friction": friction,
         "load": load,
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 
+use crate::batch::models;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::export::text::{Format, Request, Set, Tyre, text};
@@ -38,9 +39,15 @@ pub struct Arguments {
     /// Road friction of the ride.
     #[arg(long, default_value_t = 1.0)]
     friction: f64,
-    /// Nominal load instead of the bike's static one, N.
+    /// Nominal load of a tir file and of the combined csv table instead of the bike's static one, N; the tyre is
+    /// the same.
     #[arg(long)]
     load: Option<f64>,
+    /// Add what `diagnose` found of the tyres: PATH is its output, here or in an object store, or one session's
+    /// model file, as for `run --model`. Best with an OUT that `run --model` wrote with the same PATH.
+    #[arg(long, value_name = "PATH")]
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    model: Option<Location>,
     /// Where to write; stdout without it.
     #[arg(long = "out", value_name = "FILE", value_parser = location(), value_hint = ValueHint::AnyPath)]
     file: Option<Location>,
@@ -51,6 +58,18 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let models = match &arguments.model {
+        Some(at) => Some(models::read(at).map_err(Failure::Usage)?),
+        None => {
+            if arguments.out.join("models").is_dir() {
+                let out = arguments.out.display();
+                tracing::warn!(
+                    "{out} holds a diagnosis, too; --model {out} adds what it found of the tyres"
+                );
+            }
+            None
+        }
+    };
     let request = Request {
         out: &arguments.out,
         session: &arguments.session,
@@ -61,6 +80,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         set: arguments.set,
         friction: arguments.friction,
         load: arguments.load,
+        models: models.as_ref(),
     };
     let text = text(&request).map_err(Failure::Usage)?;
     match &arguments.file {

@@ -9,9 +9,9 @@ use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
+use crate::effects::tyre_file;
 use crate::ingest::map::ChannelMap;
 use crate::manoeuvre::ManoeuvreKind;
-use crate::model::tir;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::objects::Location;
 use crate::pipeline::{self, Pipeline};
@@ -100,7 +100,7 @@ fn model(arguments: &Arguments) -> Result<Model, Failure> {
         Motorcycle::load(&arguments.motorcycle).map_err(|e| Failure::Usage(e.to_string()))?;
     let tyre = |name: &Option<String>| match name {
         None => Ok(None),
-        Some(name) => tir::load(name).map(Some).map_err(|e| Failure::Usage(e.to_string())),
+        Some(name) => tyre_file::load(name).map(Some).map_err(|e| Failure::Usage(e.to_string())),
     };
     if let Some([front, rear]) = motorcycle.tyres.clone() {
         let (given_front, given_rear) = (tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);

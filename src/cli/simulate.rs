@@ -7,8 +7,8 @@ use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::contract::session::Meta;
+use crate::effects::tyre_file;
 use crate::ingest::write_session;
-use crate::model::tir;
 use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::compare::Quantity;
@@ -238,7 +238,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
     let own = tour.clone();
     let tyre = |name: &Option<String>| match name {
         None => Ok(None),
-        Some(name) => tir::load(name).map(Some).map_err(|e| Failure::Usage(e.to_string())),
+        Some(name) => tyre_file::load(name).map(Some).map_err(|e| Failure::Usage(e.to_string())),
     };
     tour.fit(tyre(&arguments.front_tyre)?, tyre(&arguments.rear_tyre)?);
     // a rider who knows the scenario's own tyres rides both: what differs is the tyre

@@ -5,7 +5,7 @@ use clap::ValueHint;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::{put, say};
-use crate::model::tir;
+use crate::effects::tyre_file;
 use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::lateral_bench::LateralBench;
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "--load {load} N must be between 10 and 20000, --friction {friction} between 0.01 and 3"
         )));
     }
-    let read = |name: &str| tir::load(name).map_err(|e| Failure::Usage(e.to_string()));
+    let read = |name: &str| tyre_file::load(name).map_err(|e| Failure::Usage(e.to_string()));
     let mut tyres = vec![(arguments.tyre.clone(), read(&arguments.tyre)?)];
     if let Some(name) = &arguments.against {
         tyres.push((name.clone(), read(name)?));

@@ -2,6 +2,7 @@
 
 use super::ModelError;
 use super::physics::Rolling;
+use crate::contract::bike::Axle;
 use crate::model::tyre::{Output, Tyre};
 
 /// What a tyre acts on when its output is corrected.
@@ -34,6 +35,22 @@ impl ModelError {
     #[inline]
     pub fn radius(&self, base: f64, rolling: Rolling) -> f64 {
         self.rolling_radius(base * self.relative_radius(1.0, rolling), rolling)
+    }
+
+    /// Puts into a tyre of one end the errors of its own numbers. Its cornering stiffness stays what it is.
+    pub fn put_into(&self, tyre: &mut Tyre, axle: Axle) {
+        let change = self.side_force_ratio(0.0, axle);
+        tyre.side_force_ratio += change;
+        tyre.stiffness.c1 -= change;
+        tyre.twisting_stiffness = self.twisting_stiffness(tyre.twisting_stiffness);
+        tyre.relaxation_length = self.relaxation_length(tyre.relaxation_length);
+    }
+
+    /// Whether it changes a tyre's own numbers.
+    pub fn changes_numbers(&self, axle: Axle) -> bool {
+        self.side_force_ratio(0.0, axle) != 0.0
+            || self.twisting_stiffness(0.0) != 0.0
+            || self.relaxation_length(1.0) != 1.0
     }
 
     /// A tyre's output with the errors that are not errors of its numbers.

@@ -2,11 +2,12 @@
 
 use super::ModelError;
 use super::composed::Acting;
+use super::physics::Rolling;
 use crate::model::custom::Custom;
 use crate::model::tyre::{Input, Output, Tyre};
 use crate::model::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
-/// A tyre whose stiffness, friction, trail and rolling resistance are not those of its formulas.
+/// A tyre whose stiffness, friction, trail, rolling resistance and rolling radius are not those of its formulas.
 ///
 /// Errors of the paper's own numbers (side-force ratio, twisting stiffness, relaxation length) are in a
 /// [`Custom`] already; on any other tyre they are the difference of two of the paper's tyres.
@@ -19,26 +20,40 @@ pub struct ExtendedTyre {
     load: f64,
     /// How it departs.
     error: ModelError,
+    /// Width over the front tyre's.
+    crown: f64,
 }
 
 impl ExtendedTyre {
-    /// On the heap; the plain tyre where nothing departs.
-    pub fn boxed(custom: Custom, load: f64, error: &ModelError) -> Box<dyn TyreModel> {
-        Self::of_any(Box::new(custom), [custom.tyre; 2], load, error)
+    /// On the heap, relative to its nominal load; the plain tyre where nothing departs. All that is a tyre's departs:
+    /// beyond what its springs and its toroid do by themselves, too.
+    /// `crown` is its width over the front tyre's.
+    pub fn boxed(custom: Custom, error: &ModelError, crown: f64) -> Box<dyn TyreModel> {
+        Self::departing(Box::new(custom), [custom.tyre; 2], custom.nominal_load, error, crown)
     }
 
     /// Of a tyre of any formulas, that is `like` the first and should be `like` the second of two of the
-    /// paper's tyres.
+    /// paper's tyres. On a multibody motorcycle: what that has by its construction does not depart.
     pub fn of_any(
         base: Box<dyn TyreModel>,
         like: [Tyre; 2],
         load: f64,
         error: &ModelError,
     ) -> Box<dyn TyreModel> {
+        Self::departing(base, like, load, &error.of_hooks(), 1.0)
+    }
+
+    fn departing(
+        base: Box<dyn TyreModel>,
+        like: [Tyre; 2],
+        load: f64,
+        error: &ModelError,
+        crown: f64,
+    ) -> Box<dyn TyreModel> {
         if *error == ModelError::default() {
             return base;
         }
-        Box::new(ExtendedTyre { base, like, load, error: *error })
+        Box::new(ExtendedTyre { base, like, load, error: *error, crown })
     }
 }
 
@@ -81,6 +96,12 @@ impl TyreModel for ExtendedTyre {
         self.base.carcass()
     }
 
+    fn rolling_radius(&self, load: f64, versine: f64, speed: f64) -> f64 {
+        let extra_load = load - self.load;
+        let rolling = Rolling { speed, extra_load, versine, crown: self.crown };
+        self.error.radius(self.base.rolling_radius(load, versine, speed), rolling)
+    }
+
     fn reference(&self) -> Reference {
         self.base.reference()
     }
@@ -102,7 +123,7 @@ mod tests {
         let custom = Custom::new(plant.tyres[0], 1250.0);
         let error =
             ModelError { stiffness_load: -0.3, friction_load: 0.1, ..ModelError::default() };
-        let tyre = ExtendedTyre::boxed(custom, 1250.0, &error);
+        let tyre = ExtendedTyre::boxed(custom, &error, 1.0);
         let input =
             |load| Input { slip_ratio: -0.02, slip_angle: 0.01, camber: -0.3, load, friction: 1.0 };
         assert_eq!(tyre.forces(&input(1250.0)), custom.forces(&input(1250.0)));

@@ -2,6 +2,7 @@
 
 use super::physics::{Physics, Reach};
 use super::spec::{BRAKING, EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 
 pub struct FrictionLoad;
@@ -27,6 +28,7 @@ impl Physics for FrictionLoad {
         level: Level::Bike,
         faint: true,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REACH: Reach = Reach::SLIPS;
 
     fn relative_friction(size: f64, ratio: f64, extra_load: f64) -> f64 {

@@ -52,6 +52,7 @@ pub mod spec;
 mod steer_zero;
 mod stiffness_load;
 mod twisting_stiffness;
+pub mod tyre_file;
 mod tyre_warm_up;
 mod velocity_lever_arm;
 mod wheel_inertia;
@@ -108,6 +109,8 @@ pub struct Effect {
     /// Takes an effect of a size out of what was measured and assumed, so that the base model holds.
     /// `None` where that cannot be done without the tyre.
     pub remove: Option<Remove>,
+    /// Tyres of whose it is; none where it is not the tyres'.
+    pub tyres: &'static [Axle],
     /// What it acts on.
     pub reach: Reach,
 }
@@ -152,6 +155,13 @@ impl Effect {
             true => Ok(()),
             false => Err(format!("{size} {} is not between {low} and {high}", self.unit)),
         }
+    }
+
+    /// Whether it is an error of a tyre's own numbers.
+    pub fn is_number(&self) -> bool {
+        let mut error = ModelError::default();
+        (self.set)(&mut error, self.typical);
+        Axle::BOTH.iter().any(|axle| error.changes_numbers(*axle))
     }
 
     /// Effects and base parameters that change a ride alike: those that this effect declares, then

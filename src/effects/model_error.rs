@@ -27,6 +27,7 @@ macro_rules! effects {
             get: |error| error.$module,
             set: |error, size| error.$module = size,
             remove: $module::$effect::REMOVE,
+            tyres: $module::$effect::TYRES,
             reach: $module::$effect::REACH,
         },)*];
 
@@ -41,6 +42,26 @@ macro_rules! effects {
             pub fn of_attitude(&self) -> ModelError {
                 let kept = |size: f64, keep: bool| if keep { size } else { 0.0 };
                 ModelError { $($module: kept(self.$module, $module::$effect::REACH.attitude),)* }
+            }
+
+            /// The sizes of those effects that are a tyre's; the others are zero.
+            pub fn of_tyre(&self, axle: Axle) -> ModelError {
+                let kept = |size: f64, keep: bool| if keep { size } else { 0.0 };
+                ModelError {
+                    $($module: kept(self.$module, $module::$effect::TYRES.contains(&axle)),)*
+                }
+            }
+
+            /// The sizes of those effects that the multibody motorcycle has from their hooks; the others are
+            /// zero.
+            pub fn of_hooks(&self) -> ModelError {
+                let kept = |size: f64, keep: bool| if keep { size } else { 0.0 };
+                ModelError {
+                    $($module: kept(
+                        self.$module,
+                        matches!($module::$effect::MULTIBODY, Multibody::Hooks),
+                    ),)*
+                }
             }
 
             /// Whether it matters which way the motorcycle goes.

@@ -1,11 +1,12 @@
-//! What `run --model` takes out of each session: its own effects, and those that it shares with others.
+//! What each session has: its own effects, and those that it shares with others. `run --model` takes them out of
+//! the recordings, `export --model` puts those of the tyres into the tyres.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::extended_model::ExtendedModel;
+use super::extended_model::{Estimate, ExtendedModel};
 use super::pooled_effects::PooledEffects;
 use super::remove::remove;
 use super::{ALL, Effect, Level, ModelError, Who};
@@ -15,6 +16,10 @@ use crate::contract::warning::Warning;
 
 /// Where a session's own size comes from, in words.
 const OWN: &str = "its own";
+/// Code of the warning that says what was taken out of a recording.
+const APPLIED: &str = "model_applied";
+/// What its message begins with.
+const TAKEN_OUT: &str = "taken out of the recording";
 
 /// What is known of the sessions of a run. By effect a session has the size that it shares with others where
 /// there is one, else its own; one that was not diagnosed has the shared ones only.
@@ -26,7 +31,15 @@ pub struct Models {
     shared: Vec<Shared>,
     /// Sizes by motorcycle, session and effect.
     #[serde(default)]
-    own: BTreeMap<String, BTreeMap<String, BTreeMap<String, f64>>>,
+    own: BTreeMap<String, BTreeMap<String, BTreeMap<String, Size>>>,
+}
+
+/// A size and its standard error, in the unit of the effect.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Size {
+    value: f64,
+    std_error: f64,
 }
 
 /// An effect that every session of a group has.
@@ -37,20 +50,22 @@ struct Shared {
     level: Level,
     /// As of [`Level::group`].
     group: String,
-    /// In the unit of the effect.
-    value: f64,
+    size: Size,
     /// Where it comes from, in words.
     origin: String,
 }
 
 /// An effect that a session has.
 #[derive(Debug, Clone, Copy)]
-struct Has<'a> {
-    effect: &'static Effect,
+pub struct Has<'a> {
+    /// Which.
+    pub effect: &'static Effect,
     /// In the unit of the effect.
-    value: f64,
+    pub value: f64,
+    /// Its standard error, in the unit of the effect.
+    pub std_error: f64,
     /// Where that comes from, in words.
-    origin: &'a str,
+    pub origin: &'a str,
 }
 
 impl Models {
@@ -58,11 +73,11 @@ impl Models {
     /// sessions, the rest to be this session's: one session says no more.
     pub fn of_one(model: ExtendedModel) -> Self {
         let is_bikes = |name: &str| Effect::named(name).is_ok_and(|e| e.level == Level::Bike);
-        let share = |(name, value): (&String, &f64)| Shared {
+        let share = |(name, size): (&String, &Size)| Shared {
             effect: name.clone(),
             level: Level::Bike,
             group: model.bike_id.clone(),
-            value: *value,
+            size: *size,
             origin: format!("found in {}, usually the motorcycle's", model.session_id),
         };
         let own = sizes(&model);
@@ -92,24 +107,24 @@ impl Models {
             effect: one.effect.clone(),
             level: one.level,
             group: one.group.clone(),
-            value: one.value,
+            size: Size { value: one.value, std_error: one.std_error },
             origin: one.origin(),
         };
         Ok(Models { shared: shared.pooled.iter().map(share).collect(), own })
     }
 
     /// What a session has, in order of the effects.
-    fn of(&self, who: &Who<'_>) -> Vec<Has<'_>> {
+    pub fn of(&self, who: &Who<'_>) -> Vec<Has<'_>> {
         let own = self.own.get(who.bike_id).and_then(|sessions| sessions.get(who.session_id));
         let has = |effect: &'static Effect| {
             let own = own.and_then(|sizes| sizes.get(effect.name));
             let is_its = |s: &&Shared| s.effect == effect.name && s.group == s.level.group(who);
             let shared = self.shared.iter().find(is_its);
-            let (value, origin) = match shared {
-                Some(shared) => (shared.value, shared.origin.as_str()),
+            let (size, origin) = match shared {
+                Some(shared) => (shared.size, shared.origin.as_str()),
                 None => (*own?, OWN),
             };
-            Some(Has { effect, value, origin })
+            Some(Has { effect, value: size.value, std_error: size.std_error, origin })
         };
         ALL.iter().filter_map(has).collect()
     }
@@ -119,7 +134,7 @@ impl Models {
     /// what every site or night shares: rather too much than to overlook a change.
     pub fn text_of(&self, who: &Who<'_>) -> String {
         let mut text = String::new();
-        for Has { effect, value, origin } in self.of(who) {
+        for Has { effect, value, origin, .. } in self.of(who) {
             // writing to a String cannot fail; a number's shortest text says all of it
             let _ = writeln!(text, "{} = {value:?}, {origin}", effect.name);
         }
@@ -129,7 +144,7 @@ impl Models {
             Level::Session | Level::Bike | Level::Fleet => false,
         };
         for s in self.shared.iter().filter(|s| is_open(s.level)) {
-            let _ = writeln!(text, "{} = {:?} perhaps, {}", s.effect, s.value, s.origin);
+            let _ = writeln!(text, "{} = {:?} perhaps, {}", s.effect, s.size.value, s.origin);
         }
         text
     }
@@ -160,7 +175,7 @@ impl Models {
                 message: format!("{says}: {}", list.join(", ")),
             })
         };
-        let taken = warning("model_applied", "taken out of the recording", &taken);
+        let taken = warning(APPLIED, TAKEN_OUT, &taken);
         let left = warning(
             "model_left",
             "cannot be taken out of a recording, stays in the coefficients",
@@ -170,15 +185,24 @@ impl Models {
     }
 }
 
-fn sizes(model: &ExtendedModel) -> BTreeMap<String, f64> {
-    model.effects.iter().map(|(name, found)| (name.clone(), found.value)).collect()
+/// Whether a session's warning (its code and message) says that an effect was taken out of its recording.
+pub fn was_taken_out(code: &str, message: &str, effect: &Effect) -> bool {
+    let list = message.strip_prefix(TAKEN_OUT).unwrap_or_default();
+    let starts = |before: &str| list.contains(&format!("{before}{} (", effect.name));
+    code == APPLIED && (starts(": ") || starts("), "))
+}
+
+fn sizes(model: &ExtendedModel) -> BTreeMap<String, Size> {
+    let size = |found: &Estimate| Size { value: found.value, std_error: found.std_error };
+    model.effects.iter().map(|(name, found)| (name.clone(), size(found))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::extended_model::Estimate;
+    use crate::contract::session::Meta;
     use crate::effects::pooled_effects::PooledEffect;
+    use crate::simulate::scenario::Scenario;
 
     fn model(session_id: &str, bike_id: &str, effects: &[(&str, f64)]) -> ExtendedModel {
         let estimate = |value| Estimate { value, std_error: 0.001, unit: String::new() };
@@ -249,6 +273,25 @@ mod tests {
         assert_eq!(told(&who("s1", "a")), format!("wind = 1.0, its own\n{found}"));
         assert_eq!(told(&who("s2", "a")), found);
         assert_eq!(told(&who("s1", "b")), "");
+    }
+
+    #[test]
+    fn a_warning_tells_what_was_taken_out() {
+        let mut session = Session::new(Meta::default(), 100.0, 3);
+        session.meta.bike_id = "a".to_owned();
+        session.meta.session_id = "s1".to_owned();
+        let sizes = [("latency", 0.03), ("twisting_stiffness", 0.01), ("friction_load", 0.1)];
+        let models = Models::of_one(model("s1", "a", &sizes));
+        let mut bike = Scenario::builtin("perfect").expect("scenario").machine(0).bike;
+        let warnings = models.apply(&mut session, &mut bike);
+        let taken = |name: &str| {
+            let effect = Effect::named(name).expect("known");
+            warnings.iter().any(|w| was_taken_out(w.code, &w.message, effect))
+        };
+        assert!(taken("latency") && taken("twisting_stiffness"), "{warnings:?}");
+        assert!(!taken("friction_load") && !taken("wind"), "{warnings:?}");
+        let has = models.of(&Who::from(&session.meta));
+        assert!(has.iter().all(|h| h.std_error == 0.001) && has.len() == 3);
     }
 
     #[test]

@@ -181,6 +181,9 @@ macro_rules! declare {
             const SPEC: EffectSpec;
             /// Where the multibody motorcycle has it from.
             const MULTIBODY: Multibody = Multibody::Hooks;
+            /// Tyres of whose it is; none where it is of the sensors, the road, the rider or the rest of the
+            /// motorcycle.
+            const TYRES: &[Axle] = &[];
             /// What it acts on; the attitudes know the sizes of no effect that does not say so.
             const REACH: Reach = Reach::FORCES;
             /// Whether it depends on the heading; simulators work out `along` for no other effect.

@@ -2,6 +2,7 @@
 
 use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
 
@@ -23,6 +24,7 @@ impl Physics for PneumaticTrail {
         level: Level::Bike,
         faint: true,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REACH: Reach = Reach::LATERAL;
 
     fn relative_trail(size: f64, ratio: f64) -> f64 {

@@ -3,6 +3,7 @@
 use super::physics::{Multibody, Physics, Reach, Remove, Rolling};
 use super::ride::scale_with;
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
 
@@ -24,6 +25,7 @@ impl Physics for RadiusCamber {
         level: Level::Bike,
         faint: false,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REACH: Reach = Reach::SLIPS;
     const MULTIBODY: Multibody = Multibody::Inherent("its tyres are toroids");
     const REMOVE: Option<Remove> = Some(|session, bike, size| {

@@ -2,6 +2,7 @@
 
 use super::physics::{Multibody, Physics, Reach, Rolling};
 use super::spec::{BRAKING, EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 
 pub struct RadiusLoad;
@@ -22,6 +23,7 @@ impl Physics for RadiusLoad {
         level: Level::Bike,
         faint: false,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REACH: Reach = Reach::SLIPS;
     const MULTIBODY: Multibody = Multibody::Inherent(
         "its tyres are springs, by a share of whose deflection they roll shorter",

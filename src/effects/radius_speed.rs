@@ -3,6 +3,7 @@
 use super::physics::{Physics, Reach, Remove, Rolling};
 use super::ride::scale_with;
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
 
@@ -27,6 +28,7 @@ impl Physics for RadiusSpeed {
         level: Level::Bike,
         faint: false,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REACH: Reach = Reach::SLIPS;
     const REMOVE: Option<Remove> = Some(|session, _, size| {
         for channel in [Channel::WheelSpeedFront, Channel::WheelSpeedRear] {

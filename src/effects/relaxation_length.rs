@@ -2,6 +2,7 @@
 
 use super::physics::{Physics, Reach, Remove};
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
 
@@ -26,6 +27,7 @@ impl Physics for RelaxationLength {
         level: Level::Bike,
         faint: true,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REACH: Reach = Reach::ATTITUDE;
     const REMOVE: Option<Remove> = Some(|_, bike, size| {
         for wheel in [&mut bike.front, &mut bike.rear] {

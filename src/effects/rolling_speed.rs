@@ -3,6 +3,7 @@
 use super::physics::{Physics, Remove};
 use super::ride::add_with;
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
 
@@ -24,6 +25,7 @@ impl Physics for RollingSpeed {
         level: Level::Bike,
         faint: true,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REMOVE: Option<Remove> = Some(|session, _, size| {
         add_with(session, Channel::AccelerationX, |ride, i| crate::GRAVITY * size * ride.v[i]);
     });

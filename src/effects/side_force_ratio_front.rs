@@ -35,6 +35,7 @@ impl Physics for SideForceRatioFront {
         level: Level::Bike,
         faint: false,
     };
+    const TYRES: &[Axle] = &[Axle::Front];
     const REACH: Reach = Reach::LATERAL;
     const REMOVE: Option<Remove> = Some(|_, bike, size| bike.front.side_force_ratio += size);
 

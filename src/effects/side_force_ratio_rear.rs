@@ -24,6 +24,7 @@ impl Physics for SideForceRatioRear {
         level: Level::Bike,
         faint: false,
     };
+    const TYRES: &[Axle] = &[Axle::Rear];
     const REACH: Reach = Reach::LATERAL;
     const REMOVE: Option<Remove> = Some(|_, bike, size| bike.rear.side_force_ratio += size);
 

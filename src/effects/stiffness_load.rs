@@ -2,6 +2,7 @@
 
 use super::physics::{Physics, Reach};
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
 
@@ -29,6 +30,7 @@ impl Physics for StiffnessLoad {
         level: Level::Bike,
         faint: false,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REACH: Reach = Reach::LATERAL;
 
     fn relative_stiffness(size: f64, ratio: f64, extra_load: f64) -> f64 {

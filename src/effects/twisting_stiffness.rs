@@ -2,6 +2,7 @@
 
 use super::physics::{Physics, Reach, Remove};
 use super::spec::{EffectSpec, Level};
+use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::manoeuvre::ManoeuvreKind;
 
@@ -28,6 +29,7 @@ impl Physics for TwistingStiffness {
         level: Level::Bike,
         faint: true,
     };
+    const TYRES: &[Axle] = &Axle::BOTH;
     const REACH: Reach = Reach::LATERAL;
     const REMOVE: Option<Remove> = Some(|_, bike, size| {
         bike.front.twisting_stiffness += size;

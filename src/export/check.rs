@@ -6,7 +6,6 @@ use super::grid;
 use super::tyre::Characterised;
 use crate::model::tir;
 use crate::model::tyre::{Input, Output};
-use crate::model::tyre_model::TyreModel;
 
 /// Largest differences over the ridden ranges, over the largest value there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -39,7 +38,7 @@ pub fn largest_errors(
         let (mut largest, mut off) = (0.0_f64, 0.0_f64);
         for load in loads {
             for input in points(tyre, load) {
-                let wanted = of(&tyre.tyre.forces(&input)) / load;
+                let wanted = of(&tyre.forces(&input)) / load;
                 let found = of(&read.forces(&Input { friction: 1.0, ..input })) / load;
                 largest = largest.max(wanted.abs());
                 off = off.max((found - wanted).abs());

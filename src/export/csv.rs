@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::grid::{Ends, steps};
-use super::tyre::Characterised;
-use crate::model::tyre_model::TyreModel;
+use super::tyre::{Characterised, effects_of};
 
+/// Effects that change nothing in the tables.
+const NO_COLUMN: [&str; 4] = ["rolling_speed", "radius_load", "radius_camber", "radius_speed"];
 /// Values per direction: slip ratio, slip angle, camber, load.
 const POINTS: [usize; 4] = [41, 21, 17, 5];
 /// Values per direction of the combined table.
@@ -37,6 +38,9 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
     );
     comment("(all three at the nominal load; the model's rule, not ridden).");
     comment("ridden: 1 where the side force is within what the ride reached, 0 beyond");
+    for line in effects_of(tyres, &NO_COLUMN) {
+        comment(&line);
+    }
     for tyre in tyres {
         let t = &tyre.tyre.tyre;
         comment(&format!(
@@ -83,10 +87,10 @@ fn rows(out: &mut String, tyre: &Characterised, table: &str, over: [&[f64]; 4]) 
     for &load in loads {
         for &camber in cambers {
             for &angle in angles {
-                let pure = tyre.tyre.forces(&tyre.input(0.0, angle, camber, load));
+                let pure = tyre.forces(&tyre.input(0.0, angle, camber, load));
                 let ridden = u8::from(pure.force_y.abs() <= most * load);
                 for &slip in slips {
-                    let o = tyre.tyre.forces(&tyre.input(slip, angle, camber, load));
+                    let o = tyre.forces(&tyre.input(slip, angle, camber, load));
                     let _ = writeln!(
                         out,
                         "{},{table},{slip:.6},{angle:.6},{camber:.6},{load:.3},{:.4},{:.4},{:.5},{:.5},{ridden}",

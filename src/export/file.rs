@@ -14,6 +14,11 @@ use crate::contract::coefficient::Coefficient as C;
 use crate::report::number_format;
 use crate::tables::rows::{Coefficient, Status};
 
+/// Reference speed, m/s.
+pub const LONGVL: f64 = 16.7;
+/// Note of a coefficient that the form has and the tyre has not.
+pub const NO_LOAD: &str = "set: no load dependence per load, no offset";
+
 /// A property file as it grows.
 #[derive(Default)]
 pub struct File(pub String);
@@ -94,6 +99,34 @@ pub fn head(file: &mut File, fitted: &Fitted, c: &Characterised, model: &str) {
         "shaped: fitted to the characterised tyre over the ranges below; set: follows from the",
     );
     file.comment("model; placeholder: not from this tyre, replace it.");
+}
+
+/// Effects of the rolling radius: property files of this form have one radius at every load.
+const NO_KEY: [&str; 3] = ["radius_load", "radius_camber", "radius_speed"];
+
+/// What a diagnosis named: where it is, or that it is in no tyre.
+pub fn effects(file: &mut File, c: &Characterised) {
+    for line in c.effects(&NO_KEY) {
+        file.comment(&line);
+    }
+}
+
+/// Friction over load: the peak's gain and what the slip stiffness has of it.
+pub fn friction_over_load(file: &mut File, c: &Characterised, peak: f64, exponent: f64) {
+    let note = |else_: &str| match c.error.friction_load == 0.0 {
+        true => else_.to_owned(),
+        false => c.noted("", "friction_load"),
+    };
+    file.number("PDX2", peak, &note(NO_LOAD));
+    file.number("PKX3", exponent, &note(NO_LOAD));
+}
+
+/// Rolling resistance over speed, where it depends on it.
+pub fn rolling_over_speed(file: &mut File, c: &Characterised) {
+    if c.error.rolling_speed != 0.0 {
+        let note = c.noted("times LONGVL", "rolling_speed");
+        file.number("QSY3", c.error.rolling_resistance(0.0, LONGVL), &note);
+    }
 }
 
 /// `[MDI_HEADER]` and `[UNITS]`.

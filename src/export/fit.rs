@@ -3,9 +3,11 @@
 //! The longitudinal curve carries over as it is. The lateral one does not: the characterised tyre
 //! is linear in the slip angle and its stiffness follows camber by eq. 39, the Magic Formula
 //! bends; and combined slip is weighed by other functions. Those are fitted by least squares
-//! over the ridden ranges, then by fourth powers, which spreads what is left evenly.
+//! over the ridden ranges, then by fourth powers, which spreads what is left evenly. What the side force
+//! per load gains with load follows in closed form, to first order.
 
 use super::grid;
+use super::over_load::OverLoad;
 use super::tyre::Characterised;
 use crate::model::mf_mc::MfMc;
 use crate::model::tyre::{Input, Output, trail_0};
@@ -25,8 +27,9 @@ const PEAK: [f64; 2] = [1.15, 1.8];
 /// # Errors
 /// A sentence: the fit does not come to an end.
 pub fn motorcycle(tyre: &Characterised) -> Result<MfMc, String> {
-    let mut set = start(tyre);
-    lateral(tyre, &mut set)?;
+    let over_load = OverLoad::of(tyre);
+    let mut set = start(tyre, &over_load);
+    lateral(tyre, &mut set, &over_load)?;
     let length = tyre.tyre.tyre.relaxation_length;
     set.lag = [length / set.Kya(tyre.load(), 0.0).abs(), 0.0, 0.0];
     if tyre.with_bike {
@@ -36,7 +39,7 @@ pub fn motorcycle(tyre: &Characterised) -> Result<MfMc, String> {
 }
 
 /// What follows in closed form.
-fn start(c: &Characterised) -> MfMc {
+fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
     let t = &c.tyre.tyre;
     let (load, radius) = (c.load(), t.rolling_radius);
     let mf = &t.friction;
@@ -44,6 +47,14 @@ fn start(c: &Characterised) -> MfMc {
     let e1 = if mf.e1.abs() < 1e-6 { 1e-6 } else { mf.e1 };
     let k_alpha = t.stiffness.k_alpha(0.0, t.side_force_ratio);
     let trail = trail_0(radius, t.vertical_stiffness, load);
+    // more trail does not depend on load
+    let more = c.error.relative_trail(0.0) * t.trail_0(c.tyre.nominal_load);
+    let (side, gain) = (over_load.side_force[0], over_load.side_force_gain());
+    let pky3 = proportional(gain);
+    // the file's trail acts on its side force, which changes with load
+    let trails = [(trail + more) / (radius * side), -(0.5 * trail + more) / (radius * side)];
+    let [friction, slope] = over_load.friction.map(|share| mf.d * share);
+    let [slip_stiffness, gained] = over_load.slip_stiffness_of(mf.stiffness());
     let angle = grid::Ends::of(c).slip_angle;
     // cos(QCZ1 atan(QBZ1 alpha)) meets eq. 11 at the largest slip angle ridden
     let left = (1.0 - k_alpha / (3.0 * t.reference_friction) * angle.tan()).clamp(0.0, 1.0);
@@ -59,13 +70,21 @@ fn start(c: &Characterised) -> MfMc {
             deflection_share: 0.0,
         },
         pCx1: mf.c,
-        pDx: [mf.d, 0.0],
+        pDx: [friction, slope],
         pEx: [e1, 0.0, 0.0, -mf.e2 / e1],
-        pKx: [mf.stiffness(), mf.stiffness() * c.tyre.slip_stiffness_load, 0.0],
+        pKx: [slip_stiffness, gained, over_load.friction_exponent],
         pCy: [1.0, 1.5],
-        pDy: [1.0, 0.0, 0.0],
+        pDy: [1.0, gain, 0.0],
         pEy: [-1.5, 0.0, 0.0, -5.0],
-        pKy: [-k_alpha / share(), 2.0, PKY3, 0.0, 0.0, -k_alpha * t.side_force_ratio, 0.0],
+        pKy: [
+            -side * k_alpha / share(pky3),
+            2.0,
+            pky3,
+            0.0,
+            0.0,
+            -side * k_alpha * t.side_force_ratio,
+            -side * k_alpha * t.side_force_ratio * gain,
+        ],
         rBx: [0.0; 2],
         rCx1: 1.0,
         rBy: [0.0; 3],
@@ -73,13 +92,14 @@ fn start(c: &Characterised) -> MfMc {
         qCz1: QCZ1,
         qBz: [shrink, 0.0, 0.0, 0.0, 0.0, 0.0],
         // the trail grows with the root of the load
-        qDz: [trail / radius, -0.5 * trail / radius, 0.0, 0.0],
+        qDz: [trails[0], trails[1] - gain * trails[0], 0.0, 0.0],
         qDzr: [-t.twisting_stiffness / radius, 0.0, 0.0, 0.0],
         qEz: [0.0; 3],
         qHz: [0.0; 2],
         lag: [0.0; 3],
         lag_x: c.tyre.longitudinal_relaxation,
         rolling: t.rolling_resistance,
+        rolling_speed: c.error.rolling_resistance(0.0, 1.0),
         camber_scale: 1.0,
         overturning: Some({
             let arm = linear(grid::Ends::of(c).camber) * t.overturning_stiffness / radius;
@@ -100,11 +120,24 @@ pub fn linear(most: f64) -> f64 {
 }
 
 /// Stiffness over load at the nominal load for `pKy1` = 1.
-fn share() -> f64 {
-    (2.0 * (1.0 / PKY3).atan()).sin()
+fn share(pky3: f64) -> f64 {
+    (2.0 * (1.0 / pky3).atan()).sin()
 }
 
-fn lateral(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
+/// `pKy3` with which the stiffness per load gains a share of itself with the nominal load once more, to first
+/// order: `1/(1 + (Fz/(pKy3 Fz0))²)` loses `2/(1 + pKy3²)`. The form has no gain.
+pub fn proportional(gain: f64) -> f64 {
+    if gain < 0.0 { (-2.0 / gain - 1.0).max(1.0).sqrt().min(PKY3) } else { PKY3 }
+}
+
+fn lateral(c: &Characterised, set: &mut MfMc, over_load: &OverLoad) -> Result<(), String> {
+    lateral_at_nominal(c, set)?;
+    set.pKy[6] = set.pKy[5] * over_load.side_force_gain();
+    Ok(())
+}
+
+/// At the nominal load.
+fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
     let inputs = grid::lateral(c, c.load());
     let ends = grid::Ends::of(c);
     let most = c.ridden_side().max(c.tyre.tyre.friction.d / PEAK[0]);
@@ -112,7 +145,7 @@ fn lateral(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
     let stiffness = set.pKy[0];
     let apply: Apply = |set, x| {
         set.pCy = [x[0], x[7]];
-        set.pDy = [x[1], 0.0, x[10]];
+        set.pDy = [x[1], set.pDy[1], x[10]];
         set.pEy = [x[2], x[3], x[4], x[8]];
         set.pKy[0] = x[5];
         set.pKy[4] = x[6];
@@ -164,6 +197,7 @@ struct Curve<'a> {
     of: fn(&Output) -> f64,
     inputs: &'a [Input],
     wanted: &'a [f64],
+    /// Over load.
     peak: f64,
     parameters: usize,
     /// Fourth powers instead of squares.
@@ -183,7 +217,7 @@ impl Model for Curve<'_> {
         let mut set = self.set;
         (self.apply)(&mut set, theta);
         for (o, (input, wanted)) in out.iter_mut().zip(self.inputs.iter().zip(self.wanted)) {
-            let e = ((self.of)(&set.forces(input)) - wanted) / self.peak;
+            let e = ((self.of)(&set.forces(input)) - wanted) / (self.peak * input.load);
             *o = if self.even { 1e3 * e * e.abs() } else { e };
         }
     }
@@ -199,8 +233,9 @@ fn solve(
     bounds: &[(f64, f64)],
     starts: &[Vec<f64>],
 ) -> Result<(), String> {
-    let wanted: Vec<f64> = inputs.iter().map(|i| of(&c.tyre.forces(i))).collect();
-    let peak = wanted.iter().fold(1e-9_f64, |most, x| most.max(x.abs()));
+    let wanted: Vec<f64> = inputs.iter().map(|i| of(&c.forces(i))).collect();
+    let shares = wanted.iter().zip(inputs).map(|(x, input)| x.abs() / input.load);
+    let peak = shares.fold(1e-12, f64::max);
     let mut curve = Curve {
         set: *set,
         apply,

@@ -1,13 +1,16 @@
 //! One session's fitted tyres, looked up for export, and as TOML with everything that is known.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
+use super::effects::{Named, Place};
 use super::ranges::Ranges;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
+use crate::effects::models::Models;
 use crate::report::tables;
 use crate::tables::rows::{Coefficient, SessionRow, Status};
 
@@ -20,6 +23,8 @@ pub struct Fitted {
     pub coefficients: Vec<Coefficient>,
     /// What was ridden, front and rear: where the coefficients hold.
     pub ranges: [Ranges; 2],
+    /// What a diagnosis named in it; none where none was asked.
+    pub named: Vec<Named>,
 }
 
 impl Fitted {
@@ -59,7 +64,17 @@ impl Fitted {
             .filter(|c| c.ident.key() == session.ident.key())
             .collect();
         let ranges = Ranges::read(out, &session.ident).map_err(|e| e.to_string())?;
-        Ok(Fitted { session, coefficients, ranges })
+        Ok(Fitted { session, coefficients, ranges, named: Vec::new() })
+    }
+
+    /// With what a diagnosis named in the session.
+    ///
+    /// # Errors
+    /// A table cannot be read.
+    pub fn with_models(mut self, out: &Path, models: &Models) -> Result<Self, String> {
+        let warnings = tables::warnings(out).map_err(|e| e.to_string())?;
+        self.named = Named::all(models, &self.session, &warnings);
+        Ok(self)
     }
 
     /// What was ridden of one tyre.
@@ -104,11 +119,12 @@ impl Fitted {
     }
 
     /// The tyre's coefficients as TOML: a table per coefficient with value, interval and
-    /// status. `tyre` limits it to `front`, `rear` or `vehicle`.
+    /// status. `tyre` limits it to `front`, `rear` or `vehicle`. `at_rest` are the peaks of the longitudinal friction
+    /// under the loads at rest, where friction depends on load.
     ///
     /// # Errors
     /// A sentence: the session has no coefficients of that tyre.
-    pub fn to_toml(&self, tyre: Option<&str>) -> Result<String, String> {
+    pub fn to_toml(&self, tyre: Option<&str>, at_rest: &[(Axle, f64)]) -> Result<String, String> {
         let mut sections = Vec::new();
         for name in Part::ALL.map(Part::name) {
             if tyre.is_some_and(|t| t != name) {
@@ -131,17 +147,30 @@ impl Fitted {
             .into_iter()
             .filter(|(name, _)| tyre.is_none_or(|t| t == *name))
             .collect();
-        let document = Document { session: Head::of(&self.session), sections, ranges };
+        let is_meant = |axle: &Axle| tyre.is_none_or(|t| t == axle.name());
+        let axles: Vec<Axle> = Axle::BOTH.into_iter().filter(is_meant).collect();
+        let effects = self.named.iter().map(|one| Effect::of(one, &axles)).collect();
+        let at_rest = at_rest.iter().map(|(axle, d)| (axle.name(), *d)).collect();
+        let document =
+            Document { session: Head::of(&self.session), sections, ranges, at_rest, effects };
         let body = toml::to_string(&document).map_err(|e| format!("cannot write TOML: {e}"))?;
         Ok(format!(
             "# Tyre coefficients fitted by roadbench. SI units, ISO 8855 axes: in a left-hand corner\n\
              # camber is negative and the side force positive; a slip ratio is positive driving.\n\
              # status: ok = fitted; assumed = from the bike file; poorly_determined = do not \
              rely on it;\n# not_available = the ride cannot give it (see reason).\n\
-             # ranges: what was ridden, least and largest; beyond them the coefficients are a guess.\n\n{body}"
+             # ranges: what was ridden, least and largest; beyond them the coefficients are a guess.\n{}\n{body}",
+            if self.named.is_empty() { "" } else { OF_EFFECTS }
         ))
     }
 }
+
+/// What the head says where a diagnosis named something.
+const OF_EFFECTS: &str = "\
+# effects: what diagnose named. place: added = part of the tyre beyond its coefficients; in_coefficients =\n\
+# `run --model` put it there; in_recording = not added, a mean of it is in the coefficients (the output was\n\
+# computed without --model); no_tyre = of a sensor, the road, the rider or the rest of the motorcycle.\n\
+# Load dependence is relative to the load at rest; mf_d_at_rest is the friction there.\n";
 
 fn unknown(session_id: &str, bike_id: Option<&str>, sessions: &[SessionRow]) -> String {
     let ids = || sessions.iter().map(|s| s.ident.session_id.as_str());
@@ -237,11 +266,44 @@ impl<'a> Entry<'a> {
     }
 }
 
+#[derive(Serialize)]
+struct Effect<'a> {
+    effect: &'static str,
+    value: f64,
+    unit: &'static str,
+    std_error: f64,
+    ci95_low: f64,
+    ci95_high: f64,
+    enters: &'static str,
+    origin: &'a str,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    place: BTreeMap<&'static str, Place>,
+}
+
+impl<'a> Effect<'a> {
+    fn of(one: &'a Named, axles: &[Axle]) -> Self {
+        let [ci95_low, ci95_high] = one.interval();
+        Effect {
+            effect: one.effect.name,
+            value: one.value,
+            unit: one.effect.unit,
+            std_error: one.std_error,
+            ci95_low,
+            ci95_high,
+            enters: one.effect.enters,
+            origin: &one.origin,
+            place: axles.iter().map(|axle| (axle.name(), one.place(*axle))).collect(),
+        }
+    }
+}
+
 /// Head and sections in reading order, which a map type would lose.
 struct Document<'a> {
     session: Head<'a>,
     sections: Vec<(&'static str, Vec<&'a Coefficient>)>,
     ranges: Vec<(&'static str, &'a Ranges)>,
+    at_rest: BTreeMap<&'static str, f64>,
+    effects: Vec<Effect<'a>>,
 }
 
 impl Serialize for Document<'_> {
@@ -251,8 +313,14 @@ impl Serialize for Document<'_> {
         for (name, rows) in &self.sections {
             map.serialize_entry(name, &Section(rows))?;
         }
-        let ranges: std::collections::BTreeMap<_, _> = self.ranges.iter().copied().collect();
+        let ranges: BTreeMap<_, _> = self.ranges.iter().copied().collect();
         map.serialize_entry("ranges", &ranges)?;
+        if !self.at_rest.is_empty() {
+            map.serialize_entry("mf_d_at_rest", &self.at_rest)?;
+        }
+        if !self.effects.is_empty() {
+            map.serialize_entry("effects", &self.effects)?;
+        }
         map.end()
     }
 }

@@ -3,7 +3,6 @@
 use super::ranges::Ranges;
 use super::tyre::Characterised;
 use crate::model::tyre::Input;
-use crate::model::tyre_model::TyreModel;
 
 /// What a ride without samples of a kind is given.
 const SLIP: [f64; 2] = [-0.2, 0.0];
@@ -58,7 +57,7 @@ pub fn lateral(tyre: &Characterised, load: f64) -> Vec<Input> {
     for g in steps([-camber, camber], 25) {
         for a in steps([-angle, angle], 17) {
             let input = tyre.input(0.0, a, g, load);
-            if tyre.tyre.forces(&input).force_y.abs() <= most {
+            if tyre.forces(&input).force_y.abs() <= most {
                 out.push(input);
             }
         }
@@ -74,7 +73,7 @@ pub fn combined(tyre: &Characterised, load: f64) -> Vec<Input> {
     for s in steps(ends.slip_ratio, 13) {
         for g in steps([-ends.camber, ends.camber], 7) {
             for a in steps([-ends.slip_angle, ends.slip_angle], 7) {
-                let pure = tyre.tyre.forces(&tyre.input(0.0, a, g, load));
+                let pure = tyre.forces(&tyre.input(0.0, a, g, load));
                 if pure.force_y.abs() <= most {
                     out.push(tyre.input(s, a, g, load));
                 }

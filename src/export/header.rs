@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::grid::Ends;
-use super::tyre::Characterised;
+use super::tyre::{Characterised, effects_of};
 
 const TEMPLATE: &str = include_str!("tyre.h");
 
@@ -34,6 +34,7 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, String>
     ]
     .into_iter()
     .chain(models.into_iter().flatten().map(|m| format!("Tyre model {m}")))
+    .chain(effects_of(tyres, &[]))
     {
         let _ = writeln!(who, " * {}", comment(&line));
     }
@@ -69,6 +70,15 @@ fn number(c: &Characterised) -> String {
         ("camber_moment_decay", t.camber_moment_decay),
         ("reference_friction", t.reference_friction),
         ("peak_slip", t.peak_slip),
+        ("deflection_share", c.tyre.deflection_share),
+        ("width_over_front", c.crown),
+        ("friction_load", c.error.friction_load),
+        ("stiffness_load", c.error.stiffness_load),
+        ("pneumatic_trail", c.error.pneumatic_trail),
+        ("rolling_speed", c.error.rolling_speed),
+        ("radius_load", c.error.radius_load),
+        ("radius_camber", c.error.radius_camber),
+        ("radius_speed", c.error.radius_speed),
         ("slip_ratio_min", ends.slip_ratio[0]),
         ("slip_ratio_max", ends.slip_ratio[1]),
         ("slip_angle_max", ends.slip_angle),

@@ -8,16 +8,20 @@
 //! | [`csv`] | `csv`: look-up tables |
 //! | [`header`] | `c`: a header that evaluates the tyre |
 //!
-//! [`text`] is the one call for all of them. All are written from the output tables alone (and, for what no ride gives, the bike file).
+//! [`effects`] says which effects that a diagnosis named become part of the tyre, [`over_load`] how what depends on
+//! load is said in a property file. [`text`] is the one call for all formats. All are written from the output tables
+//! alone (and, for what no ride gives, the bike file).
 
 pub mod check;
 pub mod csv;
+pub mod effects;
 pub mod file;
 pub mod fit;
 pub mod fitted;
 pub mod grid;
 pub mod header;
 pub mod motorcycle;
+pub mod over_load;
 pub mod ranges;
 pub mod reduced;
 pub mod text;

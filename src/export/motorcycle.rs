@@ -8,7 +8,7 @@
 //! from the characterised tyre, read back and compared over the ranges in the file.
 
 use super::check::{self, LargestErrors};
-use super::file::{self, File, origin, short};
+use super::file::{self, File, NO_LOAD, origin, short};
 use super::fit;
 use super::fitted::Fitted;
 use super::reduced::GAIN;
@@ -34,6 +34,7 @@ pub fn write(
     for line in worst.lines() {
         top.comment(&line);
     }
+    file::effects(&mut top, c);
     Ok((top.0 + &body, worst))
 }
 
@@ -54,7 +55,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -
     };
     f.number("USE_MODE", mode, note);
     f.text("TYRESIDE", "SYMMETRIC", "set: the fits go both ways");
-    f.number("LONGVL", 16.7, "placeholder: reference speed, m/s");
+    f.number("LONGVL", file::LONGVL, "placeholder: reference speed, m/s");
     f.number("VXLOW", 1.0, "placeholder");
     file::body(&mut f, fitted, c, setting);
     f.section("ROADBENCH");
@@ -65,31 +66,33 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -
     let note = format!(
         "relaxation length {} m ({}) over cornering stiffness",
         short(length),
-        row(C::RelaxationLength)
+        c.noted(&row(C::RelaxationLength), "relaxation_length")
     );
     f.number("LAG_C0", set.lag[0], &note);
     f.number("LAG_X", set.lag_x, "placeholder: relaxation length of the slip ratio, m");
     file::ranges(&mut f, c, c.with_bike);
 
-    longitudinal(&mut f, set, &row);
+    longitudinal(&mut f, c, set, &row);
     overturning(&mut f, c, set, &row);
     lateral(&mut f, c, set, &row);
     f.section("ROLLING_COEFFICIENTS");
     f.coefficient("QSY1", fitted.value(Part::Vehicle, C::RollingResistance), 1.0);
+    file::rolling_over_speed(&mut f, c);
     aligning(&mut f, set, c, &row);
     f.0
 }
 
-fn longitudinal(f: &mut File, set: &MfMc, row: &dyn Fn(C) -> String) {
+fn longitudinal(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> String) {
     f.section("LONGITUDINAL_COEFFICIENTS");
     f.number("PCX1", set.pCx1, &row(C::MfC));
-    f.number("PDX1", set.pDx[0], &row(C::MfD));
+    f.number("PDX1", set.pDx[0], &c.friction_note(&row(C::MfD)));
     f.number("PEX1", set.pEx[0], &row(C::MfE1));
     f.number("PEX4", set.pEx[3], &format!("-mf_e2/mf_e1; mf_e2 {}", row(C::MfE2)));
     f.number("PKX1", set.pKx[0], &format!("mf_b mf_c mf_d; mf_b {}", row(C::MfB)));
     f.number("PKX2", set.pKx[1], &format!("{GAIN} {}", row(C::SlipStiffnessLoad)));
-    for key in ["PDX2", "PEX2", "PEX3", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
-        f.number(key, 0.0, "set: no load dependence per load, no offset");
+    file::friction_over_load(f, c, set.pDx[1], set.pKx[2]);
+    for key in ["PEX2", "PEX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
+        f.number(key, 0.0, NO_LOAD);
     }
     let note = "shaped";
     f.number("RBX1", set.rBx[0], note);
@@ -117,15 +120,22 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> Strin
     f.comment(&format!("from lateral_friction_ct {}", row(C::LateralFrictionCt)));
     f.comment(&format!("     slip_camber_c1 {}", row(C::SlipCamberC1)));
     f.comment(&format!("     slip_camber_c3 {}", row(C::SlipCamberC3)));
-    f.comment(&format!("     side_force_ratio {}", row(C::SideForceRatio)));
+    let ratio = row(C::SideForceRatio);
+    let ratio = c.noted(&ratio, "side_force_ratio_front");
+    f.comment(&format!("     side_force_ratio {}", c.noted(&ratio, "side_force_ratio_rear")));
     let t = &c.tyre.tyre;
     let k = t.stiffness.k_alpha(0.0, t.side_force_ratio);
     let peak = "shaped; the ride does not reach the peak";
+    let is_shaped = c.error.stiffness_load != 0.0;
+    let shaped = |else_: &str| match is_shaped {
+        true => c.noted("set: to first order in load", "stiffness_load"),
+        false => else_.to_owned(),
+    };
     for (key, value, note) in [
         ("PCY1", set.pCy[0], "shaped"),
         ("PCY2", set.pCy[1], "shaped"),
         ("PDY1", set.pDy[0], peak),
-        ("PDY2", set.pDy[1], "set"),
+        ("PDY2", set.pDy[1], &shaped("set")),
         ("PDY3", set.pDy[2], peak),
         ("PEY1", set.pEy[0], "shaped"),
         ("PEY2", set.pEy[1], "shaped"),
@@ -137,12 +147,12 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> Strin
     }
     f.number("PKY1", set.pKy[0], &format!("shaped; cornering_stiffness_0 is {} 1/rad", short(k)));
     f.number("PKY2", set.pKy[1], "set");
-    f.number("PKY3", set.pKy[2], "set: stiffness proportional to load");
+    f.number("PKY3", set.pKy[2], &shaped("set: stiffness proportional to load"));
     f.number("PKY4", set.pKy[3], "set");
     f.number("PKY5", set.pKy[4], "shaped");
     let k = k * t.side_force_ratio;
     f.number("PKY6", set.pKy[5], &format!("shaped; camber_stiffness_0 is {} 1/rad", short(k)));
-    f.number("PKY7", set.pKy[6], "set: stiffness proportional to load");
+    f.number("PKY7", set.pKy[6], &shaped("set: stiffness proportional to load"));
     for key in ["PHY1", "PHY2", "PVY1", "PVY2"] {
         f.number(key, 0.0, "set: no offset");
     }
@@ -164,13 +174,15 @@ fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(C) -> Stri
     for key in ["QBZ2", "QBZ5", "QBZ6", "QBZ9", "QBZ10"] {
         f.number(key, 0.0, "set");
     }
-    f.number("QDZ1", set.qDz[0], if c.with_bike { trail } else { "placeholder: give --bikes" });
-    f.number("QDZ2", set.qDz[1], "set: the trail grows with the root of the load");
+    let trail = if c.with_bike { trail } else { "placeholder: give --bikes" };
+    f.number("QDZ1", set.qDz[0], &c.noted(trail, "pneumatic_trail"));
+    let root = "set: the trail grows with the root of the load";
+    f.number("QDZ2", set.qDz[1], &c.noted(&c.noted(root, "pneumatic_trail"), "stiffness_load"));
     for key in ["QDZ3", "QDZ4"] {
         f.number(key, 0.0, "set");
     }
     let note = format!("from twisting_stiffness ({})", row(C::TwistingStiffness));
-    f.number("QDZ8", set.qDzr[0], &note);
+    f.number("QDZ8", set.qDzr[0], &c.noted(&note, "twisting_stiffness"));
     let [.., arm] = set.overturning.unwrap_or_default();
     for key in ["SSZ1", "SSZ2", "SSZ4"] {
         f.number(key, 0.0, "set");

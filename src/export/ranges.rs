@@ -43,6 +43,9 @@ pub struct Ranges {
     /// Camber, rad, and fitted cornering stiffness per load there, 1/rad, over the ridden camber.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stiffness_over_camber: Vec<[f64; 2]>,
+    /// Longitudinal over vertical force of the samples that the friction was fitted to.
+    #[serde(skip)]
+    pub longitudinal_friction: Vec<f64>,
 }
 
 /// Every so-many-th point of the stiffness curve is kept.
@@ -83,6 +86,12 @@ impl Ranges {
                 acceleration_x: acceleration,
                 speed,
                 stiffness_over_camber,
+                longitudinal_friction: points
+                    .iter()
+                    .filter(|p| p.plot == FRICTION_X[k].name && p.series == DATA)
+                    .filter(|p| p.weight.is_none_or(|w| w >= COUNTS))
+                    .filter_map(|p| p.y)
+                    .collect(),
             }
         }))
     }
@@ -100,6 +109,27 @@ impl Ranges {
         let [low, high] = self.acceleration_x.unwrap_or([0.0, 0.0]);
         let (a, b) = (at(low.min(0.0)), at(high.max(0.0)));
         [a.min(b), a.max(b)]
+    }
+
+    /// Load beyond that at rest over it of a wheel that brakes or drives alone at a longitudinal friction.
+    pub fn braked_extra_load(bike: &Bike, axle: Axle, friction: f64) -> f64 {
+        // m a = friction Fz, and Fz = Fz0 -+ m a h/l
+        let transfer = friction * bike.cg_height / bike.wheelbase;
+        let share = match axle {
+            Axle::Front => 1.0 + transfer,
+            Axle::Rear => 1.0 - transfer,
+        };
+        1.0 / share.max(0.1) - 1.0
+    }
+
+    /// Mean of a function of the longitudinal friction over the samples that it was fitted to, by the square of the
+    /// friction: so much does each say of its peak. 1 where there are none.
+    pub fn mean_by_square(&self, of: impl Fn(f64) -> f64) -> f64 {
+        let sum = |f: &dyn Fn(f64) -> f64| -> f64 {
+            self.longitudinal_friction.iter().map(|y| y * y * f(*y)).sum()
+        };
+        let weight = sum(&|_| 1.0);
+        if weight > 0.0 { sum(&of) / weight } else { 1.0 }
     }
 
     /// The largest size of a range, which the model takes both ways.

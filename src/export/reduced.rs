@@ -6,6 +6,7 @@
 //!
 //! ```text
 //! PCX1 = c   PDX1 = d   PKX1 = b c d   PKX2 = slip_stiffness_load PKX1   PEX1 = e1   PEX4 = -e2 / e1
+//! PDX2, PKX3: friction over load   PKY2, PKY7, PDY2: side force per load over load, where a diagnosis named them
 //! PKY1 = -k_alpha0 / sin(2 atan(1 / PKY2)), PKY2 = 20, PKY4 = 2   (stiffness ~ load)
 //! PKY6 = -k_gamma0   QSX2 = k_x / R0   QDZ1 = t_p0 / R0   QDZ8 = -k_t / R0   QSY1 = c_rol
 //! LATERAL_STIFFNESS = k_alpha0 Fz0 / r_l                          (relaxation length)
@@ -17,8 +18,10 @@
 //! Pacejka (2012), Tire and Vehicle Dynamics, 3rd ed., chapter 4.3.2.
 
 use super::check::{self, LargestErrors};
-use super::file::{self, File, origin, short};
+use super::file::{self, File, NO_LOAD, origin, short};
+use super::fit::proportional;
 use super::fitted::Fitted;
+use super::over_load::OverLoad;
 use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
 
@@ -61,6 +64,7 @@ pub fn write(
     if !c.lateral {
         top.comment("The ride gave no lateral stiffness: its section is left out (USE_MODE 1).");
     }
+    file::effects(&mut top, c);
     Ok((top.0 + &body, worst))
 }
 
@@ -68,7 +72,8 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
     let tyre = c.axle;
     let t = &c.tyre.tyre;
     let (load, radius) = (c.load(), t.rolling_radius);
-    let k_alpha = t.stiffness.k_alpha(0.0, t.side_force_ratio);
+    let over_load = OverLoad::of(c);
+    let k_alpha = over_load.side_force[0] * t.stiffness.k_alpha(0.0, t.side_force_ratio);
     let mut file = File::default();
     file::units(&mut file);
     file.section("MODEL");
@@ -76,14 +81,16 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
     let mode = 10.0 + file::use_mode(c, false);
     file.number("USE_MODE", mode, "set: pure slip with relaxation; combined slip is not fitted");
     file.text("TYRESIDE", "SYMMETRIC", "set: the fits go both ways");
-    file.number("LONGVL", 16.7, "placeholder: reference speed, m/s");
+    file.number("LONGVL", file::LONGVL, "placeholder: reference speed, m/s");
     file.number("VXLOW", 1.0, "placeholder");
     file::body(&mut file, fitted, c, setting);
 
     file.section("STRUCTURAL");
     match fitted.value(tyre, C::RelaxationLength) {
-        Ok((length, row)) if length > 0.0 => {
+        Ok((fitted, row)) if fitted > 0.0 => {
+            let length = t.relaxation_length;
             let note = format!("from relaxation_length = {} m ({})", short(length), origin(row));
+            let note = c.noted(&note, "relaxation_length");
             file.number("LATERAL_STIFFNESS", k_alpha * load / length, &note);
         }
         _ => {
@@ -94,25 +101,40 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
 
     file::ranges(&mut file, c, c.with_bike);
     if c.longitudinal {
-        longitudinal(&mut file, fitted, c);
+        longitudinal(&mut file, fitted, c, &over_load);
     }
     file.section("OVERTURNING_COEFFICIENTS");
     file.coefficient("QSX2", fitted.value(tyre, C::OverturningStiffness), 1.0 / radius);
     if c.lateral {
-        lateral(&mut file, fitted, c, k_alpha);
+        lateral(&mut file, fitted, c, k_alpha, &over_load);
     }
     file.section("ROLLING_COEFFICIENTS");
     file.coefficient("QSY1", fitted.value(Part::Vehicle, C::RollingResistance), 1.0);
+    file::rolling_over_speed(&mut file, c);
 
     file.section("ALIGNING_COEFFICIENTS");
     file.number("QBZ1", 0.0, "placeholder: the trail does not shrink with slip");
     file.number("QCZ1", 1.1, "placeholder: no effect with QBZ1 = 0");
-    file.coefficient("QDZ1", fitted.value(tyre, C::PneumaticTrail0), 1.0 / radius);
-    file.coefficient("QDZ8", fitted.value(tyre, C::TwistingStiffness), -1.0 / radius);
+    match fitted.value(tyre, C::PneumaticTrail0) {
+        Ok((trail, row)) if c.error.pneumatic_trail != 0.0 => {
+            let trail = trail * c.error.relative_trail(1.0);
+            let note = format!("from a trail of {} m ({})", short(trail), origin(row));
+            file.number("QDZ1", trail / radius, &c.noted(&note, "pneumatic_trail"));
+        }
+        found => file.coefficient("QDZ1", found, 1.0 / radius),
+    }
+    match fitted.value(tyre, C::TwistingStiffness) {
+        Ok((fitted, row)) if fitted != t.twisting_stiffness => {
+            let note = format!("from twisting_stiffness = {} ({})", short(fitted), origin(row));
+            let note = c.noted(&note, "twisting_stiffness");
+            file.number("QDZ8", -t.twisting_stiffness / radius, &note);
+        }
+        found => file.coefficient("QDZ8", found, -1.0 / radius),
+    }
     file.0
 }
 
-fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised) {
+fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised, over_load: &OverLoad) {
     let mf = &c.tyre.tyre.friction;
     let row = |coefficient: C| {
         fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| origin(r))
@@ -121,27 +143,42 @@ fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised) {
     // the form has the odd part as a share of the even one
     let e1 = if mf.e1.abs() < 1e-6 { 1e-6 } else { mf.e1 };
     file.number("PCX1", mf.c, &row(C::MfC));
-    file.number("PDX1", mf.d, &row(C::MfD));
+    let [d, slope] = over_load.friction.map(|share| mf.d * share);
+    file.number("PDX1", d, &c.friction_note(&row(C::MfD)));
     file.number("PEX1", e1, &row(C::MfE1));
-    file.number("PKX1", mf.stiffness(), &format!("mf_b mf_c mf_d; mf_b {}", row(C::MfB)));
-    let gain = mf.stiffness() * c.tyre.slip_stiffness_load;
+    let [stiffness, gain] = over_load.slip_stiffness_of(mf.stiffness());
+    file.number("PKX1", stiffness, &format!("mf_b mf_c mf_d; mf_b {}", row(C::MfB)));
     file.number("PKX2", gain, &format!("{GAIN} {}", row(C::SlipStiffnessLoad)));
     file.number("PEX4", -mf.e2 / e1, &format!("-mf_e2/mf_e1; mf_e2 {}", row(C::MfE2)));
-    for key in ["PDX2", "PEX2", "PEX3", "PKX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
-        file.number(key, 0.0, "set: no load dependence per load, no offset");
+    file::friction_over_load(file, c, slope, over_load.friction_exponent);
+    for key in ["PEX2", "PEX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
+        file.number(key, 0.0, NO_LOAD);
     }
 }
 
-fn lateral(file: &mut File, fitted: &Fitted, c: &Characterised, k_alpha: f64) {
+fn lateral(
+    file: &mut File,
+    fitted: &Fitted,
+    c: &Characterised,
+    k_alpha: f64,
+    over_load: &OverLoad,
+) {
     let row = |coefficient: C| {
         fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| origin(r))
     };
     let (t, d) = (&c.tyre.tyre, c.tyre.tyre.friction.d);
     file.section("LATERAL_COEFFICIENTS");
     file.number("PCY1", 1.3, "placeholder: the ride does not reach the lateral peak");
-    file.number("PDY1", d, "placeholder: the longitudinal peak mf_d");
+    let gain = over_load.side_force_gain();
+    let (peak, pky2) = (d * over_load.side_force[0], PKY2.min(proportional(gain)));
+    let over = |else_: &str| match gain == 0.0 {
+        true => else_.to_owned(),
+        false => c.noted("", "stiffness_load"),
+    };
+    file.number("PDY1", peak, "placeholder: the longitudinal peak mf_d");
+    file.number("PDY2", peak * gain, &over(NO_LOAD));
     file.number("PEY1", 0.0, "placeholder");
-    let share = (2.0 * (1.0 / PKY2).atan()).sin();
+    let share = (2.0 * (1.0 / pky2).atan()).sin();
     file.number(
         "PKY1",
         -k_alpha / share,
@@ -151,14 +188,24 @@ fn lateral(file: &mut File, fitted: &Fitted, c: &Characterised, k_alpha: f64) {
             row(C::CorneringStiffness0)
         ),
     );
-    file.number("PKY2", PKY2, "set: stiffness proportional to load");
+    file.number("PKY2", pky2, &over("set: stiffness proportional to load"));
     file.number("PKY3", 0.0, "set: at small camber; the change with camber is in the toml export");
     file.number("PKY4", 2.0, "set");
-    let k_gamma = fitted.value(c.axle, C::CamberStiffness0).map(|(value, _)| value);
-    let k_gamma = k_gamma.unwrap_or(k_alpha * t.side_force_ratio);
-    file.number("PKY6", -k_gamma, &row(C::CamberStiffness0));
-    for key in ["PDY2", "PDY3", "PEY2", "PEY3", "PEY4", "PKY5", "PKY7", "PHY1", "PHY2"] {
-        file.number(key, 0.0, "set: no load dependence per load, no offset");
+    // the fitted one, changed as much as the product of the two that it is of
+    let value = |coefficient: C| fitted.value(c.axle, coefficient).map(|(value, _)| value);
+    let product = k_alpha * t.side_force_ratio;
+    let k_gamma = match (value(C::CamberStiffness0), value(C::CorneringStiffness0)) {
+        (Ok(fitted), Ok(k)) => match value(C::SideForceRatio) {
+            Ok(ratio) if k * ratio > 0.0 => fitted * product / (k * ratio),
+            _ => product,
+        },
+        _ => product,
+    };
+    let note = c.noted(&row(C::CamberStiffness0), "side_force_ratio_front");
+    file.number("PKY6", -k_gamma, &c.noted(&note, "side_force_ratio_rear"));
+    file.number("PKY7", -k_gamma * gain, &over(NO_LOAD));
+    for key in ["PDY3", "PEY2", "PEY3", "PEY4", "PKY5", "PHY1", "PHY2"] {
+        file.number(key, 0.0, NO_LOAD);
     }
     for key in ["PVY1", "PVY2", "PVY3", "PVY4"] {
         file.number(key, 0.0, "set: no offset");

@@ -4,10 +4,15 @@ use std::path::Path;
 
 use clap::ValueEnum;
 
+use super::effects::{Named, Place};
+use super::file::one_line;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
 use super::{csv, header, motorcycle, reduced};
 use crate::contract::bike::{Axle, Bike};
+use crate::effects::models::Models;
+use crate::effects::tyre_file::CROWN;
+use crate::effects::{ALL, Effect};
 
 /// What is written, for whom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -70,8 +75,10 @@ pub struct Request<'a> {
     pub set: Set,
     /// Road friction of the ride, 0.01 to 3.
     pub friction: f64,
-    /// Nominal load instead of the bike's static one, N.
+    /// Nominal load of a file instead of the bike's static one, N.
     pub load: Option<f64>,
+    /// What a diagnosis named.
+    pub models: Option<&'a Models>,
 }
 
 /// Beyond this share of the peak a property file is not the tyre it was made of.
@@ -91,15 +98,21 @@ pub fn text(request: &Request<'_>) -> Result<String, String> {
     if !(0.01..=3.0).contains(&request.friction) {
         return Err(format!("--friction {} is not between 0.01 and 3", request.friction));
     }
-    let fitted = Fitted::read(request.out, request.session, request.bike)?;
-    if request.format == Format::Toml {
-        return fitted.to_toml(axle.map(Axle::name));
+    let mut fitted = Fitted::read(request.out, request.session, request.bike)?;
+    if let Some(models) = request.models {
+        fitted = fitted.with_models(request.out, models)?;
+        warn(&fitted, axle);
     }
     let bike = match request.bikes {
         None => None,
         Some(folder) => Some(bike_file(folder, &fitted.session.ident.bike_id)?),
     };
-    let setting = Setting { bike: bike.as_ref(), load: request.load, friction: request.friction };
+    let setting = Setting {
+        bike: bike.as_ref(),
+        load: request.load,
+        friction: request.friction,
+        named: &fitted.named,
+    };
     let one = || axle.ok_or("this file holds one tyre: say --tyre front or --tyre rear".to_owned());
     let needs = |what: &str| match &bike {
         Some(_) => Ok(()),
@@ -110,7 +123,14 @@ pub fn text(request: &Request<'_>) -> Result<String, String> {
         all.into_iter().map(|axle| Characterised::new(&fitted, axle, &setting)).collect()
     };
     match request.format {
-        Format::Toml => fitted.to_toml(axle.map(Axle::name)),
+        Format::Toml => {
+            let at_rest = |axle: Axle| {
+                let c = Characterised::new(&fitted, axle, &setting).ok()?;
+                (c.error.friction_load != 0.0).then_some((axle, c.tyre.tyre.friction.d))
+            };
+            let all: Vec<(Axle, f64)> = Axle::BOTH.into_iter().filter_map(at_rest).collect();
+            fitted.to_toml(axle.map(Axle::name), if bike.is_some() { &all } else { &[] })
+        }
         Format::Csv => Ok(csv::write(&fitted, &tyres()?)),
         Format::C => {
             needs("a C header")?;
@@ -125,6 +145,20 @@ pub fn text(request: &Request<'_>) -> Result<String, String> {
             let tyre = Characterised::new(&fitted, one()?, &setting)?;
             property_file(&fitted, &tyre, &setting, request.set)
         }
+    }
+}
+
+/// Says what the output should have been computed with.
+fn warn(fitted: &Fitted, axle: Option<Axle>) {
+    let axles = axle.map_or(Axle::BOTH.to_vec(), |axle| vec![axle]);
+    let is_in = |one: &&Named| axles.iter().any(|axle| one.place(*axle) == Place::InRecording);
+    let names: Vec<&str> = fitted.named.iter().filter(is_in).map(|one| one.effect.name).collect();
+    if !names.is_empty() {
+        tracing::warn!(
+            "not added to the tyre: {}; the output was computed without `run --model`, a mean of it is in the \
+             coefficients; run with --model, then export",
+            names.join(", ")
+        );
     }
 }
 
@@ -157,13 +191,28 @@ fn simulator(fitted: &Fitted, tyre: &Characterised) -> Result<String, String> {
         return Err(half);
     }
     let text = toml::to_string(&tyre.tyre).map_err(|e| format!("cannot write TOML: {e}"))?;
-    Ok(format!(
-        "# {} tyre of session {} on {}, characterised by roadbench {}. SI units.\n{text}",
+    let mut file = format!(
+        "# {} tyre of session {} on {}, characterised by roadbench {}. SI units.\n",
         tyre.axle.name(),
-        fitted.session.ident.session_id,
-        fitted.session.ident.bike_id,
+        one_line(&fitted.session.ident.session_id),
+        one_line(&fitted.session.ident.bike_id),
         crate::VERSION
-    ))
+    );
+    for line in tyre.effects(&[]) {
+        file += &format!("# {}\n", one_line(&line));
+    }
+    let effects = ALL.iter().map(|e| (e, (e.get)(&tyre.error)));
+    // its own numbers have theirs already
+    let beyond = |(effect, size): &(&Effect, f64)| *size != 0.0 && !effect.is_number();
+    let effects: Vec<(&Effect, f64)> = effects.filter(beyond).collect();
+    if effects.is_empty() {
+        return Ok(file + &text);
+    }
+    file += &format!("{CROWN} = {:?}\n{text}\n[effects]\n", tyre.crown);
+    for (effect, size) in effects {
+        file += &format!("{} = {size:?} # {}\n", effect.name, effect.unit);
+    }
+    Ok(file)
 }
 
 /// The bike's file; an id from a table never leads out of the folder.

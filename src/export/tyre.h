@@ -27,13 +27,23 @@ typedef struct {
     double rolling_radius;                 /* R_rol, m */
     double rolling_resistance;             /* c_rol, eq. 21 */
     double relaxation_length;              /* r_l, m, eq. 1 */
-    double nominal_load;                   /* N */
+    double nominal_load;                   /* at rest, N: what depends on load is relative to it */
     double slip_stiffness_load;            /* gain of slip stiffness per load with the nominal load once more */
     double vertical_stiffness;             /* K_z, N/m, eq. 12 */
     double camber_force_decay;             /* eq. 15 */
     double camber_moment_decay;            /* eq. 17 */
     double reference_friction;             /* mu0: the road of the ride */
     double peak_slip;                      /* sigma_max */
+    double deflection_share;               /* of the deflection, by which it rolls shorter */
+    double width_over_front;               /* of which radius_camber is said */
+    /* what a diagnosis named beyond the equations, 0 where it did not */
+    double friction_load;                  /* friction lost with the nominal load once more */
+    double stiffness_load;                 /* side force per load gained with the nominal load once more */
+    double pneumatic_trail;                /* trail gained, over that under the nominal load */
+    double rolling_speed;                  /* rolling resistance gained per speed, s/m */
+    double radius_load;                    /* rolling radius lost beyond deflection_share, 1/kN */
+    double radius_camber;                  /* crown beyond its own, m */
+    double radius_speed;                   /* rolling radius gained at 20 m/s, over itself */
     double slip_ratio_min, slip_ratio_max; /* what was ridden */
     double slip_angle_max, camber_max;     /* of either sign */
     double load_min, load_max;             /* N */
@@ -89,6 +99,27 @@ static inline double roadbench_rolling_force(const roadbench_tyre *t, double loa
     return -t->rolling_resistance * load;
 }
 
+/* Rolling resistance at a speed, N: eq. 21, and what it gains with speed. */
+static inline double roadbench_rolling_force_at(const roadbench_tyre *t, double load, double speed)
+{
+    return -(t->rolling_resistance + t->rolling_speed * fabs(speed)) * load;
+}
+
+/* Effective rolling radius, m. */
+static inline double roadbench_rolling_radius(const roadbench_tyre *t, double load, double camber,
+                                              double speed)
+{
+    const double deflection = t->nominal_load / t->vertical_stiffness;
+    const double unloaded = t->rolling_radius + t->deflection_share * deflection;
+    const double crown = t->overturning_stiffness + deflection;
+    const double versine = 1.0 - cos(camber), grown = speed / 20.0;
+    const double radius =
+        unloaded - crown * versine - t->deflection_share * load / t->vertical_stiffness;
+    const double share = 1.0 + t->radius_speed * grown * grown
+                         - t->radius_load * (load - t->nominal_load) / 1000.0;
+    return radius * share - t->radius_camber * t->width_over_front * versine;
+}
+
 /* Rate of the lagged slip angle, rad/s, eq. 1; omega is the wheel's speed, rad/s. */
 static inline double roadbench_slip_angle_rate(const roadbench_tyre *t, double omega,
                                                double kinematic, double lagged)
@@ -96,7 +127,7 @@ static inline double roadbench_slip_angle_rate(const roadbench_tyre *t, double o
     return t->rolling_radius * fabs(omega) / t->relaxation_length * (kinematic - lagged);
 }
 
-/* Forces and moments, eqs. 2-20; nothing in the air. */
+/* Forces and moments, eqs. 2-20, and what was named beyond them; nothing in the air. */
 static inline roadbench_output roadbench_forces(const roadbench_tyre *t, const roadbench_input *in)
 {
     roadbench_output out = {0.0, 0.0, 0.0, 0.0};
@@ -105,7 +136,8 @@ static inline roadbench_output roadbench_forces(const roadbench_tyre *t, const r
     if (!(load > 0.0)) {
         return out;
     }
-    const double gained = 1.0 + t->slip_stiffness_load * (load / t->nominal_load - 1.0);
+    const double extra = load / t->nominal_load - 1.0;
+    const double gained = 1.0 + t->slip_stiffness_load * extra;
     const double slip = in->slip_ratio * (gained > 0.2 ? gained : 0.2);
     const double rolling = 1.0 + slip > 1e-4 ? 1.0 + slip : 1e-4;
     const double s = rolling - 1.0;
@@ -142,10 +174,15 @@ static inline roadbench_output roadbench_forces(const roadbench_tyre *t, const r
         -ratio * k * load * camber / (1.0 + t->camber_force_decay * x * x); /* (13)-(15) */
     const double mz_gamma = -t->twisting_stiffness * load * camber
                             / (1.0 + t->camber_moment_decay * n * n); /* (16), (17) */
-    out.force_x = fx;
-    out.force_y = fy_alpha + fy_gamma;
+    const double by_slip = -k * in->slip_angle * load;
+    const double less = 1.0 - k / 3.0 * fabs(tan(in->slip_angle));
+    const double more =
+        t->pneumatic_trail * roadbench_trail(t, t->nominal_load) * (less > 0.0 ? less : 0.0);
+    out.force_x = fx * (1.0 - t->friction_load * extra);
+    out.force_y = (fy_alpha + fy_gamma) * (1.0 + t->stiffness_load * extra);
     out.moment_x = -k_x * load * tan(camber);                                /* (18) */
-    out.moment_z = -trail * fy_alpha + mz_gamma + k_x * fx * tan(camber);    /* (10), (19), (20) */
+    out.moment_z = -trail * fy_alpha + mz_gamma + k_x * fx * tan(camber) /* (10), (19), (20) */
+                   - more * by_slip;
     return out;
 }
 

@@ -1,19 +1,36 @@
 //! The characterised tyre: the fitted coefficients put into the model, with what the bike file adds.
 
+use super::effects::{self, Named};
 use super::fitted::Fitted;
 use super::ranges::Ranges;
 use crate::contract::bike::{Axle, Bike, WheelData};
 use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::effects::ModelError;
+use crate::effects::extended_tyre::ExtendedTyre;
 use crate::model::custom::Custom;
-use crate::model::tyre::{Input, Tyre};
+use crate::model::tyre::{Input, Output, Tyre};
+use crate::model::tyre_model::TyreModel;
 
 /// One tyre of one session, ready to be evaluated.
 #[derive(Debug, Clone)]
 pub struct Characterised {
     /// Which.
     pub axle: Axle,
-    /// The tyre; what the ride did not give is a stand-in, see the flags.
+    /// The tyre without what its formulas leave out, its nominal load that at rest; what the ride did not give is a
+    /// stand-in, see the flags.
     pub tyre: Custom,
+    /// What its formulas leave out.
+    pub error: ModelError,
+    /// Its width over the front tyre's.
+    pub crown: f64,
+    /// What a diagnosis named in the session, this tyre's and else.
+    pub named: Vec<Named>,
+    /// Friction of the braked samples over that under the load at rest: that of the friction over load.
+    pub braked_friction: f64,
+    /// Nominal load of a file, N.
+    nominal: f64,
+    /// The whole tyre.
+    whole: Box<dyn TyreModel>,
     /// Whether the ride gave the longitudinal friction.
     pub longitudinal: bool,
     /// Whether the ride gave the lateral stiffnesses.
@@ -31,15 +48,17 @@ pub struct Characterised {
 pub struct Setting<'a> {
     /// The bike file, for dimensions and static load.
     pub bike: Option<&'a Bike>,
-    /// Nominal load, N, instead of the bike's static load.
+    /// Nominal load of a file, N, instead of the bike's static load.
     pub load: Option<f64>,
     /// Road friction of the ride.
     pub friction: f64,
+    /// What a diagnosis named in the session.
+    pub named: &'a [Named],
 }
 
 impl Default for Setting<'_> {
     fn default() -> Self {
-        Setting { bike: None, load: None, friction: 1.0 }
+        Setting { bike: None, load: None, friction: 1.0, named: &[] }
     }
 }
 
@@ -54,6 +73,11 @@ impl Setting<'_> {
             (None, Some(bike)) => bike.static_load(axle),
             (None, None) => LOAD,
         }
+    }
+
+    /// Load at rest, N, at which the coefficients hold: the bike's; without a bike file the nominal one.
+    pub fn at_rest(&self, axle: Axle) -> f64 {
+        self.bike.map_or(self.nominal(axle), |bike| bike.static_load(axle))
     }
 }
 
@@ -90,13 +114,25 @@ impl Characterised {
             .unwrap_or_else(|| setting.bike.map_or(0.015, |bike| bike.rolling_resistance));
         let get = |c: C| value(part, c).or_else(|| stand_in(c, radius, wheel));
         let load = setting.nominal(axle);
-        let mut tyre = Custom::characterised(get, wheel, load, rolling, setting.friction)
+        let rest = setting.at_rest(axle);
+        let mut tyre = Custom::characterised(get, wheel, rest, rolling, setting.friction)
             .map_err(|e| format!("session `{}`: {e}", fitted.session.ident.session_id))?;
         let ranges = fitted.ridden(axle).clone();
         if let Some(upright) = value(part, C::CorneringStiffness0).filter(|_| no_y.is_none()) {
             let curve = ranges.stiffness_over_camber.last().copied();
             match_stiffness(&mut tyre.tyre, upright, curve);
         }
+        let error = effects::added(setting.named, axle);
+        // of another side-force ratio the slips over camber stay those that were measured
+        let measured = tyre.tyre.stiffness;
+        error.put_into(&mut tyre.tyre, axle);
+        tyre.tyre.stiffness = measured;
+        let braked_friction = setting.bike.map_or(1.0, |bike| {
+            let extra = |friction: f64| Ranges::braked_extra_load(bike, axle, friction);
+            ranges.mean_by_square(|friction| error.relative_friction(1.0, extra(friction)))
+        });
+        tyre.tyre.friction.d /= braked_friction;
+        let crown = setting.bike.map_or(1.0, |bike| bike.wheel(axle).width / bike.front.width);
         let loads = match setting.bike {
             Some(bike) => ranges.load(bike, axle),
             None => [0.5 * load, 2.0 * load],
@@ -104,6 +140,12 @@ impl Characterised {
         Ok(Characterised {
             axle,
             tyre,
+            error,
+            crown,
+            named: setting.named.to_vec(),
+            braked_friction,
+            nominal: load,
+            whole: ExtendedTyre::boxed(tyre, &error, crown),
             longitudinal: no_x.is_none(),
             lateral: no_y.is_none(),
             with_bike: setting.bike.is_some(),
@@ -126,9 +168,38 @@ impl Characterised {
         ))
     }
 
-    /// Nominal load, N.
+    /// Nominal load of a file, N; the coefficients hold at that of [`Characterised::tyre`].
     pub fn load(&self) -> f64 {
-        self.tyre.nominal_load
+        self.nominal
+    }
+
+    /// The note of a number that an effect changes.
+    pub fn noted(&self, note: &str, effect: &str) -> String {
+        effects::noted(note, &self.named, self.axle, effect)
+    }
+
+    /// What a file says of the effects; `left_out` are those that its form has no place for.
+    pub fn effects(&self, left_out: &[&str]) -> Vec<String> {
+        effects::lines(&self.named, &[self.axle], left_out)
+    }
+
+    /// Whether friction depends on load, and the note of it.
+    pub fn friction_note(&self, note: &str) -> String {
+        if self.error.friction_load == 0.0 {
+            return note.to_owned();
+        }
+        let note = format!("{note}, under the braked loads {:.4} of it", self.braked_friction);
+        self.noted(&note, "friction_load")
+    }
+
+    /// The whole tyre, as a simulator has it.
+    pub fn whole(&self) -> &dyn TyreModel {
+        self.whole.as_ref()
+    }
+
+    /// Forces and moments of the whole tyre.
+    pub fn forces(&self, input: &Input) -> Output {
+        self.whole.forces(input)
     }
 
     /// An input at the friction of the ride.
@@ -143,6 +214,12 @@ impl Characterised {
         let tyre = &self.tyre.tyre;
         (tyre.stiffness.ct * camber.tan()).abs()
     }
+}
+
+/// What a file of some tyres of one session says of the effects; `left_out` are those that its form has no place for.
+pub fn effects_of(tyres: &[Characterised], left_out: &[&str]) -> Vec<String> {
+    let axles: Vec<Axle> = tyres.iter().map(|c| c.axle).collect();
+    tyres.first().map_or(Vec::new(), |c| effects::lines(&c.named, &axles, left_out))
 }
 
 /// Makes the stiffness function give the fitted stiffness.

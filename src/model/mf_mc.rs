@@ -56,6 +56,8 @@ pub struct MfMc {
     pub lag_x: f64,
     /// Rolling resistance coefficient.
     pub rolling: f64,
+    /// What it gains per speed, s/m: `qSy3 / LONGVL` of a property file.
+    pub rolling_speed: f64,
     /// Factor on the camber stiffness.
     pub camber_scale: f64,
     /// `qSx2, qSx3, sSz3` of a file that has an overturning moment of its own, and the arm of `Fx` by
@@ -126,6 +128,7 @@ impl MfMc {
             },
             lag_x: if own { keys.or("LAG_X", 0.1) } else { k("LAG_X")? },
             rolling: keys.or("QSY1", 0.0),
+            rolling_speed: keys.or("QSY3", 0.0) / keys.or("LONGVL", 16.7).max(0.1),
             camber_scale: keys.or("LKYC", 1.0),
             overturning: own.then(|| ["QSX2", "QSX3", "SSZ3"].map(|key| keys.or(key, 0.0))),
         })
@@ -233,9 +236,10 @@ impl TyreModel for MfMc {
         Relaxation { longitudinal: self.lag_x, lateral, camber: None }
     }
 
-    fn rolling_resistance(&self, input: &Input, _speed: f64) -> f64 {
+    fn rolling_resistance(&self, input: &Input, speed: f64) -> f64 {
         let load = input.load.max(0.0);
-        self.rolling * load * self.carcass.rolling_radius(load, 1.0 - input.camber.cos())
+        let coefficient = self.rolling + self.rolling_speed * speed.abs();
+        coefficient * load * self.carcass.rolling_radius(load, 1.0 - input.camber.cos())
     }
 
     fn carcass(&self) -> Carcass {

@@ -1,4 +1,4 @@
-//! Tyre files: `.tir` property files and `.toml` files of the paper's tyre.
+//! Tyre property files (`.tir`) and the published sets.
 //!
 //! ```text
 //! $ a comment            ! a comment
@@ -10,7 +10,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::custom::Custom;
 use super::keys::{Keys, Missing};
 use super::linear::Linear;
 use super::mf_62::Mf62;
@@ -60,7 +59,7 @@ pub enum Error {
     },
 }
 
-/// A published set by name, or a `.tir` or `.toml` file.
+/// A published set by name, or a `.tir` file.
 ///
 /// # Errors
 /// See [`Error`].
@@ -79,13 +78,7 @@ pub fn load(name_or_path: &str) -> Result<Box<dyn TyreModel>, Error> {
     }
     let bytes =
         std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-    let text = String::from_utf8_lossy(&bytes);
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        let custom: Custom = toml::from_str(&text)
-            .map_err(|e| Error::Key { path: path.to_owned(), message: e.to_string() })?;
-        return Ok(Box::new(custom));
-    }
-    parse(&text, path)
+    parse(&String::from_utf8_lossy(&bytes), path)
 }
 
 /// The model of a property file's text; `path` is for messages.

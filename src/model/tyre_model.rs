@@ -78,6 +78,11 @@ pub trait TyreModel: std::fmt::Debug + Send + Sync {
     fn rolling_resistance(&self, input: &Input, speed: f64) -> f64;
     /// Shape and vertical spring.
     fn carcass(&self) -> Carcass;
+    /// Effective rolling radius, m, under a load (N) of the spring, at a camber with a `versine` of `1 - cos` and
+    /// a speed (m/s).
+    fn rolling_radius(&self, load: f64, versine: f64, _speed: f64) -> f64 {
+        self.carcass().rolling_radius(load, versine)
+    }
     /// Where the forces act.
     fn reference(&self) -> Reference;
     /// A copy on the heap.

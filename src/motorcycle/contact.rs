@@ -16,7 +16,6 @@ use super::link;
 use super::road::Road;
 use super::state::Wheel;
 use crate::effects::ModelError;
-use crate::effects::physics::Rolling;
 use crate::model::tyre::Input;
 use crate::model::tyre_model::{Carcass, Reference, TyreModel};
 use crate::multibody::tree::Link;
@@ -78,7 +77,8 @@ struct Pressed {
     /// Negative in the air.
     deflection: f64,
     load: f64,
-    rolling_radius: f64,
+    /// Of the spring alone, N, not negative.
+    pressing: f64,
     /// From the wheel plane to the carcass's lowest point, to the left.
     offset: f64,
 }
@@ -99,7 +99,7 @@ impl Pressed {
             contact: Vector3::new(crown.x, crown.y, 0.0),
             deflection,
             load,
-            rolling_radius: carcass.rolling_radius(carcass.stiffness * pressed, 1.0 - cos),
+            pressing: carcass.stiffness * pressed,
             offset: (pressed - carcass.crown) * sin / cos,
         }
     }
@@ -119,7 +119,7 @@ pub fn roll(
     let centre = links[link::WHEELS[i]].position;
     let mut geometry = Geometry::new(&carrier.rotation.column(1).into_owned());
     let camber = geometry.camber.1.atan2(geometry.camber.0);
-    let Pressed { contact, deflection, load, rolling_radius, offset } =
+    let Pressed { contact, deflection, load, pressing, offset } =
         Pressed::new(&tyre.carcass(), &carrier, &centre, &geometry);
 
     let v = carrier.velocity_at(&contact);
@@ -139,9 +139,7 @@ pub fn roll(
     }
     let (vx, vy) = (v.dot(&geometry.along), v.dot(&geometry.across));
     let speed = least(vx);
-    // the carcass shows camber and load by itself
-    let rolling = Rolling { speed: vx, extra_load: 0.0, versine: 0.0, crown: 1.0 };
-    let rolling_radius = error.radius(rolling_radius, rolling);
+    let rolling_radius = tyre.rolling_radius(pressing, 1.0 - geometry.camber.0, vx);
     let kinematic = [(rolling_radius * spin - vx) / speed, vy.atan2(speed)];
     let rate = |length: f64| (speed / length.max(1e-6)).min(1.0 / SHORTEST_LAG);
     let rates = [

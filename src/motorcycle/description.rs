@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::contract::schema::{KeyTable, Values};
+use crate::effects::tyre_file;
+use crate::model::published;
 use crate::model::tyre_model::TyreModel;
-use crate::model::{published, tir};
 use crate::multibody::Rigid;
 
 /// Built-in motorcycles: name and text.
@@ -379,9 +380,9 @@ impl Keys<'_> {
         let Some(name) = self.0.text.get(&format!("{end}.tyre")) else { return Ok(None) };
         let beside = path.parent().unwrap_or(Path::new("")).join(name);
         let tyre = if published::text(name).is_none() && beside.exists() {
-            tir::load(&beside.to_string_lossy())
+            tyre_file::load(&beside.to_string_lossy())
         } else {
-            tir::load(name)
+            tyre_file::load(name)
         };
         tyre.map(Some).map_err(|e| format!("`{end}.tyre`: {e}"))
     }

@@ -8,7 +8,9 @@ use pyo3::prelude::*;
 use serde::Deserialize;
 
 use super::archive::read;
+use crate::batch::models;
 use crate::export::text::{Request, text};
+use crate::objects::Location;
 
 /// What is asked for, as JSON.
 #[derive(Debug, Deserialize)]
@@ -22,12 +24,20 @@ struct Options {
     set: String,
     friction: f64,
     load: Option<f64>,
+    model: Option<String>,
 }
 
 /// A session's tyres as the text of a file.
 #[pyfunction]
 pub fn export(py: Python<'_>, options: &str) -> PyResult<String> {
     let options: Options = read(options)?;
+    let models = match &options.model {
+        None => None,
+        Some(at) => {
+            let at = Location::parse(at).map_err(|e| PyValueError::new_err(e.to_string()))?;
+            Some(models::read(&at).map_err(PyValueError::new_err)?)
+        }
+    };
     let request = Request {
         out: &options.out,
         session: &options.session,
@@ -38,6 +48,7 @@ pub fn export(py: Python<'_>, options: &str) -> PyResult<String> {
         set: word("set", &options.set)?,
         friction: options.friction,
         load: options.load,
+        models: models.as_ref(),
     };
     py.detach(|| text(&request)).map_err(PyValueError::new_err)
 }

@@ -153,7 +153,8 @@ pub fn static_loads(plant: &Plant) -> [f64; 2] {
 pub fn motorcycle(plant: &Plant) -> Result<Motorcycle, String> {
     let load = static_loads(plant);
     let tyre = |k: usize| {
-        ExtendedTyre::boxed(Custom::new(plant.tyres[k], load[k]), load[k], &plant.model_error)
+        let custom = Box::new(Custom::new(plant.tyres[k], load[k]));
+        ExtendedTyre::of_any(custom, [plant.tyres[k]; 2], load[k], &plant.model_error)
     };
     construct(plant, &Build::default(), [tyre(0), tyre(1)])
 }

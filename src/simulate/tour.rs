@@ -23,7 +23,7 @@ use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::schema::KeyTable;
 use crate::effects::ModelError;
-use crate::model::tir;
+use crate::effects::tyre_file;
 use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road};
 
@@ -139,7 +139,7 @@ impl Tour {
             Motorcycle::load(&beside(&file.motorcycle)).map_err(|e| fail(e.to_string()))?;
         let tyre = |name: &Option<String>| match name {
             None => Ok(None),
-            Some(name) => tir::load(&beside(name)).map(Some).map_err(|e| fail(e.to_string())),
+            Some(name) => tyre_file::load(&beside(name)).map(Some).map_err(|e| fail(e.to_string())),
         };
         let (front, rear) = (tyre(&file.front_tyre)?, tyre(&file.rear_tyre)?);
         let Some(own) = motorcycle.tyres.clone() else {

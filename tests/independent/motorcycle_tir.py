@@ -95,29 +95,38 @@ class Motorcycle:
         return fx, fy, mx, mz
 
 
-def fitted(tyre, ranges):
-    """Fx/Fz over slip ratio and Fy/Fz over slip angle and camber, as fitted (eqs. 28, 39, 22)."""
+def fitted(tyre, ranges, at_rest, effects):
+    """Fx/Fz over slip ratio and Fy/Fz over slip angle and camber, as fitted (eqs. 28, 39, 22).
+
+    Both take the load over that at rest, less 1: `effects` are those that a diagnosis named and the
+    export added to the tyre.
+    """
     value = {name: row.get("value") for name, row in tyre.items()}
     b, c, d, e1 = (value[k] for k in ("mf_b", "mf_c", "mf_d", "mf_e1"))
     e2 = value["mf_e2"] or 0.0
-    ratio = value["side_force_ratio"]
+    more = sum(size for name, size in effects.items() if name.startswith("side_force_ratio"))
+    ratio = value["side_force_ratio"] + more
+    d = at_rest or d
 
-    def friction_x(s):
+    def friction_x(s, extra):
+        falls = 1 - effects.get("friction_load", 0.0) * extra
         e = e1 + e2 * copysign(1.0, s)
-        return d * sin(c * atan(b * s - e * (b * s - atan(b * s))))
+        return falls * d * sin(c * atan(b * s - e * (b * s - atan(b * s))))
 
     # tan(gamma)/gamma / k_alpha is linear in gamma²: from the first and last point of the curve
     curve = ranges["stiffness_over_camber"]
     compliance = [((tan(g) / g if g else 1.0) / k, g * g) for g, k in curve]
     t1 = compliance[0][0]
     t2 = (compliance[-1][0] - t1) / compliance[-1][1]
+    # of another side-force ratio the slips that were measured over camber stay
+    upright = t1 + more / abs(value["lateral_friction_ct"])
     middle, g2 = compliance[len(curve) // 2]
     # the tables' curves are in single precision
     assert abs(middle / (t1 + t2 * g2) - 1) < 1e-6, "the curve is not of the family"
 
-    def friction_y(alpha, gamma):
-        k = (tan(gamma) / gamma if gamma else 1.0) / (t1 + t2 * gamma * gamma)
-        return -k * (alpha + ratio * gamma)
+    def friction_y(alpha, gamma, extra):
+        k = (tan(gamma) / gamma if gamma else 1.0) / (upright + t2 * gamma * gamma)
+        return -k * (alpha + ratio * gamma) * (1 + effects.get("stiffness_load", 0.0) * extra)
 
     return friction_x, friction_y, abs(value["lateral_friction_ct"])
 
@@ -145,18 +154,27 @@ def main(tir, coefficients, tables, end):
     tyre = Motorcycle(sections)
     with open(coefficients, "rb") as file:
         document = tomllib.load(file)
-    friction_x, friction_y, ct = fitted(document[end], document["ranges"][end])
+    effects = {
+        one["effect"]: one["value"]
+        for one in document.get("effects", [])
+        if one["place"].get(end) == "added"
+    }
+    at_rest = document.get("mf_d_at_rest", {}).get(end)
+    friction_x, friction_y, ct = fitted(
+        document[end], document["ranges"][end], at_rest, effects
+    )
     gain = document[end]["slip_stiffness_load"]["value"]
     p = tyre.p
     loads = [p["FZMIN"], p["FNOMIN"], p["FZMAX"]]
     x, y = Worst(), Worst()
     for load in loads:
+        extra = load / p["FNOMIN"] - 1
         for slip in steps(p["KPUMIN"], p["KPUMAX"], 201):
-            stiffer = 1 + gain * (load / p["FNOMIN"] - 1)
-            x.see(tyre.forces(slip, 0.0, 0.0, load)[0] / load, friction_x(stiffer * slip))
+            stiffer = 1 + gain * extra
+            x.see(tyre.forces(slip, 0.0, 0.0, load)[0] / load, friction_x(stiffer * slip, extra))
         for gamma in steps(p["CAMMIN"], p["CAMMAX"], 61):
             for alpha in steps(p["ALPMIN"], p["ALPMAX"], 41):
-                wanted = friction_y(alpha, gamma)
+                wanted = friction_y(alpha, gamma, extra)
                 if abs(wanted) <= ct * tan(p["CAMMAX"]):  # the side force that was ridden
                     y.see(tyre.forces(0.0, alpha, gamma, load)[1] / load, wanted)
     said = {"Fx": x.share(), "Fy": y.share(), "points": x.points + y.points}

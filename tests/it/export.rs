@@ -7,21 +7,24 @@ use std::process::Command as Process;
 use assert_cmd::Command;
 use roadbench::contract::bike::{Axle, Bike};
 use roadbench::contract::coefficient::Coefficient as C;
+use roadbench::effects::Effect;
+use roadbench::effects::extended_model::ExtendedModel;
+use roadbench::effects::models::Models;
+use roadbench::export::effects::Place;
 use roadbench::export::fitted::Fitted;
 use roadbench::export::tyre::{Characterised, Setting};
 use roadbench::model::tyre::Input;
-use roadbench::model::tyre_model::TyreModel;
 
-const SESSION: &str = "archive_s0001";
+pub const SESSION: &str = "archive_s0001";
 const LOG: &str = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
-const BIKES: &str = "fixtures/archive/bikes";
+pub const BIKES: &str = "fixtures/archive/bikes";
 
-fn here(path: &str) -> PathBuf {
+pub fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
 /// Runs the binary in the repository and gives back what it says.
-fn roadbench(arguments: &[&str]) -> String {
+pub fn roadbench(arguments: &[&str]) -> String {
     let mut command = Command::cargo_bin("roadbench").expect("binary");
     let output = command.current_dir(here("")).args(arguments).output().expect("the binary ran");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -30,15 +33,21 @@ fn roadbench(arguments: &[&str]) -> String {
 }
 
 /// An output folder with one session in it.
-fn ridden() -> (tempfile::TempDir, String) {
+pub fn ridden() -> (tempfile::TempDir, String) {
+    ridden_with(&[])
+}
+
+/// The same with more arguments.
+pub fn ridden_with(more: &[&str]) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().expect("folder");
     let out = folder.path().join("out").to_string_lossy().into_owned();
-    roadbench(&["run", LOG, "--bikes", BIKES, "--out", &out, "--progress", "never"]);
+    let base = ["run", LOG, "--bikes", BIKES, "--out", &out, "--progress", "never"];
+    roadbench(&[&base[..], more].concat());
     (folder, out)
 }
 
 /// Whether a program is there; where tests must not be skipped (`.ci/run`) it has to be.
-fn there(program: &str) -> bool {
+pub fn there(program: &str) -> bool {
     let found = Process::new(program).arg("--version").output().is_ok_and(|o| o.status.success());
     assert!(
         found || std::env::var_os("ROADBENCH_TEST_ALL").is_none(),
@@ -119,29 +128,56 @@ fn an_independent_reader_gets_the_fitted_forces_from_the_property_file() {
 
 #[test]
 fn the_c_header_is_the_tyre_to_the_last_digits() {
+    compare_header(&[]);
+}
+
+#[test]
+fn the_c_header_of_an_extended_tyre_is_it_to_the_last_digits() {
+    compare_header(&[
+        ("friction_load", 0.12),
+        ("stiffness_load", -0.2),
+        ("side_force_ratio_front", 0.02),
+        ("side_force_ratio_rear", -0.01),
+        ("twisting_stiffness", 0.01),
+        ("pneumatic_trail", 0.4),
+        ("relaxation_length", 0.1),
+        ("radius_load", 0.005),
+        ("radius_camber", 0.02),
+        ("radius_speed", 0.003),
+        ("rolling_speed", 0.0004),
+    ]);
+}
+
+/// Exports a session with some effects, compiles the header and holds it against the library.
+fn compare_header(effects: &[(&str, f64)]) {
     let compiler = std::env::var("CC").unwrap_or("cc".into());
     if !there(&compiler) {
         return;
     }
-    let (folder, out) = ridden();
+    let place = tempfile::tempdir().expect("folder");
+    let path = place.path().join("model.toml");
+    let mut model = format!("session_id = \"{SESSION}\"\nbike_id = \"archive_01\"\n");
+    for (name, size) in effects {
+        let unit = Effect::named(name).expect("known").unit;
+        model +=
+            &format!("[effects.{name}]\nvalue = {size}\nstd_error = 0.001\nunit = \"{unit}\"\n");
+    }
+    std::fs::write(&path, &model).expect("model");
+    let models = Models::of_one(ExtendedModel::parse(&model, "model").expect("model"));
+    let given = ["--model", &path.to_string_lossy()].map(str::to_owned);
+    let given: Vec<&str> = given.iter().map(String::as_str).collect();
+    // freed of them, so that each becomes part of the tyre
+    let (folder, out) = ridden_with(&given);
     let header = folder.path().join("tyre.h");
-    let text = roadbench(&[
-        "export",
-        &out,
-        "--session",
-        SESSION,
-        "--format",
-        "c",
-        "--bikes",
-        BIKES,
-        "--friction",
-        "0.9",
-    ]);
+    let base = ["export", &out, "--session", SESSION, "--format", "c", "--bikes", BIKES];
+    let text = roadbench(&[&base[..], &["--friction", "0.9"], &given].concat());
     std::fs::write(&header, text).expect("header");
 
     let bike = Bike::read(&here(BIKES).join("archive_01.toml")).expect("bike");
     let fitted = Fitted::read(Path::new(&out), SESSION, None).expect("session");
-    let setting = Setting { bike: Some(&bike), load: None, friction: 0.9 };
+    let fitted = fitted.with_models(Path::new(&out), &models).expect("warnings");
+    let setting =
+        Setting { bike: Some(&bike), friction: 0.9, named: &fitted.named, ..Setting::default() };
     let mut points = Vec::new();
     // beyond the ranges too: a locked wheel, a spinning one, the air, ice
     for s in [-1.3, -1.0, -0.4, -0.08, -0.01, 0.0, 0.02, 0.3, 4.0] {
@@ -173,8 +209,14 @@ fn the_c_header_is_the_tyre_to_the_last_digits() {
          int main(void)\n{{\n    for (size_t i = 0; i < sizeof points / sizeof *points; i++) {{\n\
          const roadbench_output f = roadbench_forces(&roadbench_front, &points[i]);\n\
          const roadbench_output r = roadbench_forces(&roadbench_rear, &points[i]);\n\
-         printf(\"%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\\n\", f.force_x, f.force_y,\n\
-         f.moment_x, f.moment_z, r.force_x, r.force_y, r.moment_x, r.moment_z);\n    }}\n\
+         const double load = points[i].load, g = points[i].camber;\n\
+         printf(\"%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\\n\",\n\
+         f.force_x, f.force_y, f.moment_x, f.moment_z,\n\
+         roadbench_rolling_radius(&roadbench_front, load, g, 25.0),\n\
+         roadbench_rolling_force_at(&roadbench_front, load, 25.0),\n\
+         r.force_x, r.force_y, r.moment_x, r.moment_z,\n\
+         roadbench_rolling_radius(&roadbench_rear, load, g, 25.0),\n\
+         roadbench_rolling_force_at(&roadbench_rear, load, 25.0));\n    }}\n\
          return roadbench_ridden(&roadbench_front, points) != 0\n\
          || !(roadbench_rolling_force(&roadbench_rear, 1000.0) < 0.0)\n\
          || !(roadbench_slip_angle_rate(&roadbench_rear, 30.0, 0.1, 0.0) > 0.0);\n}}\n"
@@ -201,17 +243,27 @@ fn the_c_header_is_the_tyre_to_the_last_digits() {
         .collect();
     assert_eq!(found.len(), points.len());
     for (k, axle) in [Axle::Front, Axle::Rear].into_iter().enumerate() {
-        let tyre = Characterised::new(&fitted, axle, &setting).expect("tyre").tyre;
-        let wanted: Vec<[f64; 4]> = points
+        let c = Characterised::new(&fitted, axle, &setting).expect("tyre");
+        let tyre = c.whole();
+        let wanted: Vec<[f64; 6]> = points
             .iter()
             .map(|p| {
                 let o = tyre.forces(p);
-                [o.force_x, o.force_y, o.moment_x, o.moment_z]
+                let radius = tyre.rolling_radius(p.load, 1.0 - p.camber.cos(), 25.0);
+                let lever = c.tyre.tyre.rolling_radius;
+                // the header's is a force, of either sign of a load
+                let rolling = match p.load > 0.0 {
+                    true => -tyre.rolling_resistance(p, 25.0) / lever,
+                    false => f64::NAN,
+                };
+                [o.force_x, o.force_y, o.moment_x, o.moment_z, radius, rolling]
             })
             .collect();
-        for j in 0..4 {
+        let left = c.named.iter().filter(|one| one.place(axle) == Place::InRecording).count();
+        assert_eq!(left, 0);
+        for j in 0..6 {
             let peak = wanted.iter().fold(0.0_f64, |most, w| most.max(w[j].abs()));
-            let off = wanted.iter().zip(&found).map(|(w, f)| (f[4 * k + j] - w[j]).abs());
+            let off = wanted.iter().zip(&found).map(|(w, f)| (f[6 * k + j] - w[j]).abs());
             let off = off.fold(0.0_f64, f64::max) / peak;
             println!("{axle:?} {j}: {off:.1e} of {peak:.0}");
             assert!(off < 1e-12, "{axle:?} {j}: {off:e}");

@@ -16,6 +16,8 @@ mod dirt;
 mod disk;
 mod effects;
 mod export;
+mod extended_ride;
+mod extended_tyre;
 mod fit;
 mod fleet;
 mod formats;

@@ -545,7 +545,7 @@ fn toml_export_reads_back_with_intervals_and_hostile_texts() {
     let folder = tempfile::tempdir().expect("folder");
     generate(folder.path());
     let fitted = Fitted::read(folder.path(), HOSTILE, None).expect("session");
-    let text = fitted.to_toml(None).expect("toml");
+    let text = fitted.to_toml(None, &[]).expect("toml");
     let table: toml::Table = text.parse().expect("valid TOML");
     assert_eq!(table["session"]["session_id"].as_str(), Some(HOSTILE));
     let entry = &table["front"]["cornering_stiffness_0"];
@@ -556,7 +556,7 @@ fn toml_export_reads_back_with_intervals_and_hostile_texts() {
     assert!(table["front"]["mf_e2"].get("value").is_none());
     assert!(table["front"]["mf_e2"]["reason"].as_str().is_some());
     assert_eq!(table["vehicle"]["drag"]["unit"].as_str(), Some("kg/m"));
-    let one: toml::Table = fitted.to_toml(Some("rear")).expect("rear").parse().expect("TOML");
+    let one: toml::Table = fitted.to_toml(Some("rear"), &[]).expect("rear").parse().expect("TOML");
     assert!(one.contains_key("rear") && !one.contains_key("front"));
 }
 

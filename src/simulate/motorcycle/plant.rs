@@ -77,11 +77,7 @@ impl Plant {
     #[must_use]
     pub fn with(mut self, error: &ModelError) -> Self {
         for (tyre, axle) in self.tyres.iter_mut().zip(Axle::BOTH) {
-            let change = error.side_force_ratio(0.0, axle);
-            tyre.side_force_ratio += change;
-            tyre.stiffness.c1 -= change; // k_alpha stays what it is
-            tyre.twisting_stiffness = error.twisting_stiffness(tyre.twisting_stiffness);
-            tyre.relaxation_length = error.relaxation_length(tyre.relaxation_length);
+            error.put_into(tyre, axle);
         }
         self.wheel_inertia = self.wheel_inertia.map(|i| error.wheel_inertia(i));
         self.model_error = *error;
