@@ -120,7 +120,7 @@ impl SourceInspection {
             facts: known.chain(listing.facts.iter().cloned()).collect(),
             channels: listing.channels.iter().zip(contents).map(|(c, s)| facts(c, s)).collect(),
             warnings: listing.warnings.iter().map(|w| (w.code, w.message.clone())).collect(),
-            proposed_map: propose(&name, format, *own_clock, listing),
+            proposed_map: propose(&name, format, *own_clock, listing, contents),
         }
     }
 
