@@ -260,10 +260,15 @@ fn tracks_of_gpxpy_are_the_circle_that_it_was_given() {
             |c| raw.tracks.iter().find(|t| t.channel == c).unwrap_or_else(|| panic!("{name}: {c}"));
         let speed = of(VelocityX);
         assert_eq!(speed.values.len(), 250, "{name}");
-        // positions are rounded to 1 cm: over half a second 0.02 m/s
-        let worst = speed.values.iter().map(|v| (v - 20.0).abs()).fold(0.0, f64::max);
-        println!("{name}: speed within {worst:.4} m/s");
-        assert!(worst < within, "{name}: {worst}");
+        // positions are rounded to 1 cm: over half a second that is 0.02 m/s, and at the ends of a segment, where there
+        // are neighbours to one side only, over a tenth 0.1 m/s
+        let worst = |inner: bool| {
+            let at_end = |i: usize| i < 3 || (97..103).contains(&i) || i >= 247;
+            let of = speed.values.iter().enumerate().filter(|(i, _)| at_end(*i) != inner);
+            of.map(|(_, v)| (v - 20.0).abs()).fold(0.0, f64::max)
+        };
+        println!("{name}: speed within {:.4} m/s, at ends {:.4}", worst(true), worst(false));
+        assert!(worst(true) < within && worst(false) < 5.0 * within, "{name}: {}", worst(true));
         let step = speed.time[100] - speed.time[99];
         assert!((step - 5.1).abs() < 1e-6, "{name}: the pause is {step} s");
         assert_eq!(of(Latitude).values[0], 50.0, "{name}");
