@@ -12,8 +12,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 
-use super::packed;
 use super::url::{Url, is_url};
+
+/// Endings of the names of logs that are packed as a whole.
+const PACKED: [&str; 2] = ["gz", "zst"];
 
 /// Characters that make a name a glob pattern.
 const WILD: [char; 3] = ['*', '?', '['];
@@ -129,7 +131,7 @@ impl Location {
 
     /// Whether it is a packed log by its name.
     pub fn is_packed(&self) -> bool {
-        packed::ENDINGS.iter().any(|ending| self.is_named(ending))
+        PACKED.iter().any(|ending| self.is_named(ending))
     }
 
     /// Whether the name ends so (without the dot), in whatever case; what is packed is not looked through.

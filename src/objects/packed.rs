@@ -10,9 +10,6 @@ use bytes::Bytes;
 use super::location::Location;
 use super::stat::Stat;
 
-/// Endings of the names of packed logs.
-pub const ENDINGS: [&str; 2] = ["gz", "zst"];
-
 /// Largest log after unpacking, bytes: it is kept in memory while it is read.
 const LARGEST: u64 = 1 << 30;
 

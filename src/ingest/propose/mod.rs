@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 
 use crate::contract::channel::Channel;
 use crate::ingest::listing::{Listing, SourceChannel};
-use crate::ingest::survey::ChannelContents;
 use crate::ingest::units;
 
 #[cfg(test)]
@@ -19,6 +18,9 @@ use words::{RULES, Rule, words};
 /// Most channels of the log that are offered for one column.
 const MOST: usize = 4;
 
+/// Least, middle and largest number of a channel.
+type Extent = [f64; 3];
+
 /// How well a channel of the log suits a column.
 struct Candidate<'a> {
     channel: &'a SourceChannel,
@@ -29,18 +31,18 @@ struct Candidate<'a> {
 
 /// The text of a channel map for such a log: ready to save, and to be checked by its owner.
 ///
-/// `name` becomes the map's; `contents` is what the channels hold, in the same order, or empty where that is not
-/// known.
+/// `name` becomes the map's; `extents` are the least, middle and largest number of each channel, in the same order, or
+/// empty where they are not known.
 pub fn propose(
     name: &str,
     format: &str,
     own_clock: bool,
     listing: &Listing,
-    contents: &[ChannelContents],
+    extents: &[Option<Extent>],
 ) -> String {
     let mut out = String::new();
     // writing to a String cannot fail
-    let _ = write_map(&mut out, name, format, own_clock, (listing, contents));
+    let _ = write_map(&mut out, name, format, own_clock, (listing, extents));
     out
 }
 
@@ -49,10 +51,10 @@ fn write_map(
     name: &str,
     format: &str,
     own_clock: bool,
-    (listing, contents): (&Listing, &[ChannelContents]),
+    (listing, extents): (&Listing, &[Option<Extent>]),
 ) -> std::fmt::Result {
     let found: Vec<(&Rule, Vec<Candidate<'_>>)> =
-        RULES.iter().map(|rule| (rule, candidates(rule, format, listing, contents))).collect();
+        RULES.iter().map(|rule| (rule, candidates(rule, format, listing, extents))).collect();
     let sure: Vec<&SourceChannel> = found
         .iter()
         .filter_map(|(_, c)| c.first().filter(|c| c.doubt.is_none()).map(|c| c.channel))
@@ -168,11 +170,11 @@ fn candidates<'a>(
     rule: &Rule,
     format: &str,
     listing: &'a Listing,
-    contents: &[ChannelContents],
+    extents: &[Option<Extent>],
 ) -> Vec<Candidate<'a>> {
     // a switch that was never pressed, a sensor that was never connected
     let at_rest = |place: usize| {
-        let extent = contents.get(place).and_then(|c| c.extent);
+        let extent = extents.get(place).copied().flatten();
         rule.is_controlled() && extent.is_some_and(|[least, _, most]| least == most)
     };
     let channels = listing.channels.iter().enumerate().filter(|(place, _)| !at_rest(*place));
@@ -314,9 +316,8 @@ mod tests {
             ("", "Brake Press F", "bar"),
             ("", "Lean Angle", "deg"),
         ]);
-        let still = |x: f64| ChannelContents { extent: Some([x; 3]), ..ChannelContents::default() };
-        let moved =
-            ChannelContents { extent: Some([0.0, 10.0, 80.0]), ..ChannelContents::default() };
+        let still = |x: f64| Some([x; 3]);
+        let moved = Some([0.0, 10.0, 80.0]);
         let text = propose("x", "kiro", true, &log, &[still(0.0), moved, still(1.0), still(0.0)]);
         let map = ChannelMap::parse(&text, "draft").expect(&text);
         let taken: Vec<(Channel, &str)> =
