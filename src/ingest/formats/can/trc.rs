@@ -31,7 +31,7 @@ fn columns(version: &str) -> &'static str {
 pub fn is_trace(start: &str) -> bool {
     let mut comments =
         start.lines().map(str::trim).take_while(|l| l.is_empty() || l.starts_with(';'));
-    comments.any(|l| l.starts_with(";$FILEVERSION=") || l.contains("Message Number"))
+    comments.any(|l| l.starts_with(";$FILEVERSION=") || l.to_lowercase().contains("time offset"))
 }
 
 /// A PEAK trace.
@@ -50,6 +50,10 @@ pub fn each(log: &mut dyn BufRead, take: &mut dyn FnMut(&Frame<'_>)) -> Result<S
                 }
                 Some(("$STARTTIME", days)) => scan.start = start(days),
                 _ => {}
+            }
+            // what 1.0 has instead
+            if let Some(told) = comment.trim().strip_prefix("Start time:") {
+                scan.start = scan.start.take().or_else(|| start_in_words(told));
             }
             return;
         }
@@ -90,6 +94,10 @@ fn frame(line: &str, layout: &[String], data: &mut Vec<u8>) -> Option<Line> {
             "B" => bus = words.next()?.parse().ok()?,
             "I" => {
                 let digits = words.next()?;
+                // a state of the bus
+                if digits == "FFFFFFFF" {
+                    return Some(Line::Other);
+                }
                 id = Some(u32::from_str_radix(digits, 16).ok()?);
                 // four digits are a standard identifier, eight an extended one
                 extended = digits.len() > 4;
@@ -120,6 +128,12 @@ fn start(days: &str) -> Option<String> {
     jiff::Timestamp::from_millisecond(ms as i64).ok().map(|t| t.to_string())
 }
 
+/// `18.12.2021 14:28:07.062`, likewise.
+fn start_in_words(text: &str) -> Option<String> {
+    let civil = jiff::civil::DateTime::strptime("%d.%m.%Y %H:%M:%S%.f", text.trim()).ok()?;
+    Some(civil.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp().to_string())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -141,7 +155,7 @@ mod tests {
         for (version, lines) in [
             (
                 "1.0",
-                "1)  1841  01A3  3  01 02 FF\n2)  2000  18FF1234  1  07\n3)  2001  01A3  3  RTR\n4)  2002  01A3  3  01",
+                "1)  1841  01A3  3  01 02 FF\n2)  2000  18FF1234  1  07\n3)  2001  01A3  3  RTR\n5)  17540  FFFFFFFF  4  00 00 00 08 -- -- -- -- BUSHEAVY\n4)  2002  01A3  3  01",
             ),
             (
                 "1.1",
@@ -170,14 +184,16 @@ mod tests {
             ),
         ] {
             let head = match version {
-                "1.0" => ";   Message Number\n;   |         Time Offset (ms)\n".to_owned(),
+                "1.0" => ";####\n;   Start time: 18.12.2021 14:28:07.062\n;    |       +time offset of message (ms)\n"
+                    .to_owned(),
                 version => format!(";$FILEVERSION={version}\n;$STARTTIME=46143.5013194444\n"),
             };
             let (frames, scan) = read(&format!("{head};---+--   ----+----\n{lines}\n"));
             assert_eq!(frames, [one.clone(), two.clone()], "{version}");
             assert_eq!(scan.bad, 1, "{version}");
-            let wanted = (version != "1.0").then_some("2026-05-01T12:01:54Z");
-            assert_eq!(scan.start.as_deref(), wanted, "{version}");
+            let wanted =
+                if version == "1.0" { "2021-12-18T14:28:07.062Z" } else { "2026-05-01T12:01:54Z" };
+            assert_eq!(scan.start.as_deref(), Some(wanted), "{version}");
         }
     }
 
