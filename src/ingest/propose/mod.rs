@@ -196,7 +196,7 @@ fn candidates<'a>(
         }
     }
     let of_grip = |c: &Candidate<'_>| rule.is_grip(&words(units::of_name(&c.channel.name).0));
-    if found.iter().any(|c| of_grip(c)) && !found.iter().all(|c| of_grip(c)) {
+    if found.iter().any(of_grip) && !found.iter().all(of_grip) {
         let doubt = "the log has the rider's grip and the engine's valve: which do you want?";
         found.iter_mut().for_each(|c| c.doubt = Some(doubt.to_owned()));
     }

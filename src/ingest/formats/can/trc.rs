@@ -138,7 +138,9 @@ fn start_in_words(text: &str) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> (Vec<(f64, u16, u32, bool, Vec<u8>)>, Scan) {
+    type Seen = (f64, u16, u32, bool, Vec<u8>);
+
+    fn read(text: &str) -> (Vec<Seen>, Scan) {
         assert!(is_trace(text), "{text}");
         let mut seen = Vec::new();
         let scan = each(&mut text.as_bytes(), &mut |f| {
