@@ -1,5 +1,5 @@
 #![no_main]
-//! CAN logs: BLF, ASC, candump. Seeds are in fixtures/formats.
+//! CAN logs: BLF, ASC, candump, PEAK traces. Seeds are in fixtures/formats.
 
 mod log;
 

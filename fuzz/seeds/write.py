@@ -228,6 +228,13 @@ def lines(name, head):
 
 # --- loggers of motorcycles ---------------------------------------------------------------------------------
 
+def gpx():
+    """What follows the first element, which the target brings; a dozen points."""
+    whole = (SAMPLES / "circle_garmin.gpx").read_bytes()
+    points = whole[whole.index(b"<trk>"):].split(b"</trkpt>")
+    return b"</trkpt>".join(points[:ROWS]) + b"</trkpt></trkseg></trk></gpx>"
+
+
 def motec_ld():
     names = [(b"GPS Speed", b"km/h", 3, 2), (b"Lean Angle", b"deg", 5, 4), (b"Wheel Speed Front", b"km/h", 7, 4),
              (b"Gear", b"", 7, 2)]
@@ -279,12 +286,14 @@ def kiro():
 
 def racing_text():
     """The byte that says whose, then what follows the line that the target brings."""
-    for who, name in enumerate(("motec_i2.csv", "aim_rs3.csv", "racechrono_v3.csv", "xsens_mti.txt")):
+    for who, name in enumerate(("motec_i2.csv", "aim_rs3.csv", "racechrono_v3.csv", "xsens_mti.txt", "racebox.csv")):
         whole = (SAMPLES / "racing" / name).read_bytes().splitlines(keepends=True)
         if name.startswith("xsens"):
             header = next(i for i, line in enumerate(whole) if line.startswith(b"PacketCounter\t"))
             whole[header] = whole[header].removeprefix(b"PacketCounter\t")
             rest = [whole[header], *whole[header + 1::10][:ROWS]]
+        elif name.startswith("racebox"):
+            rest = whole[1:45]
         elif name.startswith("race"):
             rest = whole[1:12] + whole[12::10][:ROWS]
         else:
@@ -303,6 +312,8 @@ def main():
     put("can", "plain.blf", blf(False))
     put("can", "ride.asc", lines("ride.asc", 5))
     put("can", "ride.log", lines("ride_candump.log", 0))
+    put("can", "ride.trc", lines("ride.trc", 16))
+    put("gpx", "circle.gpx", gpx())
     put("dbc", "ride.dbc", (SAMPLES / "ride.dbc").read_bytes())
     put("motec_ld", "ride.ld", motec_ld())
     put("ctrk", "ride", ctrk())

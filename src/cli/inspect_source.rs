@@ -115,12 +115,13 @@ impl SourceInspection {
         ];
         let known = known.into_iter().filter_map(|(k, v)| Some((k.to_owned(), v?.clone())));
         let name = log.file_stem();
+        let extents: Vec<Option<[f64; 3]>> = contents.iter().map(|c| c.extent).collect();
         SourceInspection {
             format,
             facts: known.chain(listing.facts.iter().cloned()).collect(),
             channels: listing.channels.iter().zip(contents).map(|(c, s)| facts(c, s)).collect(),
             warnings: listing.warnings.iter().map(|w| (w.code, w.message.clone())).collect(),
-            proposed_map: propose(&name, format, *own_clock, listing),
+            proposed_map: propose(&name, format, *own_clock, listing, &extents),
         }
     }
 

@@ -12,7 +12,7 @@
 
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
-use crate::objects::Location;
+use crate::objects::{Location, source};
 
 pub mod aids;
 mod check;
@@ -38,6 +38,7 @@ mod session_schema;
 pub mod survey;
 mod switches;
 mod table;
+mod track;
 pub mod units;
 mod unread;
 mod warning;
@@ -79,6 +80,11 @@ pub fn identify(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Meta, E
 pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let log = &log.into();
     let mut raw = (format_of(log)?.read)(log, or_shipped(maps))?;
+    if let Some(why) = source::broken(log) {
+        let message =
+            format!("the packed log is damaged or cut off ({why}); read as far as it was unpacked");
+        raw.warnings.push(warning::warning("truncated", None, 1, None, message));
+    }
     raw.meta = ident::checked(raw.meta)?;
     Ok(raw)
 }

@@ -17,37 +17,58 @@ const INCH: f64 = 0.0254;
 const PSI: f64 = 6_894.757_293_168;
 const FAHRENHEIT: f64 = 5.0 / 9.0;
 
-/// Spelling, dimension, factor, offset. Spellings are compared without case and blanks, with
+/// Spelling, dimension, factor, offset. Spellings are compared without case, blanks, `·` and `^`, with
 /// `²` as `2`, `°` as `deg` and `µ` as `u`; where case matters (`mPa`) the unit is left out.
 #[rustfmt::skip]
 const UNITS: &[(&str, &str, f64, f64)] = &[
-    ("1", "ratio", 1.0, 0.0), ("", "ratio", 1.0, 0.0), ("-", "ratio", 1.0, 0.0),
-    ("%", "ratio", 0.01, 0.0), ("percent", "ratio", 0.01, 0.0),
-    ("s", "time", 1.0, 0.0), ("sec", "time", 1.0, 0.0), ("second", "time", 1.0, 0.0),
-    ("seconds", "time", 1.0, 0.0), ("ms", "time", 1e-3, 0.0), ("msec", "time", 1e-3, 0.0), ("us", "time", 1e-6, 0.0),
-    ("ns", "time", 1e-9, 0.0), ("min", "time", 60.0, 0.0), ("h", "time", 3600.0, 0.0),
-    ("m/s", "speed", 1.0, 0.0), ("km/h", "speed", 1.0 / 3.6, 0.0), ("kmh", "speed", 1.0 / 3.6, 0.0),
-    ("kph", "speed", 1.0 / 3.6, 0.0), ("kmph", "speed", 1.0 / 3.6, 0.0), ("mph", "speed", MPH, 0.0),
-    ("kn", "speed", KNOT, 0.0), ("knot", "speed", KNOT, 0.0), ("knots", "speed", KNOT, 0.0),
-    ("mm/s", "speed", 1e-3, 0.0), ("cm/s", "speed", 1e-2, 0.0),
-    ("m/s2", "acceleration", 1.0, 0.0), ("m/s/s", "acceleration", 1.0, 0.0),
-    ("m/sec2", "acceleration", 1.0, 0.0), ("m/sec", "speed", 1.0, 0.0), ("m/s^2", "acceleration", 1.0, 0.0),
-    ("g", "acceleration", G, 0.0), ("mg", "acceleration", 1e-3 * G, 0.0),
-    ("rad", "angle", 1.0, 0.0), ("mrad", "angle", 1e-3, 0.0), ("deg", "angle", DEG, 0.0),
-    ("rad/s", "angular rate", 1.0, 0.0), ("mrad/s", "angular rate", 1e-3, 0.0),
-    ("deg/s", "angular rate", DEG, 0.0), ("deg/sec", "angular rate", DEG, 0.0),
-    ("dps", "angular rate", DEG, 0.0), ("rad/sec", "angular rate", 1.0, 0.0), ("degree", "angle", DEG, 0.0),
-    ("degrees", "angle", DEG, 0.0), ("rpm", "angular rate", RPM, 0.0),
-    ("1/min", "angular rate", RPM, 0.0), ("rev/s", "angular rate", 60.0 * RPM, 0.0),
-    ("hz", "angular rate", 60.0 * RPM, 0.0),
+    ("1", "ratio", 1.0, 0.0), ("", "ratio", 1.0, 0.0), ("-", "ratio", 1.0, 0.0), ("ratio", "ratio", 1.0, 0.0),
+    ("none", "ratio", 1.0, 0.0), ("#", "ratio", 1.0, 0.0), ("unitless", "ratio", 1.0, 0.0),
+    ("%", "ratio", 0.01, 0.0), ("percent", "ratio", 0.01, 0.0), ("pct", "ratio", 0.01, 0.0), ("%tps", "ratio", 0.01, 0.0),
+    ("%open", "ratio", 0.01, 0.0), ("%throttle", "ratio", 0.01, 0.0),
+    ("s", "time", 1.0, 0.0), ("sec", "time", 1.0, 0.0), ("secs", "time", 1.0, 0.0), ("second", "time", 1.0, 0.0),
+    ("seconds", "time", 1.0, 0.0), ("ms", "time", 1e-3, 0.0), ("msec", "time", 1e-3, 0.0),
+    ("milliseconds", "time", 1e-3, 0.0), ("us", "time", 1e-6, 0.0), ("ns", "time", 1e-9, 0.0), ("min", "time", 60.0, 0.0),
+    ("h", "time", 3600.0, 0.0), ("hr", "time", 3600.0, 0.0), ("hours", "time", 3600.0, 0.0),
+    ("m/s", "speed", 1.0, 0.0), ("m/sec", "speed", 1.0, 0.0), ("mps", "speed", 1.0, 0.0), ("ms-1", "speed", 1.0, 0.0),
+    ("meters/second", "speed", 1.0, 0.0), ("km/h", "speed", 1.0 / 3.6, 0.0), ("km/hr", "speed", 1.0 / 3.6, 0.0),
+    ("kmh", "speed", 1.0 / 3.6, 0.0), ("kph", "speed", 1.0 / 3.6, 0.0), ("kmph", "speed", 1.0 / 3.6, 0.0),
+    ("mph", "speed", MPH, 0.0), ("mi/h", "speed", MPH, 0.0), ("miles/h", "speed", MPH, 0.0),
+    ("kn", "speed", KNOT, 0.0), ("kt", "speed", KNOT, 0.0), ("kts", "speed", KNOT, 0.0), ("knot", "speed", KNOT, 0.0),
+    ("knots", "speed", KNOT, 0.0), ("mm/s", "speed", 1e-3, 0.0), ("cm/s", "speed", 1e-2, 0.0),
+    ("ft/s", "speed", 12.0 * INCH, 0.0),
+    ("m/s2", "acceleration", 1.0, 0.0), ("m/s/s", "acceleration", 1.0, 0.0), ("m/s**2", "acceleration", 1.0, 0.0),
+    ("m/sec2", "acceleration", 1.0, 0.0), ("m/sec/sec", "acceleration", 1.0, 0.0), ("mps2", "acceleration", 1.0, 0.0),
+    ("ms-2", "acceleration", 1.0, 0.0), ("m/(s2)", "acceleration", 1.0, 0.0), ("ft/s2", "acceleration", 12.0 * INCH, 0.0),
+    ("g", "acceleration", G, 0.0), ("g's", "acceleration", G, 0.0), ("mg", "acceleration", 1e-3 * G, 0.0),
+    ("rad", "angle", 1.0, 0.0), ("radian", "angle", 1.0, 0.0), ("radians", "angle", 1.0, 0.0), ("mrad", "angle", 1e-3, 0.0),
+    ("deg", "angle", DEG, 0.0), ("degs", "angle", DEG, 0.0), ("degree", "angle", DEG, 0.0), ("degrees", "angle", DEG, 0.0),
+    ("rad/s", "angular rate", 1.0, 0.0), ("rad/sec", "angular rate", 1.0, 0.0), ("rads-1", "angular rate", 1.0, 0.0),
+    ("mrad/s", "angular rate", 1e-3, 0.0), ("deg/s", "angular rate", DEG, 0.0), ("deg/sec", "angular rate", DEG, 0.0),
+    ("degs/s", "angular rate", DEG, 0.0), ("degree/s", "angular rate", DEG, 0.0), ("degrees/s", "angular rate", DEG, 0.0),
+    ("degs-1", "angular rate", DEG, 0.0), ("dps", "angular rate", DEG, 0.0), ("rpm", "angular rate", RPM, 0.0),
+    ("r/min", "angular rate", RPM, 0.0), ("rev/min", "angular rate", RPM, 0.0), ("u/min", "angular rate", RPM, 0.0),
+    ("1/min", "angular rate", RPM, 0.0), ("min-1", "angular rate", RPM, 0.0), ("rev/s", "angular rate", 60.0 * RPM, 0.0),
+    ("rps", "angular rate", 60.0 * RPM, 0.0), ("hz", "angular rate", 60.0 * RPM, 0.0),
     ("pa", "pressure", 1.0, 0.0), ("hpa", "pressure", 1e2, 0.0), ("kpa", "pressure", 1e3, 0.0),
-    ("bar", "pressure", 1e5, 0.0), ("mbar", "pressure", 1e2, 0.0), ("psi", "pressure", PSI, 0.0),
-    ("m", "length", 1.0, 0.0), ("cm", "length", 1e-2, 0.0), ("mm", "length", 1e-3, 0.0),
-    ("km", "length", 1e3, 0.0), ("ft", "length", 12.0 * INCH, 0.0), ("in", "length", INCH, 0.0),
-    ("degc", "temperature", 1.0, 0.0), ("c", "temperature", 1.0, 0.0),
-    ("celsius", "temperature", 1.0, 0.0), ("k", "temperature", 1.0, -273.15),
-    ("degf", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT),
-    ("f", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT),
+    ("bar", "pressure", 1e5, 0.0), ("barg", "pressure", 1e5, 0.0), ("mbar", "pressure", 1e2, 0.0), ("mb", "pressure", 1e2, 0.0),
+    ("psi", "pressure", PSI, 0.0), ("psig", "pressure", PSI, 0.0), ("n/m2", "pressure", 1.0, 0.0),
+    ("m", "length", 1.0, 0.0), ("meter", "length", 1.0, 0.0), ("metre", "length", 1.0, 0.0), ("meters", "length", 1.0, 0.0),
+    ("metres", "length", 1.0, 0.0), ("cm", "length", 1e-2, 0.0), ("mm", "length", 1e-3, 0.0), ("um", "length", 1e-6, 0.0),
+    ("km", "length", 1e3, 0.0), ("ft", "length", 12.0 * INCH, 0.0), ("feet", "length", 12.0 * INCH, 0.0),
+    ("in", "length", INCH, 0.0), ("inch", "length", INCH, 0.0), ("mile", "length", 5280.0 * 12.0 * INCH, 0.0),
+    ("miles", "length", 5280.0 * 12.0 * INCH, 0.0),
+    ("degc", "temperature", 1.0, 0.0), ("c", "temperature", 1.0, 0.0), (".c", "temperature", 1.0, 0.0),
+    ("celsius", "temperature", 1.0, 0.0), ("k", "temperature", 1.0, -273.15), ("kelvin", "temperature", 1.0, -273.15),
+    ("degf", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT), (".f", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT),
+    ("f", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT), ("fahrenheit", "temperature", FAHRENHEIT, -32.0 * FAHRENHEIT),
+    // of no column: what is measured in them is none of its candidates
+    ("l", "volume", 1e-3, 0.0), ("litre", "volume", 1e-3, 0.0), ("liter", "volume", 1e-3, 0.0), ("ml", "volume", 1e-6, 0.0),
+    ("cc", "volume", 1e-6, 0.0), ("l/h", "volume flow", 1e-3 / 3600.0, 0.0), ("l/hr", "volume flow", 1e-3 / 3600.0, 0.0),
+    ("l/min", "volume flow", 1e-3 / 60.0, 0.0), ("cc/min", "volume flow", 1e-6 / 60.0, 0.0),
+    ("g/s", "mass flow", 1e-3, 0.0), ("kg/h", "mass flow", 1.0 / 3600.0, 0.0), ("kg", "mass", 1.0, 0.0),
+    ("v", "voltage", 1.0, 0.0), ("volt", "voltage", 1.0, 0.0), ("volts", "voltage", 1.0, 0.0), ("mv", "voltage", 1e-3, 0.0),
+    ("a", "current", 1.0, 0.0), ("ma", "current", 1e-3, 0.0), ("n", "force", 1.0, 0.0), ("nm", "torque", 1.0, 0.0),
+    ("w", "power", 1.0, 0.0), ("kw", "power", 1e3, 0.0), ("hp", "power", 745.699_871_582_270_2, 0.0),
 ];
 
 /// From one unit to another: `y = x * factor + offset`.
@@ -114,7 +135,10 @@ pub fn of_name(name: &str) -> (&str, Option<&str>) {
     let within = |open: char, close: char| {
         let (before, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
         let unit = unit.trim();
-        (!unit.is_empty() && !before.trim().is_empty() && lookup(unit).is_some())
+        // a letter may be a place as well: front, left
+        let place =
+            matches!(unit, "A" | "F" | "L" | "N") && !before.to_lowercase().contains("temp");
+        (!unit.is_empty() && !before.trim().is_empty() && !place && lookup(unit).is_some())
             .then(|| (before.trim_end_matches([' ', '_']), Some(unit)))
     };
     [('(', ')'), ('[', ']'), ('{', '}'), ('<', '>')]
@@ -131,8 +155,10 @@ fn known(dimension: &str) -> String {
 }
 
 fn lookup(text: &str) -> Option<Unit> {
-    let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();
-    let text = text.to_lowercase().replace('²', "2").replace('°', "deg").replace(['µ', 'μ'], "u");
+    let text: String =
+        text.chars().filter(|c| !(c.is_whitespace() || matches!(c, '·' | '^'))).collect();
+    let text = text.to_lowercase().replace('²', "2").replace('¹', "1").replace('⁻', "-");
+    let text = text.replace('°', "deg").replace(['µ', 'μ'], "u");
     UNITS.iter().find(|u| u.0 == text).map(|&(_, dimension, factor, offset)| Unit {
         dimension,
         factor,
@@ -168,6 +194,20 @@ mod tests {
             (std::f64::consts::PI, "rad", "deg", 180.0),
             (1500.0, "µs", "s", 0.0015),
             (1.0, "psi", "Pa", 6_894.757),
+            (2.0, "m/s/s", "m/s²", 2.0),
+            (2.0, "m/s^2", "m/s²", 2.0),
+            (2.0, "m·s⁻²", "m/s²", 2.0),
+            (2.0, "m s^-2", "m/s²", 2.0),
+            (90.0, "sec", "min", 1.5),
+            (7.2, "km/hr", "m/s", 2.0),
+            (30.0, "U/min", "rad/s", std::f64::consts::PI),
+            (50.0, "°/s", "deg/s", 50.0),
+            (212.0, "°F", "°C", 100.0),
+            (1013.25, "mbar", "kPa", 101.325),
+            (25.0, "%TPS", "1", 0.25),
+            (3.6, "l/h", "cc/min", 60.0),
+            (2.5, "litre", "l", 2.5),
+            (1.0, "mile", "km", 1.609_344),
         ];
         for (x, from, to, y) in cases {
             let got = convert(x, from, to);
@@ -187,6 +227,7 @@ mod tests {
     fn wrong_units_are_named_with_those_that_would_do() {
         let message = conversion("furlong", "m/s").expect_err("unknown");
         assert!(message.contains("`furlong`") && message.contains("km/h"), "{message}");
+        assert!(message.contains("mph") && !message.contains("rad/s"), "{message}");
         let message = conversion("deg", "m/s").expect_err("mixed");
         assert!(message.contains("angle"), "{message}");
     }
@@ -203,6 +244,8 @@ mod tests {
             ("yaw_rate_[deg/s]", "yaw_rate", Some("deg/s")),
             ("Wheel (front)", "Wheel (front)", None),
             ("Speed (GPS)", "Speed (GPS)", None),
+            ("Brake (F)", "Brake (F)", None),
+            ("Air Temp (F)", "Air Temp", Some("F")),
             ("(km/h)", "(km/h)", None),
             ("km/h", "km/h", None),
         ] {

@@ -7,12 +7,10 @@ use crate::ingest::format::Head;
 const UNREAD: &[(&str, &str)] = &[
     (".xrk", "an AiM log, which is not read: open it in RaceStudio and export CSV with all channels"),
     (".xrz", "a packed AiM log, which is not read: open it in RaceStudio and export CSV with all channels"),
-    (".gpx", "a GPX track, which is not read: export CSV with time, speed and position in the app that recorded it"),
     (".db3", "a ROS 2 bag in SQLite, which is not read: write it as MCAP with `ros2 bag convert`"),
     (".bag", "a ROS 1 bag, which is not read: write it as MCAP with `mcap convert`"),
-    (".sst", "a suspension telemetry log, which is not read: export CSV from the program that shows it"),
-    (".trc", "a PEAK trace, which is not read: export ASC or BLF, or write one with `can_logconvert` of python-can"),
-    (".gz", "compressed: unpack it first (`gunzip`)"),
+    (".gz", "compressed: call it `.gz` behind the ending of what is in it (`ride.asc.gz`), or unpack it (`gunzip`)"),
+    (".zst", "compressed: call it `.zst` behind the ending of what is in it (`ride.csv.zst`), or unpack it (`unzstd`)"),
     (".zip", "an archive: unpack it first (`unzip`)"),
 ];
 
@@ -21,6 +19,7 @@ pub fn advice(head: &Head<'_>) -> Option<&'static str> {
     let of = |ending: &str| UNREAD.iter().find(|u| u.0 == ending).map(|u| u.1);
     let by_bytes = match head.bytes {
         [0x1f, 0x8b, ..] => of(".gz"),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => of(".zst"),
         bytes if bytes.starts_with(b"SQLite format 3\0") => of(".db3"),
         bytes if bytes.starts_with(b"#ROSBAG") => of(".bag"),
         _ => None,
@@ -46,11 +45,9 @@ mod tests {
         };
         for (name, bytes, wanted) in [
             ("a.XRK", &b"<hCNF"[..], "RaceStudio"),
-            ("lap.gpx", b"<?xml version", "CSV"),
-            ("a.asc.gz", b"\x1f\x8b\x08", "gunzip"),
+            ("a.zip", b"PK", "unzip"),
             ("a.bin", b"\x1f\x8b\x08", "gunzip"),
             ("bag", b"SQLite format 3\0", "ros2 bag convert"),
-            ("a.trc", b";$FILEVERSION=2.0", "python-can"),
         ] {
             let told = told(name, bytes).expect(name);
             assert!(told.contains(wanted), "{name}: {told}");

@@ -14,6 +14,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 
 use super::url::{Url, is_url};
 
+/// Endings of the names of logs that are packed as a whole.
+const PACKED: [&str; 2] = ["gz", "zst"];
+
 /// Characters that make a name a glob pattern.
 const WILD: [char; 3] = ['*', '?', '['];
 
@@ -120,14 +123,31 @@ impl Location {
         self.last().file_name().unwrap_or_default().to_string_lossy()
     }
 
-    /// The name without folders and extension; empty where there is none.
+    /// The name without folders and extension (of a packed log, `ride.csv.gz`, without both); empty where there is
+    /// none.
     pub fn file_stem(&self) -> Cow<'_, str> {
-        self.last().file_stem().unwrap_or_default().to_string_lossy()
+        self.unpacked_name().file_stem().unwrap_or_default().to_string_lossy()
     }
 
-    /// Whether the name has this extension (without the dot), in whatever case.
+    /// Whether it is a packed log by its name.
+    pub fn is_packed(&self) -> bool {
+        PACKED.iter().any(|ending| self.is_named(ending))
+    }
+
+    /// Whether the name ends so (without the dot), in whatever case; what is packed is not looked through.
+    pub fn is_named(&self, ending: &str) -> bool {
+        self.last().extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    }
+
+    /// The last part without the ending that says how it is packed.
+    fn unpacked_name(&self) -> &Path {
+        let last = self.last();
+        if self.is_packed() { Path::new(last.file_stem().unwrap_or_default()) } else { last }
+    }
+
+    /// Whether the name has this extension (without the dot), in whatever case; of a packed log that of what is in it.
     pub fn has_extension(&self, extension: &str) -> bool {
-        self.last().extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+        self.unpacked_name().extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
     }
 
     /// Whether it is `folder` or lies in it, by the names alone.
@@ -289,6 +309,9 @@ mod tests {
             assert_eq!(log.to_string(), format!("{root}/sessions/bike=a/ride 1.CSV"));
             assert_eq!((&*log.file_name(), &*log.file_stem()), ("ride 1.CSV", "ride 1"));
             assert!(log.has_extension("csv") && !folder.has_extension("csv"));
+            let packed = at(root).join("sessions/ride.1.csv.GZ");
+            assert!(packed.is_packed() && packed.has_extension("csv") && !log.is_packed());
+            assert_eq!((&*packed.file_name(), &*packed.file_stem()), ("ride.1.csv.GZ", "ride.1"));
             assert!(log.folders().ends_with(&["sessions".into(), "bike=a".into()]));
             assert_eq!(log.parent().as_ref(), Some(&folder));
             assert!(log.starts_with(&folder) && log.starts_with(&at(root)));

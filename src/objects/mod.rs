@@ -6,6 +6,7 @@
 //! files      reading, writing, listing, removing, whichever of the two it is
 //! search     the files of a folder or prefix, or behind a glob pattern
 //! source     an open log: the readers need not know where it is
+//! packed     a log that was packed as a whole, unpacked
 //! client     list, get, put, delete in a store, one request after the other
 //! lease      a run's lock on a prefix
 //! counts     how many requests were made
@@ -20,6 +21,7 @@ pub mod counts;
 pub mod files;
 pub mod lease;
 pub mod location;
+pub mod packed;
 pub mod search;
 pub mod source;
 pub mod stat;

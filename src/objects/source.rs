@@ -8,7 +8,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
+use std::io::{Cursor, Error, ErrorKind, Read, Result, Seek, SeekFrom};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
@@ -20,6 +20,7 @@ use parquet::file::reader::{ChunkReader, Length};
 use super::client;
 use super::files::stat_local;
 use super::location::Location;
+use super::packed::{self, Unpacked};
 use super::stat::Stat;
 use super::url::Url;
 
@@ -86,6 +87,8 @@ pub enum Source {
     Local(File),
     /// An object.
     Remote(Remote),
+    /// What was in a packed log.
+    Unpacked(Cursor<Bytes>),
 }
 
 /// An object and where in it the reader is.
@@ -95,11 +98,28 @@ pub struct Remote {
     at: u64,
 }
 
-/// Opens a log.
+/// Opens a log; a packed one (by its name) is unpacked.
 ///
 /// # Errors
 /// It is not there or cannot be read.
 pub fn open(log: &Location) -> Result<Source> {
+    if log.is_packed() {
+        return Ok(Source::Unpacked(Cursor::new(unpacked(log)?.bytes)));
+    }
+    packed::forget();
+    open_as_it_is(log)
+}
+
+/// Why the end of a packed log is missing, if it is.
+pub fn broken(log: &Location) -> Option<String> {
+    if log.is_packed() { unpacked(log).ok()?.broken } else { None }
+}
+
+fn unpacked(log: &Location) -> Result<Unpacked> {
+    packed::unpacked(log, &stat(log)?, open_as_it_is(log)?)
+}
+
+fn open_as_it_is(log: &Location) -> Result<Source> {
     thread_local! {
         static LAST: RefCell<Option<Arc<Log>>> = const { RefCell::new(None) };
     }
@@ -192,6 +212,7 @@ impl Source {
         match self {
             Source::Local(file) => Ok(file.metadata()?.len()),
             Source::Remote(remote) => Ok(remote.log.stat.size),
+            Source::Unpacked(bytes) => Ok(bytes.get_ref().len() as u64),
         }
     }
 
@@ -201,7 +222,7 @@ impl Source {
     /// The store does not give it.
     pub fn prepare(&self, ranges: &[Range<u64>]) -> Result<()> {
         match self {
-            Source::Local(_) => Ok(()),
+            Source::Local(_) | Source::Unpacked(_) => Ok(()),
             Source::Remote(remote) => remote.log.fetch(ranges),
         }
     }
@@ -245,6 +266,7 @@ impl Read for Source {
         match self {
             Source::Local(file) => file.read(out),
             Source::Remote(remote) => remote.read(out),
+            Source::Unpacked(bytes) => bytes.read(out),
         }
     }
 }
@@ -254,6 +276,7 @@ impl Seek for Source {
         match self {
             Source::Local(file) => file.seek(to),
             Source::Remote(remote) => remote.seek(to),
+            Source::Unpacked(bytes) => bytes.seek(to),
         }
     }
 }
@@ -263,6 +286,7 @@ impl Length for Source {
         match self {
             Source::Local(file) => Length::len(file),
             Source::Remote(remote) => remote.log.stat.size,
+            Source::Unpacked(bytes) => bytes.get_ref().len() as u64,
         }
     }
 }
@@ -274,6 +298,8 @@ pub enum Chunk {
     Local(<File as ChunkReader>::T),
     /// In an object.
     Remote(Remote),
+    /// In what was unpacked.
+    Unpacked(<Bytes as ChunkReader>::T),
 }
 
 impl Read for Chunk {
@@ -281,6 +307,7 @@ impl Read for Chunk {
         match self {
             Chunk::Local(file) => file.read(out),
             Chunk::Remote(remote) => remote.read(out),
+            Chunk::Unpacked(bytes) => bytes.read(out),
         }
     }
 }
@@ -294,6 +321,7 @@ impl ChunkReader for Source {
             Source::Remote(remote) => {
                 Ok(Chunk::Remote(Remote { log: Arc::clone(&remote.log), at: start }))
             }
+            Source::Unpacked(bytes) => bytes.get_ref().get_read(start).map(Chunk::Unpacked),
         }
     }
 
@@ -304,6 +332,7 @@ impl ChunkReader for Source {
                 .log
                 .range(start, length as u64)
                 .map_err(|e| ParquetError::External(Box::new(e))),
+            Source::Unpacked(bytes) => bytes.get_ref().get_bytes(start, length),
         }
     }
 }

@@ -25,12 +25,16 @@ const EACH: usize = 80;
 const RACING: [&str; 6] = ["ld", "CTRK", "motec", "aim", "racechrono", "xsens"];
 const OF_RACING: usize = 20;
 /// The same of those that other software wrote: samples of fixtures/formats.
-const FOREIGN: [(&str, &str); 5] = [
+const FOREIGN: [(&str, &str); 9] = [
     ("mf4", "ride_logger.mf4"),
     ("mdf", "ride.mdf"),
     ("mcap", "ride_json.mcap"),
     ("blf", "ride.blf"),
     ("asc", "ride.asc"),
+    ("trc", "ride.trc"),
+    ("asc.gz", "ride.asc.gz"),
+    ("gpx", "circle_garmin.gpx"),
+    ("csv", "racing/racebox.csv"),
 ];
 const EACH_FOREIGN: usize = 40;
 /// Longest that a file may take, s; they are of 20 s of riding.
@@ -215,7 +219,7 @@ fn damaged_logs_are_each_accounted_for() {
         for number in 0..EACH_FOREIGN {
             let mut bytes = std::fs::read(&sample).expect("bundled");
             damage(&mut bytes, number, &mut random);
-            std::fs::write(logs.join(format!("{format}_{number:02}.{format}")), bytes)
+            std::fs::write(logs.join(format!("other_{format}_{number:02}.{format}")), bytes)
                 .expect("log");
         }
     }

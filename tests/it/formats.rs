@@ -178,9 +178,13 @@ fn mcap_of_its_own_package_is_the_session_that_it_was_given() {
 
 #[test]
 fn can_logs_of_python_can_are_the_session_that_it_was_given() {
-    for (name, rows) in
-        [("ride.blf", 1000), ("ride.asc", 400), ("ride_candump.log", 400), ("ride_bus.mf4", 400)]
-    {
+    for (name, rows) in [
+        ("ride.blf", 1000),
+        ("ride.asc", 400),
+        ("ride_candump.log", 400),
+        ("ride_bus.mf4", 400),
+        ("ride.asc.gz", 400),
+    ] {
         let map_name = if name == "ride_bus.mf4" { "ride_bus.toml" } else { "ride_can.toml" };
         let raw = ingest::read(sample(name), &map(map_name)).expect(name);
         let counts = compare(name, &raw, can);
@@ -200,6 +204,87 @@ fn can_logs_of_python_can_are_the_session_that_it_was_given() {
         let right = start.is_some_and(|s| s.starts_with("2026-05-01T12:02:04"));
         assert!(right || name == "ride_bus.mf4", "{name}: {start:?}");
     }
+}
+
+/// The channels of the map that are not in CAN FD frames, which python-can leaves out of a trace.
+#[test]
+fn a_peak_trace_of_python_can_is_the_session_that_it_was_given() {
+    let text = ChannelMap::text_of(&sample("ride_can.toml")).expect("bundled");
+    let (head, rest) = text.split_once("[detect]").expect("a map");
+    let maps =
+        [ChannelMap::parse(&format!("{head}optional = true\n[detect]{rest}"), "ride_can.toml")
+            .expect("a map")];
+    let raw = ingest::read(sample("ride.trc"), &maps).expect("read");
+    let counts = compare("ride.trc", &raw, can);
+    assert_eq!(counts.len(), 9, "{counts:?}");
+    assert_eq!((count(&counts, Roll), count(&counts, BrakePressureRear)), (400, 100));
+    assert!(raw.warnings.is_empty(), "{:?}", raw.warnings);
+    assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"));
+}
+
+/// As asammdf 8.8 has them: one group, two senders, each by itself.
+#[test]
+fn a_group_of_j1939_is_found_whoever_sent_it() {
+    let of = |sender: u8| {
+        let text = format!(
+            "name = 'j'\nformat = 'can'\ndbc_text = [{}]\n[channel.velocity_x]\n\
+             from = 'CCVS1 from {sender}/WheelBasedVehicleSpeed'\n",
+            toml_text(&std::fs::read_to_string(sample("j1939.dbc")).expect("bundled"))
+        );
+        let maps = [ChannelMap::parse(&text, "j.toml").expect("a map")];
+        ingest::read(sample("j1939.asc"), &maps).map(|raw| raw.tracks[0].clone())
+    };
+    for (sender, factor) in [(0, 1.0), (33, 2.0)] {
+        let track = of(sender).expect("sent");
+        assert_eq!(track.values.len(), 100);
+        for (i, (time, v)) in track.time.iter().zip(&track.values).enumerate() {
+            assert!((time - 0.02 * i as f64 - 1e-3 * f64::from(sender)).abs() < 2e-6, "{time}");
+            assert!((v * 3.6 - factor * (20 + i / 10) as f64).abs() < 1e-9, "{i}: {v}");
+        }
+    }
+    let error = of(34).expect_err("nobody");
+    assert_eq!(error.code, "missing_column");
+}
+
+fn toml_text(text: &str) -> String {
+    format!("'''{text}'''")
+}
+
+#[test]
+fn tracks_of_gpxpy_are_the_circle_that_it_was_given() {
+    for (name, within) in
+        [("circle_10.gpx", 1e-9), ("circle_11.gpx", 0.03), ("circle_garmin.gpx", 1e-9)]
+    {
+        let raw = ingest::read(sample(name), &[]).expect(name);
+        let of =
+            |c| raw.tracks.iter().find(|t| t.channel == c).unwrap_or_else(|| panic!("{name}: {c}"));
+        let speed = of(VelocityX);
+        assert_eq!(speed.values.len(), 250, "{name}");
+        // positions are rounded to 1 cm: over half a second that is 0.02 m/s, and at the ends of a segment, where there
+        // are neighbours to one side only, over a tenth 0.1 m/s
+        let worst = |inner: bool| {
+            let at_end = |i: usize| i < 3 || (97..103).contains(&i) || i >= 247;
+            let of = speed.values.iter().enumerate().filter(|(i, _)| at_end(*i) != inner);
+            of.map(|(_, v)| (v - 20.0).abs()).fold(0.0, f64::max)
+        };
+        println!("{name}: speed within {:.4} m/s, at ends {:.4}", worst(true), worst(false));
+        assert!(worst(true) < within && worst(false) < 5.0 * within, "{name}: {}", worst(true));
+        let step = speed.time[100] - speed.time[99];
+        assert!((step - 5.1).abs() < 1e-6, "{name}: the pause is {step} s");
+        assert_eq!(of(Latitude).values[0], 50.0, "{name}");
+        assert!(raw.tracks.iter().all(|t| t.channel != Yaw), "{name}: a course is no heading");
+        assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"), "{name}");
+        assert!(raw.warnings.is_empty(), "{name}: {:?}", raw.warnings);
+    }
+    // a speed in km/h is told from its positions
+    let text = std::fs::read_to_string(sample("circle_10.gpx")).expect("bundled");
+    let text = text.replace("<speed>20.0</speed>", "<speed>72.0</speed>");
+    let raw = read_bytes(text.as_bytes(), "kmh.gpx", &[]).expect("read");
+    let speed = raw.tracks.iter().find(|t| t.channel == VelocityX).expect("mapped");
+    assert!(speed.values.iter().all(|v| (v - 20.0).abs() < 1e-9));
+    let plan = text.replace("time>", "when>");
+    let error = read_bytes(plan.as_bytes(), "plan.gpx", &[]).expect_err("a planned route");
+    assert!(error.message.contains("time"), "{error}");
 }
 
 /// A sample's first bytes, read through its map.
@@ -224,6 +309,7 @@ fn what_was_cut_off_is_read_up_to_there_and_said() {
         ("ride_json.mcap", "ride_json.toml", exact, Some("truncated")),
         ("ride_ros2.mcap", "ride_ros2.toml", exact, Some("truncated")),
         ("ride.blf", "ride_can.toml", can, Some("truncated")),
+        ("ride.asc.gz", "ride_can.toml", can, Some("truncated")),
     ] {
         let maps = if map_name.is_empty() { Vec::new() } else { map(map_name) };
         let whole = ingest::read(sample(name), &maps).expect(name);
@@ -293,6 +379,9 @@ fn no_cut_and_no_flipped_bit_stops_a_reader() {
         ("ride.blf", &can),
         ("ride.asc", &can),
         ("ride_candump.log", &can),
+        ("ride.trc", &can),
+        ("ride.asc.gz", &can),
+        ("circle_garmin.gpx", &[]),
     ] {
         let whole = std::fs::read(sample(name)).expect("bundled");
         let (mut read, mut refused) = (0, 0);

@@ -118,6 +118,67 @@ fn vbox_by_hand() {
 }
 
 #[test]
+fn racebox_by_hand() {
+    let raw = read("racebox.csv");
+    use Channel::*;
+    // a circle of 100 m at 72 km/h, to the left: that it is km/h is in its positions only
+    near(first(&raw, VelocityX), 20.0, 5.0);
+    near(first(&raw, AccelerationX), 0.01 * G, 5.0);
+    near(first(&raw, Latitude), 50.0, 5.0);
+    assert!(raw.tracks.iter().all(|t| !matches!(t.channel, AccelerationY | YawRate | Altitude)));
+    let speed = raw.tracks.iter().find(|t| t.channel == VelocityX).expect("mapped");
+    assert_eq!(speed.values.iter().filter(|v| v.is_nan()).count(), 3, "no fix is no standstill");
+    assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"));
+    assert_eq!(raw.meta.site.as_deref(), Some("Test"));
+    assert_eq!(codes(&raw), ["no_fix"]);
+    // no block, units behind the names
+    let raw = read("racebox_units.csv");
+    near(first(&raw, VelocityX), 7.17, 25.0);
+    near(first(&raw, Altitude), 300.0, 25.0);
+    assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"));
+    // a unit that nothing tells is asked for, not guessed
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("r.csv");
+    let text = std::fs::read_to_string(fixture("racebox.csv")).expect("bundled");
+    let short: Vec<&str> = text.lines().take(40).collect();
+    std::fs::write(&path, short.join("\n")).expect("written");
+    let e = ingest::read(&path, &[]).expect_err("5 s of riding");
+    assert!(e.code == "unknown_unit" && e.message.contains("`Speed`"), "{e}");
+    let text =
+        "name = 'm'\nformat = 'racebox'\n[channel.velocity_x]\nfrom = 'Speed'\nunit = 'km/h'\n";
+    let map = [ChannelMap::parse(text, "m.toml").expect("a map")];
+    near(first(&ingest::read(&path, &map).expect("told"), VelocityX), 20.0, 5.0);
+}
+
+#[test]
+fn a_suspension_log_by_hand() {
+    let mut bytes = b"SST\x03\xe8\x03\x01\x10".to_vec();
+    bytes.extend(1_777_636_924_i64.to_le_bytes());
+    for i in 0..2000_u16 {
+        bytes.extend((100 + i / 10).to_le_bytes());
+        bytes.extend((50 + i / 20).to_le_bytes());
+    }
+    bytes.extend([1, 0]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("00001.SST");
+    std::fs::write(&path, &bytes).expect("written");
+    let text = "name = 'm'\nformat = 'sst'\n[channel.fork_travel]\nfrom = 'fork'\nunit = 'mm'\nscale = 0.5\n\
+        offset = -50\n[channel.shock_travel]\nfrom = 'shock'\nunit = 'mm'\n";
+    let map = [ChannelMap::parse(text, "m.toml").expect("a map")];
+    let raw = ingest::read(&path, &map).expect("read");
+    near(first(&raw, Channel::ForkTravel), 0.0, 1000.0);
+    near(first(&raw, Channel::ShockTravel), 0.05, 1000.0);
+    let fork = &raw.tracks[0].values;
+    assert!((fork[1999] - 0.0995).abs() < 1e-12 && fork.len() == 2000, "{}", fork[1999]);
+    assert_eq!(raw.meta.start_time.as_deref(), Some("2026-05-01T12:02:04Z"));
+    assert_eq!(codes(&raw), ["truncated"]);
+    bytes[3] = 4;
+    std::fs::write(&path, &bytes).expect("written");
+    let e = ingest::read(&path, &map).expect_err("another version");
+    assert!(e.code == "unknown_version" && e.message.contains("version 4"), "{e}");
+}
+
+#[test]
 fn xsens_by_hand() {
     let raw = read("xsens_mti.txt");
     use Channel::*;

@@ -157,3 +157,25 @@ fn a_converted_recording_gives_the_same_numbers() {
         assert_eq!((a.status, a.value, a.std_error), (b.status, b.value, b.std_error), "{key:?}");
     }
 }
+
+/// The suspension log: samples, rate and extent as unpacked apart, by Python's `struct`.
+#[test]
+fn a_suspension_log_is_listed_as_it_was_recorded() {
+    let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/suspension_sst/00647.SST");
+    if !log.exists() {
+        println!("no {}: nothing tested", log.display());
+        return;
+    }
+    let seen = roadbench::ingest::survey::survey(&log, &Default::default())
+        .expect("read")
+        .expect("listed");
+    let names: Vec<&str> = seen.listing.channels.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!((seen.format, &names[..]), ("sst", &["fork", "shock"][..]));
+    assert_eq!(seen.listing.meta.start_time.as_deref(), Some("2023-07-07T17:11:40Z"));
+    for (contents, range) in seen.contents.iter().zip([(1.0, 417.0), (0.0, 366.0)]) {
+        assert_eq!(contents.samples, 54_035);
+        assert!((contents.rate.expect("a rate") - 1000.0).abs() < 1e-6);
+        let [least, _, largest] = contents.extent.expect("numbers");
+        assert_eq!((least, largest), range);
+    }
+}

@@ -6,11 +6,13 @@ use crate::objects::Location;
 mod can;
 mod csv;
 mod ctrk;
+mod gpx;
 mod kiro;
 mod mcap;
 mod mdf;
 mod motec;
 pub(super) mod parquet;
+mod sst;
 mod text_export;
 mod vbo;
 
@@ -22,9 +24,12 @@ pub const FORMATS: &[LogFormat] = &[
     format::<can::Can>(),
     format::<motec::Ld>(),
     format::<ctrk::Ctrk>(),
+    format::<sst::Sst>(),
+    format::<gpx::Gpx>(),
     format::<text_export::Motec>(),
     format::<text_export::Aim>(),
     format::<text_export::RaceChrono>(),
+    format::<text_export::racebox::RaceBox>(),
     format::<text_export::xsens::Xsens>(),
     format::<vbo::Vbo>(),
     kiro::FORMAT,

@@ -9,12 +9,17 @@ use crate::contract::channel::Channel;
 use crate::ingest::listing::{Listing, SourceChannel};
 use crate::ingest::units;
 
+#[cfg(test)]
+mod names;
 mod words;
 
 use words::{RULES, Rule, words};
 
 /// Most channels of the log that are offered for one column.
 const MOST: usize = 4;
+
+/// Least, middle and largest number of a channel.
+type Extent = [f64; 3];
 
 /// How well a channel of the log suits a column.
 struct Candidate<'a> {
@@ -26,11 +31,18 @@ struct Candidate<'a> {
 
 /// The text of a channel map for such a log: ready to save, and to be checked by its owner.
 ///
-/// `name` becomes the map's.
-pub fn propose(name: &str, format: &str, own_clock: bool, listing: &Listing) -> String {
+/// `name` becomes the map's; `extents` are the least, middle and largest number of each channel, in the same order, or
+/// empty where they are not known.
+pub fn propose(
+    name: &str,
+    format: &str,
+    own_clock: bool,
+    listing: &Listing,
+    extents: &[Option<Extent>],
+) -> String {
     let mut out = String::new();
     // writing to a String cannot fail
-    let _ = write_map(&mut out, name, format, own_clock, listing);
+    let _ = write_map(&mut out, name, format, own_clock, (listing, extents));
     out
 }
 
@@ -39,10 +51,10 @@ fn write_map(
     name: &str,
     format: &str,
     own_clock: bool,
-    listing: &Listing,
+    (listing, extents): (&Listing, &[Option<Extent>]),
 ) -> std::fmt::Result {
     let found: Vec<(&Rule, Vec<Candidate<'_>>)> =
-        RULES.iter().map(|rule| (rule, candidates(rule, format, listing))).collect();
+        RULES.iter().map(|rule| (rule, candidates(rule, format, listing, extents))).collect();
     let sure: Vec<&SourceChannel> = found
         .iter()
         .filter_map(|(_, c)| c.first().filter(|c| c.doubt.is_none()).map(|c| c.channel))
@@ -154,9 +166,19 @@ fn needs_radius(rule: &Rule, channel: &SourceChannel) -> bool {
 }
 
 /// The channels that could feed a column, the best first; only the first can be without doubt.
-fn candidates<'a>(rule: &Rule, format: &str, listing: &'a Listing) -> Vec<Candidate<'a>> {
-    let mut found: Vec<Candidate<'a>> =
-        listing.channels.iter().filter_map(|c| candidate(rule, c)).collect();
+fn candidates<'a>(
+    rule: &Rule,
+    format: &str,
+    listing: &'a Listing,
+    extents: &[Option<Extent>],
+) -> Vec<Candidate<'a>> {
+    // a switch that was never pressed, a sensor that was never connected
+    let at_rest = |place: usize| {
+        let extent = extents.get(place).copied().flatten();
+        rule.is_controlled() && extent.is_some_and(|[least, _, most]| least == most)
+    };
+    let channels = listing.channels.iter().enumerate().filter(|(place, _)| !at_rest(*place));
+    let mut found: Vec<Candidate<'a>> = channels.filter_map(|(_, c)| candidate(rule, c)).collect();
     if rule.channel == Channel::Roll && format == "racechrono" {
         let doubt = "RaceChrono calculates it from the lateral acceleration: it is no measurement";
         found.iter_mut().for_each(|c| c.doubt = Some(doubt.to_owned()));
@@ -164,6 +186,19 @@ fn candidates<'a>(rule: &Rule, format: &str, listing: &'a Listing) -> Vec<Candid
     for c in found.iter_mut().filter(|c| rule.channel == Channel::Roll && is_calculated(c.channel))
     {
         c.doubt = Some("by its name it is calculated: it is no measurement".to_owned());
+    }
+    if format == "racechrono" {
+        let of_phone = |c: &&mut Candidate<'_>| {
+            ["x_", "y_", "z_"].iter().any(|axis| c.channel.name.starts_with(axis))
+        };
+        for c in found.iter_mut().filter(of_phone) {
+            c.doubt = Some("a phone's axes point wherever the phone does".to_owned());
+        }
+    }
+    let of_grip = |c: &Candidate<'_>| rule.is_grip(&words(units::of_name(&c.channel.name).0));
+    if found.iter().any(of_grip) && !found.iter().all(of_grip) {
+        let doubt = "the log has the rider's grip and the engine's valve: which do you want?";
+        found.iter_mut().for_each(|c| c.doubt = Some(doubt.to_owned()));
     }
     found.sort_by_key(|c| std::cmp::Reverse((c.doubt.is_none(), c.score)));
     let best = found.first().map(|c| (c.doubt.is_none(), c.score));
@@ -235,7 +270,7 @@ mod tests {
             ("ECU", "EngineSpeed", "rpm"),
             ("ECU", "Steering \"angle\"", ""),
         ]);
-        let text = propose("my \"logger\"", "kiro", true, &log);
+        let text = propose("my \"logger\"", "kiro", true, &log, &[]);
         let map = ChannelMap::parse(&text, "draft").expect(&text);
         let fitted = fit(&map, &log).expect(&text);
         let taken =
@@ -256,21 +291,39 @@ mod tests {
     #[test]
     fn a_compass_course_is_turned_round_and_a_calculated_lean_is_none() {
         let log = listing(&[("gps", "bearing", "deg"), ("calc", "lean_angle", "deg")]);
-        let text = propose("x", "racechrono", true, &log);
+        let text = propose("x", "racechrono", true, &log, &[]);
         let map = ChannelMap::parse(&text, "draft").expect(&text);
         let entries: Vec<(Channel, f64)> =
             map.entries.iter().map(|e| (e.channel, e.sign)).collect();
         assert_eq!(entries, [(Channel::Yaw, -1.0)], "{text}");
         assert!(text.contains("calculates it from the lateral acceleration"), "{text}");
-        let other = propose("x", "kiro", true, &log);
+        let other = propose("x", "kiro", true, &log, &[]);
         assert!(other.contains("\n[channel.roll]"), "{other}");
-        let called = propose("x", "vbo", true, &listing(&[("", "lean_calc", "deg")]));
+        let called = propose("x", "vbo", true, &listing(&[("", "lean_calc", "deg")]), &[]);
         assert!(
             !called.contains("\n[channel.roll]") && called.contains("it is calculated"),
             "{called}"
         );
-        let yaw = propose("x", "kiro", true, &listing(&[("", "Yaw", "deg")]));
+        let yaw = propose("x", "kiro", true, &listing(&[("", "Yaw", "deg")]), &[]);
         assert!(yaw.contains("[channel.yaw]") && !yaw.contains("\nsign"), "{yaw}");
+    }
+
+    #[test]
+    fn what_never_moved_is_neither_throttle_nor_brake() {
+        let log = listing(&[
+            ("", "TPS 1", "%"),
+            ("", "TPS 2", "%"),
+            ("", "Brake Press F", "bar"),
+            ("", "Lean Angle", "deg"),
+        ]);
+        let still = |x: f64| Some([x; 3]);
+        let moved = Some([0.0, 10.0, 80.0]);
+        let text = propose("x", "kiro", true, &log, &[still(0.0), moved, still(1.0), still(0.0)]);
+        let map = ChannelMap::parse(&text, "draft").expect(&text);
+        let taken: Vec<(Channel, &str)> =
+            map.entries.iter().map(|e| (e.channel, e.from[0].as_str())).collect();
+        assert_eq!(taken, [(Channel::Roll, "Lean Angle"), (Channel::Throttle, "TPS 2")], "{text}");
+        assert!(!text.contains("Brake Press F"), "{text}");
     }
 
     #[test]
@@ -281,7 +334,7 @@ mod tests {
             ("B", "roll", "deg"),
             ("", "pitch", "parsec"),
         ]);
-        let text = propose("x", "csv", false, &log);
+        let text = propose("x", "csv", false, &log, &[]);
         assert!(text.contains("[time]\ncolumn = \"Time\"\nunit = \"s\""), "{text}");
         assert!(text.contains("# [channel.roll]\n# from = \"A/roll\""), "{text}");
         assert!(text.contains("# unit = \"parsec\""), "{text}");

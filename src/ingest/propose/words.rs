@@ -43,6 +43,17 @@ impl Rule {
         self.sets.iter().filter(fits).map(|set| 1 + set.split(' ').count()).max()
     }
 
+    /// Whether the rider moves it: in a log of riding it changes.
+    pub fn is_controlled(&self) -> bool {
+        matches!(self.channel, Throttle | BrakePressureFront | BrakePressureRear)
+    }
+
+    /// Whether a throttle is that of the rider's hand.
+    pub fn is_grip(&self, words: &[String]) -> bool {
+        const GRIP: [&str; 6] = ["grip", "aps", "apps", "accelerator", "pedal", "twist"];
+        self.channel == Throttle && words.iter().any(|w| GRIP.contains(&w.as_str()))
+    }
+
     /// Whether it is a wheel's spin.
     pub fn is_wheel(&self) -> bool {
         matches!(self.channel, WheelSpeedFront | WheelSpeedRear)
@@ -50,7 +61,7 @@ impl Rule {
 }
 
 /// Words of what is no measurement of a column's quantity: flags, wishes, raw voltages, corrections.
-const TRAPS: [&str; 34] = [
+const TRAPS: [&str; 48] = [
     "error",
     "err",
     "fault",
@@ -85,6 +96,20 @@ const TRAPS: [&str; 34] = [
     "lamp",
     "light",
     "heater",
+    "average",
+    "avg",
+    "mean",
+    "diff",
+    "difference",
+    "vs",
+    "delta",
+    "commanded",
+    "command",
+    "cmd",
+    "quality",
+    "diag",
+    "pseudo",
+    "predicted",
 ];
 
 const LEVEL: &str = "in the level frame, without gravity; a sensor that leans measures another";
@@ -94,48 +119,48 @@ const EULER: &str = "the Euler angle's rate; a gyroscope on a leaning bike measu
 #[rustfmt::skip]
 pub const RULES: &[Rule] = &[
     rule(VelocityX, "speed", &["velocity x", "vel x", "vx", "v x", "gps speed", "gps velocity",
-        "ground speed", "vehicle speed", "speed", "velocity"],
-        "calc wheel whl front rear fl fr rl rr engine motor wind lateral vertical y z vy vz north east \
-         down accuracy error max min angular limit drive"),
+        "ground speed", "vehicle speed", "speed", "velocity", "v gps", "kph", "mph"],
+        "calc wheel whl front rear fl fr rl rr engine motor wind lateral vert vertical y z vy vz north east \
+         down accuracy error max min angular limit drive gyro yaw roll pitch susp damper fork shock distance trip"),
     rule(VelocityY, "speed", &["velocity y", "vel y", "vy", "v y", "lateral velocity", "lateral speed"],
         "angular wind accuracy"),
     rule(AccelerationX, "acceleration", &["acceleration x", "accel x", "acc x", "ax", "longitudinal acceleration",
-        "long acc", "long accel", "lon acc", "lonacc", "inline acc", "lon g", "g long", "g force long", "acc long"],
-        "angular fork shock chassis head tail front rear").hint(LEVEL),
+        "long acc", "long accel", "lon acc", "lonacc", "longacc", "g force x", "inline acc", "lon g", "g long", "g force long", "acc long"],
+        "angular fork shock chassis head tail front rear sensor").hint(LEVEL),
     rule(AccelerationY, "acceleration", &["acceleration y", "accel y", "acc y", "ay", "lateral acceleration",
-        "lat acc", "lat accel", "latacc", "lateral acc", "lat g", "g lat", "g force lat", "acc lat"],
-        "angular fork shock chassis head tail front rear").hint(LEVEL),
-    rule(Roll, "angle", &["roll", "roll angle", "lean", "lean angle", "bank angle"], "rate rollrate gyro acc velocity vel"),
+        "lat acc", "lat accel", "latacc", "lateral accel", "g force y", "lateral acc", "lat g", "g lat", "g force lat", "acc lat"],
+        "angular fork shock chassis head tail front rear sensor").hint(LEVEL),
+    rule(Roll, "angle", &["roll", "roll angle", "lean", "lean angle", "bank angle", "banking", "bike angle"], "rate rollrate gyro acc velocity vel"),
     rule(Pitch, "angle", &["pitch", "pitch angle"], "rate pitchrate gyro acc velocity vel"),
     rule(Yaw, "angle", &["yaw", "yaw angle", "heading", "course", "bearing"], "rate yawrate gyro acc velocity vel accuracy")
         .hint("positive to the left: a compass course needs `sign = -1`"),
     rule(RollRate, "angular rate", &["roll rate", "roll velocity", "gyro x", "gyr x", "angular velocity x",
-        "rate x", "lean rate", "rollrate"], "acc").hint(EULER),
+        "rate x", "lean rate", "rollrate", "roll deg s"], "acc").hint(EULER),
     rule(PitchRate, "angular rate", &["pitch rate", "pitch velocity", "gyro y", "gyr y", "angular velocity y",
-        "rate y", "pitchrate"], "acc").hint(EULER),
-    rule(YawRate, "angular rate", &["yaw rate", "yaw velocity", "gyro z", "gyr z", "angular velocity z", "rate z", "yawrate", "gps gyro"],
+        "rate y", "pitchrate", "pitch deg s"], "acc").hint(EULER),
+    rule(YawRate, "angular rate", &["yaw rate", "yaw velocity", "gyro z", "gyr z", "angular velocity z", "rate z", "yawrate", "gps gyro", "yaw deg s"],
         "acc").hint(EULER),
     rule(SteerAngle, "angle", &["steer", "steering", "steer angle", "steering angle", "handlebar"], "rate torque velocity"),
     rule(WheelSpeedFront, "angular rate", &["wheel speed front", "wheel front", "wheel speed f", "speed front",
-        "whl f", "speed f", "wheel f", "v front", "vfront", "wheel fr", "speed fr"], "pressure temp brake susp fl fr torque acc"),
+        "whl f", "speed f", "wheel f", "v front", "vfront", "wheel fr", "speed fr", "wheel spd front"], "pressure temp brake susp fl fr torque acc"),
     rule(WheelSpeedRear, "angular rate", &["wheel speed rear", "wheel rear", "wheel speed r", "speed rear",
-        "whl r", "speed r", "wheel r", "v rear", "vrear"], "pressure temp brake susp rl rr torque acc front fr"),
+        "whl r", "speed r", "wheel r", "v rear", "vrear", "wheel spd rear"], "pressure temp brake susp rl rr torque acc front fr"),
     rule(BrakePressureFront, "pressure", &["brake pressure front", "brake pressure f", "brake press front",
-        "brake press f", "brake front", "brake f", "brake fr", "p brake front"], "temp rear tyre tire"),
+        "brake press f", "brake front", "brake f", "brake fr", "p brake front", "master cylinder front"], "temp rear tyre tire"),
     rule(BrakePressureRear, "pressure", &["brake pressure rear", "brake pressure r", "brake press rear",
-        "brake press r", "brake rear", "brake r", "brake rr", "p brake rear"], "temp front tyre tire"),
-    rule(Throttle, "ratio", &["throttle", "throttle position", "tps", "aps", "grip", "accelerator"], "rate target desired e rear front v"),
-    rule(Gear, "ratio", &["gear", "gear position"], "ratio shift"),
+        "brake press r", "brake rear", "brake r", "brake rr", "p brake rear", "master cylinder rear"], "temp front tyre tire"),
+    rule(Throttle, "ratio", &["throttle", "throttle position", "tps", "aps", "grip", "accelerator", "accelerator pedal"], "rate target desired e rear front v fract fl rl"),
+    rule(Gear, "ratio", &["gear", "gear position"], "ratio shift calc"),
     rule(Latitude, "angle", &["latitude", "lat", "gps lat", "gps latitude"], "acc accel g accuracy std covariance"),
     rule(Longitude, "angle", &["longitude", "lon", "lng", "long", "gps lon", "gps long", "gps longitude"],
         "acc accel g accuracy std covariance"),
     rule(Altitude, "length", &["altitude", "alt", "gps altitude", "height"], "accuracy std covariance ride"),
-    rule(AirTemperature, "temperature", &["air temperature", "air temp", "ambient temp", "ambient temperature", "ambient"],
-        "intake tyre tire"),
+    rule(AirTemperature, "temperature", &["air temperature", "air temp", "ambient temp", "ambient temperature", "ambient", "t air"],
+        "intake inlet tyre tire"),
     rule(TyreTemperatureFront, "temperature", &["tyre temp front", "tire temp front", "tyre temp f", "tire temp f",
-        "tyre temperature front", "tire temperature front"], "rear"),
+        "tyre temperature front", "tire temperature front", "t tyre front", "t tyre fr"], "rear"),
     rule(TyreTemperatureRear, "temperature", &["tyre temp rear", "tire temp rear", "tyre temp r", "tire temp r",
-        "tyre temperature rear", "tire temperature rear"], "front"),
+        "tyre temperature rear", "tire temperature rear", "t tyre rear", "t tyre rr"], "front"),
     rule(ForkTravel, "length", &["fork", "fork travel", "fork position", "suspension front", "susp front", "susp f", "susp fr",
         "damper front", "front travel"], "acc accel velocity rear"),
     rule(ShockTravel, "length", &["shock", "shock travel", "shock position", "suspension rear", "susp rear", "susp r", "susp rr",

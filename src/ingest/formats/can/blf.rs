@@ -202,12 +202,12 @@ fn can_frame(object: &[u8], kind: u32) -> Option<Object<'_>> {
         }
         CAN_FD_MESSAGE => {
             let count = usize::from(*body.get(14)?).min(64);
-            (u16_at(body, 0)?, body.get(2)? & REMOTE != 0, body.get(20..20 + count)?)
+            (u16_at(body, 0)?, body.get(2)? & REMOTE != 0, there(body, 20, count)?)
         }
         _ => {
             let count = usize::from(*body.get(2)?).min(64);
             let remote = u32_at(body, 12)? & REMOTE_64 != 0;
-            (u16::from(*body.first()?), remote, body.get(40..40 + count)?)
+            (u16::from(*body.first()?), remote, there(body, 40, count)?)
         }
     };
     if remote {
@@ -215,6 +215,11 @@ fn can_frame(object: &[u8], kind: u32) -> Option<Object<'_>> {
     }
     let extended = id & 0x8000_0000 != 0;
     Some(Object::Frame(Frame { time, bus, id: id & 0x1FFF_FFFF, extended, data }))
+}
+
+/// The bytes of a flexible frame that were stored: some writers leave the last ones out and count them all the same.
+fn there(body: &[u8], at: usize, count: usize) -> Option<&[u8]> {
+    body.get(at..(at + count).min(body.len()))
 }
 
 /// A Windows SYSTEMTIME: year, month, day of the week, day, hour, minute, second, ms.
@@ -246,6 +251,21 @@ fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// As a vendor writes it: 64 bytes by its count, 48 of them stored.
+    #[test]
+    fn flexible_frames_whose_last_bytes_were_not_stored() {
+        let mut object = Vec::new();
+        object.extend(b"LOBJ\x20\0\x01\0");
+        object.extend([120_u32, CAN_FD_MESSAGE_64, 2, 0].map(u32::to_le_bytes).concat());
+        object.extend(1_500_000_000_u64.to_le_bytes());
+        object.extend([7, 15, 64, 0, 0xA9, 6, 0, 0]);
+        object.resize(32 + 40, 0);
+        object.extend(1..=48);
+        let Object::Frame(frame) = frame(&object) else { panic!("a frame") };
+        assert_eq!((frame.time, frame.bus, frame.id, frame.extended), (1.5, 7, 0x6A9, false));
+        assert_eq!(frame.data, (1..=48).collect::<Vec<u8>>());
+    }
 
     #[test]
     fn starts_that_are_no_time_are_none() {

@@ -2,7 +2,10 @@
 
 use std::collections::HashMap;
 
-use can_dbc::{ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType};
+use can_dbc::{
+    AttributeValue, ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType,
+    ValueType,
+};
 
 use super::bits;
 use crate::ingest::aids::Aids;
@@ -14,6 +17,62 @@ pub struct Database {
     /// The messages.
     pub messages: Vec<Message>,
     by_id: HashMap<(u32, bool), usize>,
+    /// Messages of J1939 by their parameter group: priority and addresses are not part of what they are.
+    by_group: HashMap<u32, usize>,
+    /// Extended ones of which their database does not say that, sent to all; `None` where several have the group.
+    perhaps: HashMap<u32, Option<usize>>,
+}
+
+/// The message that an identifier stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Its place among the messages.
+    pub message: usize,
+    /// Who sent it, where it was found by its parameter group.
+    pub source: Option<u8>,
+    /// Whether the database says that its messages are found so.
+    pub said: bool,
+}
+
+/// Parameter group number of an extended identifier; of a message to one address without that.
+fn parameter_group(id: u32) -> u32 {
+    let group = id >> 8 & 0x3_FFFF;
+    if group >> 8 & 0xFF < 240 { group & 0x3_FF00 } else { group }
+}
+
+/// What a database says of a message's identifier.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Identifier {
+    /// J1939: the parameter group counts.
+    Group,
+    /// It counts as it is.
+    Whole,
+    Unsaid,
+}
+
+/// By the attributes that Vector's tools and all that write for them use.
+fn identifier(dbc: &Dbc, id: MessageId) -> Identifier {
+    let is = |value: &AttributeValue, index: u64, name: &str| match value {
+        AttributeValue::Uint(n) => *n == index,
+        AttributeValue::Int(n) => u64::try_from(*n) == Ok(index),
+        AttributeValue::String(text) => text == name,
+        AttributeValue::Double(_) => false,
+    };
+    let format = dbc.message_attribute(id, "VFrameFormat");
+    match format {
+        Some(f) if is(f, 3, "J1939PG") => return Identifier::Group,
+        Some(_) => return Identifier::Whole,
+        None => {}
+    }
+    let default = dbc.attribute_default("VFrameFormat");
+    let protocol = dbc.attribute_values_database.iter().find(|a| a.name == "ProtocolType");
+    if default.is_some_and(|f| is(f, 3, "J1939PG"))
+        || protocol.is_some_and(|p| is(&p.value, u64::MAX, "J1939"))
+    {
+        Identifier::Group
+    } else {
+        Identifier::Unsaid
+    }
 }
 
 /// What one identifier stands for.
@@ -117,9 +176,23 @@ impl Database {
         Ok(database)
     }
 
-    /// Which message an identifier stands for.
-    pub fn find(&self, id: u32, extended: bool) -> Option<usize> {
-        self.by_id.get(&(id, extended)).copied()
+    /// Which message an identifier stands for: just that one, or of extended ones the one of its parameter group.
+    pub fn find(&self, id: u32, extended: bool) -> Option<Found> {
+        let exact = self.by_id.get(&(id, extended)).copied();
+        if !extended {
+            return exact.map(|message| Found { message, source: None, said: true });
+        }
+        let group = parameter_group(id);
+        let of_group = self.by_group.get(&group).copied();
+        if let Some(message) = exact.filter(|m| of_group != Some(*m)) {
+            return Some(Found { message, source: None, said: true });
+        }
+        let source = Some(id as u8);
+        if let Some(message) = of_group {
+            return Some(Found { message, source, said: true });
+        }
+        let message = self.perhaps.get(&group).copied().flatten()?;
+        Some(Found { message, source, said: false })
     }
 
     fn add(&mut self, dbc: &Dbc) {
@@ -132,7 +205,20 @@ impl Database {
             if message.name == "VECTOR__INDEPENDENT_SIG_MSG" || self.by_id.contains_key(&key) {
                 continue;
             }
-            self.by_id.insert(key, self.messages.len());
+            let place = self.messages.len();
+            self.by_id.insert(key, place);
+            if key.1 {
+                let group = parameter_group(key.0);
+                match identifier(dbc, message.id) {
+                    Identifier::Group => _ = self.by_group.entry(group).or_insert(place),
+                    // what is sent to one address looks like any other extended identifier
+                    Identifier::Unsaid if key.0 >> 16 & 0xFF >= 240 => {
+                        let several = |known: &mut Option<usize>| *known = None;
+                        self.perhaps.entry(group).and_modify(several).or_insert(Some(place));
+                    }
+                    Identifier::Unsaid | Identifier::Whole => {}
+                }
+            }
             let signals = message.signals.iter().map(|s| signal(dbc, message, s)).collect();
             self.messages.push(Message { name: message.name.clone(), signals });
         }
@@ -201,7 +287,7 @@ mod tests {
     #[test]
     fn signals_of_every_kind() {
         let database = database(DBC).expect("a database");
-        let plain = &database.messages[database.find(256, false).expect("standard")];
+        let plain = &database.messages[database.find(256, false).expect("standard").message];
         let mut data = vec![0x34, 0x02, 0xFF, 0xE0];
         data.extend(1.5_f32.to_le_bytes());
         assert_eq!(plain.value(0, &data), Some(f64::from(0x234) * 0.5 + 10.0));
@@ -211,7 +297,7 @@ mod tests {
         assert_eq!(plain.signals[0].unit.as_deref(), Some("km/h"));
         assert_eq!(plain.signals[1].unit, None);
         assert_eq!(database.find(256, true), None);
-        let switched = &database.messages[database.find(512, true).expect("extended")];
+        let switched = &database.messages[database.find(512, true).expect("extended").message];
         assert_eq!(switched.value(1, &[0, 7, 0, 0]), Some(7.0));
         assert_eq!(switched.value(1, &[1, 7, 0, 0]), None);
         assert_eq!(switched.value(2, &[1, 0xFF, 0, 0]), Some(-1.0));
@@ -221,7 +307,7 @@ mod tests {
     fn switches_with_ranges() {
         let text = format!("{DBC}SG_MUL_VAL_ 2147484160 a mode 3-5, 9-9;\n");
         let database = database(&text).expect("a database");
-        let switched = &database.messages[database.find(512, true).expect("extended")];
+        let switched = &database.messages[database.find(512, true).expect("extended").message];
         let there = |mode: u8| switched.value(1, &[mode, 7, 0, 0]).is_some();
         assert_eq!([0, 3, 4, 5, 6, 9].map(there), [false, true, true, true, false, true]);
     }
@@ -232,9 +318,45 @@ mod tests {
             let odd = DBC.replace("0|12@1+", &format!("{start}|12@1+"));
             let odd = odd.replace("23|12@0-", &format!("{start}|12@0-"));
             let database = database(&odd).expect("a database");
-            let plain = &database.messages[database.find(256, false).expect("standard")];
+            let plain = &database.messages[database.find(256, false).expect("standard").message];
             assert_eq!([0, 1].map(|signal| plain.value(signal, &[7; 8])), [None, None]);
         }
+    }
+
+    /// 0x18FEF121 with another source and priority, 0x18EA to another address, and ids that are none of a database.
+    #[test]
+    fn groups_of_j1939_are_found_whoever_sent_them() {
+        let message = |id: u32, name: &str| {
+            format!("BO_ {} {name}: 8 A\n SG_ x : 0|8@1+ (1,0) [0|0] \"\" A\n", id | 0x8000_0000)
+        };
+        let text = |attributes: &str| {
+            let two = [message(0x18FE_F121, "CCVS"), message(0x18EA_FF00, "RQST")].concat();
+            database(&format!("VERSION \"\"\nNS_ :\nBS_:\nBU_: A\n{two}{attributes}"))
+                .expect("a database")
+        };
+        let enumerated = "BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\",\"ExtendedCAN\",\"reserved\",\"J1939PG\";\n\
+            BA_DEF_DEF_ \"VFrameFormat\" \"J1939PG\";\n";
+        let of = |database: &Database, id| {
+            database.find(id, true).map(|f| (f.message, f.source, f.said))
+        };
+        let said = text(enumerated);
+        assert_eq!(of(&said, 0x18FE_F121), Some((0, Some(0x21), true)));
+        assert_eq!(of(&said, 0x0CFE_F103), Some((0, Some(3), true)));
+        assert_eq!(of(&said, 0x18EA_2105), Some((1, Some(5), true)));
+        assert_eq!(of(&said, 0x18FE_F221), None, "another group");
+        assert_eq!(of(&said, 0x19FE_F121), None, "the data page is part of it");
+        assert_eq!(said.find(0xF121, false), None);
+        let unsaid = text("");
+        assert_eq!(of(&unsaid, 0x18FE_F121), Some((0, None, true)));
+        assert_eq!(of(&unsaid, 0x0CFE_F103), Some((0, Some(3), false)));
+        assert_eq!(of(&unsaid, 0x18EA_2105), None);
+        // extended, but none of J1939
+        let whole = text(&format!(
+            "{enumerated}BA_ \"VFrameFormat\" BO_ {} 1;\n",
+            0x18FE_F121_u32 | 0x8000_0000
+        ));
+        assert_eq!(of(&whole, 0x18FE_F121), Some((0, None, true)));
+        assert_eq!(of(&whole, 0x0CFE_F103), None);
     }
 
     #[test]

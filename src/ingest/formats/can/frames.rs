@@ -3,7 +3,7 @@
 use std::io::{BufReader, Read};
 
 use super::frame::{Frame, Scan};
-use super::{blf, text};
+use super::{blf, text, trc};
 use crate::ingest::error::Error;
 use crate::objects::{Location, source};
 
@@ -16,6 +16,8 @@ pub enum FrameFile {
     Asc,
     /// Linux can-utils' text, as a log or as shown on the screen.
     Candump,
+    /// PEAK's text.
+    Trc,
 }
 
 /// What a log is, by its first bytes.
@@ -28,6 +30,9 @@ pub fn kind(head: &[u8]) -> Option<FrameFile> {
         return None;
     }
     let start = String::from_utf8_lossy(start);
+    if trc::is_trace(&start) {
+        return Some(FrameFile::Trc);
+    }
     let mut lines = start.trim_start_matches('\u{feff}').lines().map(str::trim);
     let mut lines = lines.by_ref().filter(|l| !l.is_empty() && !l.starts_with("//"));
     let first = lines.next()?;
@@ -52,6 +57,7 @@ pub fn each(log: &Location, take: &mut dyn FnMut(&Frame<'_>)) -> Result<Scan, Er
         FrameFile::Blf => blf::each(&mut whole, take),
         FrameFile::Asc => text::each_asc(&mut whole, take),
         FrameFile::Candump => text::each_candump(&mut whole, take),
+        FrameFile::Trc => trc::each(&mut whole, take),
     }
     .map_err(fail)
 }

@@ -1,8 +1,9 @@
-//! CAN logs: Vector BLF and ASC, and candump's text. Frames are decoded with CAN
+//! CAN logs: Vector BLF and ASC, candump's text and PEAK traces. Frames are decoded with CAN
 //! databases (DBC), which the channel map names.
 //!
 //! Channels are `Message/Signal` (or `Message.Signal`), each message on its own clock, each
-//! multiplexed signal too. A message that came over several buses is `Message@1`, `Message@2`.
+//! multiplexed signal too. A message that came over several buses is `Message@1`, `Message@2`; one of J1939 that
+//! several sources sent is `Message from 0`, `Message from 3`.
 //! The readers are our own because a log with broken frames must be read on behind them, from
 //! wherever it is, and the lengths in it must not be trusted.
 
@@ -22,6 +23,7 @@ mod frame;
 mod frames;
 pub(super) mod signals;
 mod text;
+mod trc;
 
 use database::Database;
 pub(super) use frame::Frame;
@@ -32,9 +34,9 @@ pub struct Can;
 
 impl Format for Can {
     const NAME: &'static str = "can";
-    const DESCRIPTION: &'static str = "CAN frames in BLF, ASC or candump, decoded with a DBC file: `dbc = \"my.dbc\"` in the map, or `--dbc`";
+    const DESCRIPTION: &'static str = "CAN frames in BLF, ASC, TRC or candump, decoded with a DBC file: `dbc = \"my.dbc\"` in the map, or `--dbc`";
     const CHANNEL_NAMES: &'static str = "`Message/Signal`";
-    const EXTENSIONS: &'static [&'static str] = &["blf", "asc", "log"];
+    const EXTENSIONS: &'static [&'static str] = &["blf", "asc", "log", "trc"];
     const MAPS: &'static [ShippedMap] = &[shipped_map!("session_can")];
 
     fn sniff(head: &Head<'_>) -> bool {

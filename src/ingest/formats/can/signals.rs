@@ -14,7 +14,7 @@ pub struct FrameCounts {
     seen: BTreeMap<(u32, bool, u16), FrameCount>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct FrameCount {
     count: u64,
     first: f64,
@@ -36,12 +36,12 @@ impl FrameCounts {
     /// The signals that the databases define for the counted frames.
     pub fn listing(&self, database: &Database) -> Listing {
         let mut listing = Listing::default();
-        let mut unknown = Vec::new();
+        let (mut unknown, mut guessed) = (Vec::new(), Vec::new());
+        // messages by who sent them and over which bus, in the order of their identifiers
+        let mut streams: Vec<(usize, Option<u8>, u16, FrameCount)> = Vec::new();
         for (&(id, extended, bus), seen) in &self.seen {
-            let span = seen.last - seen.first;
-            let rate = (span > 0.0).then(|| (seen.count - 1) as f64 / span);
-            let Some(at) = database.find(id, extended) else {
-                let rate = rate.map(|r| format!(" at {r:.1} Hz")).unwrap_or_default();
+            let Some(found) = database.find(id, extended) else {
+                let rate = seen.rate().map(|r| format!(" at {r:.1} Hz")).unwrap_or_default();
                 unknown.push(format!(
                     "{} ({} frames{rate}, {} bytes)",
                     hex_id(id, extended),
@@ -50,12 +50,26 @@ impl FrameCounts {
                 ));
                 continue;
             };
+            let name = &database.messages[found.message].name;
+            if !found.said {
+                guessed.push(format!("{} as {name}", hex_id(id, extended)));
+            }
+            let (message, source) = (found.message, found.source);
+            match streams.iter_mut().find(|s| (s.0, s.1, s.2) == (message, source, bus)) {
+                Some((.., known)) => known.add(seen),
+                None => streams.push((message, source, bus, seen.clone())),
+            }
+        }
+        for &(at, source, bus, ref seen) in &streams {
             let message = &database.messages[at];
-            let mut buses = self.seen.range((id, extended, 0)..=(id, extended, u16::MAX));
-            let group = match buses.nth(1) {
-                None => message.name.clone(),
-                Some(_) => format!("{}@{bus}", message.name),
-            };
+            let others = || streams.iter().filter(|s| s.0 == at);
+            let mut group = message.name.clone();
+            if let Some(source) = source.filter(|_| others().any(|s| s.1 != source)) {
+                group += &format!(" from {source}");
+            }
+            if others().any(|s| s.1 == source && s.2 != bus) {
+                group += &format!("@{bus}");
+            }
             for (i, signal) in message.signals.iter().enumerate() {
                 let always = !signal.is_multiplexed();
                 listing.channels.push(SourceChannel {
@@ -63,19 +77,43 @@ impl FrameCounts {
                     name: signal.name.clone(),
                     unit: signal.unit.clone(),
                     samples: Some(seen.count),
-                    rate: rate.filter(|_| always),
-                    place: [at, i, usize::from(bus)],
+                    rate: seen.rate().filter(|_| always),
+                    place: [at, i, stream(source, bus)],
                 });
             }
         }
-        if !unknown.is_empty() {
-            let more = unknown.len().saturating_sub(40);
-            unknown.truncate(40);
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            listing.facts.push(("in no database".into(), unknown.join(", ") + &more));
+        for (what, mut ids) in
+            [("in no database", unknown), ("taken for J1939, by the parameter group", guessed)]
+        {
+            if !ids.is_empty() {
+                let more = ids.len().saturating_sub(40);
+                ids.truncate(40);
+                let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+                listing.facts.push((what.into(), ids.join(", ") + &more));
+            }
         }
         listing
     }
+}
+
+impl FrameCount {
+    /// Hz, if there is more than one.
+    fn rate(&self) -> Option<f64> {
+        let span = self.last - self.first;
+        (span > 0.0).then(|| (self.count - 1) as f64 / span)
+    }
+
+    fn add(&mut self, other: &FrameCount) {
+        self.count += other.count;
+        self.first = self.first.min(other.first);
+        self.last = self.last.max(other.last);
+        self.length = self.length.max(other.length);
+    }
+}
+
+/// Bus and source in a number: the source counts from 1, and 0 is none.
+fn stream(source: Option<u8>, bus: u16) -> usize {
+    usize::from(bus) + source.map_or(0, |s| (usize::from(s) + 1) << 20)
 }
 
 /// An identifier as people write it.
@@ -86,8 +124,8 @@ fn hex_id(id: u32, extended: bool) -> String {
 /// The wanted signals of the frames that come by.
 pub struct Collector<'a> {
     database: &'a Database,
-    /// By message and bus.
-    wanted: HashMap<(usize, u16), Gathered>,
+    /// By message and [`stream`].
+    wanted: HashMap<(usize, usize), Gathered>,
 }
 
 /// What of one message is wanted.
@@ -103,14 +141,14 @@ struct Gathered {
 impl<'a> Collector<'a> {
     /// Of channels as [`FrameCounts::listing`] gave them.
     pub fn new(database: &'a Database, wanted: &[&SourceChannel]) -> Self {
-        let mut of: HashMap<(usize, u16), Gathered> = HashMap::new();
+        let mut of: HashMap<(usize, usize), Gathered> = HashMap::new();
         for channel in wanted {
-            let [message, signal, bus] = channel.place;
+            let [message, signal, stream] = channel.place;
             let Some(known) = database.messages.get(message).and_then(|m| m.signals.get(signal))
             else {
                 continue;
             };
-            let gathered = of.entry((message, bus as u16)).or_default();
+            let gathered = of.entry((message, stream)).or_default();
             if known.is_multiplexed() {
                 gathered.multiplexed.push((signal, Vec::new(), Vec::new()));
             } else {
@@ -122,9 +160,10 @@ impl<'a> Collector<'a> {
 
     /// One more frame.
     pub fn take(&mut self, frame: &Frame<'_>) {
-        let Some(at) = self.database.find(frame.id, frame.extended) else { return };
-        let Some(gathered) = self.wanted.get_mut(&(at, frame.bus)) else { return };
-        let message = &self.database.messages[at];
+        let Some(found) = self.database.find(frame.id, frame.extended) else { return };
+        let key = (found.message, stream(found.source, frame.bus));
+        let Some(gathered) = self.wanted.get_mut(&key) else { return };
+        let message = &self.database.messages[found.message];
         if !gathered.always.is_empty() {
             gathered.time.push(frame.time);
         }
@@ -143,8 +182,8 @@ impl<'a> Collector<'a> {
     pub fn columns(self, wanted: &[&SourceChannel]) -> Vec<Column> {
         type Series = (Arc<Vec<f64>>, Vec<f64>);
         let mut series: HashMap<[usize; 3], Series> = HashMap::new();
-        for ((message, bus), gathered) in self.wanted {
-            let place = |signal| [message, signal, usize::from(bus)];
+        for ((message, stream), gathered) in self.wanted {
+            let place = |signal| [message, signal, stream];
             let time = Arc::new(gathered.time);
             for (signal, values) in gathered.always {
                 series.insert(place(signal), (Arc::clone(&time), values));

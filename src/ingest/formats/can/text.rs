@@ -35,7 +35,7 @@ impl Base {
 }
 
 /// Every line with its number; without its end, and cut at [`LONGEST`].
-fn lines(log: &mut dyn BufRead, mut each: impl FnMut(usize, &str)) -> Result<()> {
+pub fn lines(log: &mut dyn BufRead, mut each: impl FnMut(usize, &str)) -> Result<()> {
     let mut line = Vec::new();
     for number in 1.. {
         line.clear();

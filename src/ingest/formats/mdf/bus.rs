@@ -9,7 +9,7 @@ use crate::ingest::formats::can::signals::{Collector, FrameCounts};
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
 
 /// What marks channels from frames: no group has as many channels.
-const FRAMES: usize = 1 << 20;
+const FRAMES: usize = 1 << 30;
 
 /// Whether a channel is a signal of frames.
 pub fn is_signal(channel: &SourceChannel) -> bool {

@@ -27,6 +27,7 @@ use crate::objects::Location;
 
 pub(super) mod facts;
 mod level;
+pub mod racebox;
 pub mod xsens;
 
 use facts::{Facts, HeaderKeys, wall_clock};

@@ -1,0 +1,132 @@
+//! Speeds of a satellite track.
+
+/// The ellipsoid of the satellites' positions, WGS 84: largest radius, m, and squared eccentricity. A sphere would be
+/// wrong by up to 0.5 %.
+const RADIUS: f64 = 6_378_137.0;
+const ECCENTRICITY: f64 = 6.694_379_990_14e-3;
+
+/// Speeds are compared over stretches of at least this, s: positions are rounded.
+const STRETCH: f64 = 1.0;
+/// Longest stretch; beyond it the receiver was away, s.
+const LONGEST: f64 = 3.0;
+/// Slowest speed that is compared, m/s.
+const SLOWEST: f64 = 3.0;
+/// Fewest stretches that tell anything.
+const FEWEST: usize = 20;
+
+/// Distance between two positions (degrees north and east) that are near each other, m.
+pub fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let latitude = (0.5 * (a[0] + b[0])).to_radians();
+    let flat = 1.0 - ECCENTRICITY * latitude.sin().powi(2);
+    let across = RADIUS / flat.sqrt(); // of curvature from east to west
+    let along = across * (1.0 - ECCENTRICITY) / flat;
+    // over the date line
+    let east = (b[1] - a[1] + 540.0).rem_euclid(360.0) - 180.0;
+    (along * (b[0] - a[0]).to_radians()).hypot(across * latitude.cos() * east.to_radians())
+}
+
+/// How many times the speed of the positions in m/s a column of speeds is; `None` if they tell too little.
+///
+/// `position` is latitude and longitude in degrees.
+pub fn ratio(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Option<f64> {
+    let at = |i: usize| [position[0][i], position[1][i]];
+    let mut ratios = Vec::new();
+    let mut from = 0;
+    for i in 0..time.len() {
+        let step = time[i] - time[from];
+        if step < STRETCH {
+            continue;
+        }
+        let there = distance(at(from), at(i)) / step;
+        let within: Vec<f64> = speed[from..=i].iter().copied().filter(|v| v.is_finite()).collect();
+        if step < LONGEST && there > SLOWEST && !within.is_empty() {
+            ratios.push(within.iter().sum::<f64>() / within.len() as f64 / there);
+        }
+        from = i;
+    }
+    if ratios.len() < FEWEST {
+        return None;
+    }
+    crate::statistics::order::upper_median(&mut ratios)
+}
+
+/// Speed at each stamp from the positions about it, m/s: over at most `span` to both sides.
+///
+/// NaN where no position is near. Repeated positions of a receiver slower than the rows must be
+/// gone before.
+pub fn speed(time: &[f64], position: [&[f64]; 2], span: f64) -> Vec<f64> {
+    let known = |i: &usize| position.iter().all(|p| p[*i].is_finite()) && time[*i].is_finite();
+    let there: Vec<usize> = (0..time.len()).filter(known).collect();
+    let mut out = vec![f64::NAN; time.len()];
+    for (k, &i) in there.iter().enumerate() {
+        // the neighbours on either side: at least one, and as many as lie within the span
+        let near = |j: usize| (time[there[j]] - time[i]).abs() <= span;
+        let mut first = k.saturating_sub(1);
+        while first > 0 && near(first - 1) {
+            first -= 1;
+        }
+        let mut last = (k + 1).min(there.len() - 1);
+        while last + 1 < there.len() && near(last + 1) {
+            last += 1;
+        }
+        // as far to one side as to the other, or a speed that changes would be late
+        let reach = (k - first).min(last - k).max(usize::from(first == k || last == k));
+        let (a, b) = (k.saturating_sub(reach), (k + reach).min(there.len() - 1));
+        let path: f64 = (a..b)
+            .map(|j| {
+                let (p, q) = (there[j], there[j + 1]);
+                distance([position[0][p], position[1][p]], [position[0][q], position[1][q]])
+            })
+            .sum();
+        let step = time[there[b]] - time[there[a]];
+        if step > 0.0 && step <= LONGEST.max(4.0 * span) {
+            out[i] = path / step;
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Degrees of a metre to the north and to the east at 50 degrees (of WGS 84: 111 229.0 m and 71 695.7 m per degree).
+    const METRE: [f64; 2] = [1.0 / 111_229.0, 1.0 / 71_695.7];
+
+    /// A circle of 100 m radius at 20 m/s, 10 Hz.
+    fn circle(n: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let time: Vec<f64> = (0..n).map(|i| i as f64 * 0.1).collect();
+        let north = |t: &f64| 50.0 + METRE[0] * 100.0 * (0.2 * t).cos();
+        let east = |t: &f64| 13.0 + METRE[1] * 100.0 * (0.2 * t).sin();
+        (time.clone(), time.iter().map(north).collect(), time.iter().map(east).collect())
+    }
+
+    #[test]
+    fn the_speed_of_a_circle() {
+        let (time, north, east) = circle(400);
+        let speed = speed(&time, [&north, &east], 0.25);
+        assert!(speed.iter().all(|v| (v - 20.0).abs() < 0.02), "{speed:?}");
+        let kmh = vec![72.0; time.len()];
+        let ratio = ratio(&time, [&north, &east], &kmh).expect("enough");
+        assert!((ratio - 3.6).abs() < 0.03, "{ratio}");
+    }
+
+    #[test]
+    fn a_speed_that_grows_is_not_late() {
+        let time: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.1).collect();
+        let north: Vec<f64> = time.iter().map(|t| 50.0 + METRE[0] * (5.0 * t + t * t)).collect();
+        let speed = speed(&time, [&north, &vec![8.0; 200]], 0.5);
+        for i in 5..190 {
+            assert!((speed[i] - (5.0 + 2.0 * time[i])).abs() < 0.02, "{i}: {}", speed[i]);
+        }
+    }
+
+    #[test]
+    fn what_stands_still_tells_nothing() {
+        let time: Vec<f64> = (0..200).map(f64::from).collect();
+        let at = vec![45.0; 200];
+        assert_eq!(ratio(&time, [&at, &at], &vec![0.1; 200]), None);
+        let metres = distance([0.0, 179.999_5], [0.0, -179.999_5]);
+        assert!((metres - 111.32).abs() < 0.01, "over the date line: {metres} m");
+    }
+}
