@@ -80,8 +80,10 @@ pub fn transition(
     let span = samples as f64 * dt;
     let w = before.rate(w);
     let turned = after.attitude.inverse() * before.attitude;
-    let half = before.attitude * Rotation3::from_scaled_axis(w * (0.5 * span));
-    let force = half.matrix() * before.force(f).cross_matrix();
+    // in the middle, where an attitude error has turned with the body
+    let turn = Rotation3::from_scaled_axis(w * (0.5 * span));
+    let half = before.attitude * turn;
+    let force = half.matrix() * before.force(f).cross_matrix() * turn.inverse().matrix();
     let mut top = Top::zeros();
     let identity = Matrix3::identity();
     let mut put = |row: usize, column: usize, m: Matrix3<f64>| {

@@ -1,4 +1,4 @@
-//! The level frame from a bare inertial unit and a satellite receiver, against rides whose truth is known.
+//! Any inertial unit: the level frame from a bare inertial unit and a satellite receiver, against rides whose truth is known.
 
 use nalgebra::Rotation3;
 use roadbench::navigation::{self, Log, NAMES, Navigation, OUTPUTS};
@@ -150,7 +150,7 @@ fn standard_deviations_are_those_of_the_errors() {
     for (name, [n, one, two]) in NAMES.iter().zip(within) {
         let (one, two) = (100.0 * one / n, 100.0 * two / n);
         println!("{name}: {one:.1} {two:.1}");
-        assert!((60.0..92.0).contains(&one), "{name}: {one:.1} % within one");
+        assert!((60.0..85.0).contains(&one), "{name}: {one:.1} % within one");
         assert!(two > 93.0, "{name}: {two:.1} % within two");
     }
     let mean = outwards.iter().sum::<f64>() / draws as f64;
