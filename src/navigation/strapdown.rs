@@ -94,12 +94,17 @@ pub fn transition(
     put(P, THETA, force * (-0.5 * span * span));
     put(V, V, identity);
     put(V, THETA, force * -span);
+    put(V, GYRO, force * (0.5 * span * span));
     put(V, FORCE, half.matrix() * -span);
     put(THETA, THETA, *turned.matrix());
     put(THETA, GYRO, identity * -span);
     for i in 0..3 {
         for j in 0..3 {
-            top[(THETA + i, SCALE + 3 * i + j)] = -w[j] * span;
+            let column = SCALE + 3 * i + j;
+            top[(THETA + i, column)] = -w[j] * span;
+            for k in 0..3 {
+                top[(V + k, column)] = force[(k, i)] * (0.5 * span * span * w[j]);
+            }
         }
     }
     let mut decay = Errors::repeat(1.0);
@@ -192,6 +197,7 @@ mod tests {
     fn some_state(random: &mut Random) -> State {
         let mut errors = Errors::zeros();
         errors.iter_mut().for_each(|x| *x = 0.05 * random.normal());
+        errors.fixed_rows_mut::<9>(SCALE).scale_mut(0.1);
         let mut state = State::usual();
         state.attitude = Rotation3::from_euler_angles(-0.6, 0.1, 2.0);
         state.velocity = Vector3::new(-8.0, 15.0, 0.3);

@@ -1,10 +1,19 @@
 //! Any inertial unit: the level frame from a bare inertial unit and a satellite receiver, against rides whose truth is known.
 
+use std::path::Path;
+
 use nalgebra::Rotation3;
+use roadbench::contract::channel::Channel;
+use roadbench::ingest::aids::Aids;
+use roadbench::ingest::map::ChannelMap;
+use roadbench::ingest::map::file::with_aids;
+use roadbench::ingest::{self, Config};
 use roadbench::navigation::{self, Log, NAMES, Navigation, OUTPUTS};
 use roadbench::simulate::imu::Motion;
+use roadbench::simulate::loggers;
 use roadbench::simulate::prescribed::Prescribed;
 use roadbench::simulate::strapdown::{Receiver, Unit, crabbing, record, truth};
+use roadbench::simulate::track::{self, Track};
 use roadbench::statistics::random::Random;
 
 const RATE: f64 = 100.0;
@@ -258,4 +267,88 @@ fn what_a_ride_lacks_is_said() {
     let mut other = log.clone();
     other.forces.iter_mut().flatten().for_each(|f| *f *= 2.0);
     assert!(refused(&other).contains("m/s2"), "{}", refused(&other));
+}
+
+/// A box's CSV through its map: 25 Hz, speed without course, nothing known of the mounting.
+#[test]
+fn a_strapped_on_box_becomes_a_session_of_the_level_frame() {
+    let track = Track::load("track").expect("built in").expect("a track");
+    let ridden = track::ride(&Track { laps: 1, ..track }, 0).expect("comes round");
+    let foreign = loggers::write(loggers::Profile::Phone, &ridden, 5);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(&foreign.file);
+    std::fs::write(&path, &foreign.text).expect("written");
+    let map = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/loggers/phone.toml");
+    let map = ChannelMap::read(&map).unwrap_or_else(|e| panic!("{e}"));
+    let raw = ingest::read(&path, &[map]).unwrap_or_else(|e| panic!("{e}"));
+    let (session, warnings) =
+        ingest::run(raw, &Config::default()).unwrap_or_else(|e| panic!("{e}"));
+    let told = warnings.iter().find(|w| w.code == "level_frame").expect("told");
+    println!("{}", told.message);
+    let motions: Vec<Motion> = ridden.ride.samples.iter().map(|s| s.motion).collect();
+    let true_ones = truth(&motions);
+    let step = (ridden.ride.session.rate / session.rate).round() as usize;
+    let bars = [0.3, 0.4, 0.6, 1.0, 0.03];
+    for (o, bar) in bars.into_iter().enumerate() {
+        let channel = Channel::from_name(NAMES[o]).expect("a channel");
+        let sd = Channel::from_name(&format!("{}_sd", NAMES[o])).expect("a channel");
+        let (x, sd) = (session.get(channel).expect("there"), session.get(sd).expect("there"));
+        let e: Vec<f64> = (50..session.len - 50).map(|i| x[i] - true_ones[o][i * step]).collect();
+        println!("{}: {:.4}, sd {:.4}", NAMES[o], rms(&e), rms(sd));
+        assert!(rms(&e) < bar, "{}: {}", NAMES[o], rms(&e));
+    }
+    assert!(!session.has(Channel::ImuRateX) && !session.has(Channel::SatelliteSpeed));
+}
+
+/// A real unit in a car, whose x axis points up: level accelerations against the change of speed.
+#[test]
+fn a_real_unit_on_its_side_is_brought_level() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/canedge_gnss_imu");
+    let log = data.join("3BA199E2_00000165_00000005-60FEBFEB.MF4");
+    if !log.exists() {
+        println!("no recording {}: nothing tested", log.display());
+        return;
+    }
+    let map = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/formats/canmod_gps.toml");
+    let map = ChannelMap::read(&map).unwrap_or_else(|e| panic!("{e}"));
+    let aids = Aids::read(&[data.join("canmod-gps.dbc")]).expect("a database");
+    let maps = with_aids(vec![map], &aids);
+    let raw = ingest::read(&log, &maps).unwrap_or_else(|e| panic!("{e}"));
+    let speed =
+        raw.tracks.iter().find(|t| t.channel == Channel::SatelliteSpeed).expect("read").clone();
+    let (session, warnings) =
+        ingest::run(raw, &Config::default()).unwrap_or_else(|e| panic!("{e}"));
+    warnings
+        .iter()
+        .filter(|w| w.code.contains("level"))
+        .for_each(|w| println!("{}: {}", w.code, w.message));
+    assert!(warnings.iter().any(|w| w.code == "level_frame"), "{warnings:?}");
+    let (v, a) = (
+        session.get(Channel::VelocityX).expect("v"),
+        session.get(Channel::AccelerationX).expect("a"),
+    );
+    // differences of the receiver's speed over 2 s against means of the level acceleration over the same
+    let start = speed.time[0];
+    let mean = |x: &[f64], from: f64, to: f64| {
+        let part = &x[(from * session.rate) as usize..(to * session.rate) as usize];
+        part.iter().sum::<f64>() / part.len() as f64
+    };
+    let (mut n, mut squares, mut all) = (0.0, 0.0, 0.0);
+    for i in 5..speed.time.len() - 7 {
+        let (from, to) = (speed.time[i] - start, speed.time[i + 2] - start);
+        let change = (speed.values[i + 2] - speed.values[i]) / (to - from);
+        let found = mean(a, from, to);
+        if found.is_finite() && speed.values[i] > 5.0 {
+            (n, squares, all) =
+                (n + 1.0, squares + (found - change).powi(2), all + change * change);
+        }
+    }
+    let (off, size) = (f64::sqrt(squares / n), f64::sqrt(all / n));
+    println!(
+        "acceleration_x: {off:.3} m/s2 of {size:.3} over {n} windows; speed {:.1}",
+        mean(v, 100.0, 101.0)
+    );
+    assert!(n > 200.0 && off < 0.25 * size, "{off} of {size}");
+    let up = session.get(Channel::Roll).expect("roll");
+    assert!(rms(up).to_degrees() < 6.0, "a car hardly leans: {}", rms(up).to_degrees());
 }
