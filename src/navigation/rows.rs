@@ -166,7 +166,7 @@ impl Measurement {
             Kind::Roll => {
                 let frame = state.frame();
                 let angles = roll_pitch(&frame);
-                let [_, _, yaw_rate] = euler_rates(angles, &self.spin(state));
+                let [_, yaw_rate] = turning(state, &self.rate);
                 let speed = state.velocity.xy().norm();
                 angles[0] + (speed * yaw_rate / GRAVITY).atan() - state.other[STRAIGHT]
             }
@@ -174,7 +174,7 @@ impl Measurement {
             Kind::Side => {
                 let [speed, side] = velocity(state, &self.rate, &self.arm);
                 let angles = roll_pitch(&state.frame());
-                let [roll_rate, _, yaw_rate] = euler_rates(angles, &self.spin(state));
+                let [roll_rate, yaw_rate] = turning(state, &self.rate);
                 side - TO_REAR * yaw_rate + HEIGHT * angles[0].cos() * roll_rate
                     - state.other[STRAIGHT + 2] * speed
             }
@@ -213,18 +213,26 @@ impl Measurement {
     }
 }
 
+/// Rates about the level x and about the vertical, rad/s. Unlike Euler rates they do not depend on the pitch of the main
+/// frame in the body: rolling into a bend, lean and turn do not belong together, and would be explained by it.
+fn turning(state: &State, rate: &Vector3<f64>) -> [f64; 2] {
+    let spin = state.attitude * state.rate(rate);
+    let [x, y] = trace(&state.frame());
+    [spin.x * x + spin.y * y, spin.z]
+}
+
 /// What a state says of straight running: speed, forward acceleration, whether it is.
 pub fn running(state: &State, rate: &Vector3<f64>, force: &Vector3<f64>) -> (f64, f64, bool) {
     let frame = state.frame();
-    let angles = roll_pitch(&frame);
-    let spin = frame.inverse() * (state.attitude * state.rate(rate));
-    let [roll_rate, _, yaw_rate] = euler_rates(angles, &spin);
+    let [roll, _] = roll_pitch(&frame);
+    let [roll_rate, yaw_rate] = turning(state, rate);
     let speed = state.velocity.xy().norm();
     let [x, y] = trace(&frame);
     let a = state.attitude * state.force(force) + gravity();
     let straight = yaw_rate.abs() < 0.04
+        && speed * yaw_rate.abs() < 0.5
         && roll_rate.abs() < 0.06
-        && angles[0].abs() < 5_f64.to_radians()
+        && roll.abs() < 5_f64.to_radians()
         && speed > 5.0;
     (speed, a.x * x + a.y * y, straight)
 }
