@@ -31,7 +31,7 @@ fn before(u: &Update, l: &mut Errors, big: &mut Covariance) {
     let along = u.gain.dot(l);
     *l -= u.slopes * (along + u.innovation / u.variance);
     // C' L C + H' H / S, as rank-one changes
-    let row = &*big * u.gain;
+    let row = *big * u.gain;
     let square = u.gain.dot(&row) + 1.0 / u.variance;
     big.ger(-1.0, &u.slopes, &row, 1.0);
     big.ger(-1.0, &row, &u.slopes, 1.0);
@@ -66,7 +66,7 @@ pub fn smooth(
             if let Some(t) = transition {
                 t.back(&mut l, &mut big);
             }
-            states[k] = state.corrected(&-(&*covariance * l));
+            states[k] = state.corrected(&-(*covariance * l));
             look(k, &states[k], &covariance, &big);
             updates.iter().rev().for_each(|u| before(u, &mut l, &mut big));
         }

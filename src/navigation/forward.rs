@@ -444,7 +444,7 @@ impl<'a> Problem<'a> {
             let mut updates = Vec::new();
             for m in self.measurements(k, &stand.state, &placed[k], begin.delay) {
                 let (innovation, slopes) = m.innovation(&stand.state);
-                let gain = &*stand.covariance * slopes;
+                let gain = *stand.covariance * slopes;
                 let variance = slopes.dot(&gain) + m.variance;
                 let source = m.kind.source();
                 let t = &mut tally[source as usize];

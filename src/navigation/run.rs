@@ -83,11 +83,10 @@ pub struct Navigation {
 pub fn run(log: &Log) -> Result<Navigation, String> {
     let alignment = align(log)?;
     let (mut problem, mut begin) = Problem::new(log, &alignment)?;
-    let mut first =
-        Stand { state: begin.starts[0].state, covariance: Box::new(Covariance::zeros()) };
     let mut sd = prior();
     sd.fixed_rows_mut::<9>(0).copy_from(&begin.starts[0].sd.fixed_rows::<9>(0));
-    first.covariance = Box::new(Covariance::from_diagonal(&sd.component_mul(&sd)));
+    let covariance = Box::new(Covariance::from_diagonal(&sd.component_mul(&sd)));
+    let mut first = Stand { state: begin.starts[0].state, covariance };
     let mut passes = 0;
     loop {
         passes += 1;

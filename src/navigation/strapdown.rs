@@ -140,7 +140,7 @@ pub fn forgetting(sd: &Errors) -> Transition {
 impl Transition {
     /// The covariance a step later.
     pub fn advance(&self, p: &mut Covariance) {
-        let rows = self.top * &*p;
+        let rows = self.top * *p;
         let corner = rows * self.top.transpose();
         for j in 9..N {
             for i in 9..N {

@@ -170,14 +170,14 @@ fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
 }
 
 fn checked_imu(imu: Imu) -> Result<Imu, String> {
-    let far = imu.arm.is_some_and(|arm| arm.iter().any(|x| !(x.abs() <= 3.0)));
+    let far = imu.arm.is_some_and(|arm| arm.iter().any(|x| x.is_nan() || x.abs() > 3.0));
     if far {
         return Err("`imu.arm` must be three lengths of at most 3 m".into());
     }
     if imu.arm_sd.is_some_and(|sd| !(0.0..=1.0).contains(&sd)) {
         return Err("`imu.arm_sd` must be between 0 and 1 m".into());
     }
-    if imu.delay.is_some_and(|delay| !(delay.abs() <= 5.0)) {
+    if imu.delay.is_some_and(|delay| delay.is_nan() || delay.abs() > 5.0) {
         return Err("`imu.delay` must be within 5 s".into());
     }
     Ok(imu)
