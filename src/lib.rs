@@ -61,6 +61,8 @@ pub mod tables;
 
 pub mod filter;
 
+pub mod navigation;
+
 pub mod manoeuvre;
 
 pub mod multibody;

@@ -343,8 +343,9 @@ impl Inputs {
             Formulation::Corrected => {
                 // the contact line lies outside the mass centre's track and is faster
                 let u = v - turn * b.cg_height * sin_phi;
-                let wf = wf - z.front.constant - z.front.angle * v;
-                let wr = wr - z.rear.constant - z.rear.angle * v;
+                let leaning = z.slip_of_lean * sin_phi * u;
+                let wf = wf - z.front.constant - z.front.angle * v - leaning;
+                let wr = wr - z.rear.constant - z.rear.angle * v - leaning;
                 ([(wf / u).atan() - delta, (wr / u).atan()], front)
             }
         }

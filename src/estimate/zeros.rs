@@ -59,6 +59,10 @@ pub struct Zeros {
     pub rear: LateralZero,
     /// Whether there was enough straight running for the lateral zeros.
     pub lateral_known: bool,
+    /// Error of the side slip per lean, common to both axles.
+    pub slip_of_lean: f64,
+    /// Its standard error: that of an estimated lateral velocity, which keeps its error for corners on end.
+    pub slip_of_lean_se: f64,
 }
 
 /// Smallest latency that is acted upon, s.
@@ -161,6 +165,9 @@ pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
     if let Some(pitch) = get(Channel::Pitch) {
         zeros.pitch = pitch_zero(&v, &pitch, &turn, &coarse);
     }
+    if let (Some(sd), Some(roll)) = (get(Channel::VelocityYSd), get(Channel::Roll)) {
+        zeros.slip_of_lean_se = slip_of_lean(&v, &sd, &roll);
+    }
     let delayed =
         |x: Vec<f64>| if zeros.latency == 0.0 { x } else { shift(&x, zeros.latency * coarse.rate) };
     let v = delayed(v);
@@ -184,6 +191,32 @@ pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
         zeros.front = front.unwrap_or_default();
     }
     (zeros, warnings)
+}
+
+/// Standard error of the side slip per lean, from standard deviations of the lateral velocity. What is as uncertain in
+/// straight running is a zero, which straight running finds; the rest is counted as if it had one sign in all left
+/// corners and the other in all right ones, the worst for stiffnesses.
+fn slip_of_lean(v: &[f64], sd: &[f64], roll: &[f64]) -> f64 {
+    let mut straight = [0.0_f64; 2];
+    let mut corner = [0.0_f64; 3];
+    for ((v, sd), roll) in v.iter().zip(sd).zip(roll) {
+        let square = (sd / v).powi(2);
+        if *v < 5.0 || !square.is_finite() {
+            continue;
+        }
+        if roll.abs() < 0.05 {
+            straight = [straight[0] + 1.0, straight[1] + square];
+        } else if roll.abs() > 0.15 {
+            corner = [corner[0] + 1.0, corner[1] + square, corner[2] + roll * roll];
+        }
+    }
+    if corner[0] < 1.0 {
+        return 0.0;
+    }
+    let zero = if straight[0] > 0.0 { straight[1] / straight[0] } else { 0.0 };
+    // at least a third of it is not of the zero's kind
+    let rest = (corner[1] / corner[0] - zero).max(corner[1] / corner[0] / 9.0);
+    (rest * corner[0] / corner[2]).sqrt()
 }
 
 /// Zero of `roll` and its standard error, rad: straight running, where the motorcycle leans by what

@@ -26,7 +26,7 @@ use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::statistics::runs::next_run;
 
-mod band;
+pub(crate) mod band;
 mod fir;
 
 pub use band::{high_cut, remove_slow};

@@ -95,6 +95,7 @@ fn zero_variations(zeros: &Zeros) -> Vec<Zeros> {
         Zeros { latency: zeros.latency + zeros.latency_se, ..*zeros },
         Zeros { acceleration_x: zeros.acceleration_x + zeros.acceleration_x_se, ..*zeros },
         Zeros { roll: zeros.roll + zeros.roll_se, ..*zeros },
+        Zeros { slip_of_lean: zeros.slip_of_lean + zeros.slip_of_lean_se, ..*zeros },
     ];
     out.extend(lateral_variations(zeros.front).map(|front| Zeros { front, ..*zeros }));
     out.extend(lateral_variations(zeros.rear).map(|rear| Zeros { rear, ..*zeros }));

@@ -194,7 +194,13 @@ fn read<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
     let meta = who(log, &listing, &map);
     let mut all = listing.warnings;
     all.extend(warnings);
-    Ok(Raw { meta, tracks: map.apply(columns)?, warnings: all, euler_yaw: map.euler_yaw })
+    Ok(Raw {
+        meta,
+        tracks: map.apply(columns)?,
+        warnings: all,
+        euler_yaw: map.euler_yaw,
+        imu: map.imu,
+    })
 }
 
 /// A library that reads damaged bytes may panic; that is an unreadable log, not our end.

@@ -28,6 +28,7 @@ pub mod formats;
 pub(crate) mod gaps;
 pub(crate) mod grid;
 mod ident;
+mod inertial;
 pub mod listing;
 mod low_pass;
 pub mod map;
@@ -50,7 +51,7 @@ pub use config::Config;
 pub use detect::format_of;
 pub use error::{Error, UNREACHABLE};
 pub use extent::extent;
-pub use raw::{Column, Raw, Track};
+pub use raw::{Column, Imu, Raw, Track};
 pub use switches::{CHECKS, Check, Effect, Switches};
 pub use table::read_table;
 pub use write::{session_batch, write_session};
@@ -103,16 +104,20 @@ pub fn map_for(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Option<C
 ///
 /// In this order, each with its warning: stamps (`time_missing`, `time_duplicated`,
 /// `time_backwards`, `time_jitter`), values out of the schema's range (`out_of_range`),
-/// `spike`, `clipped`, `stuck`, `gap`, `empty_channel`, `down_sampled`.
+/// `spike`, `clipped`, `stuck`, `gap`, `empty_channel`, `down_sampled`; then an inertial unit that is fixed to the
+/// frame is brought into the level frame (`level_frame`, `level_frame_doubt`, `no_level_frame`).
 ///
 /// # Errors
 /// Nothing usable is left: `no_time`, `too_short`.
 pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> {
-    let Raw { meta, tracks, mut warnings, euler_yaw } = raw;
+    let Raw { meta, tracks, mut warnings, euler_yaw, imu } = raw;
     let mut tracks = clock::repair(tracks, &mut warnings)?;
+    // before faults are looked for: a course jumps by a whole turn
+    let receiver = inertial::take_receiver(&mut tracks);
     clean::clean(&mut tracks, config, &mut warnings);
     let mut session = resample::onto_one_clock(meta, tracks, config, &mut warnings)?;
-    if euler_yaw {
+    let levelled = inertial::level(&mut session, receiver, imu, &mut warnings);
+    if euler_yaw && !levelled {
         yaw::to_trace(&mut session, &mut warnings);
     }
     Ok((session, warnings))

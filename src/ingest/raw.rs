@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::Deserialize;
+
 use crate::contract::channel::Channel;
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
@@ -30,6 +32,21 @@ pub struct Raw {
     /// Whether velocities, accelerations and yaw are along the Euler yaw instead of the
     /// frame's trace on the road.
     pub euler_yaw: bool,
+    /// What is known of an inertial unit that is fixed to the frame.
+    pub imu: Imu,
+}
+
+/// What a channel map says of an inertial unit that is fixed to the frame any way round, and of the satellite
+/// receiver beside it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Imu {
+    /// From the unit to the mass centre, forward, left and up on the upright motorcycle, m.
+    pub arm: Option<[f64; 3]>,
+    /// Standard deviation of each part, m.
+    pub arm_sd: Option<f64>,
+    /// How late the receiver's stamps are after the unit's, s, where it is known; else it is looked for.
+    pub delay: Option<f64>,
 }
 
 /// A column of a source as decoded, before any map.

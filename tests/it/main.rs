@@ -29,6 +29,7 @@ mod levels;
 mod models;
 mod motorcycle;
 #[cfg(feature = "cloud")]
+mod navigation;
 mod objects;
 mod offroad;
 mod offroad_reference;

@@ -83,6 +83,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         tracks: map.apply(columns)?,
         warnings: Vec::new(),
         euler_yaw: map.euler_yaw,
+        imu: map.imu,
     };
     if broken > 0 {
         let message = format!("{broken} lines of a known kind are broken off; taken as missing");

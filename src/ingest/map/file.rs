@@ -13,6 +13,7 @@ use crate::ingest::aids::{Aids, read_dbc};
 use crate::ingest::format::LogFormat;
 use crate::ingest::formats::FORMATS;
 use crate::ingest::map::{ChannelMap, CsvLayout, Entry, Maps, ShippedMap, TimeSource};
+use crate::ingest::raw::Imu;
 use crate::ingest::session_schema::si_unit;
 use crate::ingest::units::{self, Conversion};
 
@@ -28,6 +29,8 @@ struct File {
     optional: bool,
     #[serde(default)]
     yaw_convention: YawConvention,
+    #[serde(default)]
+    imu: Imu,
     #[serde(default)]
     csv: CsvLayout,
     #[serde(default)]
@@ -157,12 +160,27 @@ fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
         },
         time,
         euler_yaw: file.yaw_convention == YawConvention::Euler,
+        imu: checked_imu(file.imu).map_err(fail)?,
         optional: file.optional,
         entries,
         aids: Aids { dbc: file.dbc_text, names: dbc.clone() },
         dbc,
         text: text.to_owned(),
     })
+}
+
+fn checked_imu(imu: Imu) -> Result<Imu, String> {
+    let far = imu.arm.is_some_and(|arm| arm.iter().any(|x| x.is_nan() || x.abs() > 3.0));
+    if far {
+        return Err("`imu.arm` must be three lengths of at most 3 m".into());
+    }
+    if imu.arm_sd.is_some_and(|sd| !(0.0..=1.0).contains(&sd)) {
+        return Err("`imu.arm_sd` must be between 0 and 1 m".into());
+    }
+    if imu.delay.is_some_and(|delay| delay.is_nan() || delay.abs() > 5.0) {
+        return Err("`imu.delay` must be within 5 s".into());
+    }
+    Ok(imu)
 }
 
 fn channel_named(column: &str) -> Result<Channel, String> {

@@ -20,7 +20,7 @@ use crate::contract::schema;
 use crate::contract::session::Meta;
 use crate::ingest::aids::Aids;
 use crate::ingest::error::Error;
-use crate::ingest::raw::{Column, Track};
+use crate::ingest::raw::{Column, Imu, Track};
 use crate::ingest::session_schema::si_unit;
 use crate::ingest::units::{self, Conversion};
 
@@ -43,6 +43,8 @@ pub struct ChannelMap {
     pub time: TimeSource,
     /// Whether the source's velocity is along the Euler yaw.
     pub euler_yaw: bool,
+    /// What is known of an inertial unit that is fixed to the frame.
+    pub imu: Imu,
     /// Whether entries whose columns are not in the log are left out instead of an error.
     pub optional: bool,
     /// What feeds which channel, in schema order.

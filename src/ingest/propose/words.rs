@@ -112,8 +112,8 @@ const TRAPS: [&str; 48] = [
     "predicted",
 ];
 
-const LEVEL: &str = "in the level frame, without gravity; a sensor that leans measures another";
-const EULER: &str = "the Euler angle's rate; a gyroscope on a leaning bike measures another";
+const LEVEL: &str = "in the level frame, without gravity; of a unit that leans map all six as imu_force_x|y|z and imu_rate_x|y|z";
+const EULER: &str = "the Euler angle's rate; of a unit that leans map all six as imu_force_x|y|z and imu_rate_x|y|z";
 
 /// One for each column that loggers have, in schema order.
 #[rustfmt::skip]

@@ -153,6 +153,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         tracks: map.apply(columns)?,
         warnings,
         euler_yaw: map.euler_yaw,
+        imu: map.imu,
     })
 }
 
