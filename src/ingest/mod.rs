@@ -28,6 +28,7 @@ pub mod formats;
 pub(crate) mod gaps;
 pub(crate) mod grid;
 mod ident;
+pub mod judge;
 pub mod listing;
 mod low_pass;
 pub mod map;
