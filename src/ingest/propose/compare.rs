@@ -205,7 +205,12 @@ fn common_shift(map: &ChannelMap, listing: &Listing, verdicts: &Verdicts) -> f64
     };
     let mut all: Vec<f64> = map.entries.iter().filter_map(of).collect();
     all.sort_unstable_by(f64::total_cmp);
-    let middle = all.get(all.len() / 2).copied().unwrap_or(0.0);
+    // of two in the middle the smaller
+    let middle = [all.len() / 2, all.len().saturating_sub(1) / 2]
+        .iter()
+        .filter_map(|i| all.get(*i).copied())
+        .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+        .unwrap_or(0.0);
     // errors of the measured delays are no shift
     if middle.abs() < LATE { 0.0 } else { middle }
 }

@@ -108,7 +108,7 @@ fn write_entry(out: &mut String, verdict: &Verdict, listing: &Listing) -> std::f
     if verdict.unit != "1" || own.is_some() {
         writeln!(out, "{mark}unit = {}", quoted(&verdict.unit))?;
     }
-    if let Some(own) = own.filter(|own| *own != verdict.unit) {
+    if let Some(own) = own.filter(|own| *own != verdict.unit && verdict.unit != "?") {
         writeln!(out, "{mark}file_unit = {}", quoted(own))?;
     }
     if verdict.sign < 0.0 {

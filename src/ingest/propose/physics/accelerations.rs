@@ -81,10 +81,18 @@ fn seats(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Vec<Seat> {
         } else {
             None
         };
-        let level = if not_level.is_some() { "" } else { ", level" };
-        out.left.push((*place, format!(
-            "the vertical of a sensor: {:.2} upright, {grown:.2} times that in steep bends{level}; no column of a ride on the road", down[2]
-        )));
+        let level = if not_level.is_some() || grown.is_nan() { "" } else { ", level" };
+        let bends = match grown.is_nan() {
+            true => "no steep bends".to_owned(),
+            false => format!("{grown:.2} times that in steep bends"),
+        };
+        out.left.push((
+            *place,
+            format!(
+                "the vertical of a sensor: {:.2} upright, {bends}{level}; no column of a ride on the road",
+                down[2]
+            ),
+        ));
         let seat = Seat { family: family.clone(), not_level };
         for other in [x, y] {
             let column = [Channel::AccelerationX, Channel::AccelerationY];

@@ -236,3 +236,51 @@ pub fn gearing(engine: &[f64], v: &[f64]) -> Option<Gearing> {
         .collect();
     Some(Gearing { ratios: centres.iter().map(|c| c.exp()).collect(), share, speed })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ingest::propose::physics::signal::change;
+
+    fn at(shift: f64) -> Vec<f64> {
+        let of = |t: f64| {
+            30.0 + 14.0 * (0.25 * t).sin() + 5.0 * (0.8 * t).sin() + 2.0 * (1.7 * t + 1.0).cos()
+        };
+        (0..6000).map(|i| of(f64::from(i) / RATE - shift)).collect()
+    }
+
+    #[test]
+    fn slip_is_not_taken_for_a_delay() {
+        let v = at(0.0);
+        let a = change(&v, 1);
+        for (late, slip) in [(0.2, 0.0), (0.2, 0.004), (0.0, 0.004), (-0.1, 0.002)] {
+            let speed: Vec<f64> =
+                v.iter().zip(&a).map(|(v, a)| v * (1.0 + slip * a.min(0.0))).collect();
+            let acceleration = change(&speed, 5);
+            let lateral = vec![0.0; v.len()];
+            let wheel = Wheel {
+                speed: &speed,
+                acceleration: &acceleration,
+                lateral: &lateral,
+                driven: false,
+            };
+            let found = lag(&wheel, &at(late)).expect("found");
+            assert!((found.value - late).abs() < 0.015, "{late} {slip}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn gears_are_told_from_the_ratios_that_an_engine_keeps() {
+        let v = at(0.0);
+        let gear = |v: f64| if v < 25.0 { 250.0 } else { 180.0 };
+        let engine: Vec<f64> = v.iter().map(|v| gear(*v) * v).collect();
+        let found = gearing(&engine, &v).expect("found");
+        assert_eq!(found.ratios.iter().map(|r| r.round()).collect::<Vec<f64>>(), [250.0, 180.0]);
+        assert!(found.share > 0.95, "{}", found.share);
+        let other: Vec<f64> =
+            (0..6000).map(|i| 5000.0 + 3000.0 * (f64::from(i) * 0.011).sin()).collect();
+        assert!(gearing(&other, &v).is_none_or(|g| g.share < GEARED_AT_LEAST));
+    }
+
+    const GEARED_AT_LEAST: f64 = 0.7;
+}

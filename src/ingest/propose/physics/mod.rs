@@ -39,7 +39,7 @@ const FAR: f64 = 5.0;
 /// A channel that is earlier than the reference by more than this is the reference, s.
 const EARLY: f64 = 0.05;
 /// A satellite receiver's channels whose delays are nearer than this are equally late, s.
-const RECEIVER: f64 = 0.06;
+const RECEIVER: f64 = 0.12;
 
 /// Judges a log whose samples were put in.
 ///
@@ -79,7 +79,13 @@ fn delays(out: &mut Verdicts) {
         out.entries.iter().find(|e| e.channel == Channel::VelocityX && e.delay_error.is_some());
     let place =
         out.entries.iter().find(|e| e.channel == Channel::Latitude && e.delay_error.is_some());
-    let own = speed.or(place).map(|e| (e.delay, e.delay_error));
+    // two measurements of one delay
+    let own = match (speed, place) {
+        (Some(a), Some(b)) if (a.delay - b.delay).abs() < RECEIVER => {
+            Some((0.5 * (a.delay + b.delay), a.delay_error))
+        }
+        (a, b) => a.or(b).map(|e| (e.delay, e.delay_error)),
+    };
     for e in out.entries.iter_mut().filter(|e| receiver.contains(&e.channel)) {
         let Some((delay, error)) = own else { continue };
         let near = e.delay_error.is_none() || (e.delay - delay).abs() < RECEIVER;

@@ -25,7 +25,7 @@ const SPINS: [&str; 4] = ["rad/s", "rpm", "rev/s", "deg/s"];
 const RADII: std::ops::Range<f64> = 0.24..0.37;
 /// How far wheel speeds by a nominal circumference are off.
 const NOMINAL: f64 = 0.08;
-/// Both wheels are one sensor's: their clocks differ by less than this, s.
+/// What the others are held against: both wheels are one sensor's, their clocks differ by less than this, s.
 const REFERENCE: f64 = 0.02;
 /// A channel as near to a wheel's speed as this is that speed, m/s.
 const COPY: f64 = 0.12;
@@ -167,6 +167,10 @@ pub fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Opt
         receiver: None,
         speed,
     };
+    if !any_wheel && let Some(v) = out.entries.iter_mut().find(|e| e.channel == Channel::VelocityX)
+    {
+        v.delay_error = Some(REFERENCE);
+    }
     if let (true, Some(ground)) = (any_wheel, &ground) {
         motion.receiver = motion.after_wheels(&mean(&in_si(log, ground), SPAN));
         if let Some(v) = out.entries.iter_mut().find(|e| e.channel == Channel::VelocityX)
@@ -444,7 +448,10 @@ fn velocity(
     let rivals: Vec<&(bool, usize, &Speed, Unit)> =
         found.iter().skip(1).filter(|f| (f.0, f.1) == (found[0].0, found[0].1)).collect();
     let clear = |f: &&&(bool, usize, &Speed, Unit)| (1.0 - f.2.r) > 2.0 * (1.0 - found[0].2.r);
-    let unclear = rivals.iter().any(|f| !clear(&f));
+    // the same numbers again are no rival
+    let ours = in_si(log, found.first()?.2);
+    let same = |f: &Speed| line(&ours, &in_si(log, f)).is_some_and(|l| l.rms < COPY);
+    let unclear = rivals.iter().any(|f| !clear(&f) && !same(f.2));
     let best = found.first()?;
     for (i, (named, _, speed, unit)) in found.iter().enumerate().take(4) {
         let mut v = Verdict { confirmed: true, ..Verdict::new(column, speed.place, &unit.name) };
