@@ -30,7 +30,7 @@ impl<'a> Log<'a> {
     }
 
     /// Points of the common clock.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.clock.len
     }
 

@@ -66,6 +66,17 @@ pub fn judge(log: &Log<'_>, radii: Option<[f64; 2]>) -> Verdicts {
     out
 }
 
+/// The least delay of the receiver after the wheels: its course turns that much after the lean, and no sensor of a
+/// lean is early.
+fn after_lean(out: &Verdicts) -> Option<f64> {
+    let of = |c: Channel| out.entries.iter().find(|e| e.channel == c && e.doubt.is_none());
+    let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+    let wheel = out.entries.iter().any(|e| wheels.contains(&e.channel));
+    let roll = of(Channel::Roll).filter(|e| e.delay_error.is_some_and(|s| s < 0.1))?;
+    let turn = of(Channel::Yaw).or_else(|| of(Channel::Latitude))?;
+    wheel.then_some(turn.delay - roll.delay - turning::LEADS)
+}
+
 /// Delays after the earliest channel; the satellite receiver's are one.
 fn delays(out: &mut Verdicts) {
     let receiver = [
@@ -79,6 +90,7 @@ fn delays(out: &mut Verdicts) {
         out.entries.iter().find(|e| e.channel == Channel::VelocityX && e.delay_error.is_some());
     let place =
         out.entries.iter().find(|e| e.channel == Channel::Latitude && e.delay_error.is_some());
+    let bound = after_lean(out);
     // two measurements of one delay
     let own = match (speed, place) {
         (Some(a), Some(b)) if (a.delay - b.delay).abs() < RECEIVER => {
@@ -86,6 +98,7 @@ fn delays(out: &mut Verdicts) {
         }
         (a, b) => a.or(b).map(|e| (e.delay, e.delay_error)),
     };
+    let own = own.map(|(delay, error)| (bound.map_or(delay, |b| delay.max(b)), error));
     for e in out.entries.iter_mut().filter(|e| receiver.contains(&e.channel)) {
         let Some((delay, error)) = own else { continue };
         let near = e.delay_error.is_none() || (e.delay - delay).abs() < RECEIVER;

@@ -23,9 +23,11 @@ const LEANING: f64 = 0.45;
 /// A gyroscope is taken to be late only beyond so many standard errors: boxes seldom are.
 const FAR: f64 = 4.0;
 /// The frame leans and yaws before the path of a receiver turns, by about this, s.
-const LEADS: f64 = 0.02;
+pub const LEADS: f64 = 0.02;
 /// A lean that follows from speed and turn within this share of its size is calculated.
 const TOO_PERFECT: f64 = 0.045;
+/// ... and is as large within this: tyres are wide, and a measured lean is 2.5 to 7 % larger.
+const AS_LARGE: f64 = 0.02;
 
 /// Finds what turns; gives the motion its rate of turn.
 pub fn turning(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
@@ -363,14 +365,14 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
                 "by its name it is calculated: it is no measurement ({:.1} % off v x turn / g)",
                 100.0 * off
             ));
-        } else if off < TOO_PERFECT && (size - 1.0).abs() < TOO_PERFECT {
+        } else if off < TOO_PERFECT && (size - 1.0).abs() < AS_LARGE {
             v = v.doubted(format!(
                 "it agrees with atan(v x turn / g) within {:.1} %: too perfect for a measurement, it is calculated", 100.0 * off
             ));
         } else {
             v = v.because(format!("off it by {:.1} %: measured", 100.0 * off));
         }
-        if let Some(_) = best {
+        if best.is_some() {
             v = v.doubted("there is more than one such channel");
         } else if v.doubt.is_none() {
             let sign = v.sign / factor;
