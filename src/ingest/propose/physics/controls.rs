@@ -20,6 +20,8 @@ const PRESSURES: [&str; 5] = ["bar", "kPa", "psi", "Pa", "mbar"];
 const ACTION: f64 = 0.05;
 /// The same of the throttle: 0.02 rms on simulated rides of known delay.
 const FOLLOWS: f64 = 0.025;
+/// A brake whose largest pressure is this share of the other's was not used.
+const IDLE: f64 = 0.05;
 /// Share of an engine's time that its ratios must explain.
 const GEARED: f64 = 0.7;
 
@@ -233,6 +235,8 @@ struct Brake {
     slip: f64,
     /// t value of that.
     t: f64,
+    /// Hardly used beside the other: nothing can be said of it.
+    idle: bool,
 }
 
 fn brakes(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
@@ -247,11 +251,10 @@ fn brakes(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
             let rest = signal::quantile(log.x(place), 0.3);
             let zero =
                 signal.is_some_and(|s| rest.abs() < (0.03 * s.extent[1].abs()).max(3.0 * s.step));
-            if signal.is_some_and(|s| s.distinct < 5) {
-                out.left.push((
-                    place,
-                    format!("named like {column}, but it has few values only: a switch"),
-                ));
+            let switch = signal.is_some_and(|s| s.distinct == 2 && s.extent[1] == 1.0);
+            if switch {
+                let why = format!("named like {column}, but it is 0 or 1: a switch");
+                out.left.push((place, why));
             } else if !zero && log.unit(place, "pressure").is_none() {
                 out.left.push((place, format!("named like {column}, but it is {rest:.2} at rest: a raw signal, no pressure")));
             } else if named[k].is_none() {
@@ -260,6 +263,8 @@ fn brakes(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
         }
     }
     let mut brakes: Vec<Brake> = named.iter().flatten().map(|p| brake(log, *p)).collect();
+    let most = brakes.iter().map(|b| b.pressed).fold(0.0, f64::max);
+    brakes.iter_mut().for_each(|b| b.idle = b.pressed < IDLE * most);
     account(log, motion, &mut brakes);
     let mut order: Vec<Option<Brake>> = named
         .iter()
@@ -286,7 +291,7 @@ fn brake(log: &Log<'_>, place: usize) -> Brake {
     let x = log.x(place);
     let rest = signal::quantile(x, 0.3);
     let high = log.live(place).map_or(0.0, |s| s.extent[1]) - rest;
-    Brake { place, rest, pressed: 0.1 * high, gain: 0.0, most: 0.0, slip: 0.0, t: 0.0 }
+    Brake { place, rest, pressed: 0.1 * high, gain: 0.0, most: 0.0, slip: 0.0, t: 0.0, idle: false }
 }
 
 /// What each pressure does: deceleration and slip, by least squares where the bike slows down.
@@ -334,6 +339,9 @@ fn account(log: &Log<'_>, motion: &Motion, brakes: &mut [Brake]) {
 fn front_of(log: &Log<'_>, order: &mut [Option<Brake>]) -> (Option<String>, Vec<String>) {
     let [Some(a), Some(b)] = order else { return (None, Vec::new()) };
     let (a, b) = (a.clone(), b.clone());
+    if a.idle || b.idle {
+        return (None, Vec::new());
+    }
     // for the first as the front one: positive; each a weight of evidence
     let bound = |x: &Brake| x.most > REAR_ALONE;
     let by_force = match (bound(&a), bound(&b)) {
@@ -384,6 +392,9 @@ fn pressure(
     let own = log.unit(brake.place, "pressure");
     let front = column == Channel::BrakePressureFront;
     let mut v = Verdict::new(column, brake.place, own.unwrap_or("?"));
+    if brake.idle {
+        return v.because("hardly used beside the other brake: by its name");
+    }
     let x: Vec<f64> = log.x(brake.place).iter().map(|x| x - brake.rest).collect();
     let pressed: Vec<f64> = x.iter().map(|p| if *p > brake.pressed { 1.0 } else { 0.0 }).collect();
     let pull = mean(&motion.pull, 2);

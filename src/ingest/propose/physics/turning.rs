@@ -20,6 +20,8 @@ const RATES: [&str; 2] = ["deg/s", "rad/s"];
 const TYRES: f64 = 1.08;
 /// Bends that tell whether a gyroscope leans with the bike, rad of lean.
 const LEANING: f64 = 0.45;
+/// The turn of a path of positions tells delays no better than this, s: up to 0.2 off on simulated rides.
+const BY_POSITION: f64 = 0.08;
 /// A gyroscope is taken to be late only beyond so many standard errors: boxes seldom are.
 const FAR: f64 = 4.0;
 /// The frame leans and yaws before the path of a receiver turns, by about this, s.
@@ -269,7 +271,8 @@ fn yaw_rate(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Gyro> 
         } else {
             late
         };
-        let late = late.map(|d| Delay { error: d.error.hypot(LEADS), ..d });
+        let floor = if motion.turn_from.starts_with('`') { LEADS } else { BY_POSITION };
+        let late = late.map(|d| Delay { error: d.error.hypot(floor), ..d });
         (v.delay, v.delay_error) = late.map_or((0.0, None), |d| (d.value, Some(d.error)));
         let x = earlier(&mean(log.x(place), SPAN), late.map_or(0.0, |d| d.value));
         if gyro.is_none() {
