@@ -56,6 +56,14 @@ pub const INSPECT: &str = "\
 Example:
   roadbench inspect ride.parquet --bikes bikes";
 
+/// Of `map`.
+pub const MAP: &str = "\
+Examples:
+  roadbench map ride.csv                                  the draft of a channel map, with reasons
+  roadbench map ride.csv --bike bikes/mine.toml --out my_logger.toml
+  roadbench map ride.csv --map my_logger.toml             what in this map contradicts the ride
+  roadbench map ride.csv --map my_logger.toml --mend --out mended.toml";
+
 /// Of `convert`.
 pub const CONVERT: &str = "\
 Examples:

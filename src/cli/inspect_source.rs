@@ -10,7 +10,10 @@ use crate::cli::number::number;
 use crate::ingest::aids::Aids;
 use crate::ingest::listing::SourceChannel;
 use crate::ingest::survey::{ChannelContents, Survey, survey};
-use crate::ingest::{self, propose::propose};
+use crate::ingest::{
+    self,
+    judge::{by_motion, draft},
+};
 use crate::objects::Location;
 
 /// A log's own channels and the map that is proposed for them.
@@ -72,7 +75,8 @@ pub fn show(
             rejected,
         ));
     };
-    let found = SourceInspection::new(log, &survey);
+    let verdicts = by_motion(log, aids, &survey, None).map_err(rejected)?;
+    let found = SourceInspection::new(&survey, draft(log, &survey, &verdicts));
     match form {
         Form::Json => {
             let json = serde_json::to_string_pretty(&found);
@@ -102,9 +106,9 @@ pub fn print(text: &str) -> Result<(), Failure> {
 }
 
 impl SourceInspection {
-    /// Of a log that was looked at.
-    pub fn new(log: &Location, survey: &Survey) -> Self {
-        let Survey { format, own_clock, listing, contents } = survey;
+    /// Of a log that was looked at, and the map that is proposed for it.
+    fn new(survey: &Survey, proposed_map: String) -> Self {
+        let Survey { format, listing, contents, .. } = survey;
         let meta = &listing.meta;
         let known = [
             ("session", Some(&meta.session_id).filter(|t| !t.is_empty())),
@@ -114,14 +118,12 @@ impl SourceInspection {
             ("rider", meta.rider_id.as_ref()),
         ];
         let known = known.into_iter().filter_map(|(k, v)| Some((k.to_owned(), v?.clone())));
-        let name = log.file_stem();
-        let extents: Vec<Option<[f64; 3]>> = contents.iter().map(|c| c.extent).collect();
         SourceInspection {
             format,
             facts: known.chain(listing.facts.iter().cloned()).collect(),
             channels: listing.channels.iter().zip(contents).map(|(c, s)| facts(c, s)).collect(),
             warnings: listing.warnings.iter().map(|w| (w.code, w.message.clone())).collect(),
-            proposed_map: propose(&name, format, *own_clock, listing, &extents),
+            proposed_map,
         }
     }
 

@@ -20,6 +20,7 @@ pub mod inspect;
 pub mod inspect_source;
 mod location;
 pub mod logging;
+pub mod map;
 pub mod modes;
 mod number;
 pub mod plan;
@@ -65,6 +66,8 @@ enum Command {
     Tyre(tyre::Arguments),
     #[command(after_help = examples::INSPECT)]
     Inspect(inspect::Arguments),
+    #[command(after_help = examples::MAP)]
+    Map(map::Arguments),
     #[command(after_help = examples::CONVERT)]
     Convert(convert::Arguments),
     #[command(after_help = examples::REPORT)]
@@ -101,6 +104,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Command::Replay(a) => replay::run(&a),
         Command::Tyre(a) => tyre::run(&a),
         Command::Inspect(a) => inspect::run(a),
+        Command::Map(a) => map::run(a),
         Command::Convert(a) => convert::run(a),
         Command::Report(a) => report::run(a),
         Command::Export(a) => export::run(a),

@@ -29,6 +29,7 @@ pub(crate) mod gaps;
 pub(crate) mod grid;
 mod ident;
 mod inertial;
+pub mod judge;
 pub mod listing;
 mod low_pass;
 pub mod map;

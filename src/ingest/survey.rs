@@ -89,7 +89,7 @@ pub fn survey(log: impl Into<Location>, aids: &Aids) -> Result<Option<Survey>, E
 
 /// Channels in parts that fit the budget, each of neighbours; a group is only split if it
 /// is larger than the budget, since its channels are interleaved in the file.
-fn parts(channels: &[SourceChannel]) -> Vec<&[SourceChannel]> {
+pub(super) fn parts(channels: &[SourceChannel]) -> Vec<&[SourceChannel]> {
     let size = |channel: &SourceChannel| channel.samples.unwrap_or(ASSUMED_SAMPLES);
     let mut parts = Vec::new();
     let (mut start, mut end, mut sum) = (0, 0, 0_u64);

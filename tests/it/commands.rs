@@ -92,7 +92,10 @@ fn copy() -> tempfile::TempDir {
     for entry in std::fs::read_dir(root().join("fixtures/bikes")).expect("bikes").flatten() {
         put(&entry.path(), &format!("fixtures/bikes/{}", entry.file_name().to_string_lossy()));
     }
-    put(&root().join("fixtures/formats/ride.mf4"), "fixtures/formats/ride.mf4");
+    let bundled = ["formats/ride.mf4", "loggers/superbike.csv", "loggers/bike.toml"];
+    for name in bundled.map(|name| format!("fixtures/{name}")) {
+        put(&root().join(&name), &name);
+    }
     if let Some(log) = recording() {
         put(&log, "kiro/KIRO_4.txt");
     }

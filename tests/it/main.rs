@@ -3,6 +3,7 @@
 mod advice;
 mod batch;
 mod book;
+mod channels_by_physics;
 mod cli;
 mod cluster;
 mod coefficients;

@@ -1,7 +1,8 @@
 //! A draft of a channel map for a log that none fits.
 //!
-//! Channels are recognised by the words of their names and by what their units measure. What is
-//! sure enough is an entry; what could be meant is one too, commented out, with the reason.
+//! Channels are recognised by the words of their names, by what their units measure, and, where the log has a
+//! speed or a position, by its motion ([`physics`]). What is sure enough is an entry; what could be meant is one
+//! too, commented out, with the reason. [`compare`] holds a map that there is against the motion.
 
 use std::fmt::Write as _;
 
@@ -9,8 +10,11 @@ use crate::contract::channel::Channel;
 use crate::ingest::listing::{Listing, SourceChannel};
 use crate::ingest::units;
 
+pub mod compare;
+pub mod motion;
 #[cfg(test)]
 mod names;
+pub mod physics;
 mod words;
 
 use words::{RULES, Rule, words};

@@ -1,0 +1,237 @@
+//! `roadbench map`: which channel of a log is which column, by its motion; a channel map checked and mended.
+
+use std::fmt::Write as _;
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::PathBuf;
+
+use clap::ValueHint;
+
+use crate::cli::failure::Failure;
+use crate::cli::inspect_source::print;
+use crate::cli::location::location;
+use crate::cli::say::say;
+use crate::contract::bike::{Axle, Bike};
+use crate::contract::channel::Channel;
+use crate::ingest::aids::Aids;
+use crate::ingest::judge::{by_motion, draft};
+use crate::ingest::listing::Listing;
+use crate::ingest::map::ChannelMap;
+use crate::ingest::map::file::with_aids;
+use crate::ingest::propose::compare::{Comparison, compare, mend};
+use crate::ingest::propose::physics::{Verdict, Verdicts};
+use crate::ingest::survey::survey;
+use crate::ingest::{self, map_for};
+use crate::objects::Location;
+
+/// Find which channel of a log is which column by its motion, or check a channel map against it
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The log.
+    #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
+    log: Location,
+    /// A channel map to hold against the motion, instead of drafting one.
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// Write that map with the wrong entries mended.
+    #[arg(long, requires = "map")]
+    mend: bool,
+    /// File for the map; without it the map goes to stdout. On a terminal every guess is asked about first.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    out: Option<PathBuf>,
+    /// Bike file: its wheel radii stand in for those that wheel speeds in km/h were computed with.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    bike: Option<PathBuf>,
+    /// CAN database that the log's frames are read by; may be repeated.
+    #[arg(long, value_name = "FILE")]
+    dbc: Vec<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
+    let radii = match &arguments.bike {
+        Some(path) => {
+            let bike = Bike::read(path).map_err(|e| Failure::Usage(e.to_string()))?;
+            Some(Axle::BOTH.map(|axle| bike.wheel(axle).radius))
+        }
+        None => None,
+    };
+    let log = &arguments.log;
+    let Some(survey) = survey(log, &aids).map_err(rejected)? else {
+        let what = "is of a format whose channels cannot be listed without a channel map";
+        return Err(Failure::Usage(format!("{log} {what}")));
+    };
+    let mut verdicts = by_motion(log, &aids, &survey, radii).map_err(rejected)?;
+    if let Some(path) = &arguments.map {
+        return check(&arguments, path, &aids, &survey.listing, &verdicts);
+    }
+    let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    if terminal && arguments.out.is_some() {
+        let (input, output) = (std::io::stdin(), std::io::stdout());
+        ask(&mut verdicts, &survey.listing, &mut input.lock(), &mut output.lock())
+            .map_err(|e| Failure::Output(format!("cannot ask: {e}")))?;
+    }
+    let text = draft(log, &survey, &verdicts);
+    let sure = verdicts.entries.iter().filter(|e| e.doubt.is_none()).count();
+    let guesses = verdicts.entries.len() - sure;
+    put_map(&arguments, &text, &format!("{sure} columns mapped, {guesses} guesses commented out"))
+}
+
+/// The map to its file, with a line on stdout, or to stdout.
+fn put_map(arguments: &Arguments, text: &str, said: &str) -> Result<(), Failure> {
+    let Some(path) = &arguments.out else { return print(text) };
+    let failed = |e| Failure::Output(format!("cannot write {}: {e}", path.display()));
+    std::fs::write(path, text).map_err(failed)?;
+    say!("{said}; written to {}", path.display());
+    Ok(())
+}
+
+fn check(
+    arguments: &Arguments,
+    path: &std::path::Path,
+    aids: &Aids,
+    listing: &Listing,
+    verdicts: &Verdicts,
+) -> Result<(), Failure> {
+    let map = ChannelMap::read(path).map_err(Failure::Usage)?;
+    let maps = with_aids(vec![map], aids);
+    let fitted = map_for(&arguments.log, &maps)
+        .map_err(|e| Failure::Rejected(format!("{e} ({})", e.code)))?;
+    let Some(fitted) = fitted else {
+        let message = format!("{} is session.v1: it needs no channel map", arguments.log);
+        return Err(Failure::Usage(message));
+    };
+    let found = compare(&fitted, listing, verdicts);
+    let said = report(&found);
+    if arguments.mend {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| Failure::Usage(format!("cannot read {}: {e}", path.display())))?;
+        eprint!("{said}");
+        let wrong = found.findings.len();
+        return put_map(
+            arguments,
+            &mend(&text, listing, &found.findings),
+            &format!("{wrong} mended"),
+        );
+    }
+    print(&said)?;
+    match found.findings.len() {
+        0 => Ok(()),
+        n => Err(Failure::Rejected(format!(
+            "{n} of the map's statements contradict the log's motion; --mend writes the map without them"
+        ))),
+    }
+}
+
+/// What a comparison found, for people.
+fn report(found: &Comparison) -> String {
+    let mut text = String::new();
+    for f in &found.findings {
+        let _ = writeln!(text, "{}: {}: {}", f.channel, f.wrong.name(), f.message);
+    }
+    let names = |all: &[Channel]| all.iter().map(|c| c.name()).collect::<Vec<_>>().join(", ");
+    for (what, all) in
+        [("agree with the motion", &found.agree), ("no motion tells", &found.unchecked)]
+    {
+        if !all.is_empty() {
+            let _ = writeln!(text, "{what}: {}", names(all));
+        }
+    }
+    text
+}
+
+/// Asks about every column that has guesses only.
+fn ask(
+    verdicts: &mut Verdicts,
+    listing: &Listing,
+    input: &mut dyn BufRead,
+    output: &mut dyn Write,
+) -> std::io::Result<()> {
+    let sure: Vec<Channel> =
+        verdicts.entries.iter().filter(|e| e.doubt.is_none()).map(|e| e.channel).collect();
+    let mut asked: Vec<Channel> = Vec::new();
+    let mut chosen: Vec<Verdict> = Vec::new();
+    for verdict in &mut verdicts.entries {
+        let channel = verdict.channel;
+        let Some(doubt) = verdict.doubt.clone() else { continue };
+        if sure.contains(&channel) || asked.contains(&channel) {
+            continue;
+        }
+        asked.push(channel);
+        let name = listing.channels[verdict.source].full();
+        writeln!(
+            output,
+            "\n{channel} from `{name}`? {}\n  not sure: {doubt}",
+            verdict.why.join("; ")
+        )?;
+        loop {
+            write!(output, "  [a]ccept, [l]eave out, or the name of another channel: ")?;
+            output.flush()?;
+            let mut line = String::new();
+            if input.read_line(&mut line)? == 0 {
+                return Ok(());
+            }
+            match line.trim() {
+                "a" => verdict.doubt = None,
+                "l" | "" => {}
+                other => match listing
+                    .channels
+                    .iter()
+                    .position(|c| c.full() == other || c.name == other)
+                {
+                    Some(place) => {
+                        let unit = listing.channels[place].unit.clone();
+                        let unit = unit.unwrap_or_else(|| verdict.unit.clone());
+                        chosen.push(Verdict::new(channel, place, &unit).because("chosen by hand"));
+                    }
+                    None => {
+                        writeln!(output, "  the log has no channel `{other}`")?;
+                        continue;
+                    }
+                },
+            }
+            break;
+        }
+    }
+    verdicts.entries.extend(chosen);
+    verdicts.entries.sort_by_key(|e| (e.channel, e.doubt.is_some()));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ingest::listing::SourceChannel;
+
+    #[test]
+    fn guesses_are_asked_about_and_answers_obeyed() {
+        let channel = |name: &str| SourceChannel { name: name.into(), ..SourceChannel::default() };
+        let listing =
+            Listing { channels: ["a", "b", "c"].map(channel).to_vec(), ..Listing::default() };
+        let guess = |c: Channel, place: usize| Verdict::new(c, place, "deg").doubted("a guess");
+        let mut verdicts = Verdicts {
+            entries: vec![
+                Verdict::new(Channel::VelocityX, 0, "m/s"),
+                guess(Channel::Roll, 1),
+                guess(Channel::Pitch, 1),
+                guess(Channel::Yaw, 1),
+            ],
+            ..Verdicts::default()
+        };
+        let mut said = Vec::new();
+        ask(&mut verdicts, &listing, &mut &b"a\nl\nnone\nc\n"[..], &mut said).expect("asked");
+        let sure: Vec<(Channel, usize)> = verdicts
+            .entries
+            .iter()
+            .filter(|e| e.doubt.is_none())
+            .map(|e| (e.channel, e.source))
+            .collect();
+        assert_eq!(sure, [(Channel::VelocityX, 0), (Channel::Roll, 1), (Channel::Yaw, 2)]);
+        let said = String::from_utf8(said).expect("text");
+        assert!(said.contains("no channel `none`") && said.contains("not sure: a guess"), "{said}");
+    }
+}

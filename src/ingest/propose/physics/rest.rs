@@ -1,0 +1,105 @@
+//! What no motion decides: constants, flags, copies of other channels, and columns that only a name speaks for.
+
+use super::log::Log;
+use super::signal::line;
+use super::speeds::Motion;
+use super::turning::by_name;
+use super::verdict::Verdicts;
+use crate::contract::channel::Channel;
+
+/// A channel that goes with another like this is the same thing again.
+const SAME: f64 = 0.985;
+
+/// Channels that hold nothing, one number, or a flag.
+pub fn still(log: &Log<'_>, out: &mut Verdicts) {
+    for (place, signal) in log.signals.iter().enumerate() {
+        match signal {
+            None => out.left.push((place, "it holds no number".into())),
+            Some(s) if s.constant() => out.left.push((place, format!("always {}", s.extent[0]))),
+            Some(s) if s.distinct == 2 && s.whole && !log.is_named(place) => {
+                out.left.push((place, format!("only {} and {}: a flag", s.extent[0], s.extent[1])));
+            }
+            Some(_) => {}
+        }
+    }
+}
+
+/// Columns by name and unit alone, and what the channels are that are still without a word.
+pub fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
+    use Channel::*;
+    for (column, dimension) in [
+        (VelocityY, "speed"),
+        (SteerAngle, "angle"),
+        (Altitude, "length"),
+        (AirTemperature, "temperature"),
+        (TyreTemperatureFront, "temperature"),
+        (TyreTemperatureRear, "temperature"),
+    ] {
+        for place in log.named(column) {
+            let taken =
+                out.entries.iter().any(|e| e.source == place) || out.left_out(place).is_some();
+            if taken || log.of_other_dimension(place, &[dimension]) {
+                continue;
+            }
+            let mut v = by_name(log, column, place, dimension);
+            v = match column {
+                SteerAngle | VelocityY => {
+                    v.doubted("by its name alone: the motion does not tell its sign")
+                }
+                _ => v.because("by its name and unit; no motion to hold it against"),
+            };
+            if out.entries.iter().any(|e| e.channel == column && e.doubt.is_none()) {
+                v = v.doubted("there is more than one such channel");
+            }
+            out.entries.push(v);
+        }
+    }
+    for place in 0..log.channels.len() {
+        let taken = out.entries.iter().any(|e| e.source == place) || out.left_out(place).is_some();
+        if taken || log.live(place).is_none() {
+            continue;
+        }
+        let why = copy(log, place, out).unwrap_or_else(|| unlike(log, motion, place));
+        out.left.push((place, why));
+    }
+}
+
+/// What a channel repeats: a raw voltage, a target, the same in another unit.
+fn copy(log: &Log<'_>, place: usize, out: &Verdicts) -> Option<String> {
+    let x = log.x(place);
+    let of = |e: &super::verdict::Verdict| Some((e.source, line(log.x(e.source), x)?));
+    let best = out
+        .entries
+        .iter()
+        .filter_map(of)
+        .filter(|(_, l)| l.r.abs() > SAME)
+        .max_by(|a, b| a.1.r.abs().total_cmp(&b.1.r.abs()))?;
+    let (source, l) = best;
+    let high = super::signal::quantile(x, 0.98).abs();
+    let name = log.name(source);
+    let offset = l.offset.abs() > 0.02 * high;
+    Some(match offset {
+        true => format!(
+            "goes with `{name}` (r = {:.4}) as {:.4} times it {:+.3}: its raw signal, or the same in another unit",
+            l.r, l.slope, l.offset
+        ),
+        false => format!(
+            "goes with `{name}` (r = {:.4}), {:.3} times as much: a target or the same again",
+            l.r, l.slope
+        ),
+    })
+}
+
+fn unlike(log: &Log<'_>, motion: &Motion, place: usize) -> String {
+    let named: Vec<&str> = super::super::words::RULES
+        .iter()
+        .filter(|r| log.score(place, r.channel).is_some())
+        .map(|r| r.channel.name())
+        .collect();
+    let r = line(&motion.speed, log.x(place)).map_or(0.0, |l| l.r);
+    if named.is_empty() {
+        format!("no column by name or motion (r = {r:.2} with the speed)")
+    } else {
+        format!("named like {}, but its unit measures something else", named.join(", "))
+    }
+}
