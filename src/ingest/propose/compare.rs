@@ -130,7 +130,8 @@ fn judge(
     }
     let Some(own) = own else {
         // what no motion knows stays as it is
-        let Some(why) = verdicts.left_out(source) else { return false };
+        let still = verdicts.constant.contains(&source);
+        let Some(why) = verdicts.left_out(source).filter(|_| !still) else { return false };
         find(Wrong::Kind, format!("`{name}` is no {channel}: {why}"), None);
         return true;
     };

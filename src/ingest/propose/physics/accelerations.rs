@@ -78,6 +78,11 @@ fn seats(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Vec<Seat> {
             Some(format!(
                 "its sensor leans with the frame: the vertical feels {grown:.2} times as much in steep bends as upright"
             ))
+        } else if grown.is_nan() {
+            Some(
+                "no bend is steep enough to tell whether its sensor leans with the frame"
+                    .to_owned(),
+            )
         } else {
             None
         };

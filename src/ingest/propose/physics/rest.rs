@@ -15,7 +15,10 @@ pub fn still(log: &Log<'_>, out: &mut Verdicts) {
     for (place, signal) in log.signals.iter().enumerate() {
         match signal {
             None => out.left.push((place, "it holds no number".into())),
-            Some(s) if s.constant() => out.left.push((place, format!("always {}", s.extent[0]))),
+            Some(s) if s.constant() => {
+                out.left.push((place, format!("always {}", s.extent[0])));
+                out.constant.push(place);
+            }
             Some(s) if s.distinct == 2 && s.whole && !log.is_named(place) => {
                 out.left.push((place, format!("only {} and {}: a flag", s.extent[0], s.extent[1])));
             }

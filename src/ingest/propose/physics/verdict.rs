@@ -34,6 +34,8 @@ pub struct Verdicts {
     pub entries: Vec<Verdict>,
     /// Channels that feed no column (places in the listing), and why.
     pub left: Vec<(usize, String)>,
+    /// Of these, those that never change: a name may be right all the same.
+    pub constant: Vec<usize>,
     /// What the motion was measured with, and what could not be said.
     pub remarks: Vec<String>,
 }
