@@ -51,6 +51,7 @@ channels! {
     BrakePressureRear = "brake_pressure_rear",
     Throttle = "throttle",
     Gear = "gear",
+    Lap = "lap",
     Latitude = "latitude",
     Longitude = "longitude",
     Altitude = "altitude",
