@@ -122,7 +122,7 @@ const lapCharts = () => {
       });
       svg("path", s, { d, fill: "none", stroke: colour, "stroke-width": wide, "stroke-linejoin": "round" });
     };
-    for (const l of track.laps) if (l !== now && l !== best) line(l, theme.zero, 1);
+    for (const l of track.laps) if (l !== now && l !== best) line(l, alpha(theme.soft, 0.6), 1.2);
     if (now !== best) line(best, theme.lines[1], 1.5);
     line(now, theme.lines[0], 2.5);
     const mark = k => {

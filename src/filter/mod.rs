@@ -181,7 +181,9 @@ fn check_band(name: &str, band: &Band) -> Result<(), String> {
             return Err("filter.channel.gear: the gear is a label and cannot be filtered".into());
         }
         Some(Channel::Lap) => {
-            return Err("filter.channel.lap: a lap's number is a label and cannot be filtered".into());
+            return Err(
+                "filter.channel.lap: a lap's number is a label and cannot be filtered".into()
+            );
         }
         Some(_) => {}
     }

@@ -19,7 +19,7 @@ use crate::tables::rows::{Coefficient, Status};
 /// Half the time over which a speed's change is taken, s.
 const HALF: f64 = 0.2;
 /// Share of the moving samples below what the tyres have shown.
-const SHOWN: f64 = 0.995;
+const SHOWN: f64 = 0.999;
 
 /// Signals of a ride, one value per sample; NaN where there is none.
 #[derive(Debug, Clone)]
@@ -73,6 +73,8 @@ pub struct Known<'a> {
     pub coefficients: &'a [Coefficient],
     /// Rolling radii, front and rear, m.
     pub radius: [f64; 2],
+    /// Drag, kg/m.
+    pub drag: f64,
     /// Zero of the lean, rad.
     pub roll_zero: f64,
     /// How late speed and position are after the other channels, s.
@@ -108,9 +110,8 @@ impl Grip {
             }
             (None, None) => slope(&speed, session.rate),
         };
-        let roll: Option<Vec<f64>> = session
-            .get(Channel::Roll)
-            .map(|x| x.iter().map(|r| r - known.roll_zero).collect());
+        let roll: Option<Vec<f64>> =
+            session.get(Channel::Roll).map(|x| x.iter().map(|r| r - known.roll_zero).collect());
         let across: Vec<f64> = match (session.get(Channel::AccelerationY), &roll) {
             (Some(a), _) => a.to_vec(),
             (None, Some(roll)) => {
@@ -130,7 +131,7 @@ impl Grip {
                 turn.iter().zip(&speed).map(|(w, v)| w * v).collect()
             }
         };
-        let drag = known.value("vehicle", C::Drag).unwrap_or(bike.drag) / bike.mass;
+        let drag = known.drag / bike.mass;
         let rolling = bike.rolling_resistance * GRAVITY;
         let used: Vec<f64> = (0..session.len)
             .map(|i| {
@@ -169,9 +170,8 @@ fn available(known: &Known<'_>, used: &[f64], speed: &[f64]) -> Option<Available
 /// Crown radius, the mean of both tyres: determined, else half the width.
 fn crown(known: &Known<'_>) -> f64 {
     let bike = known.bike;
-    let of = |tyre: &str, width: f64| {
-        known.value(tyre, C::OverturningStiffness).unwrap_or(0.5 * width)
-    };
+    let of =
+        |tyre: &str, width: f64| known.value(tyre, C::OverturningStiffness).unwrap_or(0.5 * width);
     let mean = 0.5 * (of("front", bike.front.width) + of("rear", bike.rear.width));
     mean.clamp(0.0, 0.5 * bike.cg_height)
 }

@@ -94,8 +94,8 @@ impl Line {
             }
             let share = before[0] / (before[0] - after[0]);
             let aside = before[1] + share * (after[1] - before[1]);
-            let straight = unit(minus(ground.at[i], ground.at[j]))
-                .is_some_and(|d| dot(d, self.along) > ASKEW);
+            let straight =
+                unit(minus(ground.at[i], ground.at[j])).is_some_and(|d| dot(d, self.along) > ASKEW);
             if aside.abs() > self.half_width || !straight {
                 continue;
             }
@@ -173,7 +173,8 @@ impl Line {
 
     /// Where the logger's counter goes up by one: the middle of those places.
     pub fn of_counter(ground: &Ground, counter: &[f64], config: &Config) -> Option<Self> {
-        let rises = (1..counter.len()).filter(|&i| (counter[i] - counter[i - 1] - 1.0).abs() < 0.01);
+        let rises =
+            (1..counter.len()).filter(|&i| (counter[i] - counter[i - 1] - 1.0).abs() < 0.01);
         let places: Vec<(Point, Point)> = rises
             .filter(|&i| ground.known(i))
             .filter_map(|i| Some((ground.at[i], ground.direction(i)?)))

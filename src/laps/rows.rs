@@ -10,6 +10,9 @@ use crate::contract::session::Session;
 use crate::statistics::order::quantile;
 use crate::tables::rows::{Ident, LapCornerRow, LapPointRow, LapRow};
 
+/// Forward acceleration below which it is braking, m/s².
+const BRAKING: f64 = -1.5;
+
 /// Finite largest value.
 fn most(x: impl Iterator<Item = f64>) -> Option<f64> {
     x.filter(|v| v.is_finite()).max_by(f64::total_cmp)
@@ -49,6 +52,10 @@ pub(super) fn rows(
             let (from, to) = (parts[k], parts[k + 1]);
             let time = trace.time[to] - trace.time[from];
             let within = corner.start..=corner.end;
+            // what is braked before the turn is of the turn, the drive on the straight is not
+            let slower = |i: &usize| *i > from && along.along[*i - 1] < BRAKING;
+            let braked = (from..=corner.start).rev().take_while(slower).last();
+            let braked = braked.map_or(corner.start, |i| i - 1);
             out.corners.push(LapCornerRow {
                 ident: ident.clone(),
                 lap: number,
@@ -60,10 +67,11 @@ pub(super) fn rows(
                 time,
                 time_difference: time - (fastest.time[to] - fastest.time[from]),
                 speed_min: most(along.speed[within.clone()].iter().map(|v| -v)).map(|v| -v),
-                roll_peak: along.roll.as_ref().and_then(|roll| {
-                    most(roll[within.clone()].iter().map(|r| r.abs()))
-                }),
-                friction_used_max: most(along.used[from..=to].iter().copied()),
+                roll_peak: along
+                    .roll
+                    .as_ref()
+                    .and_then(|roll| most(roll[within.clone()].iter().map(|r| r.abs()))),
+                friction_used_max: most(along.used[braked..=corner.end].iter().copied()),
             });
         }
         for (k, at) in stations.at.iter().enumerate() {
@@ -117,7 +125,11 @@ fn lap(number: usize, ground: &Ground, found: &Found, grip: &Grip, ident: &Ident
     let from = ((lap.start * ground.rate).ceil() as usize).min(last);
     let to = ((lap.end * ground.rate) as usize + 1).clamp(from, last);
     let moving = |x: &[f64]| -> Vec<f64> {
-        (from..to).filter(|&i| ground.speed[i] > MOVING).map(|i| x[i]).filter(|v| v.is_finite()).collect()
+        (from..to)
+            .filter(|&i| ground.speed[i] > MOVING)
+            .map(|i| x[i])
+            .filter(|v| v.is_finite())
+            .collect()
     };
     let roll = grip.roll.as_deref().map(moving).unwrap_or_default();
     let lean = |sign: f64| most(roll.iter().map(|r| sign * r)).map(|r| r.max(0.0));
@@ -139,8 +151,8 @@ fn lap(number: usize, ground: &Ground, found: &Found, grip: &Grip, ident: &Ident
         speed_min: most(ground.speed[from..to].iter().map(|v| -v)).map(|v| -v),
         roll_left: lean(-1.0),
         roll_right: lean(1.0),
-        acceleration_x_min: most(along.iter().map(|a| -a)).map(|a| -a),
-        acceleration_x_max: most(along.iter().copied()),
+        acceleration_x_min: most(along.iter().map(|a| -a)).map(|a| -a.max(0.0)),
+        acceleration_x_max: most(along.iter().copied()).map(|a| a.max(0.0)),
         friction_used_max: most(used.iter().copied()),
         friction_used_95: quantile(&mut used, 0.95),
         friction_available: grip.available.map(|a| a.friction),

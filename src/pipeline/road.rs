@@ -11,7 +11,7 @@ use crate::contract::channel::Channel;
 use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::fit::in_gear::parameters::{LATENCY, LEAN_ZERO};
+use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{Data, Solution, coefficients, cornering, in_gear, missing};
 use crate::laps::Known;
 use crate::model::formulation::Formulation;
@@ -47,7 +47,8 @@ pub fn run(
         coefficients::rows(&solution, bike, &pipeline.fit, &reason, &ident, &provenance);
     let mut radius = radii(bike, &solution);
     let zeros = &solution.inputs.zeros;
-    let (mut roll_zero, mut latency) = (zeros.roll, data.zeros.latency);
+    let [mut roll_zero, mut latency] = [zeros.roll, data.zeros.latency];
+    let mut drag = solution.inputs.drag;
     let ridden_in_gear = pipeline.in_gear.enabled
         && pipeline.estimate.formulation == Formulation::Corrected
         && in_gear::rows::lacking(&coefficients);
@@ -55,9 +56,9 @@ pub fn run(
         let widest = pipeline.fit.max_relative_interval;
         in_gear::rows::fill(&mut coefficients, &fit, widest, &ident, &provenance);
         radius = fit.radii();
-        [roll_zero, latency] = [LEAN_ZERO, LATENCY].map(|k| fit.fitted.theta[k]);
+        [roll_zero, latency, drag] = [LEAN_ZERO, LATENCY, DRAG].map(|k| fit.fitted.theta[k]);
     }
-    let known = Known { bike, coefficients: &coefficients, radius, roll_zero, latency };
+    let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
     let laps = laps::run(&ride, &known, &ident, &pipeline.laps);
     let manoeuvres = manoeuvres(&ride, &segments, radius, &ident);
     let signals = match input.signals {

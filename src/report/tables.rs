@@ -7,7 +7,8 @@ use crate::report::labels;
 use crate::tables::by_session::SessionFiles;
 use crate::tables::read;
 use crate::tables::rows::{
-    Coefficient, ForceRow, Ident, LapCornerRow, LapPointRow, LapRow, Manoeuvre, PlotPoint, Rejected, SessionRow, WarningRow,
+    Coefficient, ForceRow, Ident, LapCornerRow, LapPointRow, LapRow, Manoeuvre, PlotPoint,
+    Rejected, SessionRow, WarningRow,
 };
 
 /// Tables of which one at least makes a folder an output.

@@ -5,40 +5,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contract::session::Meta;
-
+pub use super::ident::Ident;
+pub use super::lap_rows::{LapCornerRow, LapPointRow, LapRow};
 pub use crate::contract::status::Status;
 
 /// Stands for what is not one thing in a pooled row.
 pub const POOLED: &str = "(pooled)";
-
-/// Who and when, repeated in every per-session row.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Ident {
-    /// The session.
-    pub session_id: String,
-    /// The bike.
-    pub bike_id: String,
-    /// RFC 3339.
-    pub start_time: Option<String>,
-}
-
-impl Ident {
-    /// Bike and session: what orders sessions in every table that is read back.
-    pub fn key(&self) -> (&str, &str) {
-        (&self.bike_id, &self.session_id)
-    }
-}
-
-impl From<&Meta> for Ident {
-    fn from(meta: &Meta) -> Self {
-        Ident {
-            session_id: meta.session_id.clone(),
-            bike_id: meta.bike_id.clone(),
-            start_time: meta.start_time.clone(),
-        }
-    }
-}
 
 /// From what a row was made.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -568,72 +540,4 @@ pub struct BenchRow {
     pub camber: f64,
     pub slip_angle: f64,
     pub friction_y: f64,
-}
-
-/// A row of `laps`.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[allow(missing_docs)] // the schema file describes each field
-pub struct LapRow {
-    #[serde(flatten)]
-    pub ident: Ident,
-    pub lap: i64,
-    pub kind: String,
-    pub line: String,
-    pub line_latitude: f64,
-    pub line_longitude: f64,
-    pub best: bool,
-    pub start: f64,
-    pub duration: f64,
-    pub duration_std_error: Option<f64>,
-    pub distance: f64,
-    pub speed_max: Option<f64>,
-    pub speed_min: Option<f64>,
-    pub roll_left: Option<f64>,
-    pub roll_right: Option<f64>,
-    pub acceleration_x_min: Option<f64>,
-    pub acceleration_x_max: Option<f64>,
-    pub friction_used_max: Option<f64>,
-    pub friction_used_95: Option<f64>,
-    pub friction_available: Option<f64>,
-    pub friction_basis: Option<String>,
-}
-
-/// A row of `lap_corners`.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[allow(missing_docs)] // the schema file describes each field
-pub struct LapCornerRow {
-    #[serde(flatten)]
-    pub ident: Ident,
-    pub lap: i64,
-    pub corner: i64,
-    pub direction: String,
-    pub station_start: f64,
-    pub station_apex: f64,
-    pub station_end: f64,
-    pub time: f64,
-    pub time_difference: f64,
-    pub speed_min: Option<f64>,
-    pub roll_peak: Option<f64>,
-    pub friction_used_max: Option<f64>,
-}
-
-/// A row of `lap_points`.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[allow(missing_docs)] // the schema file describes each field
-pub struct LapPointRow {
-    #[serde(flatten)]
-    pub ident: Ident,
-    pub lap: i64,
-    pub station: f64,
-    pub latitude: f64,
-    pub longitude: f64,
-    pub x: f64,
-    pub y: f64,
-    pub time: f64,
-    pub time_difference: f64,
-    pub speed: Option<f64>,
-    pub roll: Option<f64>,
-    pub acceleration_x: Option<f64>,
-    pub acceleration_y: Option<f64>,
-    pub friction_used: Option<f64>,
 }

@@ -46,7 +46,10 @@ pub(in crate::report) fn plain<S: Serializer>(values: &[f64], to: S) -> Result<S
 }
 
 /// Writes a column with gaps; a gap is null, and the next step goes from the value before it.
-pub(in crate::report) fn gaps<S: Serializer>(values: &[Option<f64>], to: S) -> Result<S::Ok, S::Error> {
+pub(in crate::report) fn gaps<S: Serializer>(
+    values: &[Option<f64>],
+    to: S,
+) -> Result<S::Ok, S::Error> {
     column(values).serialize(to)
 }
 

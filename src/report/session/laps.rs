@@ -100,8 +100,11 @@ pub fn page(laps: &[LapRow], corners: &[LapCornerRow]) -> Option<Laps> {
     let best = laps.iter().find(|l| l.best)?;
     let available = best.friction_available;
     let rows = laps.iter().map(|l| line(l, best)).collect();
-    let lines: Vec<Corner> =
-        corners.iter().filter(|c| c.lap == best.lap).map(|c| corner(c, corners, available)).collect();
+    let lines: Vec<Corner> = corners
+        .iter()
+        .filter(|c| c.lap == best.lap)
+        .map(|c| corner(c, corners, available))
+        .collect();
     Some(Laps {
         verdict: format!("{}.", sentence(laps)?),
         grip: grip(best, corners),
@@ -109,7 +112,7 @@ pub fn page(laps: &[LapRow], corners: &[LapCornerRow]) -> Option<Laps> {
         line: match best.line.as_str() {
             "given" => "The line is the one of the pipeline.".to_owned(),
             "logger" => "The line is where the logger's lap counter goes up.".to_owned(),
-            _ => "The line was put where the track is fastest; `laps.line` in the pipeline gives another."
+            _ => "The line was put where the track is fastest; the key laps.line of the pipeline gives another."
                 .to_owned(),
         },
         rows,
@@ -126,7 +129,10 @@ fn ideal(best: &LapRow, corners: &[LapCornerRow]) -> String {
     };
     let gained: f64 = corners.iter().filter(|c| c.lap == best.lap).map(least).sum();
     match gained < -0.005 {
-        true => format!("The fastest sections of all laps together: {}.", lap_time(best.duration + gained)),
+        true => format!(
+            "The fastest sections of all laps together: {}.",
+            lap_time(best.duration + gained)
+        ),
         false => String::new(),
     }
 }
@@ -139,7 +145,7 @@ fn basis(best: &LapRow) -> String {
             "100 % are {g} g, what the peak friction of both tyres gives that this ride determined."
         ),
         _ => format!(
-            "100 % are {g} g, the most that the tyres have shown in this session (99.5 % of it is below): \
+            "100 % are {g} g, the most that the tyres have shown in this session (99.9 % of it is below): \
              they can give that at least. Their own limit was not determined."
         ),
     }
@@ -337,7 +343,13 @@ mod tests {
 
     fn turn(lap: i64, corner: i64, difference: f64, used: f64) -> LapCornerRow {
         let friction_used_max = Some(used);
-        LapCornerRow { lap, corner, time_difference: difference, friction_used_max, ..Default::default() }
+        LapCornerRow {
+            lap,
+            corner,
+            time_difference: difference,
+            friction_used_max,
+            ..Default::default()
+        }
     }
 
     #[test]
@@ -349,8 +361,17 @@ mod tests {
 
     #[test]
     fn the_first_lines_say_best_lap_where_most_was_left_and_what_was_possible() {
-        let laps = [lap(0, "out", 30.0, false), lap(1, "timed", 101.5, false), lap(2, "timed", 100.0, true)];
-        let corners = [turn(1, 1, -0.3, 1.0), turn(1, 2, 1.8, 0.8), turn(2, 1, 0.0, 1.2), turn(2, 2, 0.0, 0.9)];
+        let laps = [
+            lap(0, "out", 30.0, false),
+            lap(1, "timed", 101.5, false),
+            lap(2, "timed", 100.0, true),
+        ];
+        let corners = [
+            turn(1, 1, -0.3, 1.0),
+            turn(1, 2, 1.8, 0.8),
+            turn(2, 1, 0.0, 1.2),
+            turn(2, 2, 0.0, 0.9),
+        ];
         let page = page(&laps, &corners).expect("laps");
         assert_eq!(page.verdict, "2 timed laps, best 1:40.00 ± 0.10 s (lap 2).");
         assert!(page.grip.contains("turn 1: 1.20 g, 96 %"), "{}", page.grip);
