@@ -91,7 +91,7 @@ const lapCharts = () => {
   // lines over the distance; `values` of a lap, null for a gap
   const over = (holder, height, label, values, digits, foot) => {
     const [s, width] = canvas(holder, height);
-    const top = 18, bottom = foot ? 34 : 8;
+    const top = 34, bottom = foot ? 34 : 8;
     const everything = track.laps.flatMap(l => known(values(l)));
     let [low, high] = [Math.min(...everything), Math.max(...everything)];
     const pad = 0.05 * (high - low) || 1;
@@ -138,8 +138,8 @@ const lapCharts = () => {
   const draw = () => {
     map(at("map"));
     gg(at("gg"));
-    over(at("behind"), 190, "behind, s", l => l.d, 2, false);
-    over(at("speed"), 190, "speed, km/h", l => l.v, 0, true);
+    over(at("behind"), 205, "behind, s", l => l.d, 2, false);
+    over(at("speed"), 205, "speed, km/h", l => l.v, 0, true);
   };
   const choose = lap => {
     now = lap;

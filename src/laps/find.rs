@@ -1,7 +1,9 @@
 //! The laps of a ride: the line that gives most, and whether it is a track at all.
 
+use std::collections::HashMap;
+
 use super::config::Config;
-use super::ground::{Ground, Point, minus};
+use super::ground::{Ground, Point, dot, minus};
 use super::line::{Crossing, Line, Source};
 
 /// A lap may be this much longer or shorter than the others, as a share.
@@ -10,6 +12,12 @@ const SAME: f64 = 0.06;
 const NEAR: f64 = 15.0;
 /// Share of a lap that must have been ridden a second time.
 const AGAIN: f64 = 0.5;
+/// Cosine of the angle between directions that are one.
+const ALIKE: f64 = 0.7;
+/// A lap that comes back this near to itself is ridden there and back, m; more than this share of one
+/// is not.
+const BACK: f64 = 8.0;
+const MOST_BACK: f64 = 0.3;
 /// Standing longer than this, a lap was broken off, s.
 const STANDING: f64 = 3.0;
 
@@ -148,7 +156,8 @@ fn between(ground: &Ground, from: &Crossing, to: &Crossing, usual: f64) -> Lap {
     }
 }
 
-/// Whether most of the ride is on the lap, and half of the lap at least was ridden again.
+/// Whether most of the ride is on the lap, half of the lap at least was ridden again, and it is not a
+/// way there and back: a test strip with a turn at each end goes round, too.
 fn is_track(ground: &Ground, lap: &Lap, config: &Config) -> bool {
     let step = (ground.rate / 5.0).floor().max(1.0) as usize;
     let samples = |from: f64, to: f64| {
@@ -156,26 +165,30 @@ fn is_track(ground: &Ground, lap: &Lap, config: &Config) -> bool {
         ((from * ground.rate).max(0.0) as usize..=last).step_by(step).filter(|&i| ground.known(i))
     };
     let cell = |p: Point| [0, 1].map(|k| (p[k] / NEAR).floor() as i64);
-    let mut cells: std::collections::HashMap<[i64; 2], Vec<usize>> = Default::default();
-    // a fast lap leaves 10 m between samples: near is from the stretch between them
+    let mut cells: HashMap<[i64; 2], Vec<(Point, Point)>> = HashMap::new();
     for i in samples(lap.start, lap.end) {
-        cells.entry(cell(ground.at[i])).or_default().push(i);
-    }
-    let on = |i: usize| {
-        let here = cell(ground.at[i]);
-        let about = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [here[0] + x, here[1] + y]));
-        about.filter_map(|c| cells.get(&c)).flatten().any(|&k| {
-            let off = minus(ground.at[i], ground.at[k]);
-            off[0].hypot(off[1]) < NEAR
-        })
-    };
-    let (mut total, mut near) = (0.0, 0.0);
-    for i in samples(0.0, f64::MAX) {
-        let metres = ground.speed[i] * step as f64 / ground.rate;
-        total += metres;
-        if on(i) {
-            near += metres;
+        if let Some(direction) = ground.direction(i) {
+            cells.entry(cell(ground.at[i])).or_default().push((ground.at[i], direction));
         }
     }
-    near > config.least_on_track * total && near > (1.0 + AGAIN) * lap.distance
+    // whether the lap comes past a sample that near, in its direction (1) or against it (-1)
+    let passes = |i: usize, within: f64, sense: f64| {
+        let Some(direction) = ground.direction(i) else { return false };
+        let here = cell(ground.at[i]);
+        let about = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [here[0] + x, here[1] + y]));
+        about.filter_map(|c| cells.get(&c)).flatten().any(|(p, d)| {
+            let off = minus(ground.at[i], *p);
+            off[0].hypot(off[1]) < within && sense * dot(direction, *d) > ALIKE
+        })
+    };
+    let ridden = |from: f64, to: f64, counts: &dyn Fn(usize) -> bool| -> f64 {
+        let metres = |i: usize| ground.speed[i] * step as f64 / ground.rate;
+        samples(from, to).filter(|&i| counts(i)).map(metres).sum()
+    };
+    let total = ridden(0.0, f64::MAX, &|_| true);
+    let on_lap = ridden(0.0, f64::MAX, &|i| passes(i, NEAR, 1.0));
+    let back = ridden(lap.start, lap.end, &|i| passes(i, BACK, -1.0));
+    on_lap > config.least_on_track * total
+        && on_lap > (1.0 + AGAIN) * lap.distance
+        && back < MOST_BACK * lap.distance
 }

@@ -151,7 +151,7 @@ fn lap(number: usize, ground: &Ground, found: &Found, grip: &Grip, ident: &Ident
         speed_min: most(ground.speed[from..to].iter().map(|v| -v)).map(|v| -v),
         roll_left: lean(-1.0),
         roll_right: lean(1.0),
-        acceleration_x_min: most(along.iter().map(|a| -a)).map(|a| -a.max(0.0)),
+        acceleration_x_min: most(along.iter().map(|a| -a)).map(|a| 0.0 - a.max(0.0)),
         acceleration_x_max: most(along.iter().copied()).map(|a| a.max(0.0)),
         friction_used_max: most(used.iter().copied()),
         friction_used_95: quantile(&mut used, 0.95),

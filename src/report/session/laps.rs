@@ -164,7 +164,7 @@ fn grip(best: &LapRow, corners: &[LapCornerRow]) -> String {
     let of = if best.friction_basis.as_deref() == Some("tyres") {
         "what they can give"
     } else {
-        "what they have shown today"
+        "what they have shown in this session"
     };
     format!(
         "On it the tyres gave most in turn {}: {} g, {} % of {of}; most was left in turn {}: {} g, {} %.",
