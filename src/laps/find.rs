@@ -16,8 +16,10 @@ const AGAIN: f64 = 0.5;
 const ALIKE: f64 = 0.7;
 /// A lap that comes back this near to itself is ridden there and back, m; more than this share of one
 /// is not.
-const BACK: f64 = 8.0;
-const MOST_BACK: f64 = 0.3;
+const BACK: f64 = 25.0;
+const MOST_BACK: f64 = 0.6;
+/// Share of the laps that the distance on the track is enough for, less the ways in and out.
+const TIMED: f64 = 0.5;
 /// Standing longer than this, a lap was broken off, s.
 const STANDING: f64 = 3.0;
 
@@ -131,7 +133,7 @@ fn laps(ground: &Ground, line: Line, config: &Config) -> Option<Found> {
     let best = laps.iter().enumerate().filter(timed);
     let best = best.min_by(|a, b| a.1.duration().total_cmp(&b.1.duration()))?.0;
     // who gives a line says that it is a track
-    let track = line.source == Source::Given || is_track(ground, &laps[best], config);
+    let track = line.source == Source::Given || is_track(ground, &laps, best, config);
     track.then_some(Found { line, laps, best })
 }
 
@@ -156,15 +158,17 @@ fn between(ground: &Ground, from: &Crossing, to: &Crossing, usual: f64) -> Lap {
     }
 }
 
-/// Whether most of the ride is on the lap, half of the lap at least was ridden again, and it is not a
-/// way there and back: a test strip with a turn at each end goes round, too.
-fn is_track(ground: &Ground, lap: &Lap, config: &Config) -> bool {
+/// Whether most of the ride is on the lap, half of the lap at least was ridden again and about as often as
+/// there are laps, and it is not a way there and back: a test strip with a turn at each end goes round, too.
+fn is_track(ground: &Ground, laps: &[Lap], best: usize, config: &Config) -> bool {
+    let lap = &laps[best];
+    let timed = laps.iter().filter(|l| l.kind == Kind::Timed).count() as f64;
     let step = (ground.rate / 5.0).floor().max(1.0) as usize;
     let samples = |from: f64, to: f64| {
         let last = ((to * ground.rate) as usize).min(ground.len() - 1);
         ((from * ground.rate).max(0.0) as usize..=last).step_by(step).filter(|&i| ground.known(i))
     };
-    let cell = |p: Point| [0, 1].map(|k| (p[k] / NEAR).floor() as i64);
+    let cell = |p: Point| [0, 1].map(|k| (p[k] / BACK).floor() as i64);
     let mut cells: HashMap<[i64; 2], Vec<(Point, Point)>> = HashMap::new();
     for i in samples(lap.start, lap.end) {
         if let Some(direction) = ground.direction(i) {
@@ -190,5 +194,6 @@ fn is_track(ground: &Ground, lap: &Lap, config: &Config) -> bool {
     let back = ridden(lap.start, lap.end, &|i| passes(i, BACK, -1.0));
     on_lap > config.least_on_track * total
         && on_lap > (1.0 + AGAIN) * lap.distance
+        && timed >= TIMED * (on_lap / lap.distance - 2.0)
         && back < MOST_BACK * lap.distance
 }

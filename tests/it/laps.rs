@@ -1,58 +1,28 @@
-//! Laps against the simulator's truth, of foreign logs as loggers write them; and none where nothing goes round.
+//! Laps against truth: the bundled log of a simulated track session, and rides round a curve whose times are known
+//! exactly; and none where nothing goes round.
 
+use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
-use std::sync::OnceLock;
 
 use assert_cmd::Command;
 use roadbench::contract::channel::Channel;
-use roadbench::contract::session::Session;
+use roadbench::contract::session::{Meta, Session};
 use roadbench::ingest::{self, map::ChannelMap};
-use roadbench::laps::find::Kind;
+use roadbench::laps::find::{Found, Kind};
 use roadbench::laps::{Config, detect};
-use roadbench::simulate::loggers::{self, Profile};
-use roadbench::simulate::track::{self, Track, TrackRide};
-use roadbench::statistics::random::Random;
+use roadbench::simulate::track;
+use roadbench::statistics::random::{Coloured, Random};
 use roadbench::tables::read;
 use roadbench::tables::rows::{LapCornerRow, LapPointRow, LapRow};
 
 use crate::page;
-
-/// The session of the bundled log: two laps.
-fn ridden() -> &'static TrackRide {
-    static RIDE: OnceLock<TrackRide> = OnceLock::new();
-    RIDE.get_or_init(|| {
-        let track = Track::load("track").expect("built in").expect("a track");
-        track::ride(&Track { laps: 2, ..track }, 0).expect("comes round")
-    })
-}
-
-/// Four laps, so that two at least lie between crossings of the start line itself.
-fn long() -> &'static TrackRide {
-    static RIDE: OnceLock<TrackRide> = OnceLock::new();
-    RIDE.get_or_init(|| {
-        let track = Track::load("track").expect("built in").expect("a track");
-        track::ride(&track, 0).expect("comes round")
-    })
-}
 
 const SUPERBIKE: &str = "name = 'm'\nformat = 'csv'\n[time]\ncolumn = 'Time (ms)'\nunit = 'ms'\n\
     [channel.velocity_x]\nfrom = 'GPS Speed (km/h)'\nunit = 'km/h'\n\
     [channel.latitude]\nfrom = 'Latitude (deg)'\nunit = 'deg'\n\
     [channel.longitude]\nfrom = 'Longitude (deg)'\nunit = 'deg'\n";
 const LAP: &str = "[channel.lap]\nfrom = 'Lap'\nunit = '1'\n";
-const PHONE: &str = "name = 'm'\nformat = 'csv'\n[time]\ncolumn = 'Time'\n\
-    [channel.velocity_x]\nfrom = 'Speed'\nunit = 'km/h'\n\
-    [channel.latitude]\nfrom = 'Latitude'\nunit = 'deg'\n\
-    [channel.longitude]\nfrom = 'Longitude'\nunit = 'deg'\n";
-const FACTORY: &str = "name = 'm'\nformat = 'csv'\n[time]\ncolumn = 't'\nunit = 's'\n\
-    [channel.velocity_x]\nfrom = 'v_gps'\nunit = 'km/h'\n\
-    [channel.latitude]\nfrom = 'lat_gps'\nunit = 'deg'\n\
-    [channel.longitude]\nfrom = 'lon_gps'\nunit = 'deg'\n";
-const SATELLITE: &str = "name = 'm'\nformat = 'vbo'\n\
-    [channel.velocity_x]\nfrom = 'velocity'\nunit = 'km/h'\n\
-    [channel.latitude]\nfrom = 'lat'\nunit = 'deg'\n\
-    [channel.longitude]\nfrom = 'long'\nunit = 'deg'\n";
 
 fn session(path: &Path, map: &str) -> Session {
     let map = ChannelMap::parse(map, "m.toml").unwrap_or_else(|e| panic!("{e}"));
@@ -60,156 +30,222 @@ fn session(path: &Path, map: &str) -> Session {
     ingest::run(raw, &ingest::Config::default()).unwrap_or_else(|e| panic!("{e}")).0
 }
 
-fn logged(ride: &TrackRide, profile: Profile, seed: u64, map: &str) -> Session {
-    let foreign = loggers::write(profile, ride, seed);
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join(&foreign.file);
-    fs::write(&path, &foreign.text).expect("written");
-    session(&path, map)
+fn timed(found: &Found) -> Vec<[f64; 3]> {
+    let timed = found.laps.iter().filter(|l| l.kind == Kind::Timed);
+    timed.map(|l| [l.start, l.end, l.error]).collect()
 }
 
-/// When the motorcycle came past a place of the circuit (m from its start) in truth, s.
-fn passages(ride: &TrackRide, place: f64) -> Vec<f64> {
-    let (rate, length) = (ride.ride.session.rate, ride.entry.circuit.length);
-    let laps = |along: f64| ((along - place) / length).floor();
-    let pairs = ride.hands.windows(2).enumerate();
-    pairs
-        .filter(|(_, h)| laps(h[1].along) > laps(h[0].along))
-        .map(|(i, h)| {
-            let at = place + length * laps(h[1].along);
-            (i as f64 + (at - h[0].along) / (h[1].along - h[0].along)) / rate
+/// The lap's time from the two places of the truth that are next to the line.
+#[test]
+fn the_bundled_log_has_the_lap_time_of_its_truth() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/loggers");
+    let ridden = session(&folder.join("superbike.csv"), SUPERBIKE);
+    let (ground, found) = detect(&ridden, &Config::default()).expect("laps");
+    let laps = timed(&found);
+    assert_eq!(laps.len(), 1);
+    let text = fs::read_to_string(folder.join("places_truth.toml")).expect("truth");
+    let truth: toml::Table = text.parse().expect("TOML");
+    let mut places: Vec<(f64, f64)> = truth["place"]
+        .as_array()
+        .expect("places")
+        .iter()
+        .map(|row| {
+            let [lat, lon, first, second] =
+                [0, 1, 2, 3].map(|k| row[k].as_float().expect("a number"));
+            let [x, y] = ground.point([lat, lon]);
+            let [east, north] = [x - found.line.middle[0], y - found.line.middle[1]];
+            (east.hypot(north), second - first)
         })
-        .collect()
+        .collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let [(near, a), (far, b)] = [places[0], places[1]];
+    assert!(near < 20.0 && far < 45.0, "{near} {far}");
+    let expected = (a * far + b * near) / (near + far);
+    let error = laps[0][1] - laps[0][0] - expected;
+    println!("bundled: {error:+.3} s of {expected:.3}, standard error {:.3}", laps[0][2]);
+    assert!(error.abs() < 0.08 && (0.02..0.1).contains(&laps[0][2]), "{error} {laps:?}");
+    // the counter of the log rises only once: the line is found
+    let counted = session(&folder.join("superbike.csv"), &format!("{SUPERBIKE}{LAP}"));
+    assert_eq!(detect(&counted, &Config::default()).expect("laps").1.line.source.name(), "found");
 }
 
-/// Where on the circuit the motorcycle was at a true time, m.
-fn along(ride: &TrackRide, time: f64) -> f64 {
-    let at = ((time * ride.ride.session.rate) as usize).min(ride.hands.len() - 1);
-    ride.hands[at].along.rem_euclid(ride.entry.circuit.length)
+/// A receiver.
+#[derive(Clone, Copy)]
+struct Receiver {
+    /// Hz.
+    rate: f64,
+    /// How late, s.
+    late: f64,
+    /// Slow error of the place, m.
+    slow: f64,
+    /// White error of the place, m.
+    white: f64,
+    /// Of the first of these seconds of every 61 the place is missing.
+    gap: f64,
 }
 
-/// Errors of the timed laps (s) with the standard errors given for them; positions come `late` (s).
-fn errors(ride: &TrackRide, session: &Session, config: &Config, late: f64) -> Vec<[f64; 2]> {
-    let (_, found) = detect(session, config).expect("laps");
-    let timed: Vec<_> = found.laps.iter().filter(|l| l.kind == Kind::Timed).collect();
-    let truth = passages(ride, along(ride, timed[0].start - late));
-    assert!(timed.len() + 1 >= truth.len(), "{} of {} laps", timed.len(), truth.len() - 1);
+const GOOD: Receiver = Receiver { rate: 10.0, late: 0.2, slow: 1.2, white: 0.01, gap: 0.0 };
+/// Between two points of the truth, s.
+const FINE: f64 = 0.002;
+
+/// A ride round a closed curve of 2.7 km, each lap a little slower than the one before.
+struct Round {
+    /// Angle round the curve, 1 for a lap, by [`FINE`].
+    along: Vec<f64>,
+    speed: Vec<f64>,
+}
+
+fn place(along: f64) -> [f64; 2] {
+    let (sin, cos) = (TAU * along).sin_cos();
+    let radius = 400.0 + 120.0 * (2.0 * TAU * along).cos() + 40.0 * (3.0 * TAU * along).sin();
+    [radius * cos, radius * sin]
+}
+
+impl Round {
+    fn new(laps: f64) -> Self {
+        let (mut along, mut speed) = (vec![0.3], Vec::new());
+        loop {
+            let now = along[along.len() - 1];
+            let wave = (2.0 * TAU * now + 0.4).cos();
+            let v = (36.0 + 17.0 * wave) * (1.0 - 0.01 * now.floor());
+            speed.push(v);
+            if now > 0.3 + laps {
+                return Round { along, speed };
+            }
+            let ([a, b], [c, d]) = (place(now - 1e-6), place(now + 1e-6));
+            along.push(now + v * FINE * 2e-6 / (c - a).hypot(d - b));
+        }
+    }
+
+    /// Times at which the line's place was passed, s.
+    fn passages(&self, middle: [f64; 2]) -> Vec<f64> {
+        let far = |s: f64| (place(s)[0] - middle[0]).hypot(place(s)[1] - middle[1]);
+        let around = (0..200_000).map(|k| f64::from(k) / 200_000.0);
+        let at = around.min_by(|a, b| far(*a).total_cmp(&far(*b))).expect("a place");
+        let pairs = self.along.windows(2).enumerate();
+        pairs
+            .filter(|(_, p)| (p[1] - at).floor() > (p[0] - at).floor())
+            .map(|(i, p)| {
+                let share = ((p[1] - at).floor() + at - p[0]) / (p[1] - p[0]);
+                (i as f64 + share) * FINE
+            })
+            .collect()
+    }
+
+    /// As a logger has it; with a counter that goes up at angle 0, which is not late.
+    fn logged(&self, receiver: Receiver, seed: u64) -> Session {
+        let Receiver { rate, late, slow, white, gap } = receiver;
+        let mut random = Random::new(seed, "receiver");
+        let mut wander = [0; 2].map(|_| Coloured::new(slow, 60.0, 1.0 / rate, &mut random));
+        let count = (self.along.len() as f64 * FINE * rate) as usize;
+        let mut columns = [const { Vec::new() }; 4];
+        for i in 0..count {
+            let time = i as f64 / rate;
+            let at = ((time - late).max(0.0) / FINE) as usize;
+            let mut p = place(self.along[at]);
+            for k in 0..2 {
+                p[k] += wander[k].next(&mut random) + white * random.normal();
+            }
+            let [latitude, longitude] = match time % 61.0 < gap {
+                true => [f64::NAN; 2],
+                false => track::position(p),
+            };
+            let counter = self.along[(time / FINE) as usize].floor();
+            let speed = self.speed[at] + 0.05 * random.normal();
+            for (column, x) in columns.iter_mut().zip([latitude, longitude, speed, counter]) {
+                column.push(x);
+            }
+        }
+        let mut session = Session::new(Meta::default(), rate, count);
+        let channels = [Channel::Latitude, Channel::Longitude, Channel::VelocityX, Channel::Lap];
+        for (channel, column) in channels.into_iter().zip(columns) {
+            session.set(channel, column);
+        }
+        session
+    }
+}
+
+/// Errors of the timed laps with their standard errors, s.
+fn errors(round: &Round, session: &Session, config: &Config, late: f64) -> Vec<[f64; 2]> {
+    let (ground, found) = detect(session, config).expect("laps");
+    let [latitude, longitude] = ground.place(found.line.middle);
+    // back from where `track::position` puts a point
+    let east = track::DEGREE * track::ORIGIN[0].to_radians().cos();
+    let middle =
+        [(longitude - track::ORIGIN[1]) * east, (latitude - track::ORIGIN[0]) * track::DEGREE];
+    let truth = round.passages(middle);
     let near = |t: f64| {
         truth.iter().copied().min_by(|a, b| (a - t).abs().total_cmp(&(b - t).abs())).expect("truth")
     };
-    timed
-        .iter()
-        .map(|l| [l.duration() - (near(l.end - late) - near(l.start - late)), l.error])
+    timed(&found)
+        .into_iter()
+        .map(|[start, end, sd]| [end - start - (near(end - late) - near(start - late)), sd])
         .collect()
 }
 
-/// The start line itself, 20 m to each side of the middle of the road.
-fn start_line() -> Config {
-    let [a, b] = [[0.0, -20.0], [0.0, 20.0]].map(track::position);
-    Config { line: Some([a, b]), ..Config::default() }
-}
-
 #[test]
-fn the_bundled_log_has_the_lap_time_of_its_truth() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/loggers/superbike.csv");
-    let session = session(&path, SUPERBIKE);
-    let errors = errors(ridden(), &session, &Config::default(), 0.2);
-    assert_eq!(errors.len(), 1);
-    let [error, sd] = errors[0];
-    println!("bundled: {error:+.3} s, standard error {sd:.3}");
-    // a receiver that is 1.2 m off at each crossing, at 45 m/s
-    assert!(error.abs() < 3.0 * sd && (0.02..0.1).contains(&sd), "{error} {sd}");
-    // the counter of the log rises only once: the line is found
-    let counted = self::session(&path, &format!("{SUPERBIKE}{LAP}"));
-    assert!(detect(&counted, &Config::default()).is_some());
-}
-
-#[test]
-fn every_logger_gives_the_lap_times_of_the_truth() {
+fn lap_times_are_those_of_the_truth_from_1_to_25_hz() {
+    let round = Round::new(6.4);
     let mut scaled = Vec::new();
-    for (name, profile, map, late) in [
-        ("superbike, 10 Hz", Profile::Superbike, SUPERBIKE, 0.2),
-        ("phone, 25 Hz", Profile::Phone, PHONE, 0.1),
-        ("satellite, 10 Hz", Profile::Satellite, SATELLITE, 0.0),
-        ("factory, 100 Hz", Profile::Factory, FACTORY, 0.12),
+    for (name, receiver, bar) in [
+        ("10 Hz", GOOD, 0.07),
+        ("25 Hz", Receiver { rate: 25.0, late: 0.1, ..GOOD }, 0.07),
+        ("1 Hz", Receiver { rate: 1.0, ..GOOD }, 0.1),
+        ("25 Hz, 2.5 m white", Receiver { rate: 25.0, white: 2.5, ..GOOD }, 0.08),
+        ("10 Hz, 2.5 m white, holes of 3 s", Receiver { white: 2.5, gap: 3.0, ..GOOD }, 0.1),
     ] {
-        for (line, config) in [("found", Config::default()), ("given", start_line())] {
-            let mut squares = Vec::new();
-            for seed in 0..3 {
-                let session = logged(long(), profile, seed, map);
-                let errors = errors(long(), &session, &config, late);
-                assert!(errors.len() >= 2, "{name} {line}: {errors:?}");
-                scaled.extend(errors.iter().map(|[e, sd]| e / sd));
-                squares.extend(errors.iter().map(|[e, _]| e * e));
-            }
-            let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-            println!("{name}, line {line}: rms {rms:.3} s of {} laps", squares.len());
-            assert!(rms < 0.08, "{name} {line}: {rms}");
+        let mut squares = Vec::new();
+        for seed in 0..6 {
+            let mut session = round.logged(receiver, seed);
+            session.remove(Channel::Lap);
+            let errors = errors(&round, &session, &Config::default(), receiver.late);
+            assert!(errors.len() >= 5, "{name}: {errors:?}");
+            squares.extend(errors.iter().map(|[e, _]| e * e));
+            scaled.extend(errors.iter().map(|[e, sd]| e / sd));
         }
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        println!("{name}: rms {rms:.3} s of {} laps", squares.len());
+        assert!(rms < bar, "{name}: {rms}");
     }
     let inside = scaled.iter().filter(|z| z.abs() < 1.96).count();
     println!("{inside} of {} within the 95 % interval", scaled.len());
-    assert!(inside * 10 >= scaled.len() * 9, "{scaled:?}");
+    assert!(inside * 10 >= scaled.len() * 9, "{inside} of {}", scaled.len());
 }
 
-/// A receiver of one sample a second, 2.5 m of white noise and holes of 3 s.
 #[test]
-fn a_rough_receiver_still_gives_laps() {
-    let mut session = logged(long(), Profile::Phone, 4, PHONE);
-    let mut random = Random::new(3, "rough");
-    let rate = session.rate;
-    for channel in [Channel::Latitude, Channel::Longitude] {
-        let scale = if channel == Channel::Latitude { 111_195.0 } else { 79_500.0 };
-        for (i, x) in session.get_mut(channel).expect("logged").iter_mut().enumerate() {
-            *x += 2.5 / scale * random.normal();
-            if (i as f64 / rate) % 61.0 < 3.0 {
-                *x = f64::NAN;
-            }
-        }
-    }
-    let errors = errors(long(), &session, &Config::default(), 0.1);
-    println!("rough: {errors:.3?}");
-    assert!(errors.len() >= 2 && errors.iter().all(|[e, _]| e.abs() < 0.25), "{errors:?}");
-}
-
-/// The counter of the logger puts the line where the logger has it.
-#[test]
-fn a_mapped_lap_counter_gives_the_line() {
-    let session = logged(long(), Profile::Superbike, 1, &format!("{SUPERBIKE}{LAP}"));
+fn a_counter_or_a_given_line_puts_the_line_where_it_is() {
+    let round = Round::new(4.5);
+    let session = round.logged(GOOD, 3);
     let (ground, found) = detect(&session, &Config::default()).expect("laps");
-    assert_eq!(found.line.source.name(), "logger");
-    // the counter is not late, the position is: 0.2 s at the speed there
-    let [north, east] = ground.place(found.line.middle);
-    let off = (north - track::ORIGIN[0]) * 111_195.0;
-    assert!(off.abs() < 8.0, "{off}");
-    assert!(((east - track::ORIGIN[1]) * 79_500.0).abs() < 20.0);
-    let timed = found.laps.iter().filter(|l| l.kind == Kind::Timed).count();
-    assert!(timed >= 2, "{timed}");
+    assert_eq!((found.line.source.name(), timed(&found).len()), ("logger", 3));
+    // the counter is not late, the place is
+    let [x, y] = ground.point(track::position(place(0.0)));
+    let off = (found.line.middle[0] - x).hypot(found.line.middle[1] - y);
+    assert!(off < 0.2 * 55.0 + 6.0, "{off}");
+
+    // across the road, 20 m to each side, from either end
+    let [a, b] = [-20.0, 20.0].map(|d| track::position([place(0.0)[0] + d, place(0.0)[1]]));
+    for line in [[a, b], [b, a]] {
+        let config = Config { line: Some(line), ..Config::default() };
+        let errors = errors(&round, &session, &config, GOOD.late);
+        assert_eq!(errors.len(), 3);
+        assert!(errors.iter().all(|[e, _]| e.abs() < 0.12), "{errors:?}");
+    }
 }
 
 /// Once round the block and home is no track; nor is the way there and back.
 #[test]
 fn a_ride_that_goes_round_once_has_no_laps() {
-    let mut session = logged(long(), Profile::Superbike, 1, SUPERBIKE);
-    let rate = session.rate;
-    let kept = (155.0 * rate) as usize;
-    for channel in [Channel::Latitude, Channel::Longitude] {
-        session.get_mut(channel).expect("logged")[kept..].fill(f64::NAN);
-    }
-    let mut once = Session::new(session.meta.clone(), rate, kept);
-    for channel in [Channel::VelocityX, Channel::Latitude, Channel::Longitude] {
-        once.set(channel, session.get(channel).expect("logged")[..kept].to_vec());
-    }
+    let once = Round::new(1.2).logged(GOOD, 1);
     assert!(detect(&once, &Config::default()).is_none());
-    // there, and back the same way
-    let half = (60.0 * rate) as usize;
-    let mut out_and_home = Session::new(session.meta, rate, 2 * half);
+    let half = once.len / 2;
+    let mut back = Session::new(Meta::default(), once.rate, 6 * half);
     for channel in [Channel::VelocityX, Channel::Latitude, Channel::Longitude] {
-        let x = once.get(channel).expect("set");
-        let there = &x[..half];
-        out_and_home.set(channel, there.iter().chain(there.iter().rev()).copied().collect());
+        let there = &once.get(channel).expect("set")[..half];
+        let way = there.iter().chain(there.iter().rev()).copied().collect::<Vec<f64>>();
+        back.set(channel, way.repeat(3));
     }
-    assert!(detect(&out_and_home, &Config::default()).is_none());
+    assert!(detect(&back, &Config::default()).is_none());
 }
 
 /// The rides of the archive say nothing of their place; put where speed and yaw rate lead, half of them go to and
