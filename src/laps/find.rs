@@ -119,7 +119,7 @@ fn laps(ground: &Ground, line: Line, config: &Config) -> Option<Found> {
         distance: first.ridden,
     }];
     laps.extend(crossings.windows(2).map(|c| between(ground, &c[0], &c[1], usual)));
-    let end = (ground.len() - 1) as f64 / ground.rate;
+    let end = (ground.samples() - 1) as f64 / ground.rate;
     laps.push(Lap {
         kind: Kind::In,
         start: last.time,
@@ -165,7 +165,7 @@ fn is_track(ground: &Ground, laps: &[Lap], best: usize, config: &Config) -> bool
     let timed = laps.iter().filter(|l| l.kind == Kind::Timed).count() as f64;
     let step = (ground.rate / 5.0).floor().max(1.0) as usize;
     let samples = |from: f64, to: f64| {
-        let last = ((to * ground.rate) as usize).min(ground.len() - 1);
+        let last = ((to * ground.rate) as usize).min(ground.samples() - 1);
         ((from * ground.rate).max(0.0) as usize..=last).step_by(step).filter(|&i| ground.known(i))
     };
     let cell = |p: Point| [0, 1].map(|k| (p[k] / BACK).floor() as i64);

@@ -184,8 +184,10 @@ fn course(ground: &Ground) -> Vec<f64> {
         let (sin, cos) = (a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
         Some(sin.atan2(cos) * ground.rate / (2 * reach) as f64)
     };
-    let last = ground.len().saturating_sub(reach);
-    (0..ground.len()).map(|i| if i < last { turn(i) } else { None }.unwrap_or(f64::NAN)).collect()
+    let last = ground.samples().saturating_sub(reach);
+    (0..ground.samples())
+        .map(|i| if i < last { turn(i) } else { None }.unwrap_or(f64::NAN))
+        .collect()
 }
 
 /// Slope of the least-squares line over [`HALF`] to each side, per s; NaN at the ends.

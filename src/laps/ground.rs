@@ -83,7 +83,7 @@ impl Ground {
     }
 
     /// How many samples there are.
-    pub fn len(&self) -> usize {
+    pub fn samples(&self) -> usize {
         self.raw.len()
     }
 
@@ -95,7 +95,7 @@ impl Ground {
     /// Direction of travel of a sample, a unit vector.
     pub fn direction(&self, i: usize) -> Option<Point> {
         let reach = (DIRECTION * self.rate).ceil() as usize;
-        let (a, b) = (i.saturating_sub(reach), (i + reach).min(self.len() - 1));
+        let (a, b) = (i.saturating_sub(reach), (i + reach).min(self.samples() - 1));
         unit(minus(self.at[b], self.at[a])).filter(|_| self.speed[i] > MOVING)
     }
 

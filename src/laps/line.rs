@@ -83,7 +83,7 @@ impl Line {
         let step = (ground.rate / 10.0).floor().max(1.0) as usize;
         let mut out: Vec<Crossing> = Vec::new();
         let mut last: Option<usize> = None;
-        for i in (0..ground.len()).step_by(step).filter(|&i| ground.known(i)) {
+        for i in (0..ground.samples()).step_by(step).filter(|&i| ground.known(i)) {
             let Some(j) = last.replace(i) else { continue };
             if (i - j) as f64 > GAP * ground.rate {
                 continue;
@@ -122,7 +122,7 @@ impl Line {
         for wider in [1.0, 2.0, 3.0] {
             let half = wider * HALF;
             let from = ((about - half) * rate).ceil().max(0.0) as usize;
-            let to = (((about + half) * rate) as usize).min(ground.len() - 1);
+            let to = (((about + half) * rate) as usize).min(ground.samples() - 1);
             let known = (from..=to).filter(|&i| ground.raw[i][0].is_finite());
             offsets = known
                 .map(|i| {
@@ -145,14 +145,14 @@ impl Line {
         let level = if n > 0.0 { (r1 - slope * t1) / n } else { 0.0 };
         let mut time = about;
         for _ in 0..4 {
-            let v = ground.speed[((time * rate) as usize).min(ground.len() - 1)].max(MOVING);
+            let v = ground.speed[((time * rate) as usize).min(ground.samples() - 1)].max(MOVING);
             let along = level + slope * (time - about) + ground.ridden_at(time) - at_line;
             time -= along / v;
         }
         let scatter: f64 =
             offsets.iter().map(|(t, r)| (r - level - slope * t).powi(2)).sum::<f64>();
         let own = if n > 2.0 { scatter / (n - 2.0) / n } else { 0.0 };
-        let speed = ground.speed[((time * rate).max(0.0) as usize).min(ground.len() - 1)];
+        let speed = ground.speed[((time * rate).max(0.0) as usize).min(ground.samples() - 1)];
         let error = (own + config.position_error.powi(2)).sqrt() / speed.max(MOVING);
         Crossing { time, error, speed, ridden: ground.ridden_at(time) }
     }
@@ -195,7 +195,7 @@ impl Line {
     /// Places on the fastest parts, fastest first.
     pub fn candidates(ground: &Ground, config: &Config) -> Vec<Self> {
         let step = (ground.rate / 5.0).floor().max(1.0) as usize;
-        let mut fast: Vec<usize> = (0..ground.len()).step_by(step).collect();
+        let mut fast: Vec<usize> = (0..ground.samples()).step_by(step).collect();
         fast.retain(|&i| ground.known(i));
         fast.sort_by(|&a, &b| ground.speed[b].total_cmp(&ground.speed[a]));
         let top = fast.first().map_or(0.0, |&i| ground.speed[i]);

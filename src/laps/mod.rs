@@ -20,20 +20,10 @@ pub use self::config::Config;
 use self::find::{Found, find};
 pub use self::grip::Known;
 use self::ground::Ground;
+pub use self::rows::Laps;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::tables::rows::{Ident, LapCornerRow, LapPointRow, LapRow};
-
-/// The rows of a track session's laps.
-#[derive(Debug, Clone, Default)]
-pub struct Laps {
-    /// Of the table `laps`.
-    pub laps: Vec<LapRow>,
-    /// Of the table `lap_corners`.
-    pub corners: Vec<LapCornerRow>,
-    /// Of the table `lap_points`.
-    pub points: Vec<LapPointRow>,
-}
+use crate::tables::rows::Ident;
 
 /// The laps of a session; empty where it does not go round a track.
 pub fn run(session: &Session, known: &Known<'_>, ident: &Ident, config: &Config) -> Laps {

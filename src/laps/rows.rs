@@ -1,6 +1,5 @@
 //! Rows of laps, their corners and their points.
 
-use super::Laps;
 use super::corners::{corners, sections};
 use super::find::{Found, Kind, Lap};
 use super::grip::{Grip, Known};
@@ -9,6 +8,17 @@ use super::trace::{Stations, Trace};
 use crate::contract::session::Session;
 use crate::statistics::order::quantile;
 use crate::tables::rows::{Ident, LapCornerRow, LapPointRow, LapRow};
+
+/// The rows of a track session's laps.
+#[derive(Debug, Clone, Default)]
+pub struct Laps {
+    /// Of the table `laps`.
+    pub laps: Vec<LapRow>,
+    /// Of the table `lap_corners`.
+    pub corners: Vec<LapCornerRow>,
+    /// Of the table `lap_points`.
+    pub points: Vec<LapPointRow>,
+}
 
 /// Forward acceleration below which it is braking, m/s².
 const BRAKING: f64 = -1.5;
@@ -121,7 +131,7 @@ impl Along {
 fn lap(number: usize, ground: &Ground, found: &Found, grip: &Grip, ident: &Ident) -> LapRow {
     let lap = &found.laps[number];
     let timed = lap.kind == Kind::Timed;
-    let last = ground.len();
+    let last = ground.samples();
     let from = ((lap.start * ground.rate).ceil() as usize).min(last);
     let to = ((lap.end * ground.rate) as usize + 1).clamp(from, last);
     let moving = |x: &[f64]| -> Vec<f64> {

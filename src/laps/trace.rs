@@ -154,7 +154,7 @@ impl Trace {
 /// Samples of a lap, ten a second at most.
 fn within(ground: &Ground, lap: &Lap) -> impl Iterator<Item = usize> {
     let step = (ground.rate / 10.0).floor().max(1.0) as usize;
-    let last = ground.len() - 1;
+    let last = ground.samples() - 1;
     let from = ((lap.start * ground.rate).ceil() as usize).min(last);
     let to = ((lap.end * ground.rate) as usize).min(last);
     (from..=to).step_by(step)
