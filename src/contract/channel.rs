@@ -51,7 +51,7 @@ channels! {
     BrakePressureRear = "brake_pressure_rear",
     Throttle = "throttle",
     Gear = "gear",
-    Lap = "lap",
+    LapNumber = "lap_number",
     Latitude = "latitude",
     Longitude = "longitude",
     Altitude = "altitude",

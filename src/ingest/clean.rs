@@ -170,7 +170,7 @@ impl Job<'_> {
             changed |= self.out_of_range(low, high, extent.count);
         }
         if config.spike_threshold > 0.0
-            && !matches!(self.track.channel, Gear | Lap)
+            && !matches!(self.track.channel, Gear | LapNumber)
             && !self.may_dab()
         {
             changed |= self.spikes(config.spike_threshold);

@@ -39,6 +39,6 @@ pub fn detect(session: &Session, config: &Config) -> Option<(Ground, Found)> {
         return None;
     }
     let ground = Ground::new(session)?;
-    let found = find(&ground, session.get(Channel::Lap), config)?;
+    let found = find(&ground, session.get(Channel::LapNumber), config)?;
     Some((ground, found))
 }

@@ -22,7 +22,7 @@ const SUPERBIKE: &str = "name = 'm'\nformat = 'csv'\n[time]\ncolumn = 'Time (ms)
     [channel.velocity_x]\nfrom = 'GPS Speed (km/h)'\nunit = 'km/h'\n\
     [channel.latitude]\nfrom = 'Latitude (deg)'\nunit = 'deg'\n\
     [channel.longitude]\nfrom = 'Longitude (deg)'\nunit = 'deg'\n";
-const LAP: &str = "[channel.lap]\nfrom = 'Lap'\nunit = '1'\n";
+const LAP: &str = "[channel.lap_number]\nfrom = 'Lap'\nunit = '1'\n";
 
 fn session(path: &Path, map: &str) -> Session {
     let map = ChannelMap::parse(map, "m.toml").unwrap_or_else(|e| panic!("{e}"));
@@ -157,7 +157,8 @@ impl Round {
             }
         }
         let mut session = Session::new(Meta::default(), rate, count);
-        let channels = [Channel::Latitude, Channel::Longitude, Channel::VelocityX, Channel::Lap];
+        let channels =
+            [Channel::Latitude, Channel::Longitude, Channel::VelocityX, Channel::LapNumber];
         for (channel, column) in channels.into_iter().zip(columns) {
             session.set(channel, column);
         }
@@ -197,7 +198,7 @@ fn lap_times_are_those_of_the_truth_from_1_to_25_hz() {
         let mut squares = Vec::new();
         for seed in 0..6 {
             let mut session = round.logged(receiver, seed);
-            session.remove(Channel::Lap);
+            session.remove(Channel::LapNumber);
             let errors = errors(&round, &session, &Config::default(), receiver.late);
             assert!(errors.len() >= 5, "{name}: {errors:?}");
             squares.extend(errors.iter().map(|[e, _]| e * e));
