@@ -81,6 +81,8 @@ pub mod estimate;
 
 pub mod fit;
 
+pub mod laps;
+
 pub mod plots;
 
 pub mod report;

@@ -1,5 +1,5 @@
 // What every chart needs: theme, numbers, extents, axes, hints, keys, legends.
-// The files of this folder are one script: base, cloud, fit, timeline, main, in that order.
+// The files of this folder are one script: base, cloud, fit, timeline, laps, main, in that order.
 // Before them stands KINDS, made from src/contract/manoeuvre.rs: words, letters, sides, rest of each kind.
 // Texts reach the page through textContent alone.
 const store = document.getElementById("data");
@@ -25,6 +25,9 @@ for (const chart of [...data.charts, ...data.panels])
     for (const name of ["x", "y", "lo", "hi", "w", "s"]) if (part[name]) part[name] = unstep(part[name]);
 // the time line's abscissae are there once
 for (const p of data.panels) for (const l of p.lines) if (!l.x.length) l.x = data.panels[0].lines[0].x;
+if (data.laps)
+  for (const part of [data.laps, ...data.laps.laps])
+    for (const name of ["s", "x", "y", "d", "v", "roll", "ax", "ay", "used"]) if (part[name]) part[name] = unstep(part[name]);
 store.figures = data; // for tests and for the curious
 const root = document.documentElement;
 const make = (tag, name, parent, text) => {

@@ -35,6 +35,8 @@ if (lane && data.panels.length)
   wait(lane, { height: 120 * data.panels.length }, () =>
     document.querySelectorAll("[data-panel]").forEach((e, i) => panel(e, data.panels[+e.dataset.panel], i)));
 
+if (track && document.getElementById("laps")) lapCharts();
+
 for (const b of document.querySelectorAll("button[data-manoeuvre]"))
   b.addEventListener("click", () => pick(+b.dataset.manoeuvre));
 if (note) note.querySelector("button").addEventListener("click", () => pick(null));

@@ -121,6 +121,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         match watch.only() {
             Some(only) => {
                 print(&terminal::summary(&only.session, &only.coefficients));
+                print(&report::session::laps::terminal(&only.laps.laps));
                 print(&terminal::costs(&only.costs));
                 print(&report::session::forces::terminal(&only.forces, &only.manoeuvres));
             }

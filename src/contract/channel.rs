@@ -51,6 +51,7 @@ channels! {
     BrakePressureRear = "brake_pressure_rear",
     Throttle = "throttle",
     Gear = "gear",
+    LapNumber = "lap_number",
     Latitude = "latitude",
     Longitude = "longitude",
     Altitude = "altitude",

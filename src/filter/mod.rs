@@ -106,7 +106,7 @@ impl Config {
     fn band(&self, channel: Channel) -> Option<(f64, f64)> {
         use Channel as C;
         match (self.channel.get(channel.name()), channel) {
-            (_, C::Gear) => None,
+            (_, C::Gear | C::LapNumber) => None,
             (Some(band), _) => Some((band.low_cut, band.high_cut.unwrap_or(self.high_cut))),
             (None, C::Throttle | C::Latitude | C::Longitude | C::Altitude) => None,
             (None, C::AirTemperature | C::TyreTemperatureFront | C::TyreTemperatureRear) => None,
@@ -179,6 +179,12 @@ fn check_band(name: &str, band: &Band) -> Result<(), String> {
         }
         Some(Channel::Gear) => {
             return Err("filter.channel.gear: the gear is a label and cannot be filtered".into());
+        }
+        Some(Channel::LapNumber) => {
+            return Err(
+                "filter.channel.lap_number: a lap's number is a label and cannot be filtered"
+                    .into(),
+            );
         }
         Some(_) => {}
     }

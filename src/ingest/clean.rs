@@ -169,7 +169,10 @@ impl Job<'_> {
         {
             changed |= self.out_of_range(low, high, extent.count);
         }
-        if config.spike_threshold > 0.0 && self.track.channel != Gear && !self.may_dab() {
+        if config.spike_threshold > 0.0
+            && !matches!(self.track.channel, Gear | LapNumber)
+            && !self.may_dab()
+        {
             changed |= self.spikes(config.spike_threshold);
         }
         if CAN_CLIP.contains(&self.track.channel) {

@@ -31,7 +31,7 @@ impl Interpolation {
     /// Of a channel.
     pub fn of(channel: Channel) -> Self {
         match channel {
-            Channel::Gear => Interpolation::Nearest,
+            Channel::Gear | Channel::LapNumber => Interpolation::Nearest,
             Channel::Throttle | Channel::BrakePressureFront | Channel::BrakePressureRear => {
                 Interpolation::Linear
             }

@@ -59,7 +59,8 @@ pub fn onto_one_clock(
     let limits: Vec<(Channel, f64)> =
         log.tracks.iter().map(|t| (t.channel, limit(&log.clocks[t.clock]))).collect();
     let is_faster = |track: &Timed| {
-        log.clocks[track.clock].period * rate * FASTER < 1.0 && track.channel != Channel::Gear
+        log.clocks[track.clock].period * rate * FASTER < 1.0
+            && !matches!(track.channel, Channel::Gear | Channel::LapNumber)
     };
     let filtered: Vec<Channel> =
         log.tracks.iter().filter(|t| is_faster(t)).map(|t| t.channel).collect();

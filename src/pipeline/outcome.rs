@@ -3,6 +3,7 @@
 use arrow::array::RecordBatch;
 
 use crate::ingest;
+use crate::laps::Laps;
 use crate::objects::Location;
 use crate::tables::registry::{self, Row, TableSpec};
 use crate::tables::{file, rows};
@@ -20,6 +21,8 @@ pub struct Outcome {
     pub coefficients: Vec<rows::Coefficient>,
     /// What the stages noticed.
     pub warnings: Vec<rows::WarningRow>,
+    /// Its laps; none where it is not on a track.
+    pub laps: Laps,
     /// What the report draws.
     pub plots: Vec<rows::PlotPoint>,
     /// Estimated time series, if asked for.
@@ -39,7 +42,7 @@ pub fn table<R: Row>(rows: &[R]) -> Result<(&'static TableSpec, RecordBatch), fi
 }
 
 impl Outcome {
-    /// Its tables: `forces` off-road, `signals` if asked for. `sessions`, whose row says that the
+    /// Its tables: `forces` off-road, those of laps on a track, `signals` if asked for. `sessions`, whose row says that the
     /// session is done, comes last.
     ///
     /// # Errors
@@ -53,6 +56,11 @@ impl Outcome {
         ];
         if !self.forces.is_empty() {
             tables.push(table(&self.forces)?);
+        }
+        if !self.laps.laps.is_empty() {
+            tables.push(table(&self.laps.laps)?);
+            tables.push(table(&self.laps.corners)?);
+            tables.push(table(&self.laps.points)?);
         }
         if let Some(signals) = &self.signals {
             tables.push((&registry::SIGNALS, signals.clone()));

@@ -11,10 +11,12 @@ use crate::contract::channel::Channel;
 use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
+use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{Data, Solution, coefficients, cornering, in_gear, missing};
+use crate::laps::Known;
 use crate::model::formulation::Formulation;
 use crate::tables::rows::Ident;
-use crate::{estimate, plots};
+use crate::{estimate, laps, plots};
 
 /// From a prepared session to its tables.
 ///
@@ -44,6 +46,9 @@ pub fn run(
     let mut coefficients =
         coefficients::rows(&solution, bike, &pipeline.fit, &reason, &ident, &provenance);
     let mut radius = radii(bike, &solution);
+    let zeros = &solution.inputs.zeros;
+    let [mut roll_zero, mut latency] = [zeros.roll, data.zeros.latency];
+    let mut drag = solution.inputs.drag;
     let ridden_in_gear = pipeline.in_gear.enabled
         && pipeline.estimate.formulation == Formulation::Corrected
         && in_gear::rows::lacking(&coefficients);
@@ -51,7 +56,10 @@ pub fn run(
         let widest = pipeline.fit.max_relative_interval;
         in_gear::rows::fill(&mut coefficients, &fit, widest, &ident, &provenance);
         radius = fit.radii();
+        [roll_zero, latency, drag] = [LEAN_ZERO, LATENCY, DRAG].map(|k| fit.fitted.theta[k]);
     }
+    let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
+    let laps = laps::run(&ride, &known, &ident, &pipeline.laps);
     let manoeuvres = manoeuvres(&ride, &segments, radius, &ident);
     let signals = match input.signals {
         true => Some(signals(&ride, &data, &solution)?),
@@ -65,6 +73,7 @@ pub fn run(
         manoeuvres,
         coefficients,
         warnings,
+        laps,
         plots,
         signals,
         costs: missing::costs(&solution).iter().map(ToString::to_string).collect(),

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::effects::models::Models;
-use crate::{estimate, filter, fit, ingest, segment};
+use crate::{estimate, filter, fit, ingest, laps, segment};
 
 /// The resolved settings of every stage: one file of `pipelines/`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,6 +31,9 @@ pub struct Pipeline {
     /// The joint fit to rides in gear.
     #[serde(default)]
     pub in_gear: fit::in_gear::Config,
+    /// Laps of a track.
+    #[serde(default)]
+    pub laps: laps::Config,
     /// Off-road: where it is there, tyre forces by inverse dynamics take the place of the fits.
     pub offroad: Option<estimate::offroad::Config>,
     /// What a diagnosis found, taken out of its sessions and of those that share it. Its hash is each
@@ -94,6 +97,7 @@ impl Pipeline {
         pipeline.estimate.check().map_err(fail)?;
         pipeline.fit.check().map_err(fail)?;
         pipeline.in_gear.check().map_err(fail)?;
+        pipeline.laps.check().map_err(fail)?;
         if let Some(offroad) = &pipeline.offroad {
             offroad.check().map_err(fail)?;
         }

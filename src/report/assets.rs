@@ -22,6 +22,7 @@ const CHARTS: &str = concat!(
     include_str!("../../reports/charts/cloud.js"),
     include_str!("../../reports/charts/fit.js"),
     include_str!("../../reports/charts/timeline.js"),
+    include_str!("../../reports/charts/laps.js"),
     include_str!("../../reports/charts/main.js"),
 );
 /// The script of long tables, on the page of the run alone.

@@ -53,6 +53,9 @@ fn heading(out: &mut String, run: &Run) {
 
 fn session(out: &mut String, page: &Page) {
     let _ = writeln!(out, "\n## {}\n\n{} {}", text(&page.session_id), page.verdict, page.ridden);
+    if let Some(laps) = &page.laps {
+        let _ = writeln!(out, "\nLaps: {} {}", laps.verdict, laps.grip);
+    }
     for tyre in &page.tyres {
         let _ = writeln!(out, "\n### {}\n", text(&tyre.title));
         head(out, &["coefficient", "value", "unit", "95 % interval", "status"], &[1, 3]);

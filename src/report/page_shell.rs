@@ -15,6 +15,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("scripts.html", include_str!("../../reports/scripts.html")),
     ("run.html", include_str!("../../reports/run.html")),
     ("session.html", include_str!("../../reports/session.html")),
+    ("laps.html", include_str!("../../reports/laps.html")),
     ("fleet.html", include_str!("../../reports/fleet.html")),
     ("diagnosis.html", include_str!("../../reports/diagnosis.html")),
 ];

@@ -21,10 +21,13 @@ pub fn markdown(out: &Path) -> Result<String, Error> {
     let only = match tables.sessions.as_slice() {
         [session] => {
             let ident = &session.ident;
-            let manoeuvres = SessionTables::read(out)?.manoeuvres(ident)?;
+            let stored = SessionTables::read(out)?;
+            let manoeuvres = stored.manoeuvres(ident)?;
+            let (laps, corners) = stored.laps(ident)?;
             let coefficients = tables.coefficients_of(ident);
             let warnings = tables.warnings_of(ident);
-            Some(session::page::build(session, coefficients, &manoeuvres, warnings))
+            let page = session::page::build(session, coefficients, &manoeuvres, warnings);
+            Some(session::page::Page { laps: session::laps::page(&laps, &corners), ..page })
         }
         _ => None,
     };

@@ -7,7 +7,8 @@ use crate::report::labels;
 use crate::tables::by_session::SessionFiles;
 use crate::tables::read;
 use crate::tables::rows::{
-    Coefficient, ForceRow, Ident, Manoeuvre, PlotPoint, Rejected, SessionRow, WarningRow,
+    Coefficient, ForceRow, Ident, LapCornerRow, LapPointRow, LapRow, Manoeuvre, PlotPoint,
+    Rejected, SessionRow, WarningRow,
 };
 
 /// Tables of which one at least makes a folder an output.
@@ -83,6 +84,9 @@ pub fn rejected(out: &Path) -> Result<Vec<Rejected>, Error> {
 pub struct SessionTables {
     manoeuvres: SessionFiles<Manoeuvre>,
     plots: SessionFiles<PlotPoint>,
+    laps: SessionFiles<LapRow>,
+    lap_corners: SessionFiles<LapCornerRow>,
+    lap_points: SessionFiles<LapPointRow>,
 }
 
 impl SessionTables {
@@ -91,7 +95,13 @@ impl SessionTables {
     /// # Errors
     /// A file cannot be read.
     pub fn read(out: &Path) -> Result<Self, Error> {
-        Ok(SessionTables { manoeuvres: SessionFiles::read(out)?, plots: SessionFiles::read(out)? })
+        Ok(SessionTables {
+            manoeuvres: SessionFiles::read(out)?,
+            plots: SessionFiles::read(out)?,
+            laps: SessionFiles::read(out)?,
+            lap_corners: SessionFiles::read(out)?,
+            lap_points: SessionFiles::read(out)?,
+        })
     }
 
     /// One session's manoeuvres, by number.
@@ -110,6 +120,22 @@ impl SessionTables {
     /// A file cannot be read or lacks a column.
     pub fn plots(&self, session: &Ident) -> Result<Vec<PlotPoint>, Error> {
         Ok(self.plots.rows(session)?)
+    }
+
+    /// One session's laps and their corners; none where it is not on a track.
+    ///
+    /// # Errors
+    /// A file cannot be read or lacks a column.
+    pub fn laps(&self, session: &Ident) -> Result<(Vec<LapRow>, Vec<LapCornerRow>), Error> {
+        Ok((self.laps.rows(session)?, self.lap_corners.rows(session)?))
+    }
+
+    /// Every place of its laps.
+    ///
+    /// # Errors
+    /// A file cannot be read or lacks a column.
+    pub fn lap_points(&self, session: &Ident) -> Result<Vec<LapPointRow>, Error> {
+        Ok(self.lap_points.rows(session)?)
     }
 }
 

@@ -3,6 +3,8 @@
 
 pub mod by_session;
 pub mod file;
+mod ident;
+mod lap_rows;
 pub mod names;
 pub mod read;
 pub mod registry;

@@ -154,6 +154,9 @@ tables! {
     WARNINGS: "warnings", WarningRow, Session, Run, Always;
     REJECTED: "rejected", Rejected, Log, Run, WhereItApplies;
     PLOTS: "plots", PlotPoint, Session, Run, Always;
+    LAPS: "laps", LapRow, Session, Run, WhereItApplies;
+    LAP_CORNERS: "lap_corners", LapCornerRow, Session, Run, WhereItApplies;
+    LAP_POINTS: "lap_points", LapPointRow, Session, Run, WhereItApplies;
     SIGNALS: "signals", -, Session, Run, OnRequest;
     FLEET: "fleet", FleetRow, Fleet, Run, Always;
     FLEET_POOLED: "fleet_pooled", PooledRow, Fleet, Run, Always;

@@ -5,40 +5,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contract::session::Meta;
-
+pub use super::ident::Ident;
+pub use super::lap_rows::{LapCornerRow, LapPointRow, LapRow};
 pub use crate::contract::status::Status;
 
 /// Stands for what is not one thing in a pooled row.
 pub const POOLED: &str = "(pooled)";
-
-/// Who and when, repeated in every per-session row.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Ident {
-    /// The session.
-    pub session_id: String,
-    /// The bike.
-    pub bike_id: String,
-    /// RFC 3339.
-    pub start_time: Option<String>,
-}
-
-impl Ident {
-    /// Bike and session: what orders sessions in every table that is read back.
-    pub fn key(&self) -> (&str, &str) {
-        (&self.bike_id, &self.session_id)
-    }
-}
-
-impl From<&Meta> for Ident {
-    fn from(meta: &Meta) -> Self {
-        Ident {
-            session_id: meta.session_id.clone(),
-            bike_id: meta.bike_id.clone(),
-            start_time: meta.start_time.clone(),
-        }
-    }
-}
 
 /// From what a row was made.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

@@ -26,6 +26,7 @@ mod in_gear;
 mod ingest;
 mod kill;
 mod lane_change;
+mod laps;
 mod levels;
 mod models;
 mod motorcycle;

@@ -11,6 +11,7 @@ use crate::report::charts::chart::{Chart, Cloud, Line};
 use crate::report::charts::resolution::{PARTS, digits_of};
 use crate::report::labels;
 use crate::report::number_format::round;
+use crate::report::session::laps;
 use crate::tables::rows::{Manoeuvre, PlotPoint};
 
 /// Parts of its range that a panel of the time line resolves: it is low, and the panels are half of
@@ -29,6 +30,9 @@ pub struct Figures {
     pub panels: Vec<Chart>,
     /// Manoeuvres, shaded on the time line.
     pub segments: Vec<Segment>,
+    /// Laps, of a session on a track.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub laps: Option<laps::Figure>,
 }
 
 /// One segment of the time line.
@@ -80,7 +84,7 @@ pub fn build(points: &[PlotPoint], manoeuvres: &[Manoeuvre]) -> Figures {
         charts.extend(drawn.map(|c| Chart { name: name.into(), title: name.into(), ..c }));
     }
     let panels = panels(by.get(TIMELINE).map_or(&[], Vec::as_slice));
-    Figures { charts, panels, segments: manoeuvres.iter().map(segment).collect() }
+    Figures { charts, panels, segments: manoeuvres.iter().map(segment).collect(), laps: None }
 }
 
 fn segment(m: &Manoeuvre) -> Segment {

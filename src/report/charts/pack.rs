@@ -40,13 +40,16 @@ enum Column<'a> {
 }
 
 /// Writes a column.
-pub(super) fn plain<S: Serializer>(values: &[f64], to: S) -> Result<S::Ok, S::Error> {
+pub(in crate::report) fn plain<S: Serializer>(values: &[f64], to: S) -> Result<S::Ok, S::Error> {
     let values: Vec<Option<f64>> = values.iter().copied().map(Some).collect();
     gaps(&values, to)
 }
 
 /// Writes a column with gaps; a gap is null, and the next step goes from the value before it.
-pub(super) fn gaps<S: Serializer>(values: &[Option<f64>], to: S) -> Result<S::Ok, S::Error> {
+pub(in crate::report) fn gaps<S: Serializer>(
+    values: &[Option<f64>],
+    to: S,
+) -> Result<S::Ok, S::Error> {
     column(values).serialize(to)
 }
 

@@ -2,5 +2,6 @@
 
 pub mod bench_values;
 pub mod forces;
+pub mod laps;
 pub mod page;
 pub mod write;

@@ -10,6 +10,7 @@ use crate::report::charts::figures::Figures;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::session::bench_values::BenchValues;
+use crate::report::session::laps::Laps;
 use crate::report::{inline_svg, kinds, labels};
 use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
 
@@ -40,6 +41,8 @@ pub struct Page {
     pub kinds: Vec<(String, String, usize, usize)>,
     /// Warnings of every stage, in the order of the table.
     pub warnings: Vec<WarningLine>,
+    /// Laps, of a session on a track.
+    pub laps: Option<Laps>,
     /// Hashes and version.
     pub provenance: Vec<(String, String)>,
 }
@@ -170,6 +173,7 @@ pub fn build(
         kinds: kind_counts(manoeuvres),
         manoeuvres: manoeuvres.iter().map(manoeuvre).collect(),
         warnings: warnings.iter().map(warning).collect(),
+        laps: None,
         provenance: vec![
             ("input".into(), session.path.clone()),
             ("input BLAKE3".into(), session.provenance.input_hash.clone()),

@@ -14,7 +14,7 @@ use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
 use crate::report::page_shell;
 use crate::report::session::bench_values::BenchValues;
-use crate::report::session::{forces, page};
+use crate::report::session::{forces, laps, page};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::tables::file;
 use crate::tables::rows::{ForceRow, SessionRow};
@@ -72,6 +72,11 @@ impl Writer<'_> {
         let forces = tables::rows_of(self.forces, ident, |f| &f.ident);
         let mut page = page::build(session, coefficients, &manoeuvres, warnings);
         page.compare(self.bench);
+        let (lap_rows, corners) = self.stored.laps(ident)?;
+        if !lap_rows.is_empty() {
+            page.laps = laps::page(&lap_rows, &corners);
+            drawn.laps = laps::figure(&lap_rows, &corners, &self.stored.lap_points(ident)?);
+        }
         figures::share_time(&mut drawn.panels);
         let html = self.environment.get_template("session.html")?.render(context! {
             page => Serde(page),
