@@ -167,7 +167,7 @@ pub fn map_text(profile: &str, circumference: [f64; 2], planted: Option<Planted>
     let (format, time) = match profile {
         "superbike" => ("csv", "[time]\ncolumn = \"Time (ms)\"\nunit = \"ms\"\n"),
         "factory" => ("csv", "[time]\ncolumn = \"t\"\nunit = \"s\"\n"),
-        "phone" => ("csv", "[time]\ncolumn = \"Time\"\n"),
+        "phone" => ("racebox", ""),
         _ => ("vbo", ""),
     };
     let mut text = format!("name = \"mine\"\nformat = \"{format}\"\n\n{time}");

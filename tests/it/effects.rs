@@ -135,6 +135,20 @@ fn moved(parameters: &Parameters, parameter: &Parameter) -> Parameters {
     near
 }
 
+/// Largest difference; of values of which one is not finite, infinity unless both are the same.
+fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    let off = |(a, b): (&f64, &f64)| match (a - b).abs() {
+        off if off.is_finite() => off,
+        _ if a.to_bits() == b.to_bits() => 0.0,
+        _ => f64::INFINITY,
+    };
+    a.iter().zip(b).map(off).fold(0.0, f64::max)
+}
+
+fn far(a: &Blocks, b: &Blocks) -> f64 {
+    a.iter().zip(b).map(|(a, b)| farthest(a, b)).fold(0.0, f64::max)
+}
+
 fn bits(blocks: &Blocks) -> Vec<u64> {
     blocks.iter().flatten().map(|x| x.to_bits()).collect()
 }
@@ -149,7 +163,7 @@ fn every_effect_changes_residuals_and_what_it_does_not_reach_stays() {
         effect.parameter().set(&mut parameters, 0.3 * effect.typical);
     }
     let (usual, workings) = (blocks(&samples, &parameters), Workings::of(&samples, &parameters));
-    assert!(bits(&usual) == bits(&workings.blocks));
+    assert!(far(&workings.blocks, &usual) < 1e-9);
     let all: Vec<Parameter> =
         BASE.iter().copied().chain(ALL.iter().map(Effect::parameter)).collect();
     let shared: usize = all
@@ -159,10 +173,16 @@ fn every_effect_changes_residuals_and_what_it_does_not_reach_stays() {
             let own = blocks(&samples, &near);
             assert!(bits(&own) != bits(&usual), "{} changes no residual", parameter.name);
             let (shared, reach) = workings.near(parameter, parameter.get(&near));
+            let change = far(&own, &usual);
             for (c, channel) in ResidualChannel::ALL.into_iter().enumerate() {
-                let right = if reach.acts_on(channel) { &shared[c] } else { &usual[c] };
-                let same = own[c].iter().zip(right).all(|(a, b)| a.to_bits() == b.to_bits());
-                assert!(same, "{} over {}", channel.name(), parameter.name);
+                // what is not reached is the same to the bit, the rest is worked out by short series
+                let (right, most) = match reach.acts_on(channel) {
+                    true => (&shared[c], 1e-5 * change + 1e-9),
+                    false => (&usual[c], 0.0),
+                };
+                let off = farthest(&own[c], right);
+                let (channel, parameter) = (channel.name(), parameter.name);
+                assert!(off <= most, "{channel} over {parameter}: {off} of {change}");
             }
             usize::from(!reach.attitude)
         })

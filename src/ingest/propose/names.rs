@@ -121,7 +121,7 @@ const LOGGERS: &[(&str, &str, &[Named])] = &[
     ("RaceBox", "racebox", &[
         ("", "Latitude", "deg", Some(Latitude)), ("", "Longitude", "deg", Some(Longitude)), ("", "Altitude (m)", "m", Some(Altitude)), ("", "Speed", "km/h", Some(VelocityX)),
         ("", "GForceX", "g", Some(AccelerationX)), ("", "GForceY", "g", Some(AccelerationY)), ("", "GForceZ", "g", None), ("", "GyroX", "deg/s", Some(RollRate)),
-        ("", "GyroY", "deg/s", Some(PitchRate)), ("", "GyroZ", "deg/s", Some(YawRate)), ("", "Heading", "deg", Some(Yaw)), ("", "Lap", "", None), ("", "Record", "", None),
+        ("", "GyroY", "deg/s", Some(PitchRate)), ("", "GyroZ", "deg/s", Some(YawRate)), ("", "Heading", "deg", Some(Yaw)), ("", "Lap", "", Some(LapNumber)), ("", "Record", "", None),
     ]),
 ];
 
