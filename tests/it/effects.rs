@@ -177,7 +177,7 @@ fn every_effect_changes_residuals_and_what_it_does_not_reach_stays() {
             for (c, channel) in ResidualChannel::ALL.into_iter().enumerate() {
                 // what is not reached is the same to the bit, the rest is worked out by short series
                 let (right, most) = match reach.acts_on(channel) {
-                    true => (&shared[c], 1e-5 * change + 1e-9),
+                    true => (&shared[c], 3e-4 * change + 1e-9),
                     false => (&usual[c], 0.0),
                 };
                 let off = farthest(&own[c], right);
