@@ -18,6 +18,9 @@ const ALIKE: f64 = 0.7;
 /// is not.
 const BACK: f64 = 25.0;
 const MOST_BACK: f64 = 0.6;
+/// Standard deviation of a lap's places across its long axis, m: less is a strip, though a ride put together from parts
+/// may jump back to its beginning.
+const WIDE: f64 = 8.0;
 /// Share of the laps that the distance on the track is enough for, less the ways in and out.
 const TIMED: f64 = 0.5;
 /// Standing longer than this, a lap was broken off, s.
@@ -196,4 +199,19 @@ fn is_track(ground: &Ground, laps: &[Lap], best: usize, config: &Config) -> bool
         && on_lap > (1.0 + AGAIN) * lap.distance
         && timed >= TIMED * (on_lap / lap.distance - 2.0)
         && back < MOST_BACK * lap.distance
+        && width(samples(lap.start, lap.end).map(|i| ground.at[i])) > WIDE
+}
+
+/// The smaller of the standard deviations of places along their principal axes, m.
+fn width(places: impl Iterator<Item = Point>) -> f64 {
+    let mut sums = [0.0; 6];
+    for [x, y] in places {
+        for (sum, term) in sums.iter_mut().zip([1.0, x, y, x * x, y * y, x * y]) {
+            *sum += term;
+        }
+    }
+    let [n, x, y, xx, yy, xy] = sums;
+    let [xx, yy, xy] = [xx / n - x * x / n / n, yy / n - y * y / n / n, xy / n - x * y / n / n];
+    let least = 0.5 * (xx + yy) - f64::hypot(0.5 * (xx - yy), xy);
+    least.max(0.0).sqrt()
 }
