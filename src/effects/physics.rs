@@ -38,6 +38,8 @@ pub struct Reach {
     pub roll: bool,
     /// The kinematic balances.
     pub kinematic: bool,
+    /// What is over within a block, so that block means do not tell of it.
+    pub within_blocks: bool,
 }
 
 impl Reach {
@@ -48,6 +50,7 @@ impl Reach {
         lateral: false,
         roll: false,
         kinematic: false,
+        within_blocks: false,
     };
     /// The attitude, and with it everything.
     pub const ATTITUDE: Reach = Reach { attitude: true, ..Reach::FORCES };
@@ -59,6 +62,7 @@ impl Reach {
         lateral: true,
         roll: true,
         kinematic: true,
+        within_blocks: false,
     };
     /// Slips alone.
     pub const SLIPS: Reach = Reach { slips: true, ..Reach::NOTHING };

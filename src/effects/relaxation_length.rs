@@ -28,7 +28,7 @@ impl Physics for RelaxationLength {
         faint: true,
     };
     const TYRES: &[Axle] = &Axle::BOTH;
-    const REACH: Reach = Reach::ATTITUDE;
+    const REACH: Reach = Reach { within_blocks: true, ..Reach::ATTITUDE };
     const REMOVE: Option<Remove> = Some(|_, bike, size| {
         for wheel in [&mut bike.front, &mut bike.rear] {
             let usual = wheel.relaxation_length.unwrap_or(wheel.radius);

@@ -7,6 +7,7 @@ use roadbench::contract::residual_channel::ResidualChannel;
 use roadbench::contract::session::{Meta, Session};
 use roadbench::diagnose::road;
 use roadbench::diagnose::road::parameters::{BASE, Parameter, Parameters};
+use roadbench::diagnose::road::problem::Problem;
 use roadbench::diagnose::road::residuals::{Blocks, blocks};
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::diagnose::road::workings::Workings;
@@ -151,6 +152,29 @@ fn far(a: &Blocks, b: &Blocks) -> f64 {
 
 fn bits(blocks: &Blocks) -> Vec<u64> {
     blocks.iter().flatten().map(|x| x.to_bits()).collect()
+}
+
+/// Slopes of the residuals of block means are those of the block means of residuals, but for what is over within a
+/// block.
+#[test]
+fn block_means_tell_the_slopes_of_all_that_lasts() {
+    let (samples, parameters) = base();
+    let all: Vec<Parameter> =
+        BASE.iter().copied().chain(ALL.iter().map(Effect::parameter)).collect();
+    let problem = Problem::new(&samples, &parameters, [1.0; 8], &all);
+    let linear = problem.linear_of_means(&parameters);
+    let workings = Workings::of(&samples, &parameters);
+    let size = |x: &mut dyn Iterator<Item = f64>| {
+        x.filter(|x| x.is_finite()).map(|x| x * x).sum::<f64>().sqrt()
+    };
+    for (parameter, column) in all.iter().zip(&linear.columns) {
+        let whole = workings.column(parameter, 0.003);
+        let pairs = || column.iter().flatten().zip(whole.iter().flatten());
+        let off = size(&mut pairs().map(|(a, b)| a - b));
+        let all = size(&mut pairs().map(|(_, b)| *b));
+        // a fit along slopes that are off by so little ends where it would
+        assert!(off < 0.1 * all, "{}: {off} of {all}", parameter.name);
+    }
 }
 
 /// Fails for an effect or a parameter without a residual, where a posture leaves out what attitudes depend on, and

@@ -5,7 +5,7 @@
 //! posture have equal attitudes.
 
 use super::parameters::Parameters;
-use super::samples::{RATE, Samples};
+use super::samples::Samples;
 use crate::effects::ModelError;
 use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
@@ -233,7 +233,7 @@ impl Attitude {
             lag: match known {
                 Some(known) if known.lagged => known.attitude.lag,
                 _ => p.lengths().map(|length| {
-                    let x = s.v[i] / RATE / length;
+                    let x = s.v[i] * s.step() / length;
                     let decay = (-x).exp();
                     [decay, if x > SHORT { (1.0 - decay) / x } else { 1.0 }]
                 }),

@@ -118,7 +118,7 @@ pub fn fit_quick(
     let (prior, start) = (&model.start, &model.values);
     let all: Vec<Parameter> = fitted.iter().chain(more).copied().collect();
     let mut problem = Problem::new(samples, prior, [1.0; 8], &all);
-    let mut linear = problem.linear(start);
+    let mut linear = problem.linear_of_means(start);
     disturb(&linear, &mut extra);
     problem.extra = Some(&extra);
     problem.add_extra(&mut linear.residuals);

@@ -223,9 +223,29 @@ impl Problem<'_> {
     /// Residuals and derivatives, by differences.
     pub fn linear(&self, values: &Parameters) -> Linear {
         let workings = Workings::of(self.samples, values);
-        let columns =
-            self.parameters.par_iter().map(|p| Arc::new(workings.column(p, STEP))).collect();
-        let mut residuals = workings.blocks;
+        let columns = self.columns(|p| workings.column(p, STEP));
+        self.linear_of(workings.blocks, columns)
+    }
+
+    /// The same with derivatives of the residuals of block means, where these tell enough: a third of the work. They
+    /// are within some per cent of [`linear`](Self::linear)'s, so that a fit near by ends at the same place; one that
+    /// has far to go may end in another optimum.
+    pub fn linear_of_means(&self, values: &Parameters) -> Linear {
+        let means = self.samples.means();
+        let whole = Workings::of(self.samples, values);
+        let of_means = Workings::of(&means, values);
+        let columns = self.columns(|p| match p.reach.within_blocks {
+            true => whole.column(p, STEP),
+            false => of_means.column(p, STEP),
+        });
+        self.linear_of(whole.blocks, columns)
+    }
+
+    fn columns(&self, of: impl Fn(&Parameter) -> Blocks + Sync) -> Vec<Arc<Blocks>> {
+        self.parameters.par_iter().map(|p| Arc::new(of(p))).collect()
+    }
+
+    fn linear_of(&self, mut residuals: Blocks, columns: Vec<Arc<Blocks>>) -> Linear {
         self.add_extra(&mut residuals);
         Linear { residuals, columns, gram: OnceLock::new() }
     }

@@ -14,7 +14,7 @@
 
 use super::attitude::{Attitude, Lean, Posture};
 use super::parameters::Parameters;
-use super::samples::{BLOCK, Samples};
+use super::samples::Samples;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::contract::residual_channel::{PerChannel, ResidualChannel};
@@ -93,9 +93,9 @@ pub(super) fn blocks_of(
             for (sum, r) in sums.iter_mut().zip(residual) {
                 *sum += r;
             }
-            if k % BLOCK == BLOCK - 1 {
+            if k % samples.block == samples.block - 1 {
                 for (column, sum) in out.iter_mut().zip(&mut sums) {
-                    column.push(*sum / BLOCK as f64);
+                    column.push(*sum / samples.block as f64);
                     *sum = 0.0;
                 }
             }

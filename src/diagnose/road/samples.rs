@@ -27,6 +27,8 @@ const SLOWEST: f64 = 4.0;
 #[derive(Debug, Clone, Default)]
 #[allow(missing_docs)] // a signal and, with `d`, its derivative by time
 pub struct Samples {
+    /// Samples of a block.
+    pub block: usize,
     pub time: Vec<f64>,
     pub v: Vec<f64>,
     pub vd: Vec<f64>,
@@ -75,7 +77,54 @@ impl Samples {
 
     /// Number of blocks.
     pub fn blocks(&self) -> usize {
-        self.len() / BLOCK
+        self.len() / self.block
+    }
+
+    /// Time from a sample of a manoeuvre to the next, s.
+    pub fn step(&self) -> f64 {
+        (BLOCK / self.block) as f64 / RATE
+    }
+
+    /// The means of every block as a sample. Residuals of them are block means of residuals but for what bends within
+    /// a block: near enough for slopes, at a third of the work.
+    pub fn means(&self) -> Samples {
+        let n = self.block as f64;
+        let of = |x: &Vec<f64>| -> Vec<f64> {
+            x.chunks_exact(self.block).map(|block| block.iter().sum::<f64>() / n).collect()
+        };
+        let both = |x: &[Vec<f64>; 2]| [of(&x[0]), of(&x[1])];
+        let block = |i: usize| i / self.block;
+        let ranges = self.manoeuvres.iter();
+        Samples {
+            block: 1,
+            time: of(&self.time),
+            v: of(&self.v),
+            vd: of(&self.vd),
+            vd_quiet: of(&self.vd_quiet),
+            vdd: of(&self.vdd),
+            vy: of(&self.vy),
+            vyd: of(&self.vyd),
+            vyd_quiet: of(&self.vyd_quiet),
+            vydd: of(&self.vydd),
+            ax: of(&self.ax),
+            ay: of(&self.ay),
+            roll: of(&self.roll),
+            rolld: of(&self.rolld),
+            rolldd: of(&self.rolldd),
+            yaw_rate: of(&self.yaw_rate),
+            yaw_rated: of(&self.yaw_rated),
+            steer: of(&self.steer),
+            omega: both(&self.omega),
+            omegad: both(&self.omegad),
+            pressure: both(&self.pressure),
+            along: of(&self.along),
+            dive: of(&self.dive),
+            dived: of(&self.dived),
+            divedd: of(&self.divedd),
+            // heat that begins anew within a block has no mean
+            brakes: self.brakes.chunks_exact(self.block).map(|b| b[self.block / 2]).collect(),
+            manoeuvres: ranges.map(|(kind, r)| (*kind, block(r.start)..block(r.end))).collect(),
+        }
     }
 
     /// The samples of the used manoeuvres of an unfiltered session.
@@ -113,7 +162,7 @@ impl Samples {
         let dive = dive(session).unwrap_or_else(|| vec![0.0; n]);
         let dived = gradient(&mean_twice(&dive, rate, NOISY), rate);
         let divedd = gradient(&dived, rate);
-        let mut out = Samples::default();
+        let mut out = Samples { block: BLOCK, ..Samples::default() };
         for (kind, chosen) in picks {
             let start = out.len();
             for &i in chosen {
