@@ -24,6 +24,8 @@ pub const RELIEVED: f64 = 30.0;
 /// Fall of the loss along the first slopes, over the gain that explains a strain, below which a candidate will not get
 /// there.
 const HOPELESS: f64 = 0.1;
+/// Share of the largest fall of the loss along the first slopes below which a candidate is not followed to its optimum.
+const FAR: f64 = 0.1;
 /// Most sets of slopes of the fit with every effect free.
 const TIMES: usize = 5;
 /// Fall of the noise from one set of slopes to the next that tells of a large effect in it.
@@ -257,19 +259,26 @@ impl Base {
         }
         let more: Vec<Parameter> = effects.iter().map(Effect::parameter).collect();
         let (linear, own) = (self.linear_with(samples, &more), self.parameters.len());
-        let refits: Vec<(&Effect, f64, Base)> = effects
+        let first: Vec<Base> = effects
             .par_iter()
             .enumerate()
             .map(|(k, effect)| {
                 let linear = Some(linear.with(own, own + k));
-                let refit = self.extended_along(linear, samples, &[effect.parameter()], 1);
-                // what gains next to nothing along the first slopes is not followed further
-                match self.loss - refit.loss > HOPELESS * RELIEVED {
-                    true => (effect, refit.extended(samples, &[], 7)),
-                    false => (effect, refit),
-                }
+                self.extended_along(linear, samples, &[effect.parameter()], 1)
             })
-            .map(|(effect, refit)| (effect, 2.0 * (self.loss - refit.loss), refit))
+            .collect();
+        // what gains next to nothing along the first slopes, or far less than another, is not followed further
+        let fall = |refit: &Base| self.loss - refit.loss;
+        let largest = first.iter().map(fall).fold(0.0, f64::max);
+        let least = (HOPELESS * RELIEVED).max(FAR * largest);
+        let refits: Vec<(&Effect, f64, Base)> = effects
+            .par_iter()
+            .zip(first)
+            .map(|(effect, refit)| match fall(&refit) > least {
+                true => (effect, refit.extended(samples, &[], 7)),
+                false => (effect, refit),
+            })
+            .map(|(effect, refit)| (effect, 2.0 * fall(&refit), refit))
             .collect();
         let sized = |(effect, gain, refit): &(&Effect, f64, Base)| {
             let p = effect.parameter();
