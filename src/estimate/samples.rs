@@ -77,6 +77,8 @@ samples! {
     velocity_y,
     /// Its rate, m/s².
     velocity_y_rate,
+    /// Standard deviation of the lateral velocity, m/s.
+    velocity_y_sd,
     /// Forward acceleration, m/s².
     acceleration_x,
     /// Pitch, rad.
@@ -215,6 +217,7 @@ impl<'a> Reader<'a> {
             velocity_x_rate,
             velocity_y: self.late(velocity_y, i),
             velocity_y_rate: self.rate(velocity_y, moved, WIDE),
+            velocity_y_sd: self.late(get(Channel::VelocityYSd), i),
             // without an accelerometer the velocity is differentiated
             acceleration_x: get(Channel::AccelerationX).map_or(velocity_x_rate, |x| x[i]),
             pitch: read(pitch),

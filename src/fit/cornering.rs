@@ -62,6 +62,9 @@ pub struct Rows {
     pub compliance: [Vec<f64>; 2],
     /// Manoeuvre.
     pub clusters: Vec<usize>,
+    /// What each slip angle's row is multiplied by, as it is known worse than others; empty where nothing is said of
+    /// that.
+    pub scales: Vec<f64>,
 }
 
 /// The lateral fits of one tyre.
@@ -120,6 +123,18 @@ pub fn rows(signals: &Signals, segment: &[usize], keep: &[usize], tyre: usize, r
 }
 
 impl Rows {
+    /// With standard deviations of the slip angles, rad: beside what the fits scatter anyhow a row that is known worse
+    /// weighs less, by one over the variance. Where none is finite all weigh the same.
+    #[must_use]
+    pub fn with_sd_of_angle(mut self, sd: impl Iterator<Item = f64>) -> Self {
+        let of = |sd: f64| if sd.is_finite() { 1.0 / (sd / ANGLE_FLOOR).hypot(1.0) } else { 1.0 };
+        self.scales = sd.map(of).collect();
+        if self.scales.iter().all(|scale| *scale == 1.0) {
+            self.scales.clear();
+        }
+        self
+    }
+
     fn slip_columns(&self) -> [&[f64]; 2] {
         [&self.camber, &self.cube]
     }
@@ -137,9 +152,10 @@ pub fn fit(rows: &Rows) -> Lateral {
     let mut camber: Vec<f64> = rows.camber.iter().map(|g| g.abs()).collect();
     camber.sort_by(f64::total_cmp);
     Lateral {
-        slip: clustered_fit::fit(
+        slip: clustered_fit::fit_scaled(
             &rows.slip_columns(),
             &rows.slip_angle,
+            &rows.scales,
             &rows.clusters,
             ANGLE_FLOOR,
         ),
@@ -149,9 +165,10 @@ pub fn fit(rows: &Rows) -> Lateral {
             &rows.clusters,
             FRICTION_FLOOR,
         ),
-        compliance: clustered_fit::fit(
+        compliance: clustered_fit::fit_scaled(
             &rows.compliance_columns(),
             &rows.side,
+            &rows.scales,
             &rows.clusters,
             ANGLE_FLOOR,
         ),

@@ -75,7 +75,9 @@ pub fn lateral_rows(
     axle: Axle,
 ) -> cornering::Rows {
     let ratio = bike.wheel(axle).side_force_ratio;
-    cornering::rows(signals, &data.corner.segment, keep, axle as usize, ratio)
+    let samples = &data.corner;
+    let rows = cornering::rows(signals, &samples.segment, keep, axle as usize, ratio);
+    rows.with_sd_of_angle(keep.iter().map(|&i| samples.velocity_y_sd[i] / signals.speed[i]))
 }
 
 /// `k_x` of the front tyre, for the yaw moment (19) of the lateral balance.

@@ -108,6 +108,26 @@ pub fn fit(columns: &[&[f64]], y: &[f64], clusters: &[usize], floor: f64) -> Opt
     })
 }
 
+/// As [`fit`], of rows that are not known equally well: each is multiplied by its scale, one over what it scatters
+/// more than the best. Scales of nothing are all one. Weights are those of the rows as they are given.
+pub fn fit_scaled(
+    columns: &[&[f64]],
+    y: &[f64],
+    scales: &[f64],
+    clusters: &[usize],
+    floor: f64,
+) -> Option<Fitted> {
+    if scales.is_empty() {
+        return fit(columns, y, clusters, floor);
+    }
+    let scaled = |x: &[f64]| -> Vec<f64> { x.iter().zip(scales).map(|(x, s)| x * s).collect() };
+    let own: Vec<Vec<f64>> = columns.iter().map(|x| scaled(x)).collect();
+    let own: Vec<&[f64]> = own.iter().map(Vec::as_slice).collect();
+    let mut fitted = fit(&own, &scaled(y), clusters, floor)?;
+    fitted.weights.iter_mut().zip(scales).for_each(|(w, s)| *w *= s * s);
+    Some(fitted)
+}
+
 /// Least squares with given weights: the coefficients of a fit whose inputs have changed a little.
 /// `None` where the columns are not independent.
 pub fn refit(columns: &[&[f64]], y: &[f64], weights: &[f64]) -> Option<Vec<f64>> {
@@ -177,5 +197,31 @@ mod tests {
         // leverage-adjusted weights are not exactly at their own fixed point
         assert!((again[1] - fit.theta[1]).abs() < 1e-6, "{again:?} {:?}", fit.theta);
         assert_eq!(fit.quality.n_clusters, 10);
+    }
+
+    /// Half of the rows scatter six times as much as the others: who knows that is nearer to the truth, and his interval
+    /// holds it.
+    #[test]
+    fn rows_that_are_known_worse_weigh_less() {
+        let (n, rides) = (240, 60);
+        let [mut own, mut plain, mut held] = [0.0, 0.0, 0.0];
+        for ride in 0..rides {
+            let mut random = crate::statistics::random::Random::new(ride, "rows known worse");
+            let x: Vec<f64> = (0..n).map(|_| random.between(-1.0, 1.0)).collect();
+            let sd: Vec<f64> = (0..n).map(|i| if i / 8 % 2 == 0 { 0.1 } else { 0.6 }).collect();
+            let y: Vec<f64> =
+                x.iter().zip(&sd).map(|(x, sd)| 2.0 * x + sd * random.normal()).collect();
+            let clusters: Vec<usize> = (0..n).map(|i| i / 8).collect();
+            let scales: Vec<f64> = sd.iter().map(|sd| 0.1 / sd).collect();
+            let scaled = fit_scaled(&[&x], &y, &scales, &clusters, 0.0).expect("fit");
+            own += (scaled.theta[0] - 2.0).powi(2);
+            plain += (fit(&[&x], &y, &clusters, 0.0).expect("fit").theta[0] - 2.0).powi(2);
+            let se = scaled.covariance.as_ref().map_or(f64::NAN, |c| c.covariance[(0, 0)].sqrt());
+            held += f64::from((scaled.theta[0] - 2.0).abs() < 2.0 * se);
+            let again = refit(&[&x], &y, &scaled.weights).expect("refit");
+            assert!((again[0] - scaled.theta[0]).abs() < 1e-3, "{again:?} {:?}", scaled.theta);
+        }
+        assert!(own < 0.7 * plain, "{own} {plain}");
+        assert!(held > 0.88 * rides as f64, "{held} of {rides}");
     }
 }
