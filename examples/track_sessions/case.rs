@@ -30,6 +30,11 @@ pub fn varied(seed: u64) -> Track {
     Track { seed, unevenness: [2.0, 16.0], varied_circuit: true, ..track }
 }
 
+/// A number of TOML, which a whole one may be without a point.
+fn number(value: &toml::Value) -> f64 {
+    value.as_float().or(value.as_integer().map(|x| x as f64)).expect("a number")
+}
+
 /// What is asked of a session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Asked {
@@ -49,7 +54,7 @@ pub fn asked(ridden: &TrackRide, circumference: [f64; 2]) -> Vec<Asked> {
     let bench = tyre_truth::coefficients(model);
     let of = |id: Id| bench.iter().find(|(known, _)| *known == id).map_or(f64::NAN, |(_, x)| *x);
     let notes: toml::Table = track::notes(ridden).parse().expect("TOML");
-    let pair = |key: &str, k: usize| notes[key][k].as_float().expect("a number");
+    let pair = |key: &str, k: usize| number(&notes[key][k]);
     let m = &model.motorcycle;
     let weight = m.mass() * m.gravity;
     let ratio = Axle::BOTH.map(|axle| of(Id::from((axle, C::SideForceRatio))));
@@ -97,6 +102,8 @@ pub struct Read {
     pub without: Option<Result<Outcome, String>>,
     /// How much earlier than the log's the sessions' clocks begin, s.
     pub earlier: f64,
+    /// How far the wheels' scales may be off by the map: a share, one standard deviation.
+    pub scale_sd: [f64; 2],
 }
 
 /// Writes what a logger saw into a folder, drafts its map and runs it with the bike file.
@@ -106,7 +113,7 @@ pub struct Read {
 pub fn read(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -> Read {
     let foreign = loggers::write(profile, ridden, seed);
     let known: toml::Table = foreign.truth.parse().expect("TOML");
-    let circumference = [0, 1].map(|k| known["circumference"][k].as_float().expect("a number"));
+    let circumference = [0, 1].map(|k| number(&known["circumference"][k]));
     let log = folder.join(format!("{}_{}", ridden.ride.session.meta.session_id, foreign.file));
     std::fs::write(&log, &foreign.text).expect("written");
     let bike = &ridden.entry.bike;
@@ -128,17 +135,21 @@ pub fn read(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -> R
     let pressure =
         |c: Channel| matches!(c, Channel::BrakePressureFront | Channel::BrakePressureRear);
     let earlier = map.entries.iter().map(|e| e.delay).fold(0.0, f64::max);
+    let scale_sd = map.wheel_scale_sd();
     let without = map.entries.iter().any(|e| pressure(e.channel)).then(|| {
         let mut map = map.clone();
         map.entries.retain(|e| !pressure(e.channel));
         run(map)
     });
-    Read { outcome: run(map), judged, circumference, without, earlier }
+    Read { outcome: run(map), judged, circumference, without, earlier, scale_sd }
 }
 
 /// Kinds of manoeuvre that a track session has.
 pub const KINDS: [Kind; 5] =
     [Kind::Driving, Kind::FrontBraking, Kind::RearBraking, Kind::CombinedBraking, Kind::Cornering];
+
+/// Where the brakings are in them.
+const BRAKINGS: std::ops::Range<usize> = 1..4;
 
 /// Seconds by kind: right, of the truth, found; and what engine braking was taken for.
 #[derive(Debug, Clone, Copy, Default)]
@@ -146,6 +157,8 @@ pub struct Segmented {
     pub right: [f64; KINDS.len()],
     pub truth: [f64; KINDS.len()],
     pub found: [f64; KINDS.len()],
+    /// Of brakings of any kind.
+    pub braking: [f64; 3],
     /// Upright with a closed throttle and no brake.
     pub engine: f64,
     /// Of that found to be rear braking, ...
@@ -161,9 +174,15 @@ impl Segmented {
             self.truth[k] += other.truth[k];
             self.found[k] += other.found[k];
         }
+        (0..3).for_each(|k| self.braking[k] += other.braking[k]);
         self.engine += other.engine;
         self.as_rear += other.as_rear;
         self.as_rear_used += other.as_rear_used;
+    }
+
+    /// Of brakings of any kind.
+    pub fn f1_braking(&self) -> f64 {
+        2.0 * self.braking[0] / (self.braking[1] + self.braking[2])
     }
 
     /// `None` of a kind that neither is there nor was found.
@@ -171,6 +190,38 @@ impl Segmented {
         let all = self.truth[kind] + self.found[kind];
         (all > 0.0).then(|| 2.0 * self.right[kind] / all)
     }
+}
+
+/// A wheel takes part in a braking when it brakes for this share of the time, as the segmenter has it.
+const TAKES_PART: f64 = 0.2;
+
+/// The ride's manoeuvres; a braking is one from its beginning to its end, though the rear brake comes and goes in it.
+fn whole_brakings(ridden: &TrackRide) -> Vec<(Kind, f64, f64)> {
+    let is_braking = |k: Kind| KINDS[BRAKINGS].contains(&k);
+    let mut out: Vec<(Kind, f64, f64)> = Vec::new();
+    let mut seconds = [0.0; 2];
+    for &(kind, start, end, _) in &ridden.ride.labels {
+        let on = [Kind::RearBraking, Kind::FrontBraking].map(|alone| kind != alone);
+        let add =
+            |seconds: [f64; 2]| [0, 1].map(|k| seconds[k] + if on[k] { end - start } else { 0.0 });
+        match out.last_mut() {
+            Some(last) if is_braking(last.0) && is_braking(kind) => {
+                seconds = add(seconds);
+                last.2 = end;
+                let length = end - last.1;
+                last.0 = match seconds.map(|s| s >= TAKES_PART * length) {
+                    [true, false] => Kind::FrontBraking,
+                    [false, true] => Kind::RearBraking,
+                    _ => Kind::CombinedBraking,
+                };
+            }
+            _ => {
+                seconds = add([0.0; 2]);
+                out.push((kind, start, end));
+            }
+        }
+    }
+    out
 }
 
 /// Manoeuvres found against those ridden.
@@ -181,8 +232,8 @@ pub fn segmented(ridden: &TrackRide, outcome: &Outcome, earlier: f64) -> Segment
         at(start)..at(end)
     };
     let mut truth = vec![None; n];
-    for (kind, start, end, _) in &ridden.ride.labels {
-        truth[range(*start, *end)].fill(KINDS.iter().position(|k| k == kind));
+    for (kind, start, end) in whole_brakings(ridden) {
+        truth[range(start, end)].fill(KINDS.iter().position(|k| *k == kind));
     }
     let mut found = vec![(None, false); n];
     for m in &outcome.manoeuvres {
@@ -200,6 +251,9 @@ pub fn segmented(ridden: &TrackRide, outcome: &Outcome, earlier: f64) -> Segment
         if let Some(k) = b {
             out.found[k] += span;
         }
+        let [there, seen] = [a, b].map(|k| k.is_some_and(|k| BRAKINGS.contains(&k)));
+        let counted = [there && seen, there, seen].map(|x| if x { span } else { 0.0 });
+        (0..3).for_each(|k| out.braking[k] += counted[k]);
     }
     for doing in track::doings(ridden).iter().filter(|d| d.what == "engine_braking") {
         for (found, used) in &found[range(doing.start, doing.end)] {

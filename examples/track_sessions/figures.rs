@@ -47,7 +47,7 @@ struct Found {
     absolute: Vec<f64>,
     inside: usize,
     inside_absolute: usize,
-    /// Half the interval over the truth; of a bound, the bound over the truth.
+    /// Half the interval in the log's scale over the truth; of a bound, the bound over the truth.
     width: Vec<f64>,
 }
 
@@ -126,7 +126,8 @@ impl Figures {
                     row.reason.as_deref().unwrap_or("")
                 ));
             }
-            if let Some(why) = found.take(row, asked) {
+            let axle = asked.id.part.axle().map_or(0, |a| a as usize);
+            if let Some(why) = found.take(row, asked, read.scale_sd[axle]) {
                 self.notes.push(format!("{who}: {} {why}", asked.words));
             }
         }
@@ -161,7 +162,7 @@ impl Figures {
 
 impl Found {
     /// Takes a row; says what is wrong with its interval.
-    fn take(&mut self, row: &Coefficient, asked: &Asked) -> Option<String> {
+    fn take(&mut self, row: &Coefficient, asked: &Asked, scale_sd: f64) -> Option<String> {
         match (row.status, row.value, row.ci95_low, row.ci95_high) {
             (Status::LowerBound, _, Some(low), _) if asked.bound => {
                 self.bounds += 1;
@@ -177,8 +178,13 @@ impl Found {
                 self.poorly += usize::from(!ok);
                 self.error.push((value / asked.in_scale - 1.0).abs());
                 self.absolute.push((value / asked.truth - 1.0).abs());
-                self.width.push(0.5 * (high - low) / asked.in_scale);
-                let held = (low..=high).contains(&asked.in_scale);
+                // in the log's own scale without the uncertainty of that
+                let shared =
+                    if asked.words.contains("radius") { 1.96 * scale_sd * value } else { 0.0 };
+                let own = |end: f64| ((end - value).powi(2) - shared * shared).max(0.0).sqrt();
+                let [below, above] = [own(low), own(high)];
+                self.width.push(0.5 * (below + above) / asked.in_scale);
+                let held = (value - below..=value + above).contains(&asked.in_scale);
                 self.inside += usize::from(held);
                 self.inside_absolute += usize::from((low..=high).contains(&asked.truth));
                 let status = row.status.name();
@@ -244,7 +250,7 @@ impl Display for Figures {
         }
         writeln!(
             f,
-            "\n| logger | coefficient | `ok` | poorly determined | lower bound | median error | half interval or bound over truth | interval holds | in metres: error, holds | prototype, rms |\n|---|---|---|---|---|---|---|---|---|---|"
+            "\n| logger | coefficient | `ok` | poorly determined | lower bound | median error | half interval or bound over truth | interval or bound holds | in metres: error, holds | prototype, rms |\n|---|---|---|---|---|---|---|---|---|---|"
         )?;
         for ((place, _), (words, c)) in &self.found {
             let given = c.ok + c.poorly + c.bounds;
@@ -271,7 +277,7 @@ impl Display for Figures {
         let kinds: Vec<String> = KINDS.iter().map(|k| k.name().replace('_', " ")).collect();
         writeln!(
             f,
-            "\n| logger | pressures mapped | F1: {} | engine braking | of it rear braking | and used |\n|---|---|{}---|---|---|",
+            "\n| logger | pressures mapped | F1: {} | F1: any braking | engine braking | of it rear braking | and used |\n|---|---|{}---|---|---|---|",
             kinds.join(" | F1: "),
             "---|".repeat(KINDS.len())
         )?;
@@ -286,9 +292,10 @@ impl Display for Figures {
             };
             writeln!(
                 f,
-                "| {} | {own} | {} | {:.0} s | {} | {} |",
+                "| {} | {own} | {} | {:.2} | {:.0} s | {} | {} |",
                 name(place),
                 f1.join(" | "),
+                s.f1_braking(),
                 s.engine,
                 percent(s.as_rear / s.engine),
                 percent(s.as_rear_used / s.engine)

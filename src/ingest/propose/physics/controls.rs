@@ -20,6 +20,8 @@ const PRESSURES: [&str; 5] = ["bar", "kPa", "psi", "Pa", "mbar"];
 const ACTION: f64 = 0.05;
 /// The same of the throttle: 0.02 rms on simulated rides of known delay.
 const FOLLOWS: f64 = 0.025;
+/// Less than what a closed throttle slows down by, m/s².
+const COASTING: f64 = -1.0;
 /// A brake whose largest pressure is this share of the other's was not used.
 const IDLE: f64 = 0.05;
 /// Share of an engine's time that its ratios must explain.
@@ -197,7 +199,9 @@ fn throttle(log: &Log<'_>, motion: &Motion, engine: Option<&Engine>, out: &mut V
         } else {
             v = v.because("by its name and range; too little braking and drive to check it");
         }
-        let acts = delay(&x, &pull).filter(|d| d.r > 0.0);
+        // a brake that is let go before the throttle opens is no answer to it
+        let driven: Vec<f64> = pull.iter().map(|a| a.max(COASTING)).collect();
+        let acts = delay(&x, &driven).filter(|d| d.r > 0.0);
         // what follows the throttle is late, not the throttle
         let own = acts.map(|d| -d.value);
         let geared = engine.filter(|_| motion.wheels[1].is_some()).and_then(|e| e.late);
