@@ -47,8 +47,8 @@ fn what_each_logger_can_carry_comes_out_and_no_channel_is_wrong() {
                 assert!(!carries || words.is_empty(), "{name}: no row of the {words}");
                 continue;
             };
-            // without a steering angle no front camber, and without coasting no drag
-            let wanted = carries && !matches!(asked.id.coefficient, C::LateralFrictionCt | C::Drag);
+            // without a steering angle no front camber
+            let wanted = carries && asked.id.coefficient != C::LateralFrictionCt;
             if !wanted {
                 assert_eq!(row.status, Status::NotAvailable, "{name}: {words}");
                 continue;
@@ -61,6 +61,8 @@ fn what_each_logger_can_carry_comes_out_and_no_channel_is_wrong() {
                     let low = low.expect("a bound");
                     assert!((0.3..=asked.truth).contains(&low), "{name}: {words}: {low}");
                 }
+                // laps hardly determine it
+                false if asked.id.coefficient == C::Drag && row.value.is_none() => {}
                 false => {
                     assert_eq!(row.status, Status::Ok, "{name}: {words}: {:?}", row.reason);
                     let [low, high] = [low, high].map(|x| x.expect("an interval"));

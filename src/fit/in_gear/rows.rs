@@ -223,11 +223,13 @@ impl InGear {
 
 /// What the model itself may be wrong by, of the value: biases of simulated rides with slope and wind, in
 /// quadrature.
-const MODEL_ERROR_RADIUS: [f64; 2] = [0.0005, 0.0025];
+const MODEL_ERROR_RADIUS: [f64; 2] = [0.001, 0.0025];
 /// The front wheel is not leant as the frame is: by steering, up to half a degree.
 const MODEL_ERROR_CROWN: [f64; 2] = [0.03, 0.02];
-const MODEL_ERROR_DRAG: f64 = 0.04;
-const MODEL_ERROR_STIFFNESS: [f64; 2] = [0.06, 0.05];
+/// It trades with the engine's drag and with the rider's posture.
+const MODEL_ERROR_DRAG: f64 = 0.18;
+/// Tyres whose slip stiffness goes with the load in another way.
+const MODEL_ERROR_STIFFNESS: [f64; 2] = [0.08, 0.13];
 
 fn undetermined(value: f64, half: f64, remedy: &str) -> Word {
     // two digits of the uncertainty
