@@ -83,6 +83,7 @@ pub struct Judged {
     pub listing: Listing,
     pub verdicts: Verdicts,
     /// The map that `roadbench map` writes.
+    #[allow(dead_code)] // not every study reads it
     pub draft: String,
 }
 

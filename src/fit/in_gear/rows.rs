@@ -225,7 +225,7 @@ impl InGear {
 /// quadrature.
 const MODEL_ERROR_RADIUS: [f64; 2] = [0.001, 0.0025];
 /// The front wheel is not leant as the frame is: by steering, up to half a degree.
-const MODEL_ERROR_CROWN: [f64; 2] = [0.03, 0.02];
+const MODEL_ERROR_CROWN: [f64; 2] = [0.05, 0.04];
 /// It trades with the engine's drag and with the rider's posture.
 const MODEL_ERROR_DRAG: f64 = 0.18;
 /// Tyres whose slip stiffness goes with the load in another way.
