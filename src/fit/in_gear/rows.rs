@@ -229,7 +229,7 @@ const MODEL_ERROR_CROWN: [f64; 2] = [0.05, 0.04];
 /// It trades with the engine's drag and with the rider's posture.
 const MODEL_ERROR_DRAG: f64 = 0.18;
 /// Tyres whose slip stiffness goes with the load in another way.
-const MODEL_ERROR_STIFFNESS: [f64; 2] = [0.08, 0.13];
+const MODEL_ERROR_STIFFNESS: [f64; 2] = [0.08, 0.10];
 
 fn undetermined(value: f64, half: f64, remedy: &str) -> Word {
     // two digits of the uncertainty
