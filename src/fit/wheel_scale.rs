@@ -50,7 +50,9 @@ mod tests {
         ];
         let mut rows = before.clone();
         widen(&mut rows, [0.01, 0.0]);
-        assert_eq!(rows[1..], before[1..]);
+        for (row, before) in rows.iter().zip(&before).skip(1) {
+            assert_eq!((row.ci95_low, row.ci95_high), (before.ci95_low, before.ci95_high));
+        }
         assert!((rows[0].std_error.expect("known") - 0.003_026_5).abs() < 1e-6);
         let [low, high] = [rows[0].ci95_low, rows[0].ci95_high].map(|x| x.expect("known"));
         assert!((low - 0.294_066).abs() < 1e-5 && (high - 0.305_934).abs() < 1e-5, "{low} {high}");
