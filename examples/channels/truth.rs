@@ -6,7 +6,7 @@ use std::path::Path;
 
 use roadbench::contract::channel::Channel;
 use roadbench::ingest::aids::Aids;
-use roadbench::ingest::judge::by_motion;
+use roadbench::ingest::judge::{by_motion, draft};
 use roadbench::ingest::listing::Listing;
 use roadbench::ingest::map::ChannelMap;
 use roadbench::ingest::propose::compare::{Wrong, compare, mend};
@@ -82,14 +82,23 @@ pub struct Judged {
     pub log: Location,
     pub listing: Listing,
     pub verdicts: Verdicts,
+    /// The map that `roadbench map` writes.
+    #[allow(dead_code)] // not every study reads it
+    pub draft: String,
 }
 
-/// Judges a log; the radii of a bike file stand in for the logger's.
+/// Judges a log; usual radii stand in for the logger's.
 pub fn judged(log: &Path) -> Judged {
+    judged_on(log, [0.3, 0.315])
+}
+
+/// Judges a log; the radii of a bike file (front and rear, m) stand in for the logger's.
+pub fn judged_on(log: &Path, radii: [f64; 2]) -> Judged {
     let log = Location::from(log.to_path_buf());
     let survey = survey(&log, &Aids::default()).expect("read").expect("listed");
-    let verdicts = by_motion(&log, &Aids::default(), &survey, Some([0.3, 0.315])).expect("judged");
-    Judged { log, listing: survey.listing, verdicts }
+    let verdicts = by_motion(&log, &Aids::default(), &survey, Some(radii)).expect("judged");
+    let draft = draft(&log, &survey, &verdicts);
+    Judged { log, listing: survey.listing, verdicts, draft }
 }
 
 /// How a draft does.

@@ -30,13 +30,16 @@ pub struct Session {
     pub rate: f64,
     /// Number of samples; sample `i` is at `i / rate` seconds.
     pub len: usize,
+    /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation. Zero where
+    /// the log measures turns.
+    pub wheel_scale_sd: [f64; 2],
     columns: Vec<Option<Vec<f64>>>,
 }
 
 impl Session {
     /// An empty session of `len` samples at `rate` Hz.
     pub fn new(meta: Meta, rate: f64, len: usize) -> Self {
-        Session { meta, rate, len, columns: vec![None; Channel::COUNT] }
+        Session { meta, rate, len, wheel_scale_sd: [0.0; 2], columns: vec![None; Channel::COUNT] }
     }
 
     /// The samples of a channel, SI units, NaN where there is none.

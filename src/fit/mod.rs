@@ -23,6 +23,7 @@ pub mod slip_stiffness_load;
 pub mod solution;
 pub mod variation;
 pub mod verdict;
+pub mod wheel_scale;
 
 pub use config::{Config, FrictionConfig};
 pub use data::Data;

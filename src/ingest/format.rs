@@ -199,6 +199,7 @@ fn read<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         tracks: map.apply(columns)?,
         warnings: all,
         euler_yaw: map.euler_yaw,
+        wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
     })
 }

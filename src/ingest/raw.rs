@@ -34,6 +34,8 @@ pub struct Raw {
     pub euler_yaw: bool,
     /// What is known of an inertial unit that is fixed to the frame.
     pub imu: Imu,
+    /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation.
+    pub wheel_scale_sd: [f64; 2],
 }
 
 /// What a channel map says of an inertial unit that is fixed to the frame any way round, and of the satellite

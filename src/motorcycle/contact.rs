@@ -9,6 +9,9 @@
 //! rolling radius = (R - rho) + rho cos(gamma) - share * deflection
 //! s = (R_e omega - v_x)/|v_x|     alpha = atan(v_y/|v_x|)     (velocity of the unspun contact)
 //! ```
+//!
+//! On an uneven road (`Road::waves`) the surface's height below C is added to the deflection, and the load acts along
+//! the surface's normal. The waves are long against the contact.
 
 use nalgebra::Vector3;
 
@@ -79,16 +82,26 @@ struct Pressed {
     load: f64,
     /// Of the spring alone, N, not negative.
     pressing: f64,
+    /// Of the surface; its z is one.
+    normal: Vector3<f64>,
     /// From the wheel plane to the carcass's lowest point, to the left.
     offset: f64,
 }
 
 impl Pressed {
-    fn new(carcass: &Carcass, carrier: &Link, centre: &Vector3<f64>, geometry: &Geometry) -> Self {
+    fn new(
+        carcass: &Carcass,
+        carrier: &Link,
+        centre: &Vector3<f64>,
+        geometry: &Geometry,
+        road: &Road,
+    ) -> Self {
         let (cos, sin) = geometry.camber;
         let crown = centre + geometry.down * (carcass.radius - carcass.crown);
-        let deflection = carcass.crown - crown.z;
-        let sinking = -carrier.velocity_at(&crown).z;
+        let [height, by_x, by_y] = road.surface(crown.x, crown.y);
+        let deflection = carcass.crown - crown.z + height;
+        let velocity = carrier.velocity_at(&crown);
+        let sinking = by_x * velocity.x + by_y * velocity.y - velocity.z;
         let load = if deflection > 0.0 {
             (carcass.stiffness * deflection + carcass.damping * sinking).max(0.0)
         } else {
@@ -100,6 +113,7 @@ impl Pressed {
             deflection,
             load,
             pressing: carcass.stiffness * pressed,
+            normal: Vector3::new(-by_x, -by_y, 1.0),
             offset: (pressed - carcass.crown) * sin / cos,
         }
     }
@@ -119,8 +133,8 @@ pub fn roll(
     let centre = links[link::WHEELS[i]].position;
     let mut geometry = Geometry::new(&carrier.rotation.column(1).into_owned());
     let camber = geometry.camber.1.atan2(geometry.camber.0);
-    let Pressed { contact, deflection, load, pressing, offset } =
-        Pressed::new(&tyre.carcass(), &carrier, &centre, &geometry);
+    let Pressed { contact, deflection, load, pressing, normal, offset } =
+        Pressed::new(&tyre.carcass(), &carrier, &centre, &geometry, road);
 
     let v = carrier.velocity_at(&contact);
     let least = |vx: f64| vx.abs().max(SLIP_SPEED);
@@ -155,8 +169,7 @@ pub fn roll(
         }
         Reference::WheelPlane => (contact - geometry.across * offset, out.moment_x, out.moment_z),
     };
-    let force =
-        geometry.along * out.force_x + geometry.across * out.force_y + Vector3::new(0.0, 0.0, load);
+    let force = geometry.along * out.force_x + geometry.across * out.force_y + normal * load;
     let moment = geometry.along * out.moment_x + Vector3::new(0.0, 0.0, out.moment_z);
     // slow wheels are held back in proportion: no chatter at rest
     let resist = tyre.rolling_resistance(&input, vx) * (spin / 0.5).clamp(-1.0, 1.0);

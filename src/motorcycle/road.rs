@@ -1,4 +1,4 @@
-//! The road: a plane with grade and bank, and patches of other friction.
+//! The road: a plane with grade and bank, patches of other friction, and waves that make it uneven.
 //!
 //! Grade and bank tilt gravity against the road's plane, which is exact for a plane and leaves
 //! out the curvature where the grade changes.
@@ -28,6 +28,18 @@ pub struct Slope {
     pub grade: f64,
 }
 
+/// A wave of the road's surface: `height cos(kx x + ky y + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wave {
+    /// Half from trough to crest, m.
+    pub height: f64,
+    /// Wave numbers along x and y, rad/m.
+    pub number: [f64; 2],
+    /// At the origin, rad.
+    pub phase: f64,
+}
+
 /// The road under the wheels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -42,11 +54,20 @@ pub struct Road {
     pub slopes: Vec<Slope>,
     /// Patches; the last one that holds counts.
     pub patches: Vec<Patch>,
+    /// Unevenness; none is a plane.
+    pub waves: Vec<Wave>,
 }
 
 impl Default for Road {
     fn default() -> Self {
-        Road { friction: 1.0, grade: 0.0, bank: 0.0, slopes: Vec::new(), patches: Vec::new() }
+        Road {
+            friction: 1.0,
+            grade: 0.0,
+            bank: 0.0,
+            slopes: Vec::new(),
+            patches: Vec::new(),
+            waves: Vec::new(),
+        }
     }
 }
 
@@ -55,6 +76,16 @@ impl Road {
     pub fn friction_at(&self, x: f64) -> f64 {
         let patch = self.patches.iter().rev().find(|p| (p.from..p.to).contains(&x));
         patch.map_or(self.friction, |p| p.friction)
+    }
+
+    /// Height of the surface above the plane at a point, m, and its slopes along x and y.
+    #[inline]
+    pub fn surface(&self, x: f64, y: f64) -> [f64; 3] {
+        self.waves.iter().fold([0.0; 3], |[z, by_x, by_y], w| {
+            let (sin, cos) = (w.number[0] * x + w.number[1] * y + w.phase).sin_cos();
+            let steep = w.height * sin;
+            [z + w.height * cos, by_x - steep * w.number[0], by_y - steep * w.number[1]]
+        })
     }
 
     /// Gravity in road axes at a point.

@@ -12,7 +12,7 @@ use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
-use crate::fit::{Data, Solution, coefficients, cornering, in_gear, missing};
+use crate::fit::{Data, Solution, coefficients, cornering, in_gear, missing, wheel_scale};
 use crate::laps::Known;
 use crate::model::formulation::Formulation;
 use crate::tables::rows::Ident;
@@ -52,12 +52,20 @@ pub fn run(
     let ridden_in_gear = pipeline.in_gear.enabled
         && pipeline.estimate.formulation == Formulation::Corrected
         && in_gear::rows::lacking(&coefficients);
-    if ridden_in_gear && let Some(fit) = in_gear::run(&ride, bike, &pipeline.in_gear) {
+    let whole = match ridden_in_gear {
+        true => in_gear::run(&ride, bike, &pipeline.in_gear),
+        false => None,
+    };
+    if ridden_in_gear && whole.is_none() {
+        in_gear::rows::doubt(&mut coefficients);
+    }
+    if let Some(fit) = whole {
         let widest = pipeline.fit.max_relative_interval;
         in_gear::rows::fill(&mut coefficients, &fit, widest, &ident, &provenance);
         radius = fit.radii();
         [roll_zero, latency, drag] = [LEAN_ZERO, LATENCY, DRAG].map(|k| fit.fitted.theta[k]);
     }
+    wheel_scale::widen(&mut coefficients, ride.wheel_scale_sd);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
     let laps = laps::run(&ride, &known, &ident, &pipeline.laps);
     let manoeuvres = manoeuvres(&ride, &segments, radius, &ident);

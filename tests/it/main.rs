@@ -55,3 +55,4 @@ mod sensor_errors;
 mod slip_angles;
 mod superbike;
 mod suspicions;
+mod track_sessions;

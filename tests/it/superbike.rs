@@ -36,7 +36,9 @@ fn drafted() -> String {
         let end = begin + draft[begin..].find("\n\n").expect("an entry ends");
         let entry = draft[begin..end].replace("\n# ", "\n").replacen("# ", "", 1);
         let radius = format!("radius = {:.4}", circumference / std::f64::consts::TAU);
-        let entry = entry.lines().map(|l| if l.starts_with("radius") { &radius } else { l });
+        // this logger's radius is known exactly
+        let lines = entry.lines().filter(|l| !l.starts_with("radius_sd"));
+        let entry = lines.map(|l| if l.starts_with("radius") { &radius } else { l });
         let entry: Vec<&str> = entry.collect();
         draft.replace_range(begin..end, &entry.join("\n"));
     }

@@ -43,6 +43,13 @@ pub struct Slip {
     pub steepness: f64,
 }
 
+impl Slip {
+    /// That of a tyre whose slip stiffness is so many times the curve's; its peak is the same.
+    pub fn of_stiffer(self, times: f64) -> Slip {
+        Slip { value: self.value / times, slope: self.slope / times, ..self }
+    }
+}
+
 impl Curve {
     /// What lean leaves.
     pub fn left(&self, tan_lean: f64) -> f64 {

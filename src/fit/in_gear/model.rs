@@ -4,16 +4,20 @@
 //! Fz_f = m g b/l - m ax' h cos(phi)/l,  Fz_r = m g - Fz_f            ax' is ax, 75 ms late
 //! R_i(phi, Fz, v) = R_i (1 + g_i v^2) - rho_i (1 - cos phi) - e (Fz_i - Fz_i0)
 //! F = m ax + c_drag u v^2 + c_rol m g                                slip forces of both wheels
-//! Fx_f(free)  = -I_f w_f' / R_f
-//! Fx_r(model) = -(e0 + e1 n) i/r_r - J i^2 w_r'/r_r - k_r (p_r - p0)/r_r - I_r w_r'/R_r
+//! K_i(Fz) = K_i (1 + k_N,i (Fz/Fz0 - 1))                              slip stiffness per load
+//! T_i = t k_t,i Fz_i phi sin(phi)/r_i                                the twisting moment's part along the axle
+//! Fx_f(free)  = -I_f w_f' / R_f - T_f
+//! Fx_r(model) = -(e0 + e1 n) i/r_r - J i^2 w_r'/r_r - k_r (p_r - p0)/r_r - I_r w_r'/R_r - T_r
 //! Fx_f(model) = Fx_f(free) - k_f (p_f - p0)/r_f
 //!
-//! A  v(t + L) - v_f (1 - h_a g tan(phi) sin(phi)/v^2)                everywhere
+//! A  v(t + L) - v_f (1 - (h_a - rho) k sin(phi))                     everywhere
 //! B  v_r - v_f / (1 + (l/r)^2/2),  v_i = w_i R_i / (1 + s_i(Fx_i))   everywhere
 //! C  Fx_f - Fx_f(model)                                              front brake, throttle closed
 //! D  Fx_r - Fx_r(model)                                              throttle closed, front brake off
+//! k = g (h - rho) sin(phi) / (rho + (h - rho + sum(I_i/R_i)/m) cos(phi)) / v^2    path's curvature: balance of roll
 //! ```
-//! Without front brake the front wheel is free and the rear one takes what is left of `F`; under the
+//! A tyre's crown stands on its side in a bend and the wheels' spin rights the motorcycle: it is leant by a tenth to a
+//! fifth more than `v^2 k/g` says. Without front brake the front wheel is free and the rear one takes what is left of `F`; under the
 //! front brake with closed throttle the rear one is the engine's and its own brake's, and the front one
 //! takes what is left. Rolling resistance needs no slip, because radii are those of a freely rolling
 //! wheel: it is in the balance and not in the slip forces.
@@ -23,6 +27,7 @@ use super::curve::Slip;
 use super::parameters::*;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
+use crate::model::tyre::slip_stiffness_under;
 
 /// Residuals.
 pub const KINDS: usize = 4;
@@ -106,6 +111,8 @@ pub struct Model<'a> {
     pub columns: &'a Columns,
     /// Spin inertia of the wheels, kg m².
     pub inertia: [f64; 2],
+    /// Twisting stiffness of the tyres, m/rad.
+    pub twisting: [f64; 2],
     /// Wheelbase, m.
     pub wheelbase: f64,
     /// Largest lean that counts, rad.
@@ -116,7 +123,8 @@ impl<'a> Model<'a> {
     /// Of a bike's ride.
     pub fn new(columns: &'a Columns, bike: &Bike, max_lean: f64) -> Self {
         let inertia = Axle::BOTH.map(|axle| bike.wheel_inertia(axle));
-        Model { columns, inertia, wheelbase: bike.wheelbase, max_lean }
+        let twisting = Axle::BOTH.map(|axle| bike.wheel(axle).twisting_stiffness);
+        Model { columns, inertia, twisting, wheelbase: bike.wheelbase, max_lean }
     }
 
     /// Lean without its zero.
@@ -168,16 +176,22 @@ impl<'a> Model<'a> {
             None => 0.0,
         };
         let spin = [0, 1].map(|k| -self.inertia[k] * c.omega_rate[k][i] / theta[R_F + k]);
+        // the moment that twists a leant tyre about the vertical turns the wheel backwards
+        let twist =
+            [0, 1].map(|k| theta[TWIST] * self.twisting[k] * load[k] * lean * lean.sin() / arm[k]);
+        let free = spin[0] - twist[0];
         let gear = ratio(self.gear(i));
         let turns = gear * c.omega[1][i] * 60.0 / std::f64::consts::TAU / 1000.0;
         let drag_torque = if gear == 0.0 { 0.0 } else { theta[ENGINE_0] + theta[ENGINE_1] * turns };
         let engine = drag_torque * gear / arm[1];
-        let rear_unbraked =
-            spin[1] - engine - theta[ENGINE_INERTIA] * gear * gear * c.omega_rate[1][i] / arm[1];
+        let rear_unbraked = spin[1]
+            - twist[1]
+            - engine
+            - theta[ENGINE_INERTIA] * gear * gear * c.omega_rate[1][i] / arm[1];
         let rear_model = rear_unbraked - torque(1) / arm[1];
-        let excess = total - spin[0] - rear_unbraked;
+        let excess = total - free - rear_unbraked;
         let force = match held.split {
-            Split::Free => [spin[0], total - spin[0]],
+            Split::Free => [free, total - free],
             Split::Braked => [total - rear_model, rear_model],
             Split::Guessed => {
                 let rear = rear_unbraked + theta[REAR_SHARE] * excess;
@@ -186,17 +200,22 @@ impl<'a> Model<'a> {
         };
         let friction =
             [0, 1].map(|k| force[k] / load[k] * (load[k] / load_0[k]).max(0.05).powf(theta[LOAD]));
-        let slip = [0, 1].map(|k| curve(theta, k, force[k] > 0.0).slip(friction[k], tan));
+        let slip = [0, 1].map(|k| {
+            let over = load[k] / load_0[k];
+            let gain = slip_stiffness_under(theta[GAIN_F + k], over - 1.0);
+            let stiffer = gain * over.max(0.05).powf(theta[LOAD]);
+            curve(theta, k, force[k] > 0.0).slip(friction[k], tan).of_stiffer(stiffer)
+        });
         let speed = [0, 1].map(|k| c.omega[k][i] * radius[k] / (1.0 + slip[k].value).max(0.3));
-        let curvature = GRAVITY * tan / (v * v);
-        let reference = 1.0 - theta[ANTENNA] * curvature * lean.sin();
+        let curvature = self.lateral(theta, lean) / (v * v);
+        let reference = 1.0 - (theta[ANTENNA] - theta[RHO_F]) * curvature * lean.sin();
         let longer = 1.0 + 0.5 * (l * curvature).powi(2);
         Found {
             residual: [
                 self.velocity(i as f64 + theta[LATENCY] * super::columns::RATE)
                     - speed[0] * reference,
                 speed[1] - speed[0] / longer,
-                force[0] - (spin[0] - torque(0) / arm[0]),
+                force[0] - (free - torque(0) / arm[0]),
                 force[1] - rear_model,
             ],
             load,
@@ -207,6 +226,16 @@ impl<'a> Model<'a> {
             engine,
             excess,
         }
+    }
+
+    /// Lateral acceleration of a steady bend at a lean, m/s²: the mass centre's weight about the crowns' line against its
+    /// centrifugal force and the wheels' gyroscopic moment.
+    pub fn lateral(&self, theta: &Theta, lean: f64) -> f64 {
+        let on_front = (self.wheelbase - theta[ARM]) / self.wheelbase;
+        let crown = on_front * theta[RHO_F] + (1.0 - on_front) * theta[RHO_R];
+        let above = theta[HEIGHT] - crown;
+        let spinning = (self.inertia[0] / theta[R_F] + self.inertia[1] / theta[R_R]) / theta[MASS];
+        GRAVITY * above * lean.sin() / (crown + (above + spinning) * lean.cos())
     }
 
     /// Split of a sample's forces; `None` where they cannot be told.

@@ -48,12 +48,15 @@ parameters! {
     BRAKE_F: "log of the front brake gain, N m/bar";
     BRAKE_R: "log of the rear brake gain, N m/bar";
     LATENCY: "latency of the velocity, s";
-    ANTENNA: "height of the velocity's reference, m";
+    ANTENNA: "height of the velocity's reference upright, m";
     MASS: "mass, kg";
     HEIGHT: "height of the mass centre, m";
     ARM: "mass centre behind the front contact, m";
     LEAN_ZERO: "zero of the lean, rad";
     REAR_SHARE: "rear share of unmeasured braking";
+    GAIN_F: "gain of the front slip stiffness with the load";
+    GAIN_R: "gain of the rear slip stiffness with the load";
+    TWIST: "twisting stiffness over the bike file's";
 }
 
 /// Parameters in their own scales.
@@ -102,6 +105,8 @@ impl Prior {
             set(C_F + k, 1.55_f64.ln(), 0.08);
             set(E_F + k, 0.0, 0.35);
             set(GROWTH_F + k, [0.85, 1.2][k], 0.5);
+            let key = format!("{}.slip_stiffness_load", axle.name());
+            set(GAIN_F + k, bike.slip_stiffness_load(axle), bike.deviation(&key).max(0.02));
             let gain = [bike.brake_gain_front, bike.brake_gain_rear][k];
             match gain {
                 Some(gain) => set(BRAKE_F + k, (gain * BAR).ln(), 0.1),
@@ -111,8 +116,9 @@ impl Prior {
         for k in [K_F, K_R, K_D] {
             set(k, config.slip_stiffness.ln(), config.slip_stiffness_factor.ln());
         }
-        set(DRAG, 0.21, 0.03);
-        set(SIT_UP, 1.25, 0.12);
+        set(DRAG, bike.drag, bike.deviation("aerodynamics.drag").max(0.01));
+        // from one who never tucks in to one who sits up at once
+        set(SIT_UP, 1.15, 0.12);
         set(ROLLING, 0.015, 0.004);
         set(LOAD, 0.05, 0.04);
         set(LEAN_EXPONENT, 0.7, 0.25);
@@ -124,12 +130,14 @@ impl Prior {
         set(ENGINE_1, 1.7, 0.6 * widened);
         set(ENGINE_INERTIA, 0.02, 0.006);
         set(LATENCY, 0.18, 0.1);
-        set(ANTENNA, 0.85, 0.08);
+        // on the tail or the dashboard
+        set(ANTENNA, 0.9, 0.1);
         set(MASS, bike.mass, own("mass", 8.0));
         set(HEIGHT, bike.cg_height, own("cg_height", 0.03));
         set(ARM, bike.cg_to_front, own("cg_to_front", 0.015));
         set(LEAN_ZERO, 0.0, 0.02);
         set(REAR_SHARE, 0.08, 0.1);
+        set(TWIST, 1.0, 0.4);
         prior
     }
 }

@@ -3,7 +3,7 @@
 
 use super::parameters::*;
 use crate::GRAVITY;
-use crate::contract::bike::Bike;
+use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
 use crate::model::magic_formula::MagicFormula;
@@ -68,11 +68,14 @@ pub fn truth(seed: u64) -> Theta {
     set(BRAKE_F, 90_f64.ln(), 0.3);
     set(BRAKE_R, 30_f64.ln(), 0.3);
     set(LATENCY, 0.18, 0.06);
-    set(ANTENNA, 0.85, 0.06);
+    set(ANTENNA, 0.9, 0.06);
     set(MASS, 275.0, 6.0);
     set(HEIGHT, 0.63, 0.02);
     set(ARM, 0.705, 0.01);
     set(LEAN_ZERO, 0.0, 0.012);
+    set(TWIST, 1.0, 0.3);
+    set(GAIN_F, 0.2, 0.08);
+    set(GAIN_R, 0.2, 0.08);
     t[K_D] = t[K_R] + 0.1 * r.between(-1.0, 1.0);
     t
 }
@@ -213,7 +216,11 @@ pub fn session(seed: u64, truth: &Theta, style: Style) -> Session {
                 - 1e-6 * truth[SINK] * (load[k] - load_0[k])
         });
         let arm = [0, 1].map(|k| 0.985 * truth[R_F + k] - truth[RHO_F + k] * (1.0 - cos));
-        let bend = GRAVITY * tan / (v * v);
+        // moments about the line of the contacts: weight, centrifugal force, spinning wheels
+        let crown = 0.5 * (truth[RHO_F] + truth[RHO_R]);
+        let above = truth[HEIGHT] - crown;
+        let spinning = (inertia[0] / truth[R_F] + inertia[1] / truth[R_R]) / m;
+        let bend = GRAVITY * above * lean.sin() / (crown + (above + spinning) * cos) / (v * v);
         let contact = [v, v / (1.0 + 0.5 * (l * bend).powi(2))];
         let force: [f64; 2] = [0, 1].map(|k| {
             let s = (omega[k] * radius[k] / contact[k] - 1.0).clamp(-0.9, 0.9);
@@ -234,7 +241,8 @@ pub fn session(seed: u64, truth: &Theta, style: Style) -> Session {
                 e2: 0.0,
             };
             let share = (load[k] / load_0[k]).powf(truth[LOAD]);
-            f.value(s) * load[k] / share
+            let stiffer = 1.0 + truth[GAIN_F + k] * (load[k] / load_0[k] - 1.0);
+            f.value(s * stiffer * share) * load[k] / share
         });
         let brake = [0, 1].map(|k| truth[BRAKE_F + k].exp() * (pressure[k] - 0.3).max(0.0));
         let drag_torque = truth[ENGINE_0] + truth[ENGINE_1] * turns(gear, omega[1]);
@@ -242,10 +250,17 @@ pub fn session(seed: u64, truth: &Theta, style: Style) -> Session {
         let drive = if throttle > 0.02 && !cut { 115.0 * throttle } else { 0.0 };
         let engine = (drive - drag_torque * (1.0 - (throttle / 0.05).min(1.0))) * ratio;
         // tyre force turns the wheel with the loaded arm, as in the estimator's equations of brakes
-        omega[0] += dt * (-brake[0] - force[0] * arm[0]) / inertia[0];
+        let twist = [0, 1].map(|k| {
+            truth[TWIST]
+                * bike.wheel(Axle::BOTH[k]).twisting_stiffness
+                * load[k]
+                * lean
+                * lean.sin()
+        });
+        omega[0] += dt * (-brake[0] - twist[0] - force[0] * arm[0]) / inertia[0];
         omega[0] = omega[0].max(0.5);
         let spin = inertia[1] + truth[ENGINE_INERTIA] * ratio * ratio;
-        omega[1] += dt * (engine - brake[1] - force[1] * arm[1]) / spin;
+        omega[1] += dt * (engine - brake[1] - twist[1] - force[1] * arm[1]) / spin;
         omega[1] = omega[1].max(0.5);
         let posture = if throttle < 0.03 || lean.abs() > 0.349 { truth[SIT_UP] } else { 1.0 };
         let slope = style.slope * (corner as f64 * 0.785).sin();
@@ -255,7 +270,7 @@ pub fn session(seed: u64, truth: &Theta, style: Style) -> Session {
         v = (v + dt * ax).max(5.0);
         time += dt;
         if count % every == 0 {
-            let antenna = v * (1.0 - truth[ANTENNA] * bend * lean.sin());
+            let antenna = v * (1.0 - (truth[ANTENNA] - truth[RHO_F]) * bend * lean.sin());
             logged.push([
                 antenna,
                 omega[0],

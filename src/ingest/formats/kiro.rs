@@ -83,6 +83,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         tracks: map.apply(columns)?,
         warnings: Vec::new(),
         euler_yaw: map.euler_yaw,
+        wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
     };
     if broken > 0 {

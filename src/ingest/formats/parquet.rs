@@ -24,7 +24,7 @@ use crate::ingest::error::Error;
 use crate::ingest::format::{Head, LogFormat};
 use crate::ingest::ident;
 use crate::ingest::map::{ChannelMap, Maps, TimeSource};
-use crate::ingest::raw::{Column, Imu, Raw, Track};
+use crate::ingest::raw::{Column, Raw, Track};
 use crate::ingest::session_schema::session_table;
 use crate::ingest::units::{self, Conversion};
 use crate::ingest::warning::warning;
@@ -136,7 +136,7 @@ pub fn read_contract(
         .into_iter()
         .map(|(channel, values)| Track { channel, time: Arc::clone(&time), values })
         .collect();
-    Ok(Raw { meta, tracks, warnings, euler_yaw: false, imu: Imu::default() })
+    Ok(Raw { meta, tracks, warnings, ..Raw::default() })
 }
 
 /// Another table's columns through a map.
@@ -180,6 +180,7 @@ fn read_mapped(
         tracks: map.apply(columns)?,
         warnings: Vec::new(),
         euler_yaw: map.euler_yaw,
+        wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
     })
 }

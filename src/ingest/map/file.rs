@@ -115,6 +115,7 @@ struct FileEntry {
     offset: Option<f64>,
     sign: Option<f64>,
     radius: Option<f64>,
+    radius_sd: Option<f64>,
     ratio: Option<f64>,
     delay: Option<f64>,
 }
@@ -241,6 +242,11 @@ fn entry_of(channel: Channel, entry: FileEntry) -> Result<Entry, String> {
             return Err(format!("`{key}` must be positive, and is for wheel speeds only"));
         }
     }
+    if let Some(sd) = entry.radius_sd
+        && (entry.radius.is_none() || !(0.0..=0.1).contains(&sd))
+    {
+        return Err("`radius_sd` goes with `radius` and is between 0 and 0.1 m".into());
+    }
     let (scale, offset) = (entry.scale.unwrap_or(1.0), entry.offset.unwrap_or(0.0));
     if !(scale.is_finite() && scale != 0.0 && offset.is_finite() && delay.is_finite()) {
         return Err("`scale` must not be 0, and every number finite".into());
@@ -258,6 +264,7 @@ fn entry_of(channel: Channel, entry: FileEntry) -> Result<Entry, String> {
         offset,
         sign,
         radius,
+        radius_sd: entry.radius_sd,
         ratio,
         delay,
         to_si,

@@ -132,6 +132,8 @@ pub struct Entry {
     pub sign: f64,
     /// Wheel radius that turns surface speed into spin, m.
     pub radius: Option<f64>,
+    /// Its standard deviation where the source does not say it, m.
+    pub radius_sd: Option<f64>,
     /// Turns of the source per turn of the wheel.
     pub ratio: Option<f64>,
     /// How late the source's stamps are, s; they are shifted earlier by it.
@@ -141,6 +143,15 @@ pub struct Entry {
 }
 
 impl ChannelMap {
+    /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation.
+    pub fn wheel_scale_sd(&self) -> [f64; 2] {
+        [Channel::WheelSpeedFront, Channel::WheelSpeedRear].map(|wheel| {
+            let entry = self.entries.iter().find(|e| e.channel == wheel);
+            let share = entry.and_then(|e| Some(e.radius_sd? / e.radius?));
+            share.unwrap_or(0.0)
+        })
+    }
+
     /// Whether a source with these columns is what the map was written for.
     pub fn detects(&self, columns: &[String]) -> bool {
         !self.detect.is_empty() && self.detect.iter().all(|d| columns.contains(d))

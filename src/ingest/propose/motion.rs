@@ -8,6 +8,9 @@ use super::{MOST, called, quoted, write_time};
 use crate::contract::channel::Channel;
 use crate::ingest::listing::Listing;
 
+/// How far the circumference that a logger computes with is from the bike file's rolling one, one standard deviation: it
+/// may be the unloaded tyre's, 1 to 3 % more, and tyres of a size differ by 1.5 to 2.5 % (ETRTO's tolerance).
+const NOMINAL: f64 = 0.02;
 /// Widest comment line.
 const WIDTH: usize = 110;
 
@@ -116,6 +119,11 @@ fn write_entry(out: &mut String, verdict: &Verdict, listing: &Listing) -> std::f
     }
     if let Some(radius) = verdict.radius {
         writeln!(out, "{mark}radius = {radius} # m, that the source computed it with")?;
+        let sd = (1e4 * NOMINAL * radius).round() / 1e4;
+        writeln!(
+            out,
+            "{mark}radius_sd = {sd} # m; take it out where the logger's own radius is known"
+        )?;
     }
     if verdict.delay > 0.0 {
         writeln!(out, "{mark}delay = {} # s", verdict.delay)?;

@@ -233,7 +233,7 @@ impl<'a> Board<'a> {
     /// Delays of the columns that are late, and the nominal circumferences, as TOML.
     pub(super) fn truth(&self, columns: &[Column], more: &str) -> String {
         let mut text = format!(
-            "# what is true of this log\ncircumference = [{}, {}] # m, front and rear\n{more}[delay] # s\n",
+            "# what is true of this log\ncircumference = [{:?}, {:?}] # m, front and rear\n{more}[delay] # s\n",
             self.circumference[0], self.circumference[1]
         );
         for c in columns.iter().filter(|c| c.delay > 0.0) {

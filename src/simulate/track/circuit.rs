@@ -9,6 +9,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::statistics::random::Random;
+
 /// Distance between points of the line, m.
 pub const SPACING: f64 = 1.0;
 /// Distance between points while the line is smoothed, m.
@@ -54,7 +56,24 @@ pub struct Circuit {
 impl Circuit {
     /// The built-in track; its hills climb by at most `grade` (rise over run), twice up and down a lap.
     pub fn new(grade: f64) -> Self {
-        let rough = rounded(&CORNERS);
+        Self::through(&CORNERS, grade)
+    }
+
+    /// A track like it: larger or smaller, half of them mirrored, every corner elsewhere and of another radius. The
+    /// start line's straight stays where it is.
+    pub fn drawn(grade: f64, random: &mut Random) -> Self {
+        let side = if random.between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
+        let size = random.between(0.9, 1.2);
+        let corners = CORNERS.map(|([x, y], radius)| {
+            let mut moved = |by: f64| random.between(-by, by);
+            let [x, y] = [x + moved(18.0), if y == 0.0 { 0.0 } else { y + moved(18.0) }];
+            ([size * x, side * size * y], size * radius * (1.0 + moved(0.12)))
+        });
+        Self::through(&corners, grade)
+    }
+
+    fn through(corners: &[([f64; 2], f64)], grade: f64) -> Self {
+        let rough = rounded(corners);
         // finely before it is thinned out, else the chords show in the curvature
         let even = evenly(&rough, FINE);
         let smooth = evenly(&smoothed(&even, SMOOTHING / FINE), SPACING);
@@ -83,7 +102,7 @@ impl Circuit {
             altitude.push(height);
             height += g * spacing;
         }
-        let next_corner = nearest_ahead(&smooth);
+        let next_corner = nearest_ahead(corners, &smooth);
         Circuit {
             points: smooth,
             heading,
@@ -240,12 +259,12 @@ fn smoothed(points: &[[f64; 2]], width: f64) -> Vec<[f64; 2]> {
 }
 
 /// Of every point, the number of the corner whose middle is the next one ahead.
-fn nearest_ahead(points: &[[f64; 2]]) -> Vec<usize> {
+fn nearest_ahead(corners: &[([f64; 2], f64)], points: &[[f64; 2]]) -> Vec<usize> {
     let nearest = |c: [f64; 2]| {
         let of = |i: &usize| distance(points[*i], c);
         (0..points.len()).min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
     };
-    let middles: Vec<usize> = CORNERS.iter().map(|(c, _)| nearest(*c)).collect();
+    let middles: Vec<usize> = corners.iter().map(|(c, _)| nearest(*c)).collect();
     (0..points.len()).map(|i| middles.iter().position(|m| *m >= i).unwrap_or(0)).collect()
 }
 

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Nothing of it is made for an estimate: no coasting in neutral, no single brake, no steady turn. The slope acts
-//! as a force along the heading at the aerodynamic centre, which is about the mass centre's height; unevenness of
-//! the road, banked corners, kerbs and the tyres' warming are left out.
+//! as a force along the heading at the aerodynamic centre, which is about the mass centre's height; banked corners,
+//! kerbs and the tyres' warming are left out.
 
 pub mod circuit;
 pub mod drivetrain;

@@ -18,6 +18,7 @@ use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::effects::ModelError;
+use crate::motorcycle::road::Wave;
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::simulate::builtin::text_with_key;
 use crate::simulate::imu::Imu;
@@ -60,6 +61,10 @@ struct File {
     grade: [f64; 2],
     #[serde(default)]
     wind: [f64; 2],
+    #[serde(default)]
+    unevenness: [f64; 2],
+    #[serde(default)]
+    varied_circuit: bool,
     #[serde(default)]
     disturbance: Disturbance,
     #[serde(default)]
@@ -109,6 +114,11 @@ pub struct Track {
     pub grade: [f64; 2],
     /// Wind speed, drawn between, m/s; it blows from anywhere.
     pub wind: [f64; 2],
+    /// Unevenness of the road, drawn between: the density of its spectrum at 0.1 cycles/m, 1e-6 m³ (ISO 8608; a very
+    /// good road has 16).
+    pub unevenness: [f64; 2],
+    /// Whether sessions after the first have circuits of their own.
+    pub varied_circuit: bool,
     /// Gusts, pads that bite anew and a rider who trembles.
     pub disturbance: Disturbance,
     /// Errors by channel of the contract's log.
@@ -175,6 +185,7 @@ impl Track {
             ("friction", file.friction, [1.0, 1.8]),
             ("grade", file.grade, [0.0, 0.08]),
             ("wind", file.wind, [0.0, 12.0]),
+            ("unevenness", file.unevenness, [0.0, 64.0]),
         ] {
             within(name, range[0], low, high)?;
             within(name, range[1], range[0], high)?;
@@ -201,6 +212,8 @@ impl Track {
             friction: file.friction,
             grade: file.grade,
             wind: file.wind,
+            unevenness: file.unevenness,
+            varied_circuit: file.varied_circuit,
             disturbance: file.disturbance,
             sensors: file.sensors,
             imu: file.imu,
@@ -246,7 +259,6 @@ impl Track {
                 of(0).min(of(1))
             })
         };
-        let road = Road { friction: peak / weaker(&motorcycle), ..Road::default() };
         let grade = r.between(self.grade[0], self.grade[1]);
         let (blow, from) =
             (r.between(self.wind[0], self.wind[1]), r.between(0.0, std::f64::consts::TAU));
@@ -265,8 +277,17 @@ impl Track {
             drive: (0.42 * wheelie).min(4.2) * daring,
             fastest: 62.0,
         };
+        // a stream of its own: what it draws changes nothing above
+        let mut random = Random::new(self.seed, &format!("{} road {number}", self.name));
+        let circuit = match self.varied_circuit && drawn {
+            true => Circuit::drawn(grade, &mut random),
+            false => Circuit::new(grade),
+        };
+        let density = random.between(self.unevenness[0], self.unevenness[1]);
+        let friction = peak / weaker(&motorcycle);
+        let road = Road { friction, waves: waves(density, &mut random), ..Road::default() };
         Ok(Entry {
-            circuit: Circuit::new(grade),
+            circuit,
             model: Model::new(motorcycle, road),
             bike,
             drivetrain,
@@ -276,4 +297,33 @@ impl Track {
             disturbance,
         })
     }
+}
+
+/// Waves of a road's unevenness.
+const WAVES: usize = 20;
+/// The longest and the shortest, m: longer ones are hills, shorter ones the tyre swallows.
+const LENGTHS: [f64; 2] = [40.0, 0.8];
+/// The wave number at which ISO 8608 gives the density, cycles/m.
+const REFERENCE: f64 = 0.1;
+
+/// Waves of a surface whose spectrum falls with the square of the wave number from a density (1e-6 m³) at
+/// [`REFERENCE`]; each runs its own way.
+fn waves(density: f64, random: &mut Random) -> Vec<Wave> {
+    if density <= 0.0 {
+        return Vec::new();
+    }
+    let ends = LENGTHS.map(|length| length.recip());
+    let step = (ends[1] / ends[0]).powf(1.0 / WAVES as f64);
+    let wave = |k: usize| {
+        let low = ends[0] * step.powi(k as i32);
+        let power = 1e-6 * density * REFERENCE.powi(2) * (1.0 / low - 1.0 / (low * step));
+        let number = std::f64::consts::TAU * low * random.between(1.0, step);
+        let way = random.between(0.0, std::f64::consts::TAU);
+        Wave {
+            height: (2.0 * power).sqrt(),
+            number: [number * way.cos(), number * way.sin()],
+            phase: random.between(0.0, std::f64::consts::TAU),
+        }
+    };
+    (0..WAVES).map(wave).collect()
 }

@@ -153,6 +153,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         tracks: map.apply(columns)?,
         warnings,
         euler_yaw: map.euler_yaw,
+        wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
     })
 }

@@ -18,8 +18,10 @@ const PER_BAR: f64 = 0.6;
 const PRESSURES: [&str; 5] = ["bar", "kPa", "psi", "Pa", "mbar"];
 /// Delays of the driver's actions are not known better than this, s: what follows them takes its time.
 const ACTION: f64 = 0.05;
-/// The same of the throttle: 0.02 rms on simulated rides of known delay.
+/// The same of the throttle: 0.05 rms on simulated rides of known delay, most of it too late.
 const FOLLOWS: f64 = 0.025;
+/// A throttle that opens further while drive no longer grows seems late by up to this, s.
+const ASTRAY: f64 = 0.2;
 /// A brake whose largest pressure is this share of the other's was not used.
 const IDLE: f64 = 0.05;
 /// Share of an engine's time that its ratios must explain.
@@ -200,10 +202,10 @@ fn throttle(log: &Log<'_>, motion: &Motion, engine: Option<&Engine>, out: &mut V
         let acts = delay(&x, &pull).filter(|d| d.r > 0.0);
         // what follows the throttle is late, not the throttle
         let own = acts.map(|d| -d.value);
-        let geared = engine.filter(|_| motion.wheels[1].is_some()).and_then(|e| e.late);
+        let geared = engine.and_then(|e| e.late);
         match (own, geared) {
-            (Some(own), Some(with)) if (own - with.value).abs() < 4.0 * FOLLOWS => {
-                (v.delay, v.delay_error) = (with.value, Some(with.error));
+            (Some(own), Some(with)) if (own - with.value).abs() < ASTRAY => {
+                (v.delay, v.delay_error) = (with.value, Some(with.error.min(FOLLOWS)));
                 v = v.because("as late as the engine's speed, of the same line");
             }
             (Some(own), _) => {

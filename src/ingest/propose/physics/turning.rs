@@ -394,8 +394,6 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
                 && gyro.is_some_and(|g| g.leans && same_unit(log, place, &g.name));
             out.entries.push(if leans {
                 v.doubted("its unit leans with the frame: it measures a share of the turn, too")
-            } else if gyro.is_some() && column == Channel::PitchRate {
-                v.because("by its name; pitch moves too little to check it")
             } else {
                 v.doubted("by its name alone: pitch moves too little to check its sign and frame")
             });

@@ -1,0 +1,75 @@
+//! Track sessions from the file that a logger wrote to coefficients, with nothing edited by hand on the way.
+//!
+//! ```text
+//! cargo run --release --example track_sessions -- --sessions 20
+//! cargo run --release --example track_sessions -- --sessions 2 --seed 5 --verbose
+//! ```
+//!
+//! Every session has a machine, a circuit, a rider, slopes, wind and an uneven road of its own. Each of the four
+//! simulated loggers writes what it sees; `roadbench map` drafts the map, `run` reads the log by it with the bike
+//! file, and what comes out is held against the truth.
+
+mod case;
+#[path = "../channels/truth.rs"]
+#[allow(dead_code)]
+mod channels;
+mod figures;
+
+use clap::Parser;
+use rayon::prelude::*;
+use roadbench::simulate::track;
+
+use case::{PROFILES, asked, read, segmented, varied};
+use figures::{Figures, Session};
+
+#[derive(Parser)]
+struct Arguments {
+    /// Sessions of each logger.
+    #[arg(long, default_value_t = 20)]
+    sessions: usize,
+    /// Seed of machines, circuits, riders and loggers.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// A line per session and coefficient, and the drafted maps' faults.
+    #[arg(long)]
+    verbose: bool,
+    /// Folder to keep the drafted maps in.
+    #[arg(long)]
+    maps: Option<std::path::PathBuf>,
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    let track = varied(arguments.seed);
+    let work = tempfile::tempdir().expect("a folder for the logs");
+    let all: Vec<Result<Vec<Session>, String>> = (1..=arguments.sessions)
+        .into_par_iter()
+        .map(|number| {
+            let ridden = track::ride(&track, number)?;
+            let length = ridden.ride.session.duration();
+            let sessions = PROFILES.map(|profile| {
+                let read = read(profile, &ridden, track.seed, work.path());
+                if let Some(folder) = &arguments.maps {
+                    let path = folder.join(format!("{number:02}_{}.toml", profile.name()));
+                    std::fs::create_dir_all(folder).expect("made");
+                    std::fs::write(path, &read.judged.draft).expect("written");
+                }
+                let asked = asked(&ridden, read.circumference);
+                let of = |o: &_| segmented(&ridden, o, read.earlier);
+                let with = read.outcome.as_ref().ok().map(of);
+                let without = read.without.as_ref().and_then(|o| o.as_ref().ok()).map(of);
+                Session { number, profile, length, read, asked, with, without }
+            });
+            eprintln!("session {number}: {length:.0} s");
+            Ok(sessions.into())
+        })
+        .collect();
+    let mut figures = Figures::default();
+    for sessions in all {
+        match sessions {
+            Ok(sessions) => sessions.iter().for_each(|s| figures.add(s, arguments.verbose)),
+            Err(why) => println!("not ridden: {why}"),
+        }
+    }
+    println!("{figures}");
+}

@@ -1,0 +1,79 @@
+//! A session on the track from the files of four loggers to coefficients, nothing edited by hand: a small version of
+//! the study `examples/track_sessions`.
+
+use roadbench::contract::coefficient::Coefficient as C;
+use roadbench::simulate::loggers::Profile;
+use roadbench::simulate::track;
+use roadbench::tables::rows::{Coefficient, Status};
+
+#[path = "../../examples/track_sessions/case.rs"]
+#[allow(dead_code)]
+mod case;
+#[path = "../../examples/channels/truth.rs"]
+#[allow(dead_code)]
+mod channels;
+
+use case::{Asked, PROFILES, asked, read, segmented, varied};
+
+/// Of the ride, and which of its sessions; the study reports on others.
+const SEED: u64 = 5150;
+const NUMBER: usize = 13;
+
+fn row<'a>(rows: &'a [Coefficient], asked: &Asked) -> Option<&'a Coefficient> {
+    let own = |c: &&Coefficient| {
+        c.tyre == asked.id.part.name() && c.coefficient == asked.id.coefficient.name()
+    };
+    rows.iter().find(own)
+}
+
+#[test]
+fn what_each_logger_can_carry_comes_out_and_no_channel_is_wrong() {
+    let track = varied(SEED);
+    let ridden = track::ride(&track, NUMBER).expect("comes round");
+    let work = tempfile::tempdir().expect("a folder");
+    for profile in PROFILES {
+        let name = profile.name();
+        let read = read(profile, &ridden, SEED, work.path());
+        let score = channels::score(&read.judged, name);
+        assert_eq!(score.wrong, Vec::<String>::new(), "{name}");
+        assert_eq!(score.missing, Vec::<String>::new(), "{name}");
+        let outcome = read.outcome.unwrap_or_else(|why| panic!("{name}: {why}"));
+        let seconds = segmented(&ridden, &outcome, read.earlier);
+        assert!(seconds.as_rear_used < 0.05 * seconds.engine, "{name}: {seconds:?}");
+        // without wheels and levers no tyre is seen
+        let carries = matches!(profile, Profile::Superbike | Profile::Factory);
+        for asked in asked(&ridden, read.circumference) {
+            let words = asked.words;
+            let Some(row) = row(&outcome.coefficients, &asked) else {
+                assert!(!carries || words.is_empty(), "{name}: no row of the {words}");
+                continue;
+            };
+            // without a steering angle no front camber
+            let wanted = carries && asked.id.coefficient != C::LateralFrictionCt;
+            if !wanted {
+                assert_eq!(row.status, Status::NotAvailable, "{name}: {words}");
+                continue;
+            }
+            let (low, high) = (row.ci95_low, row.ci95_high);
+            match asked.bound {
+                true => {
+                    let given = matches!(row.status, Status::LowerBound | Status::Ok);
+                    assert!(given, "{name}: {words}: {:?}", row.reason);
+                    let low = low.expect("a bound");
+                    assert!((0.3..=asked.truth).contains(&low), "{name}: {words}: {low}");
+                }
+                // laps hardly determine it
+                false if asked.id.coefficient == C::Drag && row.value.is_none() => {}
+                false => {
+                    assert_eq!(row.status, Status::Ok, "{name}: {words}: {:?}", row.reason);
+                    let [low, high] = [low, high].map(|x| x.expect("an interval"));
+                    let truth = asked.truth;
+                    assert!(
+                        (low..=high).contains(&truth),
+                        "{name}: {words}: {truth} in {low} to {high}"
+                    );
+                }
+            }
+        }
+    }
+}
