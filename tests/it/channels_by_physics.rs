@@ -8,7 +8,7 @@ use roadbench::contract::channel::Channel;
 use roadbench::ingest::map::ChannelMap;
 
 #[path = "../../examples/channels/truth.rs"]
-mod truth;
+pub mod truth;
 
 use truth::{Planted, check, judged, map_text, planted, score};
 

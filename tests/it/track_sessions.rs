@@ -9,9 +9,7 @@ use roadbench::tables::rows::{Coefficient, Status};
 #[path = "../../examples/track_sessions/case.rs"]
 #[allow(dead_code)]
 mod case;
-#[path = "../../examples/channels/truth.rs"]
-#[allow(dead_code)]
-mod channels;
+use super::channels_by_physics::truth as channels;
 
 use case::{Asked, PROFILES, asked, read, segmented, varied};
 
