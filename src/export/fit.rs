@@ -169,7 +169,7 @@ fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
         vec![1.0, 1.4 * most, -1.5, 0.0, -3.0, stiffness, 0.0, 1.5, -5.0, camber, 0.0],
         vec![1.2, 1.2 * most, -4.0, 0.0, 0.0, stiffness, 0.0, 0.6, -0.5, camber, 0.0],
     ];
-    solve(c, set, &inputs, |o| o.force_y, apply, &bounds, &starts)
+    solve(c, set, &inputs, SIDE, apply, &bounds, &starts)
 }
 
 fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
@@ -179,13 +179,13 @@ fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
         set.rCx1 = x[2];
     };
     let bounds_x = [(0.0, 60.0), (0.0, 60.0), (0.2, 1.6)];
-    solve(c, set, &inputs, |o| o.force_x, apply_x, &bounds_x, &[vec![8.0, 8.0, 1.0]])?;
+    solve(c, set, &inputs, ALONG, apply_x, &bounds_x, &[vec![8.0, 8.0, 1.0]])?;
     let apply_y: Apply = |set, x| {
         set.rBy = [x[0], x[1], 0.0];
         set.rCy1 = x[2];
     };
     let bounds_y = [(0.0, 60.0), (0.0, 60.0), (0.2, 1.6)];
-    solve(c, set, &inputs, |o| o.force_y, apply_y, &bounds_y, &[vec![10.0, 8.0, 1.0]])
+    solve(c, set, &inputs, SIDE, apply_y, &bounds_y, &[vec![10.0, 8.0, 1.0]])
 }
 
 /// Puts parameters into a set.
@@ -194,7 +194,7 @@ type Apply = fn(&mut MfMc, &[f64]);
 struct Curve<'a> {
     set: MfMc,
     apply: Apply,
-    of: fn(&Output) -> f64,
+    of: fn(&MfMc, &Input) -> f64,
     inputs: &'a [Input],
     wanted: &'a [f64],
     /// Over load.
@@ -217,23 +217,28 @@ impl Model for Curve<'_> {
         let mut set = self.set;
         (self.apply)(&mut set, theta);
         for (o, (input, wanted)) in out.iter_mut().zip(self.inputs.iter().zip(self.wanted)) {
-            let e = ((self.of)(&set.forces(input)) - wanted) / (self.peak * input.load);
+            let e = ((self.of)(&set, input) - wanted) / (self.peak * input.load);
             *o = if self.even { 1e3 * e * e.abs() } else { e };
         }
     }
 }
+
+/// A force of a set by itself, and that of a tyre.
+type Force = (fn(&MfMc, &Input) -> f64, fn(&Output) -> f64);
+const ALONG: Force = (MfMc::force_x, |o| o.force_x);
+const SIDE: Force = (MfMc::force_y, |o| o.force_y);
 
 /// Fits one force of a set to the characterised tyre and leaves the parameters in the set.
 fn solve(
     c: &Characterised,
     set: &mut MfMc,
     inputs: &[Input],
-    of: fn(&Output) -> f64,
+    (of, wanted): Force,
     apply: Apply,
     bounds: &[(f64, f64)],
     starts: &[Vec<f64>],
 ) -> Result<(), String> {
-    let wanted: Vec<f64> = inputs.iter().map(|i| of(&c.forces(i))).collect();
+    let wanted: Vec<f64> = inputs.iter().map(|i| wanted(&c.forces(i))).collect();
     let shares = wanted.iter().zip(inputs).map(|(x, input)| x.abs() / input.load);
     let peak = shares.fold(1e-12, f64::max);
     let mut curve = Curve {

@@ -152,10 +152,67 @@ impl MfMc {
         Fz * (self.pKx[0] + self.pKx[1] * dfz) * (self.pKx[2] * dfz).exp()
     }
 
+    /// Longitudinal force alone, N: what `forces` gives.
+    pub fn force_x(&self, input: &Input) -> f64 {
+        let Input { slip_ratio, slip_angle, load, friction, .. } = *input;
+        if load <= 0.0 { 0.0 } else { self.along(slip_ratio, slip_angle, load, friction) }
+    }
+
+    /// Side force alone, N: what `forces` gives.
+    pub fn force_y(&self, input: &Input) -> f64 {
+        let Input { slip_ratio, slip_angle, camber, load, friction } = *input;
+        if load <= 0.0 {
+            return 0.0;
+        }
+        let Side { Fy, .. } = self.side([slip_ratio, slip_angle, camber], load, friction);
+        if self.overturning.is_some() { Fy } else { -Fy }
+    }
+
+    fn along(&self, k: f64, b: f64, Fz: f64, mu: f64) -> f64 {
+        let k = k.clamp(-1.0, 1e3);
+        let (dfz, mu) = (self.dfz(Fz), mu.max(LEAST));
+        let Dx = (self.pDx[0] + self.pDx[1] * dfz) * Fz * mu;
+        let Ex = ((self.pEx[0] + self.pEx[1] * dfz + self.pEx[2] * dfz * dfz)
+            * (1.0 - self.pEx[3] * sign(k)))
+        .min(1.0);
+        let Bx = self.Kxk(Fz) / (self.pCx1 * Dx);
+        let Fx0 = Dx * bend(self.pCx1, Ex, Bx * k).sin();
+        let Bxa = self.rBx[0] * (self.rBx[1] * k).atan().cos();
+        let Gx = (self.rCx1 * (Bxa * b).atan()).cos();
+        Gx * Fx0
+    }
+
+    fn side(&self, [k, b, g]: [f64; 3], Fz: f64, mu: f64) -> Side {
+        let k = k.clamp(-1.0, 1e3);
+        let (dfz, mu) = (self.dfz(Fz), mu.max(LEAST));
+        let Dy0 = Fz * self.pDy[0] * (self.pDy[1] * dfz).exp() * mu;
+        let Dy = Dy0 / (1.0 + self.pDy[2] * g * g);
+        let Ey = (self.pEy[0] + self.pEy[1] * g * g + self.pEy[2] * g * sign(b)).min(1.0);
+        let By = self.Kya(Fz, g) / (self.pCy[0] * Dy);
+        let Bg = self.Kyg(Fz) / (self.pCy[1] * Dy);
+        let Fy0 =
+            Dy * (bend(self.pCy[0], Ey, By * b) + bend(self.pCy[1], self.pEy[3], Bg * g)).sin();
+        let Byk = self.rBy[0] * (self.rBy[1] * (b - self.rBy[2])).atan().cos();
+        let Gy = (self.rCy1 * (Byk * k).atan()).cos();
+        Side { Fy: Gy * Fy0, Gy, By, Dy0 }
+    }
+
     fn dfz(&self, Fz: f64) -> f64 {
         // polynomials in load are no guide beyond four times the nominal one
         ((Fz - self.Fz0) / self.Fz0).min(3.0)
     }
+}
+
+/// Least friction: ice has some.
+const LEAST: f64 = 1e-3;
+
+/// Side force, and what the aligning moment needs of it: weight of the longitudinal slip, stiffness factor, peak of
+/// the upright wheel.
+struct Side {
+    Fy: f64,
+    Gy: f64,
+    By: f64,
+    Dy0: f64,
 }
 
 impl TyreModel for MfMc {
@@ -165,31 +222,10 @@ impl TyreModel for MfMc {
             return Output::default(); // off the ground
         }
         let k = slip_ratio.clamp(-1.0, 1e3);
-        let mu = mu.max(1e-3); // ice has some
         let dfz = self.dfz(Fz);
-
-        let Dx = (self.pDx[0] + self.pDx[1] * dfz) * Fz * mu;
-        let Ex = ((self.pEx[0] + self.pEx[1] * dfz + self.pEx[2] * dfz * dfz)
-            * (1.0 - self.pEx[3] * sign(k)))
-        .min(1.0);
         let Kxk = self.Kxk(Fz);
-        let Bx = Kxk / (self.pCx1 * Dx);
-        let Fx0 = Dx * bend(self.pCx1, Ex, Bx * k).sin();
-        let Bxa = self.rBx[0] * (self.rBx[1] * k).atan().cos();
-        let Gx = (self.rCx1 * (Bxa * b).atan()).cos();
-        let Fx = Gx * Fx0;
-
-        let Dy0 = Fz * self.pDy[0] * (self.pDy[1] * dfz).exp() * mu;
-        let Dy = Dy0 / (1.0 + self.pDy[2] * g * g);
-        let Ey = (self.pEy[0] + self.pEy[1] * g * g + self.pEy[2] * g * sign(b)).min(1.0);
-        let Kya = self.Kya(Fz, g);
-        let By = Kya / (self.pCy[0] * Dy);
-        let Bg = self.Kyg(Fz) / (self.pCy[1] * Dy);
-        let Fy0 =
-            Dy * (bend(self.pCy[0], Ey, By * b) + bend(self.pCy[1], self.pEy[3], Bg * g)).sin();
-        let Byk = self.rBy[0] * (self.rBy[1] * (b - self.rBy[2])).atan().cos();
-        let Gy = (self.rCy1 * (Byk * k).atan()).cos();
-        let Fy = Gy * Fy0;
+        let Fx = self.along(k, b, Fz, mu);
+        let Side { Fy, Gy, By, Dy0 } = self.side([k, b, g], Fz, mu);
 
         // the trail works on the side force of the upright wheel
         let Kya0 = self.Kya(Fz, 0.0);
