@@ -97,7 +97,11 @@ impl Requirement {
     /// The needed channels of which a session has no valid sample.
     pub fn missing(&self, session: &Session) -> Vec<Channel> {
         let valid = |c: Channel| session.get(c).is_some_and(|x| x.iter().any(|v| v.is_finite()));
-        self.channels.iter().copied().filter(|&c| !valid(c)).collect()
+        // what asks for the handlebar is too fine for a course
+        let is_fine = self.channels.contains(&C::SteerAngle);
+        let turns = !is_fine && TURNING.iter().any(|way| way.iter().all(|c| valid(*c)));
+        let there = |c: Channel| valid(c) || (c == C::YawRate && turns);
+        self.channels.iter().copied().filter(|&c| !there(c)).collect()
     }
 }
 
@@ -221,11 +225,15 @@ const fn needs(part: Part, channels: &'static [Channel], riding: Riding) -> Requ
     Requirement { part, channels, riding }
 }
 
+/// What the yaw rate follows from where it was not measured.
+const TURNING: [&[Channel]; 2] = [&[C::Yaw], &[C::Latitude, C::Longitude]];
+
 const FRONT_WHEEL: &[Channel] = &[C::VelocityX, C::WheelSpeedFront];
 const REAR_WHEEL: &[Channel] = &[C::VelocityX, C::WheelSpeedRear];
-// the front's camber, (31a), needs the handlebar, and both tyres' loads and forces are balanced
-// together
-const LEANING: &[Channel] = &[C::VelocityX, C::YawRate, C::Roll, C::SteerAngle];
+// both tyres' loads and forces are balanced together; the front's camber (31a) hardly depends on the handlebar
+const LEANING: &[Channel] = &[C::VelocityX, C::YawRate, C::Roll];
+// a crown is the small rest of a lean: it asks for the handlebar, too
+const STEERED: &[Channel] = &[C::VelocityX, C::YawRate, C::Roll, C::SteerAngle];
 const SLIPPING: &[Channel] = &[C::VelocityX, C::VelocityY, C::YawRate, C::Roll, C::SteerAngle];
 // the other ten of the thirteen off-road channels can be replaced one at a time, these cannot
 const PLANAR: &[Channel] = &[C::Pitch, C::ForkTravel, C::ShockTravel];
@@ -302,11 +310,11 @@ const SLIP_ANGLE: &[Requirement] =
 const LATERAL_FORCE: &[Requirement] =
     &[needs(Part::Front, LEANING, BENDS), needs(Part::Rear, LEANING, BENDS)];
 const OVERTURNING: &[Requirement] = &[
-    needs(Part::Front, LEANING, BENDS),
-    needs(Part::Rear, LEANING, BENDS),
+    needs(Part::Front, STEERED, BENDS),
+    needs(Part::Rear, STEERED, BENDS),
     needs(
         Part::Vehicle,
-        LEANING,
+        STEERED,
         Riding { remedy: "ride steady corners with more than 15 degrees of lean", ..BENDS },
     ),
 ];

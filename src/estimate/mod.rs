@@ -11,6 +11,7 @@ pub mod rolling_front;
 pub mod samples;
 pub mod signals;
 pub mod table;
+pub mod turn;
 pub mod zeros;
 
 use serde::{Deserialize, Serialize};

@@ -7,6 +7,7 @@
 //! numbers cost that the bike file does not have.
 
 pub mod assemble;
+pub mod by_course;
 pub mod chain;
 pub mod coasting;
 pub mod coefficients;

@@ -108,6 +108,7 @@ impl<'a> Refit<'a> {
         inputs.trail_ratio += variation.trail_ratio;
         inputs.pitch_gyration += variation.pitch_gyration;
         inputs.roll_scale += variation.roll_scale;
+        inputs.slip_difference += variation.slip_difference;
         (inputs, radius, resistance)
     }
 

@@ -53,8 +53,8 @@ pub fn friction_samples(data: &Data, signals: &Signals, k: usize, bike: &Bike) -
 pub fn quasi_static(data: &Data, signals: &Signals, bike: &Bike) -> Vec<usize> {
     let x = &data.corner;
     let weight = bike.mass * GRAVITY;
-    // forces and moments do without the lateral velocity; where it is there it must be whole
-    let drifts = x.velocity_y.iter().any(|v| v.is_finite());
+    // forces and moments do without slip angles; where there are some they must be whole
+    let drifts = [&x.velocity_y, &x.steer].iter().all(|c| c.iter().any(|v| v.is_finite()));
     (0..x.len())
         .filter(|&i| {
             let finite = [0, 1].iter().all(|&k| {

@@ -18,14 +18,19 @@ pub fn widen(rows: &mut [Coefficient], scale_sd: [f64; 2]) {
                 && row.coefficient == C::EffectiveRollingRadius.name()
         };
         for row in rows.iter_mut().filter(own).filter(|_| share > 0.0) {
-            let Some(value) = row.value else { continue };
-            let by = share * value;
-            let half = |end: f64| (end - value).hypot(NORMAL * by);
-            row.std_error = row.std_error.map(|sd| sd.hypot(by));
-            row.ci95_low = row.ci95_low.map(|low| value - half(low));
-            row.ci95_high = row.ci95_high.map(|high| value + half(high));
+            widen_by_share(row, share);
         }
     }
+}
+
+/// Widens what is said of a coefficient by an independent relative error, one standard deviation.
+pub(super) fn widen_by_share(row: &mut Coefficient, share: f64) {
+    let Some(value) = row.value else { return };
+    let by = share * value.abs();
+    let half = |end: f64| (end - value).hypot(NORMAL * by);
+    row.std_error = row.std_error.map(|sd| sd.hypot(by));
+    row.ci95_low = row.ci95_low.map(|low| value - half(low));
+    row.ci95_high = row.ci95_high.map(|high| value + half(high));
 }
 
 #[cfg(test)]

@@ -12,7 +12,9 @@ use crate::contract::coefficient;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
-use crate::fit::{Data, Solution, coefficients, cornering, in_gear, missing, wheel_scale};
+use crate::fit::{
+    Data, Solution, by_course, coefficients, cornering, in_gear, missing, wheel_scale,
+};
 use crate::laps::Known;
 use crate::model::formulation::Formulation;
 use crate::tables::rows::Ident;
@@ -65,6 +67,7 @@ pub fn run(
         radius = fit.radii();
         [roll_zero, latency, drag] = [LEAN_ZERO, LATENCY, DRAG].map(|k| fit.fitted.theta[k]);
     }
+    by_course::widen(&mut coefficients, &ride);
     wheel_scale::widen(&mut coefficients, ride.wheel_scale_sd);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
     let laps = laps::run(&ride, &known, &ident, &pipeline.laps);

@@ -14,6 +14,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Estimate};
+use crate::estimate::turn;
 use crate::estimate::zeros::{self, Zeros};
 use crate::fit::{Data, Solution, chain};
 use crate::ingest::map::ChannelMap;
@@ -98,12 +99,24 @@ pub fn characterise(
     formulation: Formulation,
 ) -> Characterised {
     let (segments, mut warnings) = segmented(&mut session, bike, pipeline);
+    // for the estimate alone: what was not measured is nothing to compare a simulation with
+    let derived = match formulation {
+        Formulation::Corrected => turn::yaw_rate(&session),
+        Formulation::Paper => None,
+    };
+    let is_derived = derived.is_some();
+    if let Some(rate) = derived {
+        session.set(Channel::YawRate, rate);
+    }
     let (zeros, noticed) = match formulation {
         Formulation::Corrected => zeros::run(&session, bike),
         Formulation::Paper => (Zeros::default(), Vec::new()), // the paper takes sensors as they are
     };
     warnings.extend(noticed);
     let data = Data::gather(&session, &segments, bike, zeros, &pipeline.estimate);
+    if is_derived {
+        session.remove(Channel::YawRate);
+    }
     let solution = chain::solve(&data, bike, formulation, &pipeline.fit);
     Characterised { session, segments, data, solution, warnings }
 }

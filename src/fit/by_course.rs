@@ -1,0 +1,50 @@
+//! Lateral friction of logs without a yaw rate or a handlebar angle: lean, speed and the course alone.
+
+use super::wheel_scale::widen_by_share;
+use crate::contract::channel::Channel;
+use crate::contract::coefficient::Coefficient as C;
+use crate::contract::session::Session;
+use crate::tables::rows::Coefficient;
+
+/// What slopes, the rider's posture and a resistance that coasting did not show move it by, of the value, one standard
+/// deviation: 0.020 and 0.021 rms, front and rear, on eight logs of four simulated track sessions (seed 6180).
+const MODEL_ERROR: f64 = 0.02;
+
+/// Widens the intervals of the lateral friction where the course stands in for what was not measured.
+pub fn widen(rows: &mut [Coefficient], session: &Session) {
+    if session.has(Channel::YawRate) && session.has(Channel::SteerAngle) {
+        return;
+    }
+    let own = |row: &&mut Coefficient| row.coefficient == C::LateralFrictionCt.name();
+    rows.iter_mut().filter(own).for_each(|row| widen_by_share(row, MODEL_ERROR));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::session::Meta;
+
+    #[test]
+    fn what_was_measured_is_not_widened() {
+        let widened = |channels: &[Channel]| {
+            let mut session = Session::new(Meta::default(), 10.0, 1);
+            channels.iter().for_each(|c| session.set(*c, vec![0.1]));
+            let mut rows = vec![Coefficient {
+                coefficient: C::LateralFrictionCt.name().into(),
+                value: Some(-0.8),
+                std_error: Some(0.012),
+                ci95_low: Some(-0.824),
+                ci95_high: Some(-0.776),
+                ..Coefficient::default()
+            }];
+            widen(&mut rows, &session);
+            [rows[0].std_error, rows[0].ci95_low, rows[0].ci95_high].map(|x| x.expect("kept"))
+        };
+        assert_eq!(widened(&[Channel::YawRate, Channel::SteerAngle]), [0.012, -0.824, -0.776]);
+        for channels in [&[Channel::YawRate][..], &[Channel::Yaw]] {
+            let [sd, low, high] = widened(channels);
+            assert!((sd - 0.02).abs() < 1e-9, "{sd}");
+            assert!((low + 0.8394).abs() < 1e-3 && (high + 0.7606).abs() < 1e-3, "{low} {high}");
+        }
+    }
+}
