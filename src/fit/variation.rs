@@ -32,7 +32,7 @@ pub struct Variation {
     pub slip_difference: f64,
 }
 
-/// Front slip angle beyond the rear one per sine of the lean, standard deviation, rad: the slips of a leaning motorcycle
+/// Front slip angle beyond the rear one per sine of the lean, standard deviation, rad, an estimate: the slips of a leaning motorcycle
 /// differ by what the tyres' camber forces lack or have too much, 1 to 2 degrees at 45 degrees of lean.
 const SLIP_DIFFERENCE: f64 = 0.03;
 
