@@ -42,8 +42,8 @@ const fn of(
 
 /// The channels of a profile that a map has to have; everything else must be left out.
 ///
-/// Left out for good reasons: what is fixed to the leaning frame (the factory's accelerations, yaw and pitch rate;
-/// everything inertial of the phone), calculated leans, and lengths without a unit.
+/// Left out for good reasons: what is fixed to the leaning frame of a log that has a measured lean (the factory's
+/// accelerations, yaw and pitch rate), calculated leans, and lengths without a unit.
 #[rustfmt::skip]
 pub fn expected(profile: &str) -> &'static [Expected] {
     match profile {
@@ -54,7 +54,7 @@ pub fn expected(profile: &str) -> &'static [Expected] {
             of(BrakePressureFront, "Brake F (bar)", "bar", 1.0, 0.0),
             of(BrakePressureRear, "Brake R (bar)", "bar", 1.0, 0.0), of(Throttle, "TPS (%)", "%", 1.0, 0.0),
             of(Gear, "Gear", "1", 1.0, 0.0), of(Latitude, "Latitude (deg)", "deg", 1.0, 0.2),
-            of(Longitude, "Longitude (deg)", "deg", 1.0, 0.2),
+            of(Longitude, "Longitude (deg)", "deg", 1.0, 0.2), of(LapNumber, "Lap", "1", 1.0, 0.0),
         ] },
         "factory" => const { &[
             of(VelocityX, "v_gps", "km/h", 1.0, 0.12), of(Roll, "lean_imu", "deg", 1.0, 0.02),
@@ -66,7 +66,10 @@ pub fn expected(profile: &str) -> &'static [Expected] {
         ] },
         "phone" => const { &[
             of(VelocityX, "Speed", "km/h", 1.0, 0.0), of(Latitude, "Latitude", "deg", 1.0, 0.0),
-            of(Longitude, "Longitude", "deg", 1.0, 0.0),
+            of(Longitude, "Longitude", "deg", 1.0, 0.0), of(ImuRateX, "GyroX", "deg/s", 1.0, 0.0),
+            of(ImuRateY, "GyroY", "deg/s", 1.0, 0.0), of(ImuRateZ, "GyroZ", "deg/s", 1.0, 0.0),
+            of(ImuForceX, "GForceX", "g", 1.0, 0.0), of(ImuForceY, "GForceY", "g", 1.0, 0.0),
+            of(ImuForceZ, "GForceZ", "g", 1.0, 0.0), of(LapNumber, "Lap", "1", 1.0, 0.0),
         ] },
         "satellite" => const { &[
             of(VelocityX, "velocity", "km/h", 1.0, 0.0), of(Yaw, "heading", "deg", -1.0, 0.0),

@@ -106,15 +106,16 @@ fn judge(
 ) -> bool {
     let Some(source) = place(entry, listing) else { return false };
     let channel = entry.channel;
+    let quantity = quantity(channel);
     let name = &entry.from[0];
     let mut find = |wrong: Wrong, message: String, mended: Option<Verdict>| {
         findings.push(Finding { channel, wrong, message, mended });
     };
-    let best = sure(verdicts, channel);
-    let own = verdicts.entries.iter().find(|e| e.channel == channel && e.source == source);
+    let best = sure(verdicts, quantity);
+    let own = verdicts.entries.iter().find(|e| e.channel == quantity && e.source == source);
     let other = best.filter(|b| b.source != source && b.confirmed);
     if let Some(best) = other {
-        let is = verdicts.entries.iter().find(|e| e.source == source && e.channel != channel);
+        let is = verdicts.entries.iter().find(|e| e.source == source && e.channel != quantity);
         let is = match (is, verdicts.left_out(source)) {
             (Some(e), _) => format!("`{name}` is {}", e.channel),
             (None, Some(why)) => format!("`{name}`: {why}"),
@@ -160,7 +161,8 @@ fn judge(
             wrong = true;
         }
     }
-    if let Some(error) = own.delay_error {
+    // the smoother finds the receiver's delay itself
+    if let Some(error) = own.delay_error.filter(|_| quantity == channel) {
         let off = entry.delay - own.delay - shift;
         if !wrong && off.abs() > LATE.max(SURE * error) {
             let message = format!(
@@ -181,7 +183,16 @@ fn kept(verdict: &Verdict, entry: &Entry) -> Verdict {
         .doubt
         .clone()
         .filter(|_| !(motion::lacks_radius(verdict) && entry.radius.is_some()));
-    Verdict { radius: verdict.radius.and(radius), doubt, ..verdict.clone() }
+    Verdict { channel: entry.channel, radius: verdict.radius.and(radius), doubt, ..verdict.clone() }
+}
+
+/// What a column is in the verdicts: the smoother of an inertial unit takes speed and course under names of its own.
+fn quantity(channel: Channel) -> Channel {
+    match channel {
+        Channel::SatelliteSpeed => Channel::VelocityX,
+        Channel::Course => Channel::Yaw,
+        other => other,
+    }
 }
 
 /// The entry's factor over the right one; `None` where units do not tell.

@@ -62,9 +62,28 @@ fn write(
     if named.is_empty() {
         writeln!(out, "\n[channel]")?;
     }
+    let imu = inertial_unit(verdicts);
+    if !imu.is_empty() {
+        writeln!(out, "\n[imu]")?;
+        comment(
+            out,
+            "from the unit to the mass centre of motorcycle and rider, forward, left, up, m: measure it, without it \
+             velocities and accelerations are the unit's own and count 0.3 m of lever",
+        )?;
+        writeln!(out, "# arm = [0.0, 0.0, 0.0]")?;
+    }
+    let of_imu = |e: &&Verdict| e.doubt.is_some() && imu.contains(&e.source);
+    let mut said: Option<&[String]> = None;
     for channel in columns(verdicts) {
-        for verdict in verdicts.entries.iter().filter(|e| e.channel == channel).take(MOST) {
-            writeln!(out, "\n{}", entry(verdict, listing).trim_end())?;
+        let entries = verdicts.entries.iter().filter(|e| e.channel == channel && !of_imu(e));
+        for verdict in entries.take(MOST) {
+            let mut shown = if imu.is_empty() { verdict.clone() } else { for_smoother(verdict) };
+            // what is as the one before is said once
+            if said == Some(&verdict.why) {
+                shown.why.clear();
+            }
+            said = Some(&verdict.why);
+            writeln!(out, "\n{}", entry(&shown, listing).trim_end())?;
         }
     }
     left_over(out, listing, verdicts)?;
@@ -76,6 +95,23 @@ fn write(
         comment(out, &format!("nothing was recognised as {}", missing.join(", ")))?;
     }
     Ok(())
+}
+
+/// Places of the channels of a drafted inertial unit.
+fn inertial_unit(verdicts: &Verdicts) -> Vec<usize> {
+    use Channel::*;
+    let own = [ImuRateX, ImuRateY, ImuRateZ, ImuForceX, ImuForceY, ImuForceZ];
+    verdicts.entries.iter().filter(|e| own.contains(&e.channel)).map(|e| e.source).collect()
+}
+
+/// The receiver's speed and course as the smoother of an inertial unit takes them: it finds their delay itself.
+fn for_smoother(verdict: &Verdict) -> Verdict {
+    let channel = match verdict.channel {
+        Channel::VelocityX => Channel::SatelliteSpeed,
+        Channel::Yaw => Channel::Course,
+        other => other,
+    };
+    Verdict { channel, ..verdict.clone() }
 }
 
 fn columns(verdicts: &Verdicts) -> Vec<Channel> {
@@ -132,11 +168,14 @@ fn write_entry(out: &mut String, verdict: &Verdict, listing: &Listing) -> std::f
 }
 
 fn left_over(out: &mut String, listing: &Listing, verdicts: &Verdicts) -> std::fmt::Result {
-    if verdicts.left.is_empty() {
+    let imu = inertial_unit(verdicts);
+    let left: Vec<&(usize, String)> =
+        verdicts.left.iter().filter(|l| !imu.contains(&l.0)).collect();
+    if left.is_empty() {
         return Ok(());
     }
     writeln!(out, "\n# Left over:")?;
-    for (place, why) in &verdicts.left {
+    for (place, why) in left {
         comment(out, &format!("{}: {why}", listing.channels[*place].full()))?;
     }
     Ok(())

@@ -5,6 +5,7 @@ use super::lag::{Gearing, Wheel, gearing, lag, lowest};
 use super::log::Log;
 use super::signal::{self, change, line, mean, regression};
 use super::speeds::{Motion, SPAN};
+use super::throttle;
 use super::verdict::{Verdict, Verdicts};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
@@ -18,10 +19,6 @@ const PER_BAR: f64 = 0.6;
 const PRESSURES: [&str; 5] = ["bar", "kPa", "psi", "Pa", "mbar"];
 /// Delays of the driver's actions are not known better than this, s: what follows them takes its time.
 const ACTION: f64 = 0.05;
-/// The same of the throttle: 0.05 rms on simulated rides of known delay, most of it too late.
-const FOLLOWS: f64 = 0.025;
-/// A throttle that opens further while drive no longer grows seems late by up to this, s.
-const ASTRAY: f64 = 0.2;
 /// A brake whose largest pressure is this share of the other's was not used.
 const IDLE: f64 = 0.05;
 /// Share of an engine's time that its ratios must explain.
@@ -31,16 +28,16 @@ const GEARED: f64 = 0.7;
 pub fn controls(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     let engine = engine(log, motion, out);
     gear(log, engine.as_ref(), motion, out);
-    throttle(log, motion, engine.as_ref(), out);
+    throttle::throttle(log, motion, engine.as_ref(), out);
     brakes(log, motion, out);
 }
 
 /// An engine's speed in the log.
-struct Engine {
-    place: usize,
-    gearing: Gearing,
+pub struct Engine {
+    pub place: usize,
+    pub gearing: Gearing,
     /// After the motion, s.
-    late: Option<Delay>,
+    pub late: Option<Delay>,
 }
 
 fn engine(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Engine> {
@@ -155,70 +152,6 @@ fn gear_late(n: &[f64], g: &[f64], wheel: &[f64], steps: &[f64]) -> Option<Delay
         .collect();
     let found = delay(&ratio, &said)?;
     Some(Delay { error: found.error.max(0.02), ..found })
-}
-
-fn throttle(log: &Log<'_>, motion: &Motion, engine: Option<&Engine>, out: &mut Verdicts) {
-    let pull = mean(&motion.pull, 2);
-    for place in log.named(Channel::Throttle) {
-        let Some(signal) = log.live(place) else { continue };
-        if log.of_other_dimension(place, &["ratio"]) {
-            continue;
-        }
-        let x = mean(log.x(place), 2);
-        let unit = match log.unit(place, "ratio") {
-            Some(unit) if unit != "1" && unit != "-" && !unit.is_empty() => unit,
-            _ if signal.extent[1] > 1.6 => "%",
-            _ => "1",
-        };
-        let full = if unit == "%" { 100.0 } else { 1.0 };
-        let hard = signal::quantile(&signal::masked(&x, |i| pull[i] < -4.0), 0.75);
-        let drive = signal::quantile(&signal::masked(&x, |i| pull[i] > 1.5), 0.5);
-        let mut v = Verdict::new(Channel::Throttle, place, unit);
-        if signal.extent[1] > 1.3 * full || signal.extent[0] < -0.2 * full {
-            out.left.push((
-                place,
-                format!(
-                    "named like throttle, but it goes from {} to {}: no share of an opening",
-                    signal.extent[0], signal.extent[1]
-                ),
-            ));
-            continue;
-        }
-        if hard.is_finite() && drive.is_finite() {
-            let said = format!(
-                "{:.0} % under hard braking, {:.0} % under drive",
-                100.0 * hard / full,
-                100.0 * drive / full
-            );
-            if hard < 0.35 * drive {
-                v.confirmed = true;
-                v = v.because(said);
-            } else {
-                v = v.doubted(format!("it is not shut under braking: {said}"));
-            }
-        } else {
-            v = v.because("by its name and range; too little braking and drive to check it");
-        }
-        let acts = delay(&x, &pull).filter(|d| d.r > 0.0);
-        // what follows the throttle is late, not the throttle
-        let own = acts.map(|d| -d.value);
-        let geared = engine.and_then(|e| e.late);
-        match (own, geared) {
-            (Some(own), Some(with)) if (own - with.value).abs() < ASTRAY => {
-                (v.delay, v.delay_error) = (with.value, Some(with.error.min(FOLLOWS)));
-                v = v.because("as late as the engine's speed, of the same line");
-            }
-            (Some(own), _) => {
-                (v.delay, v.delay_error) = (own, Some(FOLLOWS));
-                v = v.because(format!("drive follows it by {:+.2} s", -own));
-            }
-            (None, _) => {}
-        }
-        if out.entries.iter().any(|e| e.channel == Channel::Throttle && e.doubt.is_none()) {
-            v = v.doubted("there is more than one such channel");
-        }
-        out.entries.push(v);
-    }
 }
 
 /// A brake line's pressure and what it does.

@@ -90,18 +90,34 @@ impl<'a> Log<'a> {
 
     /// What three channels of one sensor have in common: the name without its axis, and the axis.
     pub fn axis(&self, place: usize) -> Option<(String, char)> {
-        let axis = |w: &String| match w.as_str() {
-            "x" | "long" | "lon" | "longitudinal" | "inline" => Some('x'),
-            "y" | "lat" | "lateral" => Some('y'),
-            "z" | "vert" | "vertical" => Some('z'),
-            _ => None,
-        };
         let words = &self.words[place];
-        let found = words.iter().find_map(axis)?;
+        let found = words.iter().find_map(|w| axis_of(w))?.0;
         let rest: Vec<&str> =
-            words.iter().filter(|w| axis(w).is_none()).map(String::as_str).collect();
+            words.iter().filter_map(|w| axis_of(w).map_or(Some(w.as_str()), |a| a.1)).collect();
         Some((format!("{} {}", self.channels[place].group, rest.join(" ")), found))
     }
+}
+
+/// The axis that a word says, and what else it says: `ax`, `gyroz`, `yawrate`.
+fn axis_of(word: &str) -> Option<(char, Option<&str>)> {
+    let alone = match word {
+        "x" | "long" | "lon" | "longitudinal" | "inline" | "roll" => Some('x'),
+        "y" | "lat" | "lateral" | "pitch" => Some('y'),
+        "z" | "vert" | "vertical" | "yaw" => Some('z'),
+        _ => None,
+    };
+    if let Some(axis) = alone {
+        return Some((axis, None));
+    }
+    for (turn, axis) in [("roll", 'x'), ("pitch", 'y'), ("yaw", 'z')] {
+        if let Some("rate") = word.strip_prefix(turn) {
+            return Some((axis, Some("rate")));
+        }
+    }
+    let stems = ["a", "acc", "accel", "g", "gforce", "gyro", "rate", "w", "omega"];
+    let axis = word.chars().last().filter(|c| matches!(c, 'x' | 'y' | 'z'))?;
+    let stem = &word[..word.len() - 1];
+    stems.contains(&stem).then_some((axis, Some(stem)))
 }
 
 /// A unit by the motion, and whether the log's word contradicts it.

@@ -6,7 +6,7 @@
 //! that is said.
 //!
 //! ```text
-//! samples -> signal (one even clock) -> speeds -> turning -> accelerations -> controls -> the rest -> Verdicts
+//! samples -> signal (one even clock) -> speeds -> turning -> accelerations -> controls -> inertial -> the rest -> Verdicts
 //! ```
 //!
 //! Nothing here knows a logger. Without a position and without a speed in a known unit nothing is decided, and the
@@ -15,11 +15,13 @@
 mod accelerations;
 mod controls;
 mod delay;
+mod inertial;
 mod lag;
 mod log;
 mod rest;
 mod signal;
 mod speeds;
+mod throttle;
 mod turning;
 pub mod verdict;
 
@@ -54,6 +56,7 @@ pub fn judge(log: &Log<'_>, radii: Option<[f64; 2]>) -> Verdicts {
             controls::controls(log, &motion, &mut out);
             controls::same_pressure_unit(&mut out);
             controls::travel(log, &motion, &mut out);
+            inertial::inertial(log, &motion, &mut out);
             rest::others(log, &motion, &mut out);
         }
         None => out.remarks.push(

@@ -57,6 +57,7 @@ pub fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
             out.entries.push(v);
         }
     }
+    laps(log, out);
     for place in 0..log.channels.len() {
         let taken = out.entries.iter().any(|e| e.source == place) || out.left_out(place).is_some();
         if taken || log.live(place).is_none() {
@@ -64,6 +65,24 @@ pub fn others(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
         }
         let why = copy(log, place, out).unwrap_or_else(|| unlike(log, motion, place));
         out.left.push((place, why));
+    }
+}
+
+/// A counter of laps: whole numbers that never fall.
+fn laps(log: &Log<'_>, out: &mut Verdicts) {
+    for place in log.named(Channel::LapNumber) {
+        let Some(signal) = log.live(place).filter(|s| s.whole) else { continue };
+        let x: Vec<f64> = log.x(place).iter().copied().filter(|x| x.is_finite()).collect();
+        if log.of_other_dimension(place, &["ratio"]) || x.windows(2).any(|w| w[1] < w[0]) {
+            continue;
+        }
+        let [first, last] = signal.extent;
+        let mut v = by_name(log, Channel::LapNumber, place, "ratio")
+            .because(format!("it counts from {first} to {last} and never falls"));
+        if out.sure(Channel::LapNumber).is_some() {
+            v = v.doubted("there is more than one such channel");
+        }
+        out.entries.push(v);
     }
 }
 

@@ -15,7 +15,7 @@ use crate::ingest::units;
 use crate::statistics::order;
 
 const ANGLES: [&str; 2] = ["deg", "rad"];
-const RATES: [&str; 2] = ["deg/s", "rad/s"];
+pub const RATES: [&str; 2] = ["deg/s", "rad/s"];
 /// A motorcycle leans by this much more than its centre of mass would have to: tyres are wide.
 const TYRES: f64 = 1.08;
 /// Bends that tell whether a gyroscope leans with the bike, rad of lean.

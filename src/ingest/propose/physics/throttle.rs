@@ -1,0 +1,148 @@
+//! Throttle: shut under braking, open under drive, and what follows it tells how late it is.
+
+use super::controls::Engine;
+use super::delay::delay;
+use super::lag::lowest;
+use super::log::Log;
+use super::signal::{self, change, mean};
+use super::speeds::Motion;
+use super::verdict::{Verdict, Verdicts};
+use crate::contract::channel::Channel;
+
+/// Least error of a delay of the throttle, s: 0.05 rms on simulated rides of known delay, most of it too late.
+const FOLLOWS: f64 = 0.025;
+/// A throttle that opens further while drive no longer grows seems late by up to this, s.
+const ASTRAY: f64 = 0.2;
+/// Error of a delay by the account of drive, s: 0.014 rms on 24 simulated rides of three seeds.
+const BY_DRIVE: f64 = 0.015;
+/// Points either side over which drive is accounted for: 0.2 s.
+const ACCOUNT: usize = 4;
+/// Points either side over which the gear must not change, and the throttle not shut.
+const GEAR: usize = 10;
+const OPEN: usize = 12;
+/// Least agreement of that account, as a correlation.
+const EXPLAINED: f64 = 0.9;
+/// Slowest that is accounted for, m/s.
+const SLOWEST: f64 = 8.0;
+
+/// Finds the throttle.
+pub fn throttle(log: &Log<'_>, motion: &Motion, engine: Option<&Engine>, out: &mut Verdicts) {
+    let pull = mean(&motion.pull, 2);
+    for place in log.named(Channel::Throttle) {
+        let Some(signal) = log.live(place) else { continue };
+        if log.of_other_dimension(place, &["ratio"]) {
+            continue;
+        }
+        let x = mean(log.x(place), 2);
+        let unit = match log.unit(place, "ratio") {
+            Some(unit) if unit != "1" && unit != "-" && !unit.is_empty() => unit,
+            _ if signal.extent[1] > 1.6 => "%",
+            _ => "1",
+        };
+        let full = if unit == "%" { 100.0 } else { 1.0 };
+        let hard = signal::quantile(&signal::masked(&x, |i| pull[i] < -4.0), 0.75);
+        let drive = signal::quantile(&signal::masked(&x, |i| pull[i] > 1.5), 0.5);
+        let mut v = Verdict::new(Channel::Throttle, place, unit);
+        if signal.extent[1] > 1.3 * full || signal.extent[0] < -0.2 * full {
+            out.left.push((
+                place,
+                format!(
+                    "named like throttle, but it goes from {} to {}: no share of an opening",
+                    signal.extent[0], signal.extent[1]
+                ),
+            ));
+            continue;
+        }
+        if hard.is_finite() && drive.is_finite() {
+            let said = format!(
+                "{:.0} % under hard braking, {:.0} % under drive",
+                100.0 * hard / full,
+                100.0 * drive / full
+            );
+            if hard < 0.35 * drive {
+                v.confirmed = true;
+                v = v.because(said);
+            } else {
+                v = v.doubted(format!("it is not shut under braking: {said}"));
+            }
+        } else {
+            v = v.because("by its name and range; too little braking and drive to check it");
+        }
+        late(&mut v, log, motion, engine, (place, full));
+        if out.entries.iter().any(|e| e.channel == Channel::Throttle && e.doubt.is_none()) {
+            v = v.doubted("there is more than one such channel");
+        }
+        out.entries.push(v);
+    }
+}
+
+/// How late the throttle is: by the account of drive, as the engine's speed of the same line, or by what follows it.
+fn late(
+    v: &mut Verdict,
+    log: &Log<'_>,
+    motion: &Motion,
+    engine: Option<&Engine>,
+    (place, full): (usize, f64),
+) {
+    let pull = mean(&motion.pull, 2);
+    let acts = delay(&mean(log.x(place), 2), &pull).filter(|d| d.r > 0.0);
+    // what follows the throttle is late, not the throttle
+    let Some(own) = acts.map(|d| -d.value) else { return };
+    let wheels = motion.wheels.iter().any(Option::is_some);
+    let account = engine.filter(|_| !wheels).and_then(|e| by_drive(log, motion, e, (place, full)));
+    let geared = engine.and_then(|e| e.late);
+    let (delay, error, why) = match (account, geared) {
+        (Some(late), _) if (own - late).abs() < ASTRAY => {
+            (late, BY_DRIVE, "as late as drive by gear, engine speed and opening has it".to_owned())
+        }
+        (_, Some(with)) if (own - with.value).abs() < ASTRAY => {
+            let why = "as late as the engine's speed, of the same line".to_owned();
+            (with.value, with.error.min(FOLLOWS), why)
+        }
+        _ => (own, FOLLOWS, format!("drive follows it by {:+.2} s", -own)),
+    };
+    (v.delay, v.delay_error) = (delay, Some(error));
+    v.why.push(why);
+}
+
+/// How late throttle and engine speed are after the receiver, s, by least squares of
+///
+/// ```text
+/// a(t + L) = g p (c1 + c2 n + c3 n^2) + g (1 - p) (c4 + c5 n) + c6 v^2 + c7 + c8 |a_y|
+/// ```
+///
+/// with opening p, engine speed n and the gear's ratio g, where the throttle is open and the gear stays. A correlation of
+/// opening and drive is late by 0.1 s and more: drive falls with the engine's speed while the throttle opens further.
+fn by_drive(
+    log: &Log<'_>,
+    motion: &Motion,
+    engine: &Engine,
+    (place, full): (usize, f64),
+) -> Option<f64> {
+    let (n, x) = (log.x(engine.place), log.x(place));
+    let ratio: Vec<f64> = n.iter().zip(&engine.gearing.speed).map(|(n, v)| n / v).collect();
+    let steady = mean(&ratio, GEAR);
+    let most = signal::quantile(n, 0.99);
+    let (v, p, n) = (mean(&motion.speed, ACCOUNT), mean(x, ACCOUNT), mean(n, ACCOUNT));
+    let of = |f: &dyn Fn(usize) -> f64| (0..v.len()).map(f).collect::<Vec<f64>>();
+    let (p, n) = (of(&|i| p[i] / full), of(&|i| n[i] / most));
+    let open = |i: usize| {
+        let near = x.get(i.saturating_sub(OPEN)..(i + OPEN + 1).min(x.len())).unwrap_or_default();
+        near.iter().all(|x| *x > 0.03 * full)
+    };
+    let keep = |i: usize| v[i] > SLOWEST && (steady[i] / ratio[i] - 1.0).abs() < 0.01 && open(i);
+    let top = signal::quantile(&ratio, 0.99);
+    let g = |i: usize| ratio[i] / top;
+    let terms = [
+        of(&|i| g(i) * p[i]),
+        of(&|i| g(i) * p[i] * n[i]),
+        of(&|i| g(i) * p[i] * n[i] * n[i]),
+        of(&|i| g(i) * (1.0 - p[i])),
+        of(&|i| g(i) * (1.0 - p[i]) * n[i]),
+        of(&|i| 1e-3 * v[i] * v[i]),
+        vec![1.0; v.len()],
+        of(&|i| motion.lateral[i].abs()),
+    ];
+    let (lag, r) = lowest(&terms, &change(&motion.speed, ACCOUNT), keep)?;
+    (r > EXPLAINED).then_some(-lag)
+}
