@@ -118,7 +118,12 @@ pub struct Score {
 }
 
 pub fn score(judged: &Judged, profile: &str) -> Score {
-    let expected = expected(profile);
+    // a counter that never counts cannot be told
+    let constant = |x: &&Expected| {
+        let at = |i: &usize| judged.listing.channels[*i].full() == x.from;
+        judged.verdicts.constant.iter().any(at)
+    };
+    let expected: Vec<&Expected> = expected(profile).iter().filter(|x| !constant(x)).collect();
     let mut score = Score { expected: expected.len(), ..Score::default() };
     let sure = || judged.verdicts.entries.iter().filter(|e| e.doubt.is_none());
     for e in sure() {

@@ -169,7 +169,7 @@ impl Found {
                 let held = low <= asked.in_scale;
                 self.inside += usize::from(held);
                 self.inside_absolute += usize::from(held);
-                self.width.push(low / asked.in_scale);
+                self.width.push(low / asked.in_scale.abs());
                 (!held).then(|| format!("bound {low:.4} beyond {:.4}", asked.in_scale))
             }
             (Status::Ok | Status::PoorlyDetermined, Some(value), Some(low), Some(high)) => {
@@ -183,7 +183,7 @@ impl Found {
                     if asked.words.contains("radius") { 1.96 * scale_sd * value } else { 0.0 };
                 let own = |end: f64| ((end - value).powi(2) - shared * shared).max(0.0).sqrt();
                 let [below, above] = [own(low), own(high)];
-                self.width.push(0.5 * (below + above) / asked.in_scale);
+                self.width.push(0.5 * (below + above) / asked.in_scale.abs());
                 let held = (value - below..=value + above).contains(&asked.in_scale);
                 self.inside += usize::from(held);
                 self.inside_absolute += usize::from((low..=high).contains(&asked.truth));

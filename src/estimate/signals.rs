@@ -634,4 +634,25 @@ mod tests {
         assert!((front - weight * (0.7 - 0.006) / 1.4).abs() < 1e-9, "{front}");
         assert!((front + rear - weight).abs() < 1e-9);
     }
+
+    #[test]
+    fn a_handlebar_that_was_not_measured_points_the_wheel_along_the_bend() {
+        let bike = Bike::parse(BIKE, "b", Path::new("b.toml")).expect("bike");
+        let mut inputs = Inputs::nominal(&bike, Formulation::Corrected, Zeros::default());
+        let (speed, turn, roll) = (20.0_f64, 0.35_f64, -0.7_f64);
+        let x = Samples { steer: vec![f64::NAN], yaw_rate: vec![turn], ..Samples::default() };
+        let (leaning, caster) = (roll.sin_cos(), bike.caster_angle.sin_cos());
+        let ground = speed - turn * bike.cg_height * leaning.0;
+        let angle = |inputs: &Inputs| {
+            let found = inputs.handlebar(&x, 0, speed, leaning);
+            front_wheel(found, leaning, caster, Formulation::Corrected).steer()
+        };
+        let along = (bike.wheelbase * turn / ground).atan();
+        assert!((angle(&inputs) - along).abs() < 1e-12);
+        // a front wheel that slips more than the rear one points that much less into the bend
+        inputs.slip_difference = 0.05;
+        assert!((angle(&inputs) - (along - 0.05 * leaning.0)).abs() < 1e-12);
+        let measured = Samples { steer: vec![0.02], ..x.clone() };
+        assert_eq!(inputs.handlebar(&measured, 0, speed, leaning), 0.02);
+    }
 }

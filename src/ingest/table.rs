@@ -8,6 +8,7 @@ use crate::ingest::error::Error;
 use crate::ingest::formats::parquet::{append, check_kinds, meta_from, read_contract};
 use crate::ingest::ident;
 use crate::ingest::raw::Raw;
+use crate::ingest::session_schema::wheel_scale_sd;
 use crate::objects::Location;
 
 /// Reads a table by the same rules as a `session.v1` Parquet file: units in the fields' metadata,
@@ -24,7 +25,7 @@ pub fn read_table(
     let log = &Location::Local(name.into());
     let own = meta_from(|key| schema.metadata().get(key).cloned());
     let meta = ident::checked(ident::or(own, known))?;
-    read_contract(log, schema, meta, |wanted| {
+    let raw = read_contract(log, schema, meta, |wanted| {
         check_kinds(log, schema, wanted)?;
         let mut columns = vec![Vec::new(); wanted.len()];
         for batch in batches {
@@ -34,7 +35,8 @@ pub fn read_table(
             }
         }
         Ok(columns)
-    })
+    })?;
+    Ok(Raw { wheel_scale_sd: wheel_scale_sd(|key| schema.metadata().get(key).cloned()), ..raw })
 }
 
 #[cfg(test)]

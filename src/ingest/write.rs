@@ -13,8 +13,8 @@ use arrow::buffer::NullBuffer;
 use arrow::datatypes::{DataType, Schema};
 use rayon::prelude::*;
 
-use crate::contract::session::{Meta, Session};
-use crate::ingest::session_schema::session_table;
+use crate::contract::session::Session;
+use crate::ingest::session_schema::{WHEEL_SCALE_SD, session_table};
 use crate::objects::Location;
 use crate::tables::file;
 
@@ -45,7 +45,7 @@ pub fn session_batch(session: &Session, float32: bool) -> Result<RecordBatch, fi
     let fail = |e: String| file::Error::Encode { table: "session".to_owned(), message: e };
     let batch = to_batch(session, float32).map_err(fail)?;
     let mut metadata = batch.schema().metadata().clone();
-    metadata.extend(pairs(&session.meta).into_iter().filter_map(|p| Some((p.key, p.value?))));
+    metadata.extend(pairs(session).into_iter().filter_map(|p| Some((p.key, p.value?))));
     let schema = Arc::new(Schema::new_with_metadata(batch.schema().fields().clone(), metadata));
     batch.with_schema(schema).map_err(|e| fail(e.to_string()))
 }
@@ -86,7 +86,7 @@ fn encode(session: &Session, float32: bool) -> Result<Vec<u8>, String> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(level))
         .set_created_by(format!("roadbench {}", crate::VERSION))
-        .set_key_value_metadata(Some(pairs(&session.meta)))
+        .set_key_value_metadata(Some(pairs(session)))
         .set_statistics_enabled(EnabledStatistics::Chunk)
         // the bytes of floats compress as streams of their own, better than by a dictionary even
         // where a sensor has few values
@@ -123,7 +123,10 @@ fn write(
     Ok(())
 }
 
-fn pairs(meta: &Meta) -> Vec<KeyValue> {
+fn pairs(session: &Session) -> Vec<KeyValue> {
+    let meta = &session.meta;
+    let scale = session.wheel_scale_sd.iter().any(|sd| *sd > 0.0);
+    let scale = scale.then(|| session.wheel_scale_sd.map(|sd| sd.to_string()).join(" "));
     let required = [("session_id", &meta.session_id), ("bike_id", &meta.bike_id)];
     let optional = [
         ("start_time", &meta.start_time),
@@ -131,6 +134,7 @@ fn pairs(meta: &Meta) -> Vec<KeyValue> {
         ("tyre_rear", &meta.tyre_rear),
         ("site", &meta.site),
         ("rider_id", &meta.rider_id),
+        (WHEEL_SCALE_SD, &scale),
     ];
     let pair = |key: &str, value: &str| KeyValue::new(key.to_owned(), value.to_owned());
     required
@@ -145,6 +149,8 @@ fn pairs(meta: &Meta) -> Vec<KeyValue> {
 mod tests {
     use super::*;
     use crate::contract::channel::Channel;
+    use crate::contract::session::Meta;
+    use crate::ingest::session_schema::wheel_scale_sd;
     use ::parquet::file::reader::{FileReader, SerializedFileReader};
 
     /// Ten minutes of fourteen channels with 12 bits of sensor noise each.
@@ -162,6 +168,7 @@ mod tests {
             let wave = |i: usize| (1000.0 * (i as f64 / 700.0).sin()).round();
             session.set(channel, (0..n).map(|i| (wave(i) + value()) / 1024.0).collect());
         }
+        session.wheel_scale_sd = [0.02, 0.0];
         let bytes = encode(&session, true).expect("encoded");
         // 4 random bits a sample cannot be compressed: 0.42 MB of the 3.36 MB raw
         assert!(bytes.len() < 1_100_000, "{}", bytes.len());
@@ -169,6 +176,10 @@ mod tests {
         std::io::Write::write_all(&mut file, &bytes).expect("written");
         let file = SerializedFileReader::new(file).expect("Parquet");
         let pairs = file.metadata().file_metadata().key_value_metadata().expect("pairs");
-        assert!(pairs.iter().any(|p| p.key == "session_id" && p.value.as_deref() == Some("s")));
+        let of = |key: &str| pairs.iter().find(|p| p.key == key).and_then(|p| p.value.clone());
+        assert_eq!(of("session_id").as_deref(), Some("s"));
+        // a converted log still says how well its wheels' radii are known
+        assert_eq!(wheel_scale_sd(of), [0.02, 0.0]);
+        assert_eq!(wheel_scale_sd(|_| Some("nan -1".into())), [0.0, 0.0]);
     }
 }

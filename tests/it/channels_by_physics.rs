@@ -55,6 +55,28 @@ fn a_right_map_is_not_objected_to_and_planted_errors_are_named_and_mended() {
     }
 }
 
+/// Of a box that is strapped on any way round the six channels go to the smoother, whatever its unit says.
+#[test]
+fn an_inertial_unit_that_is_not_level_is_drafted_for_the_smoother() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("box.csv");
+    let text = std::fs::read_to_string(fixture("phone.csv")).expect("bundled");
+    std::fs::write(&path, &text).expect("written");
+    let found = judged(&path);
+    let map = ChannelMap::parse(&found.draft, "draft").expect(&found.draft);
+    let entry = |c: Channel| map.entries.iter().find(|e| e.channel == c);
+    use Channel::*;
+    let six = [ImuRateX, ImuRateY, ImuRateZ, ImuForceX, ImuForceY, ImuForceZ];
+    assert!(six.iter().all(|c| entry(*c).is_some()), "{}", found.draft);
+    assert!(entry(SatelliteSpeed).is_some() && entry(VelocityX).is_none(), "{}", found.draft);
+    assert!(found.draft.contains("\n[imu]\n"), "{}", found.draft);
+    // one axis less is no unit
+    std::fs::write(&path, text.replacen("GyroZ", "Spare", 1)).expect("written");
+    let found = judged(&path);
+    assert!(!found.draft.contains("[imu]"), "{}", found.draft);
+    assert!(found.draft.contains("\n[channel.velocity_x]"), "{}", found.draft);
+}
+
 /// Names that say nothing: the motion alone finds what it can.
 #[test]
 fn a_speed_is_found_whatever_it_is_called() {
@@ -138,6 +160,7 @@ fn real_recordings_give_no_wrong_map() {
                 (Latitude, "gps/latitude"),
                 (Longitude, "gps/longitude"),
                 (Altitude, "gps/altitude"),
+                (LapNumber, "lap_number"),
             ][..],
         ),
         (

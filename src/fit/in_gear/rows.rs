@@ -223,7 +223,7 @@ impl InGear {
 
 /// What the model itself may be wrong by, of the value: biases of simulated rides with slope and wind, in
 /// quadrature.
-const MODEL_ERROR_RADIUS: [f64; 2] = [0.001, 0.0025];
+const MODEL_ERROR_RADIUS: [f64; 2] = [0.001, 0.004];
 /// The front wheel is not leant as the frame is: by steering, up to half a degree.
 const MODEL_ERROR_CROWN: [f64; 2] = [0.05, 0.04];
 /// It trades with the engine's drag and with the rider's posture.

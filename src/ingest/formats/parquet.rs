@@ -25,7 +25,7 @@ use crate::ingest::format::{Head, LogFormat};
 use crate::ingest::ident;
 use crate::ingest::map::{ChannelMap, Maps, TimeSource};
 use crate::ingest::raw::{Column, Raw, Track};
-use crate::ingest::session_schema::session_table;
+use crate::ingest::session_schema::{session_table, wheel_scale_sd};
 use crate::ingest::units::{self, Conversion};
 use crate::ingest::warning::warning;
 use crate::objects::Location;
@@ -85,7 +85,12 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         Some(map) => read_mapped(log, file, metadata, &names, meta, &map),
         None => {
             let schema = Arc::clone(metadata.schema());
-            read_contract(log, &schema, meta, |wanted| decode(log, file, metadata, wanted))
+            let pairs = metadata.metadata().file_metadata().key_value_metadata().cloned();
+            let own = |key: &str| pairs.as_ref()?.iter().find(|p| p.key == key)?.value.clone();
+            let wheel_scale_sd = wheel_scale_sd(own);
+            let raw =
+                read_contract(log, &schema, meta, |wanted| decode(log, file, metadata, wanted))?;
+            Ok(Raw { wheel_scale_sd, ..raw })
         }
     }
 }

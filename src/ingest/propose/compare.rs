@@ -130,9 +130,10 @@ fn judge(
         return true;
     }
     let Some(own) = own else {
-        // what no motion knows stays as it is
+        // what no motion knows stays as it is; an inertial unit's channels are no column's by themselves
+        let imu = channel.name().starts_with("imu_");
         let still = verdicts.constant.contains(&source);
-        let Some(why) = verdicts.left_out(source).filter(|_| !still) else { return false };
+        let Some(why) = verdicts.left_out(source).filter(|_| !still && !imu) else { return false };
         find(Wrong::Kind, format!("`{name}` is no {channel}: {why}"), None);
         return true;
     };

@@ -26,29 +26,37 @@ const GEARED: f64 = 0.7;
 
 /// Finds what the rider does.
 pub fn controls(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
+    let named = revolutions(log, out).next();
     let engine = engine(log, motion, out);
     gear(log, engine.as_ref(), motion, out);
-    throttle::throttle(log, motion, engine.as_ref(), out);
+    let turns = engine.as_ref().map(|e| e.place).or(named);
+    let late = engine.as_ref().and_then(|e| e.late);
+    throttle::throttle(log, motion, (turns, late), out);
     brakes(log, motion, out);
 }
 
 /// An engine's speed in the log.
-pub struct Engine {
-    pub place: usize,
-    pub gearing: Gearing,
+struct Engine {
+    place: usize,
+    gearing: Gearing,
     /// After the motion, s.
-    pub late: Option<Delay>,
+    late: Option<Delay>,
 }
 
-fn engine(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Engine> {
+/// Channels that are named like an engine's speed and change as one.
+fn revolutions<'a>(log: &'a Log<'_>, out: &'a Verdicts) -> impl Iterator<Item = usize> + use<'a> {
     let taken = |i: usize| out.entries.iter().any(|e| e.source == i) || out.left_out(i).is_some();
     let meant = |i: &usize| {
         let words = ["rpm", "engine", "n", "motor", "revs"];
         let other = ["limit", "target", "max", "temp", "load", "torque"];
         words.iter().any(|w| log.has_word(*i, w)) && !other.iter().any(|w| log.has_word(*i, w))
     };
-    let all = (0..log.channels.len()).filter(|i| !taken(*i) && meant(i));
-    let live = all.filter(|i| log.live(*i).is_some_and(|s| s.distinct >= 20 && s.extent[0] >= 0.0));
+    let all = (0..log.channels.len()).filter(move |i| !taken(*i) && meant(i));
+    all.filter(|i| log.live(*i).is_some_and(|s| s.distinct >= 20 && s.extent[0] >= 0.0))
+}
+
+fn engine(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Engine> {
+    let live = revolutions(log, out);
     let wheel = motion.wheels[1].as_ref().unwrap_or(&motion.speed);
     let found = live.filter_map(|place| {
         let gearing = gearing(log.x(place), wheel)?;

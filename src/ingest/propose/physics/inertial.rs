@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! forces  three axes of one sensor whose vector is as long as gravity on straights
-//! rates   three axes of one sensor whose vector is as long as the turn in steady bends, however the unit sits
+//! rates   three axes of one sensor whose vector is as long as the turn in bends, however the unit sits
 //! ```
 //!
 //! Which axis is which, their signs and the receiver's delay are found by [`navigation`](crate::navigation) later.
 
 use super::log::{Log, Unit, unit_of};
-use super::signal::{self, change, mean};
+use super::signal::{self, mean};
 use super::speeds::{MOVING, Motion, SPAN};
 use super::turning::RATES;
 use super::verdict::{Verdict, Verdicts};
@@ -20,11 +20,9 @@ const FORCES: [&str; 3] = ["g", "m/s2", "mg"];
 /// How far the length of gravity may be off.
 const GRAVITY_NEAR: f64 = 0.15;
 /// How far the length of the turn may be off: the roll is in the rates, too.
-const TURN_NEAR: f64 = 0.3;
-/// A bend turns by more than this, rad/s, ...
+const TURN_NEAR: f64 = 0.4;
+/// A bend turns by more than this, rad/s.
 const TURNS: f64 = 0.15;
-/// ... and steadily: its turn changes by less than this, rad/s².
-const STEADY: f64 = 0.15;
 /// Least points of the common clock in bends and on straights: 5 s.
 const LEAST: usize = 100;
 
@@ -47,13 +45,12 @@ pub fn inertial(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
             && motion.acceleration[i].abs() < 1.0
             && motion.speed[i] > MOVING
     };
-    let bend = change(turn, SPAN);
-    let steady = |i: usize| turn[i].abs() > TURNS && bend[i].abs() < STEADY;
+    let bend = |i: usize| turn[i].abs() > TURNS;
     let one = vec![GRAVITY; log.len()];
     let forces = triples(log, "acceleration")
         .find_map(|t| measured(log, t, ("m/s2", &FORCES, GRAVITY_NEAR), &one, &straight));
     let rates = triples(log, "angular rate")
-        .find_map(|t| measured(log, t, ("rad/s", &RATES, TURN_NEAR), turn, &steady));
+        .find_map(|t| measured(log, t, ("rad/s", &RATES, TURN_NEAR), turn, &bend));
     let (Some(forces), Some(rates)) = (forces, rates) else { return };
     let level = |c: Channel| out.sure(c).is_some_and(|e| forces.places.contains(&e.source));
     if level(Channel::AccelerationX) && level(Channel::AccelerationY) {
@@ -61,7 +58,7 @@ pub fn inertial(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
     }
     use Channel::*;
     let said = format!(
-        "of a unit with all six axes: {:.2} g on straights, {:.2} of the turn of {} in steady bends",
+        "of a unit with all six axes: {:.2} g on straights, {:.2} of the turn of {} in bends",
         forces.size, rates.size, motion.turn_from
     );
     for (triple, columns) in
