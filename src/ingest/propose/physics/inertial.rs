@@ -17,14 +17,14 @@ use crate::contract::channel::Channel;
 
 /// Units of specific forces that loggers write.
 const FORCES: [&str; 3] = ["g", "m/s2", "mg"];
-/// How far the length of gravity may be off.
+/// How far the length of gravity may be off: a quarter of it along and across make 6 % more.
 const GRAVITY_NEAR: f64 = 0.15;
 /// How far the length of the turn may be off: the roll is in the rates, too.
 const TURN_NEAR: f64 = 0.4;
 /// A bend turns by more than this, rad/s.
 const TURNS: f64 = 0.15;
-/// Least points of the common clock in bends and on straights: 5 s.
-const LEAST: usize = 100;
+/// Least points of the common clock in bends and on straights: 3 s.
+const LEAST: usize = 60;
 
 /// Three channels of one sensor and the unit that they are in.
 struct Triple {
@@ -41,8 +41,8 @@ pub fn inertial(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) {
         return;
     }
     let straight = |i: usize| {
-        motion.lateral[i].abs() < 0.15 * GRAVITY
-            && motion.acceleration[i].abs() < 1.0
+        motion.lateral[i].abs() < 0.25 * GRAVITY
+            && motion.acceleration[i].abs() < 0.25 * GRAVITY
             && motion.speed[i] > MOVING
     };
     let bend = |i: usize| turn[i].abs() > TURNS;
