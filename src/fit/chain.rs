@@ -17,7 +17,7 @@ use super::rows::{friction_rows, front_overturning, lateral_rows};
 use super::selection;
 use super::slip_stiffness_load::{self, Gain, STEP};
 use super::solution::{Fits, FittedSamples, Solution, Upstream};
-use super::variation::variations;
+use super::variation::{Source, variations};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::coefficient::{Coefficient, Id, Part};
 use crate::estimate::rolling_front::RollingFront;
@@ -80,6 +80,7 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     let upstream = varied
         .map(|variation| Upstream {
             change: refit.with(&variation).minus(&found),
+            source: variation.source,
             missing: variation.missing,
         })
         .chain(model_errors(&found, formulation, config))
@@ -144,7 +145,8 @@ fn model_errors(
                     change.values[id] = share * found.values[id];
                 }
             }
-            Upstream { missing: None, change }
+            let source = Source::of_motorcycle("model", None);
+            Upstream { source, missing: None, change }
         })
     })
 }

@@ -14,6 +14,7 @@ pub mod coefficients;
 pub mod config;
 pub mod cornering;
 pub mod data;
+pub mod evidence;
 pub mod friction;
 pub mod in_gear;
 pub mod missing;

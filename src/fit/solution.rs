@@ -4,6 +4,7 @@ use super::assemble::{Assembled, Curve, Parameters};
 use super::coasting::Coasting;
 use super::cornering::{self, K_X, Lateral, OverturningRows, overturning_share};
 use super::friction::{self, Friction};
+use super::variation::Source;
 use crate::contract::coefficient::{Coefficient, Id};
 use crate::estimate::signals::Inputs;
 use crate::statistics::clustered_fit::{Fitted, Uncertainty};
@@ -57,6 +58,8 @@ pub struct FittedSamples {
 /// What one standard error of one upstream quantity does.
 #[derive(Debug, Clone)]
 pub struct Upstream {
+    /// What it is.
+    pub source: Source,
     /// The key that the bike file does not have, if the quantity is one.
     pub missing: Option<String>,
     /// Change of the coefficients.

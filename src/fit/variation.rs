@@ -7,9 +7,34 @@ use crate::estimate::zeros::{LateralZero, Zeros};
 use crate::model::dive::PITCH_GYRATION;
 use crate::model::formulation::Formulation;
 
+/// What an error of a coefficient comes from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Source {
+    /// Its name; the key, where it is a number of the bike file.
+    pub name: String,
+    /// Whether every ride of the motorcycle has the same error; else each has its own.
+    pub shared: bool,
+    /// The number that was taken, where it is one that can be corrected, and its standard error.
+    pub taken: Option<[f64; 2]>,
+}
+
+impl Source {
+    /// Of one ride.
+    pub fn of_ride(name: impl Into<String>) -> Self {
+        Source { name: name.into(), shared: false, taken: None }
+    }
+
+    /// Of all rides of a motorcycle.
+    pub fn of_motorcycle(name: impl Into<String>, taken: Option<[f64; 2]>) -> Self {
+        Source { name: name.into(), shared: true, taken }
+    }
+}
+
 /// One upstream quantity, or one direction of correlated ones, moved by one standard error.
 #[derive(Debug, Clone, Default)]
 pub struct Variation {
+    /// What is moved.
+    pub source: Source,
     /// The key that the bike file does not have, where that is what is varied.
     pub missing: Option<String>,
     /// The bike file with one of its numbers moved.
@@ -56,56 +81,77 @@ pub fn variations(
     let missing = bike.priors_of_missing();
     for (key, &sd) in bike.uncertainty.iter().filter(|(key, _)| !missing.contains_key(*key)) {
         if let (Some(value), true) = (bike.value(key), sd > 0.0) {
+            let source = Source::of_motorcycle(key, Some([value, sd]));
             let moved = bike.with(key, value + sd);
-            out.push(Variation { bike: Some(moved), ..Variation::default() });
+            out.push(Variation { source, bike: Some(moved), ..Variation::default() });
         }
     }
     // what the ride itself gives is not taken from the bike file
     let ridden = |key: &str| key.starts_with("aerodynamics.") && coasting.resistance.is_some();
     for (key, prior) in missing.iter().filter(|(key, p)| p.sd > 0.0 && !ridden(key)) {
         let bike = Some(bike.with(key, prior.value + prior.sd));
-        out.push(Variation { missing: Some(key.clone()), bike, ..Variation::default() });
+        let source = Source::of_motorcycle(key, Some([prior.value, prior.sd]));
+        out.push(Variation { source, missing: Some(key.clone()), bike, ..Variation::default() });
     }
     // the fit knows the crowns of both tyres together, (36) shares them
     let wider = bike.with("rear.width", bike.rear.width * (1.0 + CROWN_SPREAD));
-    out.push(Variation { bike: Some(wider), ..Variation::default() });
+    let shared = |name: &str| Source::of_motorcycle(name, None);
+    let source = shared("crown_split");
+    out.push(Variation { source, bike: Some(wider), ..Variation::default() });
     let trail_ratio = 0.25 * (RULE[1] - RULE[0]);
-    out.push(Variation { trail_ratio, ..Variation::default() });
+    out.push(Variation { source: shared("trail_rule"), trail_ratio, ..Variation::default() });
     if formulation == Formulation::Corrected {
         let pitch_gyration = PITCH_GYRATION[1];
-        out.push(Variation { roll_scale: ROLL_SCALE, ..Variation::default() });
-        out.push(Variation { slip_difference: SLIP_DIFFERENCE, ..Variation::default() });
-        out.push(Variation { pitch_gyration, ..Variation::default() });
-        let moved = zero_variations(zeros).into_iter().filter(|moved| moved != zeros);
-        out.extend(moved.map(|z| Variation { zeros: Some(z), ..Variation::default() }));
+        let source = Source::of_motorcycle("roll_scale", Some([1.0, ROLL_SCALE]));
+        out.push(Variation { source, roll_scale: ROLL_SCALE, ..Variation::default() });
+        let (source, slip_difference) = (shared("slip_difference"), SLIP_DIFFERENCE);
+        out.push(Variation { source, slip_difference, ..Variation::default() });
+        let source = shared("pitch_gyration");
+        out.push(Variation { source, pitch_gyration, ..Variation::default() });
+        let moved = zero_variations(zeros).into_iter().filter(|(_, moved)| moved != zeros);
+        out.extend(moved.map(|(name, moved)| Variation {
+            source: Source::of_ride(format!("zero_of_{name}")),
+            zeros: Some(moved),
+            ..Variation::default()
+        }));
     }
     for k in 0..2 {
         if let Some(c) = coasting.radius[k].as_ref().and_then(|f| f.covariance.as_ref()) {
             let mut radius = [0.0; 2];
             radius[k] = c.covariance[(RADIUS, RADIUS)].max(0.0).sqrt();
-            out.push(Variation { radius, ..Variation::default() });
+            let source = Source::of_ride(["front_radius", "rear_radius"][k]);
+            out.push(Variation { source, radius, ..Variation::default() });
         }
     }
     if let Some(c) = coasting.resistance.as_ref().and_then(|f| f.covariance.as_ref()) {
         let m = &c.covariance;
         let covariance = [m[(DRAG, DRAG)], m[(DRAG, ROLLING)], m[(ROLLING, ROLLING)]];
-        for [drag, rolling] in cholesky(covariance) {
-            out.push(Variation { drag, rolling, ..Variation::default() });
+        for ([drag, rolling], name) in cholesky(covariance).into_iter().zip(["drag", "rolling"]) {
+            let source = Source::of_ride(format!("resistance_{name}"));
+            out.push(Variation { source, drag, rolling, ..Variation::default() });
         }
     }
     out
 }
 
-/// The zeros with each independent one moved by its standard error in turn.
-fn zero_variations(zeros: &Zeros) -> Vec<Zeros> {
+/// The zeros with each independent one moved by its standard error in turn, and what was moved.
+fn zero_variations(zeros: &Zeros) -> Vec<(&'static str, Zeros)> {
     let mut out = vec![
-        Zeros { latency: zeros.latency + zeros.latency_se, ..*zeros },
-        Zeros { acceleration_x: zeros.acceleration_x + zeros.acceleration_x_se, ..*zeros },
-        Zeros { roll: zeros.roll + zeros.roll_se, ..*zeros },
-        Zeros { slip_of_lean: zeros.slip_of_lean + zeros.slip_of_lean_se, ..*zeros },
+        ("latency", Zeros { latency: zeros.latency + zeros.latency_se, ..*zeros }),
+        (
+            "acceleration_x",
+            Zeros { acceleration_x: zeros.acceleration_x + zeros.acceleration_x_se, ..*zeros },
+        ),
+        ("roll", Zeros { roll: zeros.roll + zeros.roll_se, ..*zeros }),
+        (
+            "slip_of_lean",
+            Zeros { slip_of_lean: zeros.slip_of_lean + zeros.slip_of_lean_se, ..*zeros },
+        ),
     ];
-    out.extend(lateral_variations(zeros.front).map(|front| Zeros { front, ..*zeros }));
-    out.extend(lateral_variations(zeros.rear).map(|rear| Zeros { rear, ..*zeros }));
+    let front = lateral_variations(zeros.front).map(|front| Zeros { front, ..*zeros });
+    let rear = lateral_variations(zeros.rear).map(|rear| Zeros { rear, ..*zeros });
+    out.extend(["front_slip", "front_slip_angle"].into_iter().zip(front));
+    out.extend(["rear_slip", "rear_slip_angle"].into_iter().zip(rear));
     out
 }
 

@@ -19,6 +19,8 @@ pub struct Outcome {
     pub forces: Vec<rows::ForceRow>,
     /// Its coefficients.
     pub coefficients: Vec<rows::Coefficient>,
+    /// What it tells of each coefficient, error by error; none off-road.
+    pub evidence: Vec<rows::EvidenceRow>,
     /// What the stages noticed.
     pub warnings: Vec<rows::WarningRow>,
     /// Its laps; none where it is not on a track.
@@ -50,6 +52,7 @@ impl Outcome {
     pub fn tables(&self) -> Result<Vec<(&'static TableSpec, RecordBatch)>, file::Error> {
         let mut tables = vec![
             table(&self.coefficients)?,
+            table(&self.evidence)?,
             table(&self.manoeuvres)?,
             table(&self.warnings)?,
             table(&self.plots)?,

@@ -13,7 +13,7 @@ use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{
-    Data, Solution, by_course, coefficients, cornering, in_gear, missing, wheel_scale,
+    Data, Solution, by_course, coefficients, cornering, evidence, in_gear, missing, wheel_scale,
 };
 use crate::laps::Known;
 use crate::model::formulation::Formulation;
@@ -69,6 +69,7 @@ pub fn run(
     }
     by_course::widen(&mut coefficients, &ride);
     wheel_scale::widen(&mut coefficients, ride.wheel_scale_sd);
+    let evidence = evidence::rows(&solution, bike, &coefficients, &ride.meta);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
     let laps = laps::run(&ride, &known, &ident, &pipeline.laps);
     let manoeuvres = manoeuvres(&ride, &segments, radius, &ident);
@@ -83,6 +84,7 @@ pub fn run(
         session,
         manoeuvres,
         coefficients,
+        evidence,
         warnings,
         laps,
         plots,

@@ -151,6 +151,7 @@ tables! {
     MANOEUVRES: "manoeuvres", Manoeuvre, Session, Run, Always;
     FORCES: "forces", ForceRow, Session, Run, WhereItApplies;
     COEFFICIENTS: "coefficients", Coefficient, Session, Run, Always;
+    EVIDENCE: "evidence", EvidenceRow, Session, Run, Always;
     WARNINGS: "warnings", WarningRow, Session, Run, Always;
     REJECTED: "rejected", Rejected, Log, Run, WhereItApplies;
     PLOTS: "plots", PlotPoint, Session, Run, Always;

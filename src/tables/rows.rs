@@ -66,6 +66,26 @@ pub struct Coefficient {
     pub provenance: Provenance,
 }
 
+/// A row of `evidence`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct EvidenceRow {
+    #[serde(flatten)]
+    pub ident: Ident,
+    pub tyre: String,
+    pub tyre_model: Option<String>,
+    pub site: Option<String>,
+    pub coefficient: String,
+    pub unit: String,
+    pub status: Status,
+    pub value: f64,
+    pub source: String,
+    pub shared: bool,
+    pub shift: f64,
+    pub source_value: Option<f64>,
+    pub source_sd: Option<f64>,
+}
+
 /// A row of `manoeuvres`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
