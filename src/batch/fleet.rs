@@ -18,7 +18,7 @@ use super::contents::Contents;
 use super::dispersion;
 use super::error::Error;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
-use super::kind;
+use super::{kind, tyres};
 use crate::contract::status::Status;
 use crate::fleet::Observation;
 use crate::tables::file;
@@ -35,16 +35,18 @@ const FAR: f64 = 4.0;
 /// A session within so many of its own standard errors is never far.
 const OWN: f64 = 2.0;
 
-/// Writes the tables `fleet`, `fleet_pooled`, `fleet_events` and `fleet_ratios` from the coefficients in `out`;
-/// gives back the rows of the first.
+/// Writes the tables `fleet`, `fleet_pooled`, `fleet_events`, `fleet_ratios`, `tyres` and `bikes` from the coefficients and the
+/// evidence in `out`; gives back the rows of the first.
 ///
 /// # Errors
 /// A coefficients table cannot be read, or the fleet's not be written.
 pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
     let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
-    let paths = paths(out, &Contents::read(&kind::RUN, &out.into())?).map_err(fail)?;
+    let there = Contents::read(&kind::RUN, &out.into())?;
+    let paths = paths(out, &there).map_err(fail)?;
     let mut rows = Vec::new();
     let (mut pooled, mut events, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut of_tyres, mut of_bikes) = (Vec::new(), Vec::new());
     if !paths.is_empty() {
         let frame = scan(paths).map_err(fail)?;
         rows = aggregate(&frame).and_then(|frame| unpack(&frame)).map_err(fail)?;
@@ -54,11 +56,14 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
         pooled = bikes.iter().flat_map(|bike| pooled_rows(bike, &units)).collect();
         events = bikes.iter().flat_map(event_rows).collect();
         ratios = bikes.iter().flat_map(ratio_rows).collect();
+        (of_tyres, of_bikes) = tyres::rows(out, &there, &bikes)?;
     }
     save(out, &rows)?;
     save(out, &pooled)?;
     save(out, &events)?;
     save(out, &ratios)?;
+    save(out, &of_tyres)?;
+    save(out, &of_bikes)?;
     Ok(rows)
 }
 

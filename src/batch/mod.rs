@@ -45,6 +45,7 @@ pub mod session;
 pub mod settings;
 pub mod store;
 pub mod summary;
+mod tyres;
 pub mod watch;
 pub mod work;
 

@@ -5,6 +5,7 @@
 pub mod bike;
 pub mod channel;
 pub mod coefficient;
+pub mod error_source;
 pub mod fleet_event;
 pub mod residual_channel;
 pub mod schema;

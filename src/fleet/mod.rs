@@ -7,6 +7,8 @@
 //!                  components, drift   spread between sessions, slope, with intervals
 //!                  pool     each session's value with its siblings' help
 //!                  ratio    the side force ratio, which no session determines
+//! evidence     -> combine  one estimate per tyre and motorcycle: shared errors stay, others average out
+//!                 tyres    which tyre was on when; each tyre model over the motorcycles
 //! ```
 //!
 //! Plain functions over slices; assumes values with standard errors that are honest, and spread
@@ -15,9 +17,11 @@
 
 pub mod analysis;
 pub mod changes;
+pub mod combine;
 pub mod components;
 pub mod drift;
 pub mod events;
+pub mod evidence;
 pub mod history;
 pub mod levels;
 pub mod observation;
@@ -25,6 +29,7 @@ pub mod pool;
 pub mod ratio;
 pub mod scan;
 pub mod threshold;
+pub mod tyres;
 
 pub use analysis::{BikeAnalysis, Series, analyse};
 pub use observation::Observation;

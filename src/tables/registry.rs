@@ -163,6 +163,8 @@ tables! {
     FLEET_POOLED: "fleet_pooled", PooledRow, Fleet, Run, Always;
     FLEET_EVENTS: "fleet_events", EventRow, Fleet, Run, Always;
     FLEET_RATIOS: "fleet_ratios", RatioRow, Fleet, Run, Always;
+    TYRES: "tyres", TyreRow, Fleet, Run, Always;
+    BIKES: "bikes", BikeRow, Fleet, Run, Always;
     DIAGNOSES: "diagnoses", DiagnosisRow, Session, Diagnose, Always;
     DISCREPANCIES: "discrepancies", DiscrepancyRow, Session, Diagnose, Always;
     CAUSES: "causes", CauseRow, Session, Diagnose, Always;

@@ -288,6 +288,48 @@ pub struct RatioRow {
     pub reason: Option<String>,
 }
 
+/// A row of `tyres`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct TyreRow {
+    pub bike_id: Option<String>,
+    pub tyre: String,
+    pub specimen: Option<i64>,
+    pub tyre_model: Option<String>,
+    pub coefficient: String,
+    pub unit: String,
+    pub value: f64,
+    pub std_error: f64,
+    pub ci95_low: f64,
+    pub ci95_high: f64,
+    pub n_sessions: i64,
+    pub n_tyres: i64,
+    pub shared_share: Option<f64>,
+    pub limited_by: String,
+    pub limited_share: Option<f64>,
+    pub between_sd: f64,
+    pub median: f64,
+    pub first_session: Option<String>,
+    pub last_session: Option<String>,
+}
+
+/// A row of `bikes`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // the schema file describes each field
+pub struct BikeRow {
+    pub bike_id: String,
+    pub source: String,
+    pub taken: Option<f64>,
+    pub taken_sd: Option<f64>,
+    pub found: Option<f64>,
+    pub found_sd: Option<f64>,
+    pub shift: f64,
+    pub shift_sd: f64,
+    pub told: f64,
+    pub n_sessions: i64,
+    pub reason: Option<String>,
+}
+
 /// A row of `causes`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field

@@ -1,0 +1,225 @@
+//! The tyres of a fleet: which was on a wheel when, what all its rides say of it, and each tyre model over the motorcycles.
+//!
+//! A tyre is another one after a swap that the rolling radius shows ([`changes`](super::changes)) or where the logs name
+//! another model. Sessions that an event calls outliers, or ridden by a wrong bike file, take no part in what it moved.
+//!
+//! A model is what its tyres have in common: `y_b = theta + b_b + e_b` with the spread `b` between tyres by
+//! DerSimonian and Laird (1986), as logarithms where all are of one sign.
+
+use std::collections::BTreeMap;
+
+use super::analysis::BikeAnalysis;
+use super::combine::{Estimate, Key, Ride, Shared, combine};
+use super::events::Event;
+use super::evidence::Piece;
+use super::ratio;
+use crate::contract::bike::Axle;
+use crate::contract::fleet_event::EventKind;
+use crate::statistics::interval::t95;
+use crate::statistics::order;
+
+/// Spread between tyres of one model where there are too few to tell, a share.
+const BETWEEN_TYRES: f64 = 0.02;
+/// Fewest tyres that tell it.
+const TYRES: usize = 4;
+
+/// What the rides of a motorcycle say of one coefficient of one of its tyres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OnBike {
+    /// The estimate.
+    pub estimate: Estimate,
+    /// Tyre model, where the logs name it.
+    pub model: Option<String>,
+    /// Unit.
+    pub unit: String,
+    /// First and last session on that tyre.
+    pub sessions: [String; 2],
+}
+
+/// A motorcycle's tyres and what its rides say of its own numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BikeTyres {
+    /// The bike.
+    pub bike: String,
+    /// Coefficients of its tyres, and its own.
+    pub tyres: Vec<OnBike>,
+    /// Its numbers.
+    pub shared: Vec<Shared>,
+    /// Sessions that took part.
+    pub rides: usize,
+}
+
+/// A tyre model over the motorcycles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// `front` or `rear`.
+    pub tyre: String,
+    /// The model.
+    pub model: String,
+    /// Coefficient.
+    pub coefficient: String,
+    /// Unit.
+    pub unit: String,
+    /// Value.
+    pub value: f64,
+    /// Standard error.
+    pub std_error: f64,
+    /// 95 % interval.
+    pub interval: [f64; 2],
+    /// Tyres that took part, and their rides.
+    pub tyres: usize,
+    /// Rides of all.
+    pub rides: usize,
+    /// Spread between tyres beyond their errors.
+    pub between: f64,
+    /// Median of the tyres.
+    pub median: f64,
+}
+
+/// Combines the rides of a motorcycle.
+pub fn of_bike(bike: &BikeAnalysis, pieces: &[Piece]) -> BikeTyres {
+    let history = &bike.history;
+    let place: BTreeMap<&str, usize> =
+        history.sessions.iter().enumerate().map(|(i, s)| (s.as_str(), i)).collect();
+    let specimens = Axle::BOTH.map(|axle| specimens(bike, axle, pieces, &place));
+    let specimen = |piece: &Piece, at: usize| {
+        let axle = Axle::BOTH.iter().position(|a| a.name() == piece.tyre);
+        axle.map_or(0, |a| specimens[a][at])
+    };
+    let mut rides: BTreeMap<usize, Ride<'_>> = BTreeMap::new();
+    for piece in pieces {
+        let Some(&at) = place.get(piece.session.as_str()) else { continue };
+        let column =
+            history.keys.iter().position(|k| k.0 == piece.tyre && k.1 == piece.coefficient);
+        if column.is_some_and(|c| bike.events.iter().any(|e| excludes(e, c, at))) {
+            continue;
+        }
+        let key = Key {
+            tyre: piece.tyre.clone(),
+            specimen: specimen(piece, at),
+            coefficient: piece.coefficient.clone(),
+        };
+        let ride = rides.entry(at).or_default();
+        ride.session = &piece.session;
+        ride.pieces.push((key, piece));
+    }
+    let mut rides: Vec<Ride<'_>> = rides.into_values().collect();
+    rides.iter_mut().for_each(|r| r.pieces.sort_by(|a, b| a.0.cmp(&b.0)));
+    let found = combine(&rides);
+    let tyres = found.estimates.into_iter().filter_map(|estimate| {
+        let own = |p: &&(Key, &Piece)| p.0 == estimate.key;
+        let mut of_key = rides.iter().filter_map(|r| Some((r, r.pieces.iter().find(own)?.1)));
+        let (first, piece) = of_key.next()?;
+        let last = of_key.next_back().map_or(first, |l| l.0);
+        Some(OnBike {
+            model: piece.tyre_model.clone(),
+            unit: piece.unit.clone(),
+            sessions: [first.session.to_owned(), last.session.to_owned()],
+            estimate,
+        })
+    });
+    BikeTyres {
+        bike: bike.bike.clone(),
+        tyres: tyres.collect(),
+        shared: found.shared,
+        rides: rides.len(),
+    }
+}
+
+/// Whether an event takes a session out of a coefficient.
+fn excludes(event: &Event, column: usize, session: usize) -> bool {
+    matches!(event.kind, EventKind::Outlier | EventKind::BikeFile)
+        && event.affects(column)
+        && event.sessions().contains(&session)
+}
+
+/// Which of the tyres of an axle was on in each session of the history.
+fn specimens(
+    bike: &BikeAnalysis,
+    axle: Axle,
+    pieces: &[Piece],
+    place: &BTreeMap<&str, usize>,
+) -> Vec<usize> {
+    let n = bike.history.sessions.len();
+    let mut named: Vec<Option<&str>> = vec![None; n];
+    for piece in pieces.iter().filter(|p| p.tyre == axle.name()) {
+        if let (Some(&at), Some(model)) = (place.get(piece.session.as_str()), &piece.tyre_model) {
+            named[at] = Some(model);
+        }
+    }
+    let mut swapped = vec![0; n];
+    for (group, sessions) in ratio::tyres(&bike.history, &bike.events, axle).iter().enumerate() {
+        sessions.iter().for_each(|i| swapped[*i] = group);
+    }
+    let mut known: Vec<(usize, Option<&str>)> = Vec::new();
+    (0..n)
+        .map(|i| {
+            let this = (swapped[i], named[i]);
+            known.iter().position(|k| *k == this).unwrap_or_else(|| {
+                known.push(this);
+                known.len() - 1
+            })
+        })
+        .collect()
+}
+
+/// Every tyre model of which there is a name.
+pub fn models(bikes: &[BikeTyres]) -> Vec<Model> {
+    let mut groups: BTreeMap<(&str, &str, &str), Vec<&OnBike>> = BTreeMap::new();
+    for tyre in bikes.iter().flat_map(|b| &b.tyres) {
+        let Some(model) = &tyre.model else { continue };
+        let key = &tyre.estimate.key;
+        groups.entry((&key.tyre, model, &key.coefficient)).or_default().push(tyre);
+    }
+    groups.into_iter().filter_map(|(key, tyres)| model(key, &tyres)).collect()
+}
+
+fn model((tyre, name, coefficient): (&str, &str, &str), tyres: &[&OnBike]) -> Option<Model> {
+    let value = |t: &&&OnBike| t.estimate.value;
+    let one_sign = tyres.iter().all(|t| value(&t) > 0.0) || tyres.iter().all(|t| value(&t) < 0.0);
+    let sign = tyres.first()?.estimate.value.signum();
+    let scaled: Vec<(f64, f64)> = tyres
+        .iter()
+        .map(|t| match one_sign {
+            true => ((sign * t.estimate.value).ln(), t.estimate.std_error / t.estimate.value.abs()),
+            false => (t.estimate.value, t.estimate.std_error),
+        })
+        .filter(|(y, sd)| y.is_finite() && *sd > 0.0)
+        .collect();
+    let n = scaled.len();
+    if n == 0 {
+        return None;
+    }
+    let mean = |tau2: f64| {
+        let weights: f64 = scaled.iter().map(|(_, sd)| 1.0 / (sd * sd + tau2)).sum();
+        let sum: f64 = scaled.iter().map(|(y, sd)| y / (sd * sd + tau2)).sum();
+        (sum / weights, 1.0 / weights)
+    };
+    let tau2 = if n >= TYRES {
+        let (at, _) = mean(0.0);
+        let q: f64 = scaled.iter().map(|(y, sd)| ((y - at) / sd).powi(2)).sum();
+        let [w, w2] = [1, 2].map(|p| scaled.iter().map(|(_, sd)| sd.powi(-2 * p)).sum::<f64>());
+        ((q - (n as f64 - 1.0)) / (w - w2 / w)).max(0.0)
+    } else {
+        (if one_sign { BETWEEN_TYRES } else { BETWEEN_TYRES * scaled[0].0.abs() }).powi(2)
+    };
+    let (y, variance) = mean(tau2);
+    let half = t95(n as f64 + 1.0) * variance.sqrt();
+    let back = |y: f64| if one_sign { sign * y.exp() } else { y };
+    let (low, high) = (back(y - half), back(y + half));
+    let size = if one_sign { back(y).abs() } else { 1.0 };
+    let mut values: Vec<f64> = tyres.iter().map(|t| t.estimate.value).collect();
+    Some(Model {
+        tyre: tyre.to_owned(),
+        model: name.to_owned(),
+        coefficient: coefficient.to_owned(),
+        unit: tyres[0].unit.clone(),
+        value: back(y),
+        std_error: variance.sqrt() * size,
+        interval: [low.min(high), low.max(high)],
+        tyres: n,
+        rides: tyres.iter().map(|t| t.estimate.rides).sum(),
+        between: tau2.sqrt() * size,
+        median: order::median(&mut values)?,
+    })
+}
