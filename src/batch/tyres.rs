@@ -17,7 +17,7 @@ use crate::fleet::evidence::Piece;
 use crate::fleet::tyres::{self, BikeTyres, Model, OnBike};
 use crate::tables::names::file_name;
 use crate::tables::read::file_rows;
-use crate::tables::rows::{BikeRow, EvidenceRow, TyreRow};
+use crate::tables::rows::{BikeRow, EvidenceRow, Status, TyreRow};
 
 /// What more rides would narrow most.
 const RIDES: &str = "rides";
@@ -79,7 +79,10 @@ fn evidence(out: &Path, bike: &str, session: &str) -> Result<Vec<Piece>, Error> 
         shift: row.shift,
         taken: row.source_value.zip(row.source_sd).map(|(value, sd)| [value, sd]),
     };
-    let usable = |row: &EvidenceRow| row.value.is_finite() && row.shift.is_finite();
+    // METHOD: what a ride hardly determines is off to one side, which more such rides do not cure
+    let usable = |row: &EvidenceRow| {
+        row.status == Status::Ok && row.value.is_finite() && row.shift.is_finite()
+    };
     Ok(rows.into_iter().filter(usable).map(piece).collect())
 }
 
