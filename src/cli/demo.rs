@@ -1,6 +1,5 @@
 //! `roadbench demo`: a ride on which something is wrong, and what comes out of it.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -8,7 +7,7 @@ use indicatif::ProgressBar;
 
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
-use crate::cli::{colour, diagnose, run, simulate};
+use crate::cli::{browser, colour, diagnose, run, simulate};
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::effects::Effect;
 use crate::estimate;
@@ -73,7 +72,7 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     say!("\nRides in {}, tables in {}", archive.display(), out.display());
     say!("{} {}", colour::bold("Report:", colours), report.display());
     if !arguments.no_open {
-        open(&report);
+        browser::open(&report);
     }
     say!("{:.1} s in all", begin.elapsed().as_secs_f64());
     Ok(())
@@ -179,16 +178,4 @@ fn hidden(scenario: &str) -> Vec<(Effect, f64)> {
         found.push((*effect, value));
     }
     found
-}
-
-/// Opens the report on an interactive terminal with a display.
-fn open(report: &Path) {
-    let has = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
-    let display = !cfg!(target_os = "linux") || has("DISPLAY") || has("WAYLAND_DISPLAY");
-    if !(display && std::io::stdout().is_terminal()) {
-        return;
-    }
-    if let Err(e) = open::that_detached(report) {
-        tracing::warn!("cannot open the report: {e}");
-    }
 }

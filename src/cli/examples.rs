@@ -75,6 +75,7 @@ pub const REPORT: &str = "\
 Examples:
   roadbench report out
   roadbench report out --pages shared                     script and style once beside the pages
+  roadbench report out --open archive_s0001               the page of one session, in the browser
   roadbench report out --figures figures                  every plot, for a paper
   roadbench report out --figures figures --figure-format png";
 

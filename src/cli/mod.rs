@@ -9,6 +9,7 @@ use indicatif::ProgressBar;
 use logging::LogFormat;
 
 pub mod batch;
+pub mod browser;
 pub mod colour;
 pub mod convert;
 pub mod demo;

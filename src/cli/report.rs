@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::cli::browser;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::report::session::bench_values;
@@ -25,13 +26,24 @@ pub struct Arguments {
     /// Only this session's figures.
     #[arg(long, value_name = "ID", requires = "figures")]
     session: Option<String>,
+    /// Write the page of this session alone, unless it is there and up to date, print its path and open
+    /// it in the browser.
+    #[arg(long, value_name = "SESSION", conflicts_with_all = ["figures", "markdown"])]
+    open: Option<String>,
+    /// The bike of the session, where several have one of that name.
+    #[arg(long, value_name = "BIKE", requires = "open")]
+    bike: Option<String>,
+    /// With --open: only write the page and print its path.
+    #[arg(long, requires = "open")]
+    no_browser: bool,
 }
 
 /// What the report's pages are like.
 #[derive(Debug, Default, clap::Args)]
 pub struct Pages {
-    /// What the pages of the sessions are like: by default each is one file that opens anywhere, and
-    /// of more than 50 they share script and style in `report/assets`.
+    /// What the pages of the sessions are like: by default each is one file that opens anywhere, of more
+    /// than 50 they share script and style in `report/assets`, and of more than 1000 only those are there
+    /// that `report --open` was asked for.
     #[arg(long = "pages", value_name = "KIND", default_value = "auto", hide_default_value = true)]
     pub kind: report::Pages,
 }
@@ -91,15 +103,30 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         file::write_bytes(out.join(bench_values::FILE), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;
     }
+    let kind = arguments.pages.kind;
+    if let Some(session) = &arguments.open {
+        let page = report::open(&out, session, arguments.bike.as_deref(), kind).map_err(failure)?;
+        say!("{}", page.display());
+        if !arguments.no_browser {
+            browser::open(&page);
+        }
+        return Ok(());
+    }
     let only = arguments.session.as_deref();
-    let made = report::build(&out, arguments.pages.kind, true)
-        .and_then(|()| arguments.copies.write(&out, only));
-    made.map_err(|e| match e {
-        Error::NotAnOutput { .. } | Error::Read(_) => Failure::Usage(e.to_string()),
+    report::build(&out, kind, true)
+        .and_then(|()| arguments.copies.write(&out, only))
+        .map_err(failure)?;
+    say!("{}", out.join("report").join("index.html").display());
+    Ok(())
+}
+
+fn failure(e: Error) -> Failure {
+    match e {
+        Error::NotAnOutput { .. } | Error::Read(_) | Error::NoSession(_) => {
+            Failure::Usage(e.to_string())
+        }
         Error::Write(_) | Error::Figure { .. } | Error::Template(_) | Error::Data(_) => {
             Failure::Output(e.to_string())
         }
-    })?;
-    say!("{}", out.join("report").join("index.html").display());
-    Ok(())
+    }
 }

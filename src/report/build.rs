@@ -2,18 +2,13 @@
 
 use std::path::Path;
 
-use minijinja::value::Serde;
-use minijinja::{Environment, Value, context};
-
-use crate::report::assets::{self, LONG_SCRIPT, Pages, Source};
+use crate::report::assets::{self, Pages, Source};
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
-use crate::report::fleet::{self, page::PAGE};
-use crate::report::run::page as run;
+use crate::report::run::write as run;
 use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::report::{page_names, page_shell};
-use crate::tables::file;
 
 /// Builds `out/report/` from the tables in `out`; pages of an earlier build go.
 ///
@@ -31,22 +26,31 @@ pub fn update(out: &Path) -> Result<(), Error> {
     build(out, Pages::Auto, false)
 }
 
-/// As [`write()`], or without `all` as [`update()`], with the pages of sessions as `kind` says.
+/// As [`write()`], or without `all` as [`update()`], with the pages of sessions as `kind` says; those
+/// on demand stay while they are up to date.
 ///
 /// # Errors
 /// As [`write()`].
 pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
     let tables = RunTables::read(out)?;
     let bench = bench_values::read(out)?;
-    let forces = tables::forces(out)?;
-    let stored = SessionTables::read(out)?;
-    let mut pages = page_names::sessions(tables.sessions.iter().map(|s| s.ident.key()));
-    if kind == Pages::None {
-        pages.iter_mut().for_each(String::clear);
-    }
-    let environment = page_shell::environment()?;
     let folder = out.join("report");
-    let diagnosed = Diagnosed::read(out, &tables.sessions, &pages)?;
+    let mut names = page_names::sessions(tables.sessions.iter().map(|s| s.ident.key()));
+    if kind == Pages::None {
+        names.iter_mut().for_each(String::clear);
+    }
+    let on_demand = kind.on_demand(names.len());
+    let mut pages = names.clone();
+    if on_demand {
+        let there = page_shell::written(&folder);
+        pages.iter_mut().filter(|p| !there.contains(*p)).for_each(String::clear);
+    }
+    // hundreds of thousands of files: not read where no page is made of them
+    let none = pages.iter().all(String::is_empty);
+    let forces = if none { Vec::new() } else { tables::forces(out)? };
+    let stored = if none { SessionTables::default() } else { SessionTables::read(out)? };
+    let environment = page_shell::environment()?;
+    let diagnosed = Diagnosed::read(out, &tables.sessions, &pages, &names)?;
     let source = kind.source(tables.sessions.len().max(diagnosed.pages().count()));
     if source == Source::Folder {
         assets::write(&folder)?;
@@ -61,45 +65,27 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
         environment: &environment,
         folder: &folder,
         source,
-        kept: (!all).then_some(kind),
+        kept: (on_demand || !all).then_some(kind),
     };
     let shared = writer.write(&pages)?;
-    let with_fleet = write_run(out, &environment, &tables, &pages, &diagnosed)?;
+    if on_demand {
+        assets::write_written(&folder, pages.iter().map(String::as_str))?;
+    }
+    let (tables, diagnosed) = (&tables, &diagnosed);
+    let (names, pages, environment) = (&names, &pages, &environment);
+    let others =
+        run::Writer { out, environment, tables, diagnosed, names, pages, on_demand }.write()?;
 
     let own: Vec<&str> = pages
         .iter()
         .map(String::as_str)
         .chain(diagnosed.pages())
-        .chain(with_fleet.then_some(PAGE))
+        .chain(others.iter().map(String::as_str))
         .collect();
     page_shell::remove_stale(&folder, &own);
     if shared {
         assets::write(&folder)?; // pages that stayed may have lost them
     }
-    assets::remove_stale(&folder, shared);
+    assets::remove_stale(&folder, shared, on_demand);
     Ok(())
-}
-
-/// Writes the run's page and, where there are tables of a fleet, the fleet's; whether there are.
-fn write_run(
-    out: &Path,
-    environment: &Environment<'_>,
-    tables: &RunTables,
-    pages: &[String],
-    diagnosed: &Diagnosed,
-) -> Result<bool, Error> {
-    let rejected = tables::rejected(out)?;
-    let fleet = fleet::tables::fleet(out)?;
-    let mut page = run::build(tables, pages, rejected, &fleet);
-    page.diagnoses = diagnosed.entries();
-    if !fleet.is_empty() && !tables.sessions.is_empty() {
-        page.fleet = Some(fleet::write::write(out, environment, &tables.sessions, pages)?);
-    }
-    let html = environment.get_template("run.html")?.render(context! {
-        run => Serde(&page),
-        long_script => Value::from_safe_string(LONG_SCRIPT.to_owned()),
-        ..page_shell::context(Source::Page)
-    })?;
-    file::write_bytes(out.join("report/index.html"), html.as_bytes())?;
-    Ok(page.fleet.is_some())
 }

@@ -19,6 +19,9 @@ pub enum Error {
     /// A table, or the file of bench values, cannot be read.
     #[error(transparent)]
     Read(#[from] read::Error),
+    /// The session that was asked for is not there, or several are.
+    #[error("{0}")]
+    NoSession(String),
     /// A page cannot be written.
     #[error(transparent)]
     Write(#[from] file::Error),

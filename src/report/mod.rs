@@ -1,7 +1,9 @@
 //! The report: a pure function of the tables.
 //!
 //! [`write()`] reads the tables of an output folder and writes `report/index.html` and one page
-//! per session beside it, and one per diagnosed session ([`diagnosis`]). A page opens from disk,
+//! per session beside it, and one per diagnosed session ([`diagnosis`]). However large the archive,
+//! its page stays short: long tables come by pages ([`list`]), many bikes have a page each, and of
+//! more than a thousand sessions a page is written when somebody asks for it ([`open()`]). A page opens from disk,
 //! offline: it holds all it needs, or, of many, its data alone, with style and script in a folder
 //! beside them ([`assets`]). The templates are in `reports/`; the chart library is embedded whole.
 //!
@@ -16,6 +18,7 @@
 pub use assets::Pages;
 pub use build::{build, update, write};
 pub use error::Error;
+pub use open::open;
 pub use page_shell::is_own;
 
 pub mod assets;
@@ -28,8 +31,10 @@ pub mod fleet;
 pub mod inline_svg;
 pub mod kinds;
 pub mod labels;
+pub mod list;
 pub mod markdown;
 pub mod number_format;
+pub mod open;
 pub mod page_names;
 pub mod page_shell;
 pub mod run;

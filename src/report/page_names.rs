@@ -49,6 +49,25 @@ pub fn diagnoses<'a>(
         .collect()
 }
 
+/// One file name per bike, in their order; never one of the `taken`.
+pub fn bikes<'a>(
+    bikes: impl Iterator<Item = &'a str>,
+    taken: impl Iterator<Item = &'a str>,
+) -> Vec<String> {
+    let mut taken: BTreeSet<String> = taken.map(str::to_lowercase).collect();
+    bikes
+        .map(|bike| {
+            let mut name = format!("bike_{}.html", stem(bike));
+            if taken.contains(&name.to_lowercase()) {
+                let hash = blake3::hash(format!("bike\0{bike}").as_bytes()).to_hex();
+                name = format!("{}-{}.html", name.trim_end_matches(".html"), &hash[..12]);
+            }
+            taken.insert(name.to_lowercase());
+            name
+        })
+        .collect()
+}
+
 /// A file name without its ending for any text: as it is where it is safe, else with a hash.
 pub fn stem(text: &str) -> String {
     let safe: String = text.chars().take(MAX).map(safe_char).collect();
@@ -88,5 +107,15 @@ mod tests {
         let names = diagnoses([("b", "x"), ("b", "y")].into_iter(), &taken);
         assert!(names[0].starts_with("diagnosis_x-"), "{names:?}");
         assert_eq!(names[1], "diagnosis_y.html");
+    }
+
+    #[test]
+    fn a_bike_takes_no_page_of_another() {
+        let taken = ["bike_x.html"];
+        let names = bikes(["X", "y", "Y", "a/b"].into_iter(), taken.into_iter());
+        let distinct: BTreeSet<String> =
+            names.iter().map(String::as_str).chain(taken).map(str::to_lowercase).collect();
+        assert_eq!((distinct.len(), names[1].as_str()), (5, "bike_y.html"), "{names:?}");
+        assert!(names.iter().all(|n| n.chars().all(|c| safe_char(c) == c)), "{names:?}");
     }
 }

@@ -13,7 +13,10 @@ use crate::tables::rows::SessionRow;
 const TEMPLATES: &[(&str, &str)] = &[
     ("base.html", include_str!("../../reports/base.html")),
     ("scripts.html", include_str!("../../reports/scripts.html")),
+    ("list.html", include_str!("../../reports/list.html")),
     ("run.html", include_str!("../../reports/run.html")),
+    ("bike.html", include_str!("../../reports/bike.html")),
+    ("bike_tables.html", include_str!("../../reports/bike_tables.html")),
     ("session.html", include_str!("../../reports/session.html")),
     ("laps.html", include_str!("../../reports/laps.html")),
     ("fleet.html", include_str!("../../reports/fleet.html")),
@@ -89,6 +92,12 @@ pub(super) fn source_if_current(page: &Path, fingerprint: &str) -> Option<Source
     let rest = head.strip_prefix(MARK.as_bytes())?.strip_prefix(b"\n")?;
     let rest = rest.strip_prefix(fingerprint.as_bytes())?.strip_prefix(b", ")?;
     [Source::Page, Source::Folder].into_iter().find(|s| rest.starts_with(s.name().as_bytes()))
+}
+
+/// Names of the pages that there are, whoever wrote them.
+pub(super) fn written(folder: &Path) -> BTreeSet<String> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return BTreeSet::new() };
+    entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect()
 }
 
 /// Removes pages of an earlier build that are not among `pages`. One that cannot be removed stays:

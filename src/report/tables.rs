@@ -41,11 +41,15 @@ pub fn sessions(out: &Path) -> Result<Vec<SessionRow>, Error> {
 /// A file cannot be read or lacks a column.
 pub fn coefficients(out: &Path) -> Result<Vec<Coefficient>, Error> {
     let mut rows: Vec<Coefficient> = read::rows(out)?;
-    rows.sort_by(|a, b| {
-        (a.ident.key(), labels::order(&a.tyre, &a.coefficient))
-            .cmp(&(b.ident.key(), labels::order(&b.tyre, &b.coefficient)))
-    });
+    sort_coefficients(&mut rows);
     Ok(rows)
+}
+
+fn sort_coefficients(rows: &mut [Coefficient]) {
+    rows.sort_by(|a, b| {
+        let place = |c: &Coefficient| labels::order(&c.tyre, &c.coefficient);
+        a.ident.key().cmp(&b.ident.key()).then_with(|| place(a).cmp(&place(b)))
+    });
 }
 
 /// Every `forces` row, by bike, session and manoeuvre, then as the estimate wrote them; none where
@@ -79,8 +83,8 @@ pub fn rejected(out: &Path) -> Result<Vec<Rejected>, Error> {
     Ok(rows)
 }
 
-/// The tables that are read session by session.
-#[derive(Debug)]
+/// The tables that are read session by session; by default of no session.
+#[derive(Debug, Default)]
 pub struct SessionTables {
     manoeuvres: SessionFiles<Manoeuvre>,
     plots: SessionFiles<PlotPoint>,
@@ -101,6 +105,20 @@ impl SessionTables {
             laps: SessionFiles::read(out)?,
             lap_corners: SessionFiles::read(out)?,
             lap_points: SessionFiles::read(out)?,
+        })
+    }
+
+    /// As [`SessionTables::read`], for one session.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
+        Ok(SessionTables {
+            manoeuvres: SessionFiles::read_one(out, session)?,
+            plots: SessionFiles::read_one(out, session)?,
+            laps: SessionFiles::read_one(out, session)?,
+            lap_corners: SessionFiles::read_one(out, session)?,
+            lap_points: SessionFiles::read_one(out, session)?,
         })
     }
 
@@ -161,6 +179,21 @@ impl RunTables {
             sessions: sessions(out)?,
             coefficients: coefficients(out)?,
             warnings: warnings(out)?,
+        })
+    }
+
+    /// The rows of one session alone.
+    ///
+    /// # Errors
+    /// A table cannot be read.
+    pub fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
+        let mut coefficients =
+            SessionFiles::<Coefficient>::read_one(out, session)?.rows(session)?;
+        sort_coefficients(&mut coefficients);
+        Ok(RunTables {
+            sessions: SessionFiles::<SessionRow>::read_one(out, session)?.rows(session)?,
+            coefficients,
+            warnings: SessionFiles::<WarningRow>::read_one(out, session)?.rows(session)?,
         })
     }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
+use super::names::file_name;
 use super::read::{self, Columns, Error};
 use super::registry::Row;
 use super::rows::Ident;
@@ -22,6 +23,12 @@ pub struct SessionFiles<R> {
     row: PhantomData<fn() -> R>,
 }
 
+impl<R> Default for SessionFiles<R> {
+    fn default() -> Self {
+        SessionFiles { files: BTreeMap::new(), row: PhantomData }
+    }
+}
+
 impl<R: Row + DeserializeOwned> SessionFiles<R> {
     /// Looks through the table's files below an output folder; only the names of bikes and sessions
     /// are read.
@@ -29,8 +36,28 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
     /// # Errors
     /// A file cannot be read or lacks a column.
     pub fn read(out: &Path) -> Result<Self, Error> {
+        Self::of(read::files(out, R::spec())?)
+    }
+
+    /// As [`SessionFiles::read`], but where a batch wrote this one session by its own, only that file
+    /// is looked at.
+    ///
+    /// # Errors
+    /// As [`SessionFiles::read`].
+    pub fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
+        let (bike, id) = session.key();
+        let folder = out.join(R::spec().name).join(format!("bike={bike}"));
+        let own = folder.join(format!("{}.parquet", file_name(id)));
+        let found = if own.is_file() { Self::of(vec![own])? } else { Self::default() };
+        match found.files.is_empty() {
+            false => Ok(found),
+            true => Self::read(out),
+        }
+    }
+
+    fn of(paths: Vec<PathBuf>) -> Result<Self, Error> {
         let mut index: BTreeMap<(String, String), Vec<PathBuf>> = BTreeMap::new();
-        for path in read::files(out, R::spec())? {
+        for path in paths {
             for batch in read::batches(&path, Some(&NAMES))? {
                 let columns = Columns::new(&path, R::spec(), &batch, &NAMES)?;
                 let mut previous = None;
@@ -49,6 +76,11 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
             }
         }
         Ok(SessionFiles { files: index, row: PhantomData })
+    }
+
+    /// Bike and session of each, in their order.
+    pub fn keys(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.files.keys().map(|(bike, session)| (bike.as_str(), session.as_str()))
     }
 
     /// One session's rows, in file order; none where no file holds the session.

@@ -15,6 +15,7 @@ use arrow::datatypes::{DataType, Float64Type, Int64Type};
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use rayon::prelude::*;
 use serde::de::value::BorrowedStrDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Deserializer, MapAccess, Visitor};
 use serde::forward_to_deserialize_any;
@@ -37,11 +38,12 @@ pub struct Error {
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.
-pub fn rows<R: Row + DeserializeOwned>(out: &Path) -> Result<Vec<R>, Error> {
-    let mut all = Vec::new();
-    for path in files(out, R::spec())? {
-        all.extend(file_rows::<R>(&path)?);
-    }
+pub fn rows<R: Row + DeserializeOwned + Send>(out: &Path) -> Result<Vec<R>, Error> {
+    let parts: Result<Vec<Vec<R>>, Error> =
+        files(out, R::spec())?.par_iter().map(|path| file_rows(path)).collect();
+    let parts = parts?;
+    let mut all = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+    parts.into_iter().for_each(|part| all.extend(part));
     Ok(all)
 }
 

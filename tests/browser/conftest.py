@@ -82,6 +82,30 @@ def crowd(report, tmp_path_factory):
     return out / "report"
 
 
+@pytest.fixture(scope="session")
+def archive(report, tmp_path_factory):
+    """Of one session 1200 on 40 bikes, of which rows and coefficients are known: pages on demand."""
+    out = tmp_path_factory.mktemp("archive") / "out"
+    for name in ("sessions", "coefficients"):
+        table = pq.read_table(next((report.parent / name).glob("*/*.parquet")), partitioning=None)
+        at = [table.schema.get_field_index(column) for column in ("session_id", "bike_id")]
+        for bike in range(40):
+            folder = out / name / f"bike=bike_{bike:03}"
+            folder.mkdir(parents=True)
+            parts = []
+            for session in range(30):
+                one = table
+                for place, text in zip(at, (f"ride_{bike:03}_{session:02}", f"bike_{bike:03}")):
+                    field = table.schema.field(place)
+                    one = one.set_column(place, field, pa.array([text] * len(table), field.type))
+                parts.append(one)
+            pq.write_table(pa.concat_tables(parts), folder / "all.parquet")
+    done = subprocess.run([PROGRAM, "report", out], capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert not list((out / "report").glob("ride_*")), "pages that nobody asked for"
+    return out
+
+
 class Browser:
     """Chromium, with what the tests ask of it again and again."""
 

@@ -1,10 +1,12 @@
 """The report in real Chromium: what a reader does with it, and what a log must not do to it."""
 
 import json
+import shlex
+import subprocess
 import time
 
 import pytest
-from conftest import CORPUS
+from conftest import CORPUS, PROGRAM
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -26,10 +28,20 @@ def session_page(report):
 def chart(browser, selector="[data-chart]"):
     """The first such chart, in the window and drawn."""
     holder = browser.driver.find_element(By.CSS_SELECTOR, selector)
+    browser.js("for (let e = arguments[0]; e; e = e.parentElement) if (e.tagName === 'DETAILS') e.open = true", holder)
+    browser.settle()
     browser.js("arguments[0].scrollIntoView({block: 'center'})", holder)
     browser.wait("return arguments[0].uplot && arguments[0].uplot.over", holder, what="drawn")
     browser.settle()
     return holder
+
+
+def draw_all(browser):
+    """Every section open, every chart once in the window."""
+    browser.js("document.querySelectorAll('details').forEach(e => { e.open = true; })")
+    browser.settle()
+    for holder in browser.driver.find_elements(By.CSS_SELECTOR, "[data-chart]"):
+        browser.js("arguments[0].scrollIntoView()", holder)
 
 
 def over(holder):
@@ -53,8 +65,7 @@ def test_pages_load_without_errors_or_requests(report, browser):
     for page in pages(report):
         browser.open(page)
         # every chart is drawn once
-        for holder in browser.driver.find_elements(By.CSS_SELECTOR, "[data-chart]"):
-            browser.js("arguments[0].scrollIntoView()", holder)
+        draw_all(browser)
         browser.settle()
         log = browser.driver.get_log("browser")
         assert not log, f"{page.name}: {log}"
@@ -185,8 +196,7 @@ def test_hostile_texts_stay_texts(report, browser):
     seen = ""
     for page in pages(report):
         browser.open(page)
-        for holder in browser.driver.find_elements(By.CSS_SELECTOR, "[data-chart]"):
-            browser.js("arguments[0].scrollIntoView()", holder)
+        draw_all(browser)
         browser.settle()
         assert browser.js("return window.attacks") == 0, page.name
         markup = browser.js(
@@ -194,7 +204,7 @@ def test_hostile_texts_stay_texts(report, browser):
             "[onerror], [onload], [onmouseover], [onclick], [href^=\"javascript:\"]')].map(e => e.outerHTML)"
         )
         assert not markup, f"{page.name}: {markup}"
-        assert browser.js("return document.querySelectorAll('script').length") <= 3
+        assert browser.js("return document.querySelectorAll('script:not([type])').length") <= 3
         seen += browser.js("return document.documentElement.textContent") + browser.driver.title
     for text in (CORPUS[0], CORPUS[1], CORPUS[2], CORPUS[3], CORPUS[4], CORPUS[7]):
         assert text in seen, f"{text!r} is nowhere: the test would prove nothing"
@@ -204,8 +214,7 @@ def test_nothing_is_wider_than_a_phone(report, browser):
     for page in pages(report):
         browser.size(400, 800)
         browser.open(page)
-        for holder in browser.driver.find_elements(By.CSS_SELECTOR, "[data-chart]"):
-            browser.js("arguments[0].scrollIntoView()", holder)
+        draw_all(browser)
         browser.settle()
         width = browser.js("return document.documentElement.scrollWidth")
         assert width <= 400, f"{page.name}: {width} px"
@@ -256,42 +265,153 @@ def test_pages_of_many_sessions_share_their_script(crowd, report, browser):
     assert browser.js("return document.querySelectorAll('.coefficients tbody tr').length") > 30
 
 
-def test_a_long_list_comes_by_hundreds_and_is_filtered(crowd, browser):
+def rows(browser, part="#sessions"):
+    return browser.driver.find_elements(By.CSS_SELECTOR, f"{part} tbody tr")
+
+
+def told(browser, part="#sessions"):
+    return browser.driver.find_element(By.CSS_SELECTOR, f"{part} output").text
+
+
+def firsts(browser, part="#sessions"):
+    return browser.js(f"return [...document.querySelectorAll('{part} tbody th')].map(e => e.textContent)")
+
+
+def test_a_long_list_comes_by_fifties_and_is_searched(crowd, browser):
     browser.open(crowd / "index.html")
+    browser.wait("return document.querySelector('#sessions output')")
     assert not browser.driver.get_log("browser")
-    rows = lambda: browser.driver.find_elements(By.CSS_SELECTOR, "#sessions tbody tr")
-    told = browser.driver.find_element(By.CSS_SELECTOR, "#sessions output")
-    assert (len(rows()), told.text) == (100, "1 to 100 of 202")
-    back, on = browser.driver.find_elements(By.CSS_SELECTOR, "#sessions .tools button")
-    assert not back.is_enabled()
+    assert (len(rows(browser)), told(browser)) == (50, "1 to 50 of 202")
+    first, back, on, last = browser.driver.find_elements(By.CSS_SELECTOR, "#sessions .tools button")
+    assert not back.is_enabled() and not first.is_enabled()
     on.click()
-    on.click()
-    assert (len(rows()), told.text) == (2, "201 to 202 of 202") and not on.is_enabled()
+    assert told(browser) == "51 to 100 of 202"
+    last.click()
+    assert (len(rows(browser)), told(browser)) == (2, "201 to 202 of 202") and not on.is_enabled()
     field = browser.driver.find_element(By.CSS_SELECTOR, "#sessions input")
     field.send_keys("TOURER more_15")
-    assert (len(rows()), told.text) == (10, "1 to 10 of 10")
+    assert (len(rows(browser)), told(browser)) == (10, "1 to 10 of 10")
     links = [a.get_attribute("href") for a in browser.driver.find_elements(By.CSS_SELECTOR, "#sessions tbody a")]
     assert links[0] == (crowd / "more_150.html").as_uri()
     field.clear()
     field.send_keys("</title><b>")
-    assert len(rows()) <= 1 and browser.js("return window.attacks + document.querySelectorAll('#sessions b').length") == 0
+    assert len(rows(browser)) <= 1 and browser.js("return window.attacks + document.querySelectorAll('#sessions b').length") == 0
     field.clear()
     field.send_keys("more")
-    # paper has all that was found; so has a browser without scripts
+    # paper has all that was found, up to a thousand
     browser.js("window.dispatchEvent(new Event('beforeprint'))")
-    assert len(rows()) == 200
+    assert len(rows(browser)) == 200
     browser.js("window.dispatchEvent(new Event('afterprint'))")
-    assert len(rows()) == 100
+    assert len(rows(browser)) == 50
     browser.cdp("Emulation.setScriptExecutionDisabled", {"value": True})
     try:
         browser.driver.get((crowd / "index.html").as_uri())
         # without scripts nothing tells that the page is there
         end = time.monotonic() + 20
-        while len(rows()) < 202 and time.monotonic() < end:
+        while len(rows(browser)) < 50 and time.monotonic() < end:
             time.sleep(0.2)
-        assert len(rows()) == 202
+        assert len(rows(browser)) == 50
+        note = browser.driver.find_element(By.CSS_SELECTOR, "#sessions noscript p")
+        assert "The first 50 of 202" in note.get_attribute("textContent") and note.size["height"] > 10
     finally:
         browser.cdp("Emulation.setScriptExecutionDisabled", {"value": False})
+
+
+def test_a_long_list_is_sorted_and_turned_by_keys(crowd, browser):
+    browser.open(crowd / "index.html")
+    browser.wait("return document.querySelector('#sessions output')")
+    heads = browser.driver.find_elements(By.CSS_SELECTOR, "#sessions thead th")
+    as_it_is = firsts(browser)
+    heads[0].find_element(By.TAG_NAME, "button").click()
+    assert heads[0].get_attribute("aria-sort") == "ascending"
+    up = firsts(browser)
+    assert up == sorted(up, key=str.lower)
+    heads[0].find_element(By.TAG_NAME, "button").click()
+    assert heads[0].get_attribute("aria-sort") == "descending" and firsts(browser)[0] == "more_199"
+    # durations go by their seconds, the longest first
+    heads[3].find_element(By.TAG_NAME, "button").click()
+    assert heads[3].get_attribute("aria-sort") == "descending" and not heads[0].get_attribute("aria-sort")
+    times = browser.js("return [...document.querySelectorAll('#sessions tbody td:nth-child(4)')].map(e => e.textContent)")
+    seconds = [sum(int(float(n)) * {"h": 3600, "min": 60, "s": 1}[u] for n, u in zip(t.split()[::2], t.split()[1::2])) for t in times]
+    assert seconds == sorted(seconds, reverse=True), times
+    field = browser.driver.find_element(By.CSS_SELECTOR, "#sessions input")
+    keys = lambda *k: ActionChains(browser.driver).send_keys(*k).perform()
+    field.click()
+    keys(Keys.PAGE_DOWN)
+    assert told(browser) == "51 to 100 of 202"
+    keys(Keys.PAGE_UP)
+    assert told(browser) == "1 to 50 of 202"
+    browser.driver.find_elements(By.CSS_SELECTOR, "#sessions .tools button")[2].send_keys(Keys.END)
+    assert told(browser) == "201 to 202 of 202"
+    # on a button that has nothing more to do the keys still work
+    keys(Keys.HOME)
+    assert told(browser) == "1 to 50 of 202"
+    # a phone has no heads: it has a choice instead, and shorter pages
+    browser.size(400, 900)
+    browser.settle()
+    choice = browser.driver.find_element(By.CSS_SELECTOR, "#sessions select")
+    assert choice.is_displayed() and told(browser) == "1 to 20 of 202"
+    browser.js("arguments[0].value = '-1 1'; arguments[0].dispatchEvent(new Event('change'))", choice)
+    assert firsts(browser) == as_it_is[:20]
+
+
+def test_sections_fold_and_open_for_links_and_paper(report, browser):
+    page = session_page(report)
+    for width, most in ((1280, 5000), (400, 9000)):
+        browser.size(width, 900)
+        browser.open(page)
+        browser.settle()
+        assert browser.js("return document.documentElement.scrollHeight") < most, width
+    browser.size(1280, 900)
+    browser.settle()
+    is_open = lambda id: browser.js(f"return document.querySelector('#{id} > details').open")
+    assert is_open("coefficients") and is_open("fits") and not is_open("timeline") and not is_open("manoeuvres")
+    assert browser.driver.find_element(By.CSS_SELECTOR, ".verdict").rect["y"] < 300
+    browser.driver.find_element(By.CSS_SELECTOR, "nav a[href='#timeline']").click()
+    browser.wait("return document.querySelector('#timeline > details').open")
+    top = browser.js("return document.getElementById('timeline').getBoundingClientRect().top")
+    assert 0 <= top < 400, top
+    browser.wait("return document.querySelector('#timeline canvas')", what="drawn once it is seen")
+    # the same link again, after somebody closed it
+    browser.js("document.querySelector('#timeline > details').open = false")
+    browser.driver.find_element(By.CSS_SELECTOR, "nav a[href='#timeline']").click()
+    browser.wait("return document.querySelector('#timeline > details').open")
+    # an address with a place in it
+    browser.driver.get("about:blank")
+    browser.driver.get(page.as_uri() + "#manoeuvres")
+    browser.wait("return document.querySelector('#manoeuvres > details').open")
+    closed = "return document.querySelectorAll('details.fold:not([open])').length"
+    before = browser.js(closed)
+    browser.js("window.dispatchEvent(new Event('beforeprint'))")
+    assert before > 3 and browser.js(closed) == 0
+    browser.js("window.dispatchEvent(new Event('afterprint'))")
+    assert browser.js(closed) == before
+
+
+def test_a_page_on_demand_is_a_command_until_it_is_there(archive, browser):
+    index = archive / "report/index.html"
+    browser.open(index)
+    browser.wait("return document.querySelector('#sessions output')")
+    height, nodes = browser.js("return [document.documentElement.scrollHeight, document.getElementsByTagName('*').length]")
+    assert height < 6000 and nodes < 5000, (height, nodes)
+    assert told(browser) == "1 to 50 of 1200" and told(browser, "#bikes") == "1 to 20 of 40"
+    assert not browser.driver.find_elements(By.CSS_SELECTOR, "#sessions tbody a")
+    browser.driver.find_element(By.CSS_SELECTOR, "#sessions tbody button").click()
+    command = browser.driver.find_element(By.CSS_SELECTOR, ".demand code").text
+    session = firsts(browser)[0]
+    assert command.startswith(f"roadbench report {archive} --open=") and session in command, command
+    done = subprocess.run([PROGRAM, *shlex.split(command)[1:]], capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == str(archive / "report" / f"{session}.html")
+    # the page of the run was not written again, and yet it links to the new page
+    browser.open(index)
+    browser.wait("return document.querySelector('#sessions tbody a')").click()
+    browser.wait("return document.querySelector('h1').textContent === arguments[0]", session)
+    assert len([l for l in browser.driver.get_log("browser") if l["level"] == "SEVERE"]) == 0
+    # and a bike's page
+    browser.open(archive / "report/bike_bike_007.html")
+    browser.wait("return document.querySelector('#sessions output')")
+    assert len(rows(browser)) == 30 and browser.js("return document.documentElement.scrollWidth") <= 1400
 
 
 CONTRAST = """

@@ -60,6 +60,8 @@ fn bad_usage_is_2_and_writes_nothing() {
         (&["run", "."], "--out"),
         (&["report", "sessions", "--figures", "out", "--figure-format", "gif"], "both"),
         (&["report", "sessions", "--figure-format", "png"], "--figures"),
+        (&["report", "sessions", "--bike", "b"], "--open"),
+        (&["report", "sessions", "--open", "s", "--figures", "out"], "--figures"),
         (&["rum"], "rum"),
         (&["schema", "sesions"], "sesions"),
     ] {

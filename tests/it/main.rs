@@ -44,6 +44,7 @@ mod recovery;
 mod replayed;
 mod report;
 mod report_fleet;
+mod report_large;
 mod report_pages;
 mod riding;
 mod rooms;

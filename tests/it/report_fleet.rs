@@ -205,7 +205,7 @@ fn the_fleet_has_a_page_with_boxes_events_and_links() {
     // a side force ratio with its interval, or the reason why there is none
     let text = html.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("id=\"ratios\"") && text.contains("0.043</td>"), "the ratio");
-    assert!(text.contains("0.031 to 0.055</td>") && text.contains("</span> determined</td>"));
+    assert!(text.contains("0.031 to 0.055</td>") && text.contains("</span> determined</span>"));
     assert!(text.contains("</span> not available: all sessions are alike &lt;"), "the reason");
     let data = page::data(&html);
     let charts = data["charts"].as_array().expect("charts");

@@ -43,12 +43,18 @@ struct Session {
 }
 
 impl Diagnosed {
-    /// Reads the tables of `diagnose`; `pages` are those of the `sessions`. A folder without such
-    /// tables has no diagnosed sessions.
+    /// Reads the tables of `diagnose`; `pages` are those of the `sessions`, an empty name where there is
+    /// none, and none of the `taken` names becomes a diagnosis'. A folder without such tables has no
+    /// diagnosed sessions.
     ///
     /// # Errors
     /// A table cannot be read.
-    pub fn read(out: &Path, sessions: &[SessionRow], pages: &[String]) -> Result<Self, Error> {
+    pub fn read(
+        out: &Path,
+        sessions: &[SessionRow],
+        pages: &[String],
+        taken: &[String],
+    ) -> Result<Self, Error> {
         let causes = tables::causes(out)?;
         let discrepancies = tables::discrepancies(out)?;
         let simulation_errors = tables::simulation_errors(out)?;
@@ -58,7 +64,7 @@ impl Diagnosed {
         }
         let known: BTreeMap<(&str, &str), &String> =
             sessions.iter().map(|s| s.ident.key()).zip(pages).collect();
-        let named = page_names::diagnoses(idents.keys().copied(), pages);
+        let named = page_names::diagnoses(idents.keys().copied(), taken);
         let sessions = idents
             .iter()
             .zip(named)
@@ -80,8 +86,8 @@ impl Diagnosed {
 
     /// The page of a session's diagnosis, if it has one.
     pub fn page_of(&self, ident: &Ident) -> Option<&str> {
-        let own = |s: &&Session| s.ident.key() == ident.key();
-        self.sessions.iter().find(own).map(|s| s.page.as_str())
+        let found = self.sessions.binary_search_by(|s| s.ident.key().cmp(&ident.key())).ok()?;
+        Some(&self.sessions[found].page)
     }
 
     /// Lines of the run's page.

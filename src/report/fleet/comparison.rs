@@ -25,7 +25,14 @@ pub struct Compared {
     pub open: bool,
     /// A line per bike and tyre model.
     pub rows: Vec<Row>,
+    /// Bikes that were left out.
+    pub left: usize,
 }
+
+/// Bikes up to which every comparison is unfolded and has lines of each.
+pub const ALL: usize = 12;
+/// Of more bikes so many have.
+const MOST: usize = 8;
 
 /// One bike, or one of its tyre models.
 #[derive(Debug, Default, Serialize)]
@@ -107,7 +114,7 @@ fn by_model(fleet: &FleetTables<'_>, row: &FleetRow) -> ByModel {
     by.into_iter().collect()
 }
 
-/// Every coefficient by tyre; unfolded if `open`, or where something happened to it.
+/// Every coefficient by tyre; unfolded if `open`.
 pub fn by_tyre(fleet: &FleetTables<'_>, open: bool) -> Vec<(String, Vec<Compared>)> {
     let mut out: Vec<(String, Vec<Compared>)> = Vec::new();
     for rows in &fleet.coefficients() {
@@ -115,7 +122,6 @@ pub fn by_tyre(fleet: &FleetTables<'_>, open: bool) -> Vec<(String, Vec<Compared
         if out.last().is_none_or(|(t, _)| t != title) {
             out.push((title.to_owned(), Vec::new()));
         }
-        let open = open || rows.iter().any(|r| r.n_events > 0);
         if let Some((_, list)) = out.last_mut() {
             list.push(coefficient(fleet, rows, open));
         }
@@ -132,7 +138,9 @@ fn coefficient(fleet: &FleetTables<'_>, rows: &[&FleetRow], open: bool) -> Compa
     );
     let digits = number_format::decimals_of(high, Some((high - low) / 20.0));
     let axis = Scale { low, high, digits };
-    let lines = parts.iter().flat_map(|(bike, by)| {
+    let shown = notable(&parts);
+    let left = parts.len() - shown.len();
+    let lines = shown.into_iter().flat_map(|(bike, by)| {
         by.iter().enumerate().map(|(i, (model, values))| {
             let row = row(&axis, model, values);
             // what is known of the bike stands in its first line
@@ -146,7 +154,30 @@ fn coefficient(fleet: &FleetTables<'_>, rows: &[&FleetRow], open: bool) -> Compa
         axis: (typeset(&fixed(low, digits)), typeset(&fixed(high, digits))),
         open,
         rows: lines.collect(),
+        left,
     }
+}
+
+/// Of many bikes those with events or outlying sessions, then those farthest from the others; in their
+/// order.
+fn notable<'a, 'b>(parts: &'b [(&'a FleetRow, ByModel)]) -> Vec<&'b (&'a FleetRow, ByModel)> {
+    if parts.len() <= ALL {
+        return parts.iter().collect();
+    }
+    let medians: Vec<f64> = parts.iter().filter_map(|(row, _)| row.median).collect();
+    let centre = median_of_finite(&medians).unwrap_or(0.0);
+    let rank = |row: &FleetRow| {
+        let away = row.median.map_or(0.0, |m| (m - centre).abs());
+        (row.n_events.max(row.n_flagged), away)
+    };
+    let mut places: Vec<usize> = (0..parts.len()).collect();
+    places.sort_by(|a, b| {
+        let (a, b) = (rank(parts[*a].0), rank(parts[*b].0));
+        b.0.cmp(&a.0).then(b.1.total_cmp(&a.1))
+    });
+    places.truncate(MOST);
+    places.sort_unstable();
+    places.into_iter().map(|i| &parts[i]).collect()
 }
 
 /// The common axis of one coefficient's boxes, and the decimals of its numbers.

@@ -3,6 +3,7 @@
 pub mod comparison;
 pub mod event_kind;
 pub mod history;
+pub mod lists;
 pub mod page;
 pub mod ratios;
 pub mod tables;

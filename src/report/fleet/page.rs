@@ -3,8 +3,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
-
 use crate::report::charts::chart::Chart;
 use crate::report::fleet::comparison::{self, Compared};
 use crate::report::fleet::tables::FleetTables;
@@ -15,11 +13,9 @@ use crate::tables::rows::EventRow;
 
 /// File name of the page.
 pub const PAGE: &str = "fleet.html";
-/// Bikes up to which every comparison is unfolded.
-const UNFOLDED: usize = 12;
 
-/// The fleet's page, as its template reads it.
-#[derive(Debug, Serialize)]
+/// The fleet's page.
+#[derive(Debug)]
 pub struct Page {
     /// Number of bikes.
     pub bikes: usize,
@@ -38,7 +34,7 @@ pub struct Page {
 }
 
 /// A link to a session's page.
-#[derive(Debug, Serialize)]
+#[derive(Debug)]
 pub struct Link {
     /// Its page; empty where it has none.
     pub href: String,
@@ -47,7 +43,7 @@ pub struct Link {
 }
 
 /// One line of the list of events.
-#[derive(Debug, Serialize)]
+#[derive(Debug)]
 #[allow(missing_docs)] // headings of the table in the template
 pub struct Event {
     pub bike: String,
@@ -92,7 +88,7 @@ pub fn build(fleet: &FleetTables<'_>) -> (Page, Vec<Chart>) {
         verdict,
         sub,
         events: events.iter().map(|e| event(fleet, e)).collect(),
-        tyres: comparison::by_tyre(fleet, bikes.len() <= UNFOLDED),
+        tyres: comparison::by_tyre(fleet, bikes.len() <= comparison::ALL),
         more,
         ratios: None,
     };

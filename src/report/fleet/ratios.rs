@@ -2,15 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use serde::Serialize;
-
 use crate::contract::coefficient::Coefficient;
 use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::tables::rows::{FleetRow, RatioRow, Status};
 
+/// Tyres without a ratio that are named; of more the number is told.
+const NAMED: usize = 10;
+
 /// One tyre's ratio.
-#[derive(Debug, Serialize)]
+#[derive(Debug)]
 #[allow(missing_docs)] // headings of the table in the template
 pub struct Ratio {
     pub bike: String,
@@ -46,7 +47,10 @@ pub fn build(rows: &[RatioRow], fleet: &[FleetRow]) -> Option<(Vec<Ratio>, Strin
         true => String::new(),
         false => format!(
             "Not available for {}: a line needs six sessions of one tyre that determine lateral friction and slip angle.",
-            lacking.join(", ")
+            match lacking.len() {
+                0..=NAMED => lacking.join(", "),
+                n => format!("{} and {} more", lacking[..NAMED].join(", "), n - NAMED),
+            }
         ),
     };
     Some((rows.iter().map(ratio).collect(), none))

@@ -5,35 +5,53 @@ use std::path::Path;
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 
-use crate::report::assets::Source;
+use crate::report::assets::{LONG_SCRIPT, Source};
 use crate::report::charts::chart::{self, Chart};
 use crate::report::charts::figures::Figures;
 use crate::report::charts::pack;
 use crate::report::error::Error;
-use crate::report::fleet::page::{self, PAGE, Page};
+use crate::report::fleet::page::{self, Event, PAGE, Page};
 use crate::report::fleet::tables::FleetTables;
-use crate::report::fleet::{ratios, tables};
+use crate::report::fleet::{lists, ratios, tables};
 use crate::report::page_shell;
 use crate::tables::file;
 use crate::tables::rows::SessionRow;
 
-/// Writes the page; the number of events on it. `pages` are the sessions' pages.
+/// Writes the page; the events on it. `pages` are the sessions' pages.
 pub(crate) fn write(
     out: &Path,
     environment: &Environment<'_>,
     sessions: &[SessionRow],
     pages: &[String],
-) -> Result<usize, Error> {
+) -> Result<Vec<Event>, Error> {
     let (page, charts) = read(out, sessions, pages)?;
     let figures = Figures { charts, ..Figures::default() };
+    let events = match page.events.is_empty() {
+        true => None,
+        false => Some(lists::events(page.events.iter()).shown()?),
+    };
+    let ratios = match &page.ratios {
+        Some((ratios, _)) if !ratios.is_empty() => Some(lists::ratios(ratios).shown()?),
+        _ => None,
+    };
     let html = environment.get_template("fleet.html")?.render(context! {
-        page => Serde(&page),
+        page => context! {
+            bikes => page.bikes,
+            verdict => page.verdict,
+            sub => page.sub,
+            more => page.more,
+            tyres => Serde(&page.tyres),
+        },
+        events => Serde(events),
+        ratios => Serde(ratios),
+        without_ratio => page.ratios.as_ref().map(|r| r.1.as_str()),
+        long_script => Value::from_safe_string(LONG_SCRIPT.to_owned()),
         charts => Serde(chart::heads(&figures.charts)),
         data => Value::from_safe_string(pack::pack(&figures)?),
         ..page_shell::context(Source::Page)
     })?;
     file::write_bytes(out.join("report").join(PAGE), html.as_bytes())?;
-    Ok(page.events.len())
+    Ok(page.events)
 }
 
 /// The page and its charts from the tables over all sessions; empty where there are none.

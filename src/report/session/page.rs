@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 
+use crate::contract::coefficient::{Coefficient as Name, Id, Part};
 use crate::manoeuvre::Peak;
 use crate::plots::catalogue::{FITS, OFFROAD, RIDE};
 use crate::plots::plot::Plot;
@@ -13,6 +14,13 @@ use crate::report::session::bench_values::BenchValues;
 use crate::report::session::laps::Laps;
 use crate::report::{inline_svg, kinds, labels};
 use crate::tables::rows::{Coefficient, Manoeuvre, SessionRow, Status, WarningRow};
+
+/// What the first screen tells of both tyres, in words.
+const TOLD: [(Name, &str); 3] = [
+    (Name::MfD, "peak friction"),
+    (Name::CorneringStiffness0, "cornering stiffness"),
+    (Name::CamberStiffness0, "camber stiffness"),
+];
 
 /// One session's page, as its template reads it.
 #[derive(Debug, Serialize)]
@@ -25,6 +33,10 @@ pub struct Page {
     pub verdict: String,
     /// The second line: manoeuvres and warnings.
     pub ridden: String,
+    /// The coefficients that the first screen tells.
+    pub result: Vec<Told>,
+    /// How many are neither determined nor assumed.
+    pub lacking: usize,
     /// Label and value of what is known of the session.
     pub facts: Vec<(String, String)>,
     /// Channels present.
@@ -45,6 +57,16 @@ pub struct Page {
     pub laps: Option<Laps>,
     /// Hashes and version.
     pub provenance: Vec<(String, String)>,
+}
+
+/// A coefficient on the first screen.
+#[derive(Debug, Serialize)]
+#[allow(missing_docs)] // as in `Row`
+pub struct Told {
+    pub what: String,
+    pub value: String,
+    pub unit: String,
+    pub interval: String,
 }
 
 /// One tyre's coefficients.
@@ -156,6 +178,11 @@ pub fn build(
                 n => format!("{n} warnings"),
             }
         ),
+        result: result(coefficients),
+        lacking: coefficients
+            .iter()
+            .filter(|c| !matches!(c.status, Status::Ok | Status::Assumed))
+            .count(),
         facts: facts(session),
         channels: session
             .channels
@@ -199,6 +226,28 @@ pub fn absent_charts(figures: &Figures) -> Vec<&'static str> {
         .chain(ride)
         .filter(|p| figures.charts.iter().all(|c| c.name != p.name))
         .map(|p| p.title)
+        .collect()
+}
+
+/// The main coefficients that were determined.
+fn result(coefficients: &[Coefficient]) -> Vec<Told> {
+    let tyres = |(coefficient, words)| {
+        [Part::Front, Part::Rear].map(|part| (Id { part, coefficient }, words))
+    };
+    let rows = TOLD.into_iter().flat_map(tyres).filter_map(|(id, words)| {
+        let is = |c: &&Coefficient| Id::from_names(&c.tyre, &c.coefficient) == Some(id);
+        Some((coefficients.iter().find(is)?, words))
+    });
+    rows.filter(|(c, _)| c.status == Status::Ok)
+        .map(|(c, words)| {
+            let row = row(c);
+            Told {
+                what: format!("{} {words}", c.tyre),
+                value: row.value,
+                unit: row.unit,
+                interval: row.interval,
+            }
+        })
         .collect()
 }
 

@@ -74,7 +74,7 @@ pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Res
             Ok(drawn.charts.len() + timeline)
         })
         .try_reduce(|| 0, |a, b| Ok(a + b))?;
-    let diagnosed = Diagnosed::read(out, &sessions, &pages)?;
+    let diagnosed = Diagnosed::read(out, &sessions, &pages, &pages)?;
     let of_diagnoses = diagnosed.draw(&wanted, &save)?;
     if only.is_some() {
         return Ok(drawn + of_diagnoses);

@@ -1,0 +1,100 @@
+//! One session's page, when somebody asks for it.
+
+use std::path::{Path, PathBuf};
+
+use crate::contract::schema;
+use crate::report::assets::{self, Pages};
+use crate::report::diagnosis::sessions::Diagnosed;
+use crate::report::error::Error;
+use crate::report::session::{bench_values, write::Writer};
+use crate::report::tables::{self, RunTables, SessionTables};
+use crate::report::{page_names, page_shell};
+use crate::tables::by_session::SessionFiles;
+use crate::tables::rows::{ForceRow, Ident, SessionRow};
+
+/// Writes the page of one session, unless it is there and up to date, and nothing else of the report;
+/// its path. The bike is needed where several have a session of that name.
+///
+/// # Errors
+/// There is no such session or there are several, a table cannot be read, the page cannot be written.
+pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Result<PathBuf, Error> {
+    tables::check(out)?;
+    let sessions = SessionFiles::<SessionRow>::read(out)?;
+    let keys: Vec<(&str, &str)> = sessions.keys().collect();
+    let place = find(&keys, session, bike).map_err(Error::NoSession)?;
+    // a page's name goes by those of the others
+    let names = page_names::sessions(keys.iter().copied());
+    let ident = Ident {
+        bike_id: keys[place].0.to_owned(),
+        session_id: keys[place].1.to_owned(),
+        start_time: None,
+    };
+    let tables = RunTables::read_one(out, &ident)?;
+    let stored = SessionTables::read_one(out, &ident)?;
+    let forces = SessionFiles::<ForceRow>::read_one(out, &ident)?.rows(&ident)?;
+    let bench = bench_values::read(out)?;
+    let diagnosed = Diagnosed::read(out, &[], &[], &names)?;
+    let environment = page_shell::environment()?;
+    let folder = out.join("report");
+    let writer = Writer {
+        tables: &tables,
+        stored: &stored,
+        forces: &forces,
+        bench: &bench,
+        diagnosed: &diagnosed,
+        environment: &environment,
+        folder: &folder,
+        source: kind.source(keys.len()),
+        kept: Some(kind),
+    };
+    let name = &names[place];
+    if writer.write(std::slice::from_ref(name))? {
+        assets::write(&folder)?;
+    }
+    if assets::has_written(&folder) {
+        let there = page_shell::written(&folder);
+        assets::write_written(
+            &folder,
+            names.iter().map(String::as_str).filter(|n| there.contains(*n)),
+        )?;
+    }
+    Ok(folder.join(name))
+}
+
+/// Place of a session; else a sentence.
+fn find(keys: &[(&str, &str)], session: &str, bike: Option<&str>) -> Result<usize, String> {
+    let named: Vec<usize> = (0..keys.len()).filter(|i| keys[*i].1 == session).collect();
+    let bikes = || named.iter().map(|i| keys[*i].0).collect::<Vec<_>>().join(", ");
+    let of = |b: &str| named.iter().copied().find(|i| keys[*i].0 == b);
+    match (named.as_slice(), bike) {
+        ([], _) => {
+            let near = schema::closest(session, keys.iter().map(|k| k.1));
+            let hint = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+            Err(format!("no session `{session}` in the table `sessions`{hint}"))
+        }
+        (_, Some(bike)) => of(bike).ok_or_else(|| {
+            format!("bike `{bike}` has no session `{session}`; it is of {}", bikes())
+        }),
+        ([one], None) => Ok(*one),
+        (_, None) => Err(format!(
+            "several bikes have a session `{session}`: say which with --bike ({})",
+            bikes()
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_is_found_or_the_sentence_says_what_to_do() {
+        let keys = [("a", "one"), ("a", "two"), ("b", "two")];
+        assert_eq!(find(&keys, "one", None), Ok(0));
+        assert_eq!(find(&keys, "two", Some("b")), Ok(2));
+        let says = |session, bike| find(&keys, session, bike).expect_err("no session");
+        assert!(says("onee", None).contains("did you mean `one`?"));
+        assert!(says("two", None).contains("--bike (a, b)"));
+        assert!(says("one", Some("b")).contains("it is of a"));
+    }
+}
