@@ -57,6 +57,7 @@ fn every_input_ends_as_a_session_or_a_rejection() {
         names.iter().filter(|n| !n.starts_with("rejected/")).collect::<Vec<_>>(),
         [
             "coefficients/bike=b1/s-a.parquet",
+            "evidence/bike=b1/s-a.parquet",
             "manoeuvres/bike=b1/s-a.parquet",
             "plots/bike=b1/s-a.parquet",
             "sessions/bike=b1/s-a.parquet",
@@ -82,7 +83,7 @@ fn no_id_leads_out_of_the_output() {
     assert_eq!(run.done, 6, "{:?}", codes(&run));
     assert_eq!(place.names_outside(), before);
     let names = place.names();
-    assert_eq!(names.len(), 6 * 5);
+    assert_eq!(names.len(), 6 * 6);
     assert!(names.contains(&"sessions/bike=b1/%2E%2E%2F..%2F..%2Fescaped.parquet".to_owned()));
     let warnings = read_column(
         &place.path("out/warnings/bike=b1/%2E%2E%2F..%2F..%2Fescaped.parquet"),
@@ -112,7 +113,7 @@ fn the_same_bytes_whatever_the_number_of_workers() {
             .expect("run");
     }
     let (one, two) = (place.tables("one"), place.tables("two"));
-    assert_eq!(one.len(), 21 * 5 + 3);
+    assert_eq!(one.len(), 21 * 6 + 3);
     assert!(one == two, "bytes differ");
 }
 
@@ -185,7 +186,7 @@ fn a_session_moves_with_its_bike_and_others_stay() {
             "sessions/bike=b2/s-c.parquet",
         ]
     );
-    assert_eq!(names.len(), 15);
+    assert_eq!(names.len(), 18);
 }
 
 #[test]
