@@ -484,7 +484,7 @@ mod tests {
     fn variety_shows_the_shared_error() {
         let mut random = Random::new(8, "variety");
         // the mass moves every other ride the other way
-        let slope = |i: usize| if i % 2 == 0 { 1.0 } else { -1.0 };
+        let slope = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         let pieces = drawn(&mut random, 60, slope);
         let found = combine(&rides(&pieces));
         let (e, mass) = (&found.estimates[0], &found.shared[0]);
