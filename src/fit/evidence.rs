@@ -6,7 +6,7 @@
 //!
 //! `d_j` are the same in every ride of the motorcycle (the bike file's numbers, the rule of the trail, how far the model is
 //! wrong for this motorcycle): they do not average out. `e_k` are drawn anew in every ride. The sum of their squares is the
-//! variance that the row of `coefficients` states.
+//! variance that the row of `coefficients` states, with more for the scatter of few manoeuvres and for the peak slip.
 
 use super::solution::{Solution, Upstream};
 use super::variation::Source;
