@@ -1,18 +1,20 @@
 //! Which sessions an output holds, and why one of them has to be computed.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::File;
-use std::time::SystemTime;
+use std::path::PathBuf;
 
+use bytes::Bytes;
 use rayon::prelude::*;
 use walkdir::WalkDir;
 
 use super::error::Error;
 use super::kind::Kind;
 use super::marker::{self, Committed};
+use super::parts;
+use super::staged::{self, Staged};
 use crate::objects::url::Url;
 use crate::objects::{Location, Stat, client};
-use crate::tables::file;
 use crate::tables::names::file_name;
 use crate::tables::registry::TableSpec;
 
@@ -22,14 +24,22 @@ pub struct Contents {
     /// Whose they are.
     pub kind: &'static Kind,
     root: Location,
-    /// By file name; more than one only where an interrupted batch left a session under two bikes.
-    committed: BTreeMap<String, Vec<Committed>>,
-    /// File names of sessions that a batch was writing when it was killed.
-    interrupted: BTreeSet<String>,
+    /// The files with commit markers.
+    markers: BTreeMap<Location, Marker>,
+    /// Sessions whose tables wait to be taken in, by id, and their files.
+    staged: BTreeMap<String, (Location, Staged)>,
+    /// By id; more than one only where somebody copied a session to another bike.
+    sessions: BTreeMap<String, Vec<Committed>>,
     /// Of an object store: everything that is there, but the report.
     names: Option<BTreeMap<Location, Stat>>,
-    /// Of a folder: when its markers were written, and how long they are.
-    stamps: BTreeMap<Location, (SystemTime, u64)>,
+}
+
+/// A file with commit markers.
+#[derive(Debug, Clone)]
+struct Marker {
+    /// What tells whether it has changed since.
+    stamp: Stat,
+    rows: Vec<Committed>,
 }
 
 /// Why a session has to be computed.
@@ -49,8 +59,6 @@ pub enum Stale {
     Version,
     /// A table of it is missing.
     Incomplete,
-    /// A batch was killed while it wrote its tables.
-    Interrupted,
     /// It was asked for, as it is of a log that is named alone.
     Forced,
 }
@@ -66,7 +74,6 @@ impl Stale {
             Stale::Settings => "the bike file or the settings have changed",
             Stale::Version => "another version of roadbench made it",
             Stale::Incomplete => "a table of it is missing",
-            Stale::Interrupted => "a run was killed while it wrote its tables",
             Stale::Forced => "asked for (--force, or a log by itself)",
         }
     }
@@ -78,10 +85,10 @@ impl Contents {
         Contents {
             kind,
             root: root.clone(),
-            committed: BTreeMap::new(),
-            interrupted: BTreeSet::new(),
+            markers: BTreeMap::new(),
+            staged: BTreeMap::new(),
+            sessions: BTreeMap::new(),
             names: None,
-            stamps: BTreeMap::new(),
         }
     }
 
@@ -99,18 +106,28 @@ impl Contents {
     /// As [`Contents::read`].
     pub fn read_again(&self) -> Result<Self, Error> {
         let mut now = Contents::unknown(self.kind, &self.root);
+        // what waits is read first: a run that takes it in meanwhile does not hide it from a reader
         match self.root.as_url() {
             None => {
-                now.stamps = now.marker_stamps();
-                now.committed = now.read_markers(self);
-                now.interrupted = now.local_marks();
+                now.staged = now.local_staged();
+                now.markers = now.local_markers(self);
             }
             Some(url) => {
                 let fail = |e: std::io::Error| Error::Output(format!("--out: {e}"));
                 let names = self.list(url).map_err(fail)?;
-                now.committed = now.fetch_markers(&names, self)?;
-                now.interrupted = now.remote_marks(&names);
+                now.staged = now.fetch_staged(&names)?;
+                now.markers = now.fetch_markers(&names, self)?;
                 now.names = Some(names);
+            }
+        }
+        for row in now.markers.values().flat_map(|m| &m.rows) {
+            if !now.staged.contains_key(&row.session_id) {
+                now.sessions.entry(row.session_id.clone()).or_default().push(row.clone());
+            }
+        }
+        for (_, staged) in now.staged.values() {
+            if let Some(made) = &staged.made {
+                now.sessions.insert(staged.session_id.clone(), vec![made.clone()]);
             }
         }
         Ok(now)
@@ -134,14 +151,9 @@ impl Contents {
         self.names.as_ref().is_none_or(|names| names.contains_key(file))
     }
 
-    /// The sessions of a file name.
-    pub fn of_file(&self, file: &str) -> &[Committed] {
-        self.committed.get(file).map(Vec::as_slice).unwrap_or_default()
-    }
-
     /// What is there of a session.
     pub fn of(&self, session_id: &str) -> &[Committed] {
-        self.of_file(&file_name(session_id))
+        self.sessions.get(session_id).map(Vec::as_slice).unwrap_or_default()
     }
 
     /// What a session's tables were made from, if it is there once.
@@ -154,21 +166,22 @@ impl Contents {
 
     /// Every session that is there.
     pub fn sessions(&self) -> impl Iterator<Item = &Committed> {
-        self.committed.values().flatten()
+        self.sessions.values().flatten()
     }
 
-    /// File names of sessions that a batch was writing when it was killed.
-    pub fn interrupted(&self) -> impl Iterator<Item = &str> {
-        self.interrupted.iter().map(String::as_str)
+    /// Every session in the tables, be it that another state of it waits to be taken in.
+    pub fn taken_in(&self) -> impl Iterator<Item = &Committed> {
+        self.markers.values().flat_map(|m| &m.rows)
+    }
+
+    /// Sessions whose tables wait to be taken in, and the files that have them.
+    pub fn staged(&self) -> impl Iterator<Item = (&Location, &Staged)> {
+        self.staged.values().map(|(at, staged)| (at, staged))
     }
 
     /// Adds a session that is known to be there.
-    pub fn add(&mut self, row: Committed, is_interrupted: bool) {
-        let file = file_name(&row.session_id);
-        if is_interrupted {
-            self.interrupted.insert(file.clone());
-        }
-        self.committed.entry(file).or_default().push(row);
+    pub fn add(&mut self, row: Committed) {
+        self.sessions.entry(row.session_id.clone()).or_default().push(row);
     }
 
     /// Why the session has to be computed; `None` when its tables are there, whole, and made from
@@ -178,14 +191,9 @@ impl Contents {
         wanted: &Committed,
         is_requested: impl Fn(&TableSpec) -> bool,
     ) -> Option<Stale> {
-        let file = file_name(&wanted.session_id);
-        let there = match self.of_file(&file) {
-            [one] if one.session_id == wanted.session_id => one,
-            _ => return Some(Stale::New),
-        };
+        let [there] = self.of(&wanted.session_id) else { return Some(Stale::New) };
         let differs = [
             (there.bike_id != wanted.bike_id, Stale::Bike),
-            (self.interrupted.contains(&file), Stale::Interrupted),
             (there.input_hash != wanted.input_hash, Stale::Log),
             (there.path != wanted.path, Stale::Moved),
             (there.pipeline_hash != wanted.pipeline_hash, Stale::Settings),
@@ -194,10 +202,21 @@ impl Contents {
         if let Some((_, why)) = differs.into_iter().find(|(differs, _)| *differs) {
             return Some(why);
         }
-        let mut required = self.kind.required(is_requested);
-        let is_whole =
-            required.all(|spec| self.has(&self.file(spec.name, "parquet", &wanted.bike_id, &file)));
+        let staged = self.staged.get(&wanted.session_id).map(|(_, staged)| staged);
+        let has = |spec: &TableSpec| match staged {
+            Some(staged) => staged.folders.iter().any(|folder| folder == spec.name),
+            None => self.has(&self.table(spec, there)),
+        };
+        let is_whole = self.kind.required(is_requested).all(has);
         (!is_whole).then_some(Stale::Incomplete)
+    }
+
+    /// The file that has a session's rows of a table.
+    pub fn table(&self, spec: &TableSpec, of: &Committed) -> Location {
+        match parts::shares(spec) {
+            true => self.file(spec.name, "parquet", &of.bike_id, &of.part),
+            false => self.file(spec.name, "parquet", &of.bike_id, &file_name(&of.session_id)),
+        }
     }
 
     /// Where a file of a session is.
@@ -205,30 +224,34 @@ impl Contents {
         self.root.join(format!("{folder}/bike={bike_id}/{file}.{extension}"))
     }
 
-    /// Where the commit marker of a session is.
-    pub fn marker(&self, bike_id: &str, file: &str) -> Location {
-        self.file(self.kind.marker.name, "parquet", bike_id, file)
+    /// Where a session's tables wait to be taken in.
+    pub fn staging(&self, session_id: &str) -> Location {
+        let file = file_name(session_id);
+        self.root.join(format!("{}/{file}.{}", self.kind.staged, staged::EXTENSION))
     }
 
-    /// The mark of a session that is being written.
-    pub fn writing_mark(&self, file: &str) -> Location {
-        self.root.join(format!("{}/{file}", self.kind.writing))
-    }
-
-    /// The sessions of a folder that are marked as being written.
-    fn local_marks(&self) -> BTreeSet<String> {
-        let folder = self.root.join(self.kind.writing);
+    /// The sessions of a folder that wait to be taken in.
+    fn local_staged(&self) -> BTreeMap<String, (Location, Staged)> {
+        let folder = self.root.join(self.kind.staged);
         let entries = folder.as_path().and_then(|f| std::fs::read_dir(f).ok());
-        let entries = entries.into_iter().flatten();
-        let names = entries.filter_map(|e| e.ok()?.file_name().into_string().ok());
-        names.filter(|name| !name.starts_with(file::TEMPORARY.0)).collect()
+        let entries = entries.into_iter().flatten().filter_map(|e| Some(e.ok()?.path()));
+        let files: Vec<PathBuf> =
+            entries.filter(|p| p.extension().is_some_and(|e| e == staged::EXTENSION)).collect();
+        let head = |path: &PathBuf| Some((path.into(), staged::head(&File::open(path).ok()?)));
+        by_session(files.par_iter().filter_map(head).collect())
     }
 
-    /// As [`Contents::local_marks`], of an object store.
-    fn remote_marks(&self, names: &BTreeMap<Location, Stat>) -> BTreeSet<String> {
-        let folder = self.root.join(self.kind.writing);
-        let marks = names.keys().filter(|n| n.parent().as_ref() == Some(&folder));
-        marks.map(|m| m.file_name().into_owned()).collect()
+    /// As [`Contents::local_staged`], of an object store.
+    fn fetch_staged(
+        &self,
+        names: &BTreeMap<Location, Stat>,
+    ) -> Result<BTreeMap<String, (Location, Staged)>, Error> {
+        let folder = self.root.join(self.kind.staged);
+        let files = names.keys().filter(|n| n.starts_with(&folder));
+        let files: Vec<&Location> = files.filter(|n| n.has_extension(staged::EXTENSION)).collect();
+        let mut heads = Vec::with_capacity(files.len());
+        fetch(&files, |at, bytes| heads.push((at.clone(), staged::head(&bytes))))?;
+        Ok(by_session(heads))
     }
 
     /// Of an object store: every file below it that this command or the report wrote, but the
@@ -250,82 +273,85 @@ impl Contents {
         Ok(names)
     }
 
-    /// The commit markers of a folder.
-    fn marker_stamps(&self) -> BTreeMap<Location, (SystemTime, u64)> {
+    /// The commit markers of a folder. One that cannot be read does not count: it is made anew.
+    fn local_markers(&self, before: &Contents) -> BTreeMap<Location, Marker> {
         let folder = self.root.join(self.kind.marker.name);
         let Some(folder) = folder.as_path() else { return BTreeMap::new() };
-        let walk = WalkDir::new(folder).min_depth(2).max_depth(2);
-        let entries = walk.into_iter().filter_map(Result::ok);
-        let markers = entries.filter(|e| e.path().extension().is_some_and(|e| e == "parquet"));
-        let stamp = |e: walkdir::DirEntry| {
-            let about = e.metadata().ok()?;
-            let written = about.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-            Some((Location::Local(e.into_path()), (written, about.len())))
-        };
-        markers.filter_map(stamp).collect()
-    }
-
-    /// The sessions of a folder. A marker that cannot be read does not count: it is made anew.
-    fn read_markers(&self, before: &Contents) -> BTreeMap<String, Vec<Committed>> {
-        let at = |row: &Committed| self.marker(&row.bike_id, &file_name(&row.session_id));
-        let known: BTreeMap<Location, &Committed> = before
-            .sessions()
-            .map(|row| (at(row), row))
-            .filter(|(at, _)| {
-                let now = self.stamps.get(at);
-                now.is_some() && before.stamps.get(at) == now
-            })
+        let walk = WalkDir::new(folder).min_depth(2).max_depth(2).sort_by_file_name();
+        let paths: Vec<PathBuf> = walk
+            .into_iter()
+            .filter_map(|e| Some(e.ok()?.into_path()))
+            .filter(|path| path.extension().is_some_and(|e| e == "parquet"))
             .collect();
-        // archives have tens of thousands
-        let paths: Vec<&Location> = self.stamps.keys().collect();
-        let read = |at: &&Location| match known.get(*at) {
-            Some(row) => Some((*row).clone()),
-            None => marker::row(at, File::open(at.as_path()?).ok()?),
+        // archives have thousands
+        let read = |path: &PathBuf| {
+            let at = Location::from(path);
+            let stamp = at.stat().ok()?;
+            let known = before.markers.get(&at).filter(|known| known.stamp == stamp);
+            let rows = match known {
+                Some(known) => Some(known.rows.clone()),
+                None => marker::rows(&at, File::open(path).ok()?),
+            };
+            Some((at, stamp, rows))
         };
-        let markers: Vec<Option<Committed>> = paths.par_iter().map(read).collect();
-        let mut out = BTreeMap::new();
-        for (at, row) in paths.into_iter().zip(markers) {
-            keep(&mut out, at, row);
-        }
-        out
+        let found: Vec<_> = paths.par_iter().filter_map(read).collect();
+        found.into_iter().filter_map(|(at, stamp, rows)| kept(at, stamp, rows)).collect()
     }
 
-    /// As [`Contents::read_markers`], of an object store. One that cannot be fetched is an error: it
+    /// As [`Contents::local_markers`], of an object store. One that cannot be fetched is an error: it
     /// is whole.
     fn fetch_markers(
         &self,
         names: &BTreeMap<Location, Stat>,
         before: &Contents,
-    ) -> Result<BTreeMap<String, Vec<Committed>>, Error> {
-        let mut out: BTreeMap<String, Vec<Committed>> = BTreeMap::new();
-        let mut known = BTreeSet::new();
-        for row in before.sessions() {
-            let file = file_name(&row.session_id);
-            let at = self.marker(&row.bike_id, &file);
-            let then = before.names.as_ref().and_then(|names| names.get(&at));
-            if then.is_some_and(|then| then.etag.is_some() && names.get(&at) == Some(then)) {
-                known.insert(at);
-                out.entry(file).or_default().push(row.clone());
-            }
-        }
+    ) -> Result<BTreeMap<Location, Marker>, Error> {
         let folder = self.root.join(self.kind.marker.name);
-        let markers = names.keys().filter(|n| n.starts_with(&folder) && n.has_extension("parquet"));
-        let new: Vec<&Location> = markers.filter(|n| !known.contains(*n)).collect();
-        for some in new.chunks(256) {
-            let urls: Vec<Url> = some.iter().filter_map(|at| at.as_url().cloned()).collect();
-            for (at, bytes) in some.iter().zip(client::get_many(&urls)) {
-                let bytes = bytes.map_err(|e| Error::Output(e.to_string()))?;
-                keep(&mut out, at, marker::row(at, bytes));
+        let mut out = BTreeMap::new();
+        let mut new = Vec::new();
+        let markers = names.iter().filter(|(at, _)| at.starts_with(&folder));
+        for (at, stat) in markers.filter(|(at, _)| at.has_extension("parquet")) {
+            match before.markers.get(at) {
+                Some(known) if known.stamp.etag.is_some() && known.stamp == *stat => {
+                    out.insert(at.clone(), known.clone());
+                }
+                _ => new.push(at),
             }
         }
+        fetch(&new, |at, bytes| {
+            out.extend(kept(at.clone(), names[at].clone(), marker::rows(at, bytes)));
+        })?;
         Ok(out)
     }
 }
 
-/// Files a marker's row under the marker's name.
-fn keep(out: &mut BTreeMap<String, Vec<Committed>>, marker: &Location, row: Option<Committed>) {
-    match row {
-        Some(row) => out.entry(marker.file_stem().into_owned()).or_default().push(row),
-        None => tracing::warn!("{marker}: not a commit marker of a session; passed by"),
+/// Fetches objects, some at a time.
+fn fetch(what: &[&Location], mut take: impl FnMut(&Location, Bytes)) -> Result<(), Error> {
+    for some in what.chunks(256) {
+        let urls: Vec<Url> = some.iter().filter_map(|at| at.as_url().cloned()).collect();
+        for (at, bytes) in some.iter().zip(client::get_many(&urls)) {
+            take(at, bytes.map_err(|e| Error::Output(e.to_string()))?);
+        }
     }
+    Ok(())
+}
+
+fn kept(at: Location, stamp: Stat, rows: Option<Vec<Committed>>) -> Option<(Location, Marker)> {
+    match rows {
+        Some(rows) => Some((at, Marker { stamp, rows })),
+        None => {
+            tracing::warn!("{at}: not a table of commit markers; passed by");
+            None
+        }
+    }
+}
+
+fn by_session(heads: Vec<(Location, Option<Staged>)>) -> BTreeMap<String, (Location, Staged)> {
+    let mut out = BTreeMap::new();
+    for (at, head) in heads {
+        match head {
+            Some(head) => _ = out.insert(head.session_id.clone(), (at, head)),
+            None => tracing::warn!("{at}: not the tables of a session; passed by"),
+        }
+    }
+    out
 }

@@ -14,7 +14,7 @@ use crate::diagnose::{self, Diagnosis, Settings};
 use crate::effects::pooled_effects::{self, PooledEffects};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::report::{self, Pages};
-use crate::tables::names::file_name;
+use crate::tables::by_session::SessionFiles;
 use crate::tables::rows::{CauseRow, DiagnosisRow, Provenance};
 use crate::tables::{file, read, registry};
 
@@ -64,8 +64,7 @@ impl Work for DiagnoseWork {
             files.push(SessionFile { folder: "models", extension: "toml", bytes });
         }
         Ok(Output {
-            session_id: d.ident.session_id,
-            bike_id: d.ident.bike_id,
+            ident: d.ident,
             samples: 0,
             files,
             result: Verdict { summary: d.summary, causes: d.causes },
@@ -157,12 +156,11 @@ fn pooled(out: &Path) -> Result<Vec<SharedCause>, Error> {
     let mut sessions: Vec<DiagnosisRow> = read::rows(out)?;
     // sums depend on the order, in the last digit
     sessions.sort_by(|a, b| Path::new(&a.path).cmp(Path::new(&b.path)));
+    let causes = SessionFiles::<CauseRow>::read(out)?;
     let mut pooling = Pooling::default();
     for session in sessions {
-        let file = format!("{}.parquet", file_name(&session.ident.session_id));
-        let folder = out.join("causes").join(format!("bike={}", session.ident.bike_id));
-        let causes: Vec<CauseRow> = read::file_rows(&folder.join(file))?;
         let DiagnosisRow { ident, site, poolable, .. } = session;
+        let causes = causes.rows(&ident)?;
         pooling.add(Member { ident, site, sound: poolable }, &causes);
     }
     Ok(pooling.causes())

@@ -177,11 +177,7 @@ impl Driver {
         let mut by_log: BTreeMap<String, Answer> =
             answers.into_iter().map(|a| (a.log.clone(), a)).collect();
         self.store.tidy()?;
-        for job in &self.jobs {
-            if by_log.get(&job.log).is_some_and(|a| a.state == State::Done) {
-                self.store.clear_writing_mark(&job.meta.session_id)?;
-            }
-        }
+        self.store.merge()?;
         let there = Contents::read(&kind::RUN, self.store.root())?;
         let work = RunWork { signals: self.terms.signals };
         let mut accounts = Accounts {

@@ -96,6 +96,7 @@ pub fn run<W: Work>(
     let tally = shared.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let accounts = tally.close(accounts, jobs.len())?;
     accounts.check(stop.load(Ordering::Relaxed))?;
+    pool.install(|| store.merge())?;
     Ok((accounts, store))
 }
 

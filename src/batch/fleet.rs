@@ -7,11 +7,9 @@
 //!
 //! The rows are sorted before anything is computed, so the same sessions give the same bytes.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-use jiff::Timestamp;
-use jiff::civil::DateTime;
-use jiff::tz::TimeZone;
 use polars::prelude::*;
 
 use super::contents::Contents;
@@ -22,7 +20,6 @@ use super::{kind, tyres};
 use crate::contract::status::Status;
 use crate::fleet::Observation;
 use crate::tables::file;
-use crate::tables::names::file_name;
 use crate::tables::registry::Row;
 use crate::tables::rows::FleetRow;
 
@@ -75,15 +72,15 @@ fn save<R: Row>(out: &Path, rows: &[R]) -> Result<(), Error> {
 
 /// The coefficient tables of the committed sessions.
 fn paths(out: &Path, there: &Contents) -> PolarsResult<Vec<PlRefPath>> {
-    let mut paths = Vec::new();
-    for session in there.sessions() {
-        let file = format!("{}.parquet", file_name(&session.session_id));
-        let path = out.join("coefficients").join(format!("bike={}", session.bike_id)).join(file);
-        if path.is_file() {
-            paths.push(PlRefPath::try_from_path(&path)?);
-        }
-    }
-    Ok(paths)
+    let files: BTreeSet<PathBuf> = there
+        .sessions()
+        .map(|session| {
+            let folder = out.join("coefficients").join(format!("bike={}", session.bike_id));
+            folder.join(format!("{}.parquet", session.part))
+        })
+        .collect();
+    let files = files.iter().filter(|path| path.is_file());
+    files.map(|path| PlRefPath::try_from_path(path)).collect()
 }
 
 const KEYS: [&str; 4] = ["bike_id", "tyre", "coefficient", "unit"];
@@ -98,7 +95,11 @@ fn scan(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
     let is = |status: Status| col("status").eq(lit(status.name()));
     let estimated = is(Status::Ok).or(is(Status::PoorlyDetermined));
     let columns = KEYS.iter().chain(&["session_id", "start_time", "value", "std_error", "status"]);
+    let text = |name: &str| col(name).cast(DataType::String);
+    // days since 1970, as a number
+    let day = col("start_time").cast(DataType::Int64).cast(DataType::Float64) / lit(86_400e6);
     LazyFrame::scan_parquet_sources(ScanSources::Paths(paths.into_iter().collect()), arguments)?
+        .with_columns([text("session_id"), text("bike_id"), day.alias("start_time")])
         .filter(estimated.and(col("value").is_finite()))
         .select(columns.map(|name| col(*name)).collect::<Vec<_>>())
         .sort(KEYS.iter().chain(&["session_id"]).copied().collect::<Vec<_>>(), Default::default())
@@ -130,7 +131,7 @@ fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
     let texts = |name: &str| frame.column(name)?.str();
     let (bike, tyre, coefficient) = (texts("bike_id")?, texts("tyre")?, texts("coefficient")?);
     let (unit, session) = (texts("unit")?, texts("session_id")?);
-    let (start, status) = (texts("start_time")?, texts("status")?);
+    let (start, status) = (frame.column("start_time")?.f64()?, texts("status")?);
     let (value, error) = (frame.column("value")?.f64()?, frame.column("std_error")?.f64()?);
     let mut units = Units::new();
     let mut rows = Vec::with_capacity(frame.height());
@@ -142,7 +143,7 @@ fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
             tyre: text(tyre),
             coefficient: text(coefficient),
             session: text(session),
-            day: start.get(i).and_then(days),
+            day: start.get(i),
             value: value.get(i).unwrap_or(f64::NAN),
             error: error.get(i).unwrap_or(f64::NAN),
             determined: status.get(i) == Some(Status::Ok.name()),
@@ -170,7 +171,7 @@ fn unpack(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {
         let (values, errors) = (group(values)?, group(errors)?);
         let sessions = Sessions {
             ids: ids.str()?.iter().map(Option::unwrap_or_default).collect(),
-            days: starts.str()?.iter().map(|s| s.and_then(days)).collect(),
+            days: starts.f64()?.iter().collect(),
             values: values.f64()?.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
             errors: errors.f64()?.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
         };
@@ -234,20 +235,6 @@ impl Sessions<'_> {
     }
 }
 
-/// Days since 1970 of a start time: RFC 3339; without an offset, or without a time of day, UTC.
-fn days(text: &str) -> Option<f64> {
-    let stamp: Timestamp = match text.parse() {
-        Ok(stamp) => stamp,
-        Err(_) => {
-            let civil = text
-                .parse::<DateTime>()
-                .or_else(|_| text.parse::<jiff::civil::Date>().map(|d| d.at(0, 0, 0, 0)));
-            civil.ok()?.to_zoned(TimeZone::UTC).ok()?.timestamp()
-        }
-    };
-    Some(stamp.as_millisecond() as f64 / 86_400_000.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -267,15 +254,5 @@ mod tests {
         assert_eq!(flagged(f64::NAN, 6).as_deref(), Some("d"), "no error is no excuse");
         assert_eq!(flagged(0.6, 6), None, "its own error explains it");
         assert_eq!(flagged(0.1, 4), None, "too few to tell");
-    }
-
-    #[test]
-    fn start_times_in_their_usual_forms() {
-        let day = |text| days(text).expect(text);
-        assert_eq!(day("1970-01-02T12:00:00Z"), 1.5);
-        assert_eq!(day("1970-01-02T14:00:00+02:00"), 1.5);
-        assert_eq!(day("1970-01-02T12:00:00"), 1.5);
-        assert_eq!(day("1970-01-02"), 1.0);
-        assert_eq!(days("yesterday"), None);
     }
 }

@@ -12,7 +12,9 @@ pub struct Kind {
     pub marker: &'static TableSpec,
     /// Folders of other files per session, with their extension.
     pub other_files: &'static [(&'static str, &'static str)],
-    /// Folder of the marks of sessions that are being written.
+    /// Folder of sessions that wait to be taken into the tables.
+    pub staged: &'static str,
+    /// Folder of the marks of sessions that a roadbench of before was writing.
     pub writing: &'static str,
     /// There while what is made over all sessions is older than the sessions.
     pub behind: &'static str,
@@ -56,6 +58,7 @@ pub static RUN: Kind = Kind {
     command: Command::Run,
     marker: &registry::SESSIONS,
     other_files: &[],
+    staged: ".roadbench/staged/run",
     writing: ".roadbench/writing",
     behind: ".roadbench/behind",
     over_all: &["report/index.html", "fleet/fleet.parquet"],
@@ -68,6 +71,7 @@ pub static DIAGNOSE: Kind = Kind {
     command: Command::Diagnose,
     marker: &registry::DIAGNOSES,
     other_files: &[("models", "toml")],
+    staged: ".roadbench/staged/diagnose",
     writing: ".roadbench/diagnosing",
     behind: ".roadbench/behind_diagnose",
     over_all: &["report/index.html"],

@@ -44,6 +44,7 @@ impl Job {
         Committed {
             session_id: self.meta.session_id.clone(),
             bike_id: self.meta.bike_id.clone(),
+            part: String::new(), // known once the log is read
             path: self.log.clone(),
             input_hash,
             pipeline_hash: self.pipeline_hash.clone(),

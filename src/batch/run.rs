@@ -51,8 +51,7 @@ pub fn output(mut outcome: Outcome) -> Result<Output<Outcome>, Rejection> {
     let tables = outcome.tables().map_err(|e| Rejection::unwritable(&e))?;
     let files = encoded(&tables).map_err(|e| Rejection::unwritable(&e))?;
     Ok(Output {
-        session_id: outcome.session.ident.session_id.clone(),
-        bike_id: outcome.session.ident.bike_id.clone(),
+        ident: outcome.session.ident.clone(),
         samples: outcome.session.n_samples,
         files,
         result: Outcome { signals: None, ..outcome },

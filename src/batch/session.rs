@@ -1,6 +1,8 @@
 //! One log of a batch, from its bytes to its files or its row of `rejected`.
 
 use super::error::Error;
+use super::marker::Committed;
+use super::parts;
 use super::plan::{self, Job};
 use super::settings::Settings;
 use super::store::Store;
@@ -71,8 +73,9 @@ pub fn run<W: Work>(
     });
     match output {
         Err(why) => refuse(job, store, why, Some(input_hash)),
-        Ok(Output { samples, files, result, .. }) => {
-            store.commit(&job.meta.session_id, &job.meta.bike_id, &job.log, &files)?;
+        Ok(Output { ident, samples, files, result }) => {
+            let part = parts::of(ident.start_time.as_deref());
+            store.commit(&Committed { part, ..job.wanted(input_hash.clone()) }, &files)?;
             Ok(Ended::Done { input_hash, samples, result })
         }
     }
@@ -80,13 +83,13 @@ pub fn run<W: Work>(
 
 /// The session that was read must be the one that was identified: its files go there.
 fn same<R>(job: &Job, output: Output<R>) -> Result<Output<R>, Rejection> {
-    if output.session_id == job.meta.session_id && output.bike_id == job.meta.bike_id {
+    if output.ident.session_id == job.meta.session_id && output.ident.bike_id == job.meta.bike_id {
         return Ok(output);
     }
     let message = format!(
         "the log was identified as session `{}` and read as `{}`; this is a mistake in \
          roadbench, please report it",
-        job.meta.session_id, output.session_id
+        job.meta.session_id, output.ident.session_id
     );
     Err(Rejection { stage: "ingest", code: "internal_error", message })
 }

@@ -1,18 +1,19 @@
-//! The output folder: one file per session and table, and the rules that keep them whole.
+//! The output folder: a file per table, motorcycle and month, and the rules that keep it whole.
 //!
 //! ```text
-//! <out>/coefficients/bike=<id>/<session>.parquet   and likewise every table of a session
-//! <out>/sessions/bike=<id>/<session>.parquet       written last: the commit marker of `run`
-//! <out>/diagnoses/bike=<id>/<session>.parquet      the same of `diagnose`
+//! <out>/coefficients/bike=<id>/<month>.parquet     and likewise every table of sessions
+//! <out>/sessions/bike=<id>/<month>.parquet         written last: the commit markers of `run`
+//! <out>/diagnoses/bike=<id>/<month>.parquet        the same of `diagnose`
+//! <out>/signals/bike=<id>/<session>.parquet        what is asked for by itself is a file per session
 //! <out>/rejected/<log>-<hash of its path>.parquet
 //! <out>/.roadbench.lock                            held while a batch writes
-//! <out>/.roadbench/writing/<session>               there while `run` replaces the session's tables
-//! <out>/.roadbench/diagnosing/<session>            the same of `diagnose`
+//! <out>/.roadbench/staged/run/<session>.session    a session whose tables wait to be taken in
+//! <out>/.roadbench/staged/diagnose/...             the same of `diagnose`
 //! ```
 //!
-//! Each table is replaced whole, so that whoever reads along always reads tables. A session whose mark
-//! a killed batch has left is computed again, whatever its commit marker says: some of its tables may
-//! be newer than others. Sessions of earlier batches that are no input of this one stay as they are:
+//! Workers leave each session in one file ([`staged`]), which is there whole or not at all; at the end of the batch all
+//! that waits is taken into the tables ([`merge`]), also what a killed batch has left. Each table is replaced whole, so that
+//! whoever reads along always reads tables. Sessions of earlier batches that are no input of this one stay as they are:
 //! the folder is the fleet's archive. A session that is an input again is replaced.
 
 use std::sync::OnceLock;
@@ -24,7 +25,9 @@ use super::error::Error;
 use super::kind::Kind;
 use super::lock::Lock;
 use super::marker::Committed;
+use super::staged::{self, Staged};
 use super::work::SessionFile;
+use super::{merge, migrate};
 use crate::objects::Location;
 use crate::tables::names::file_name;
 use crate::tables::rows::Rejected;
@@ -60,40 +63,19 @@ impl Store {
     pub fn open_again(before: &Contents) -> Result<Self, Error> {
         let lock = Lock::take(before.root())?;
         remove_temporaries(before.root())?;
-        let store = Store { found: before.read_again()?, lock, behind: OnceLock::new() };
-        store.remove_uncommitted()?;
-        Ok(store)
+        let mut found = before.read_again()?;
+        if migrate::migrate(&found)? {
+            found = found.read_again()?;
+        }
+        Ok(Store { found, lock, behind: OnceLock::new() })
     }
 
     /// A worker's access to an output that the process which gave it the work holds open: nothing is
     /// locked or cleared. `there` is what that process found of the sessions this one writes.
     pub fn join(kind: &'static Kind, root: &Location, there: Vec<Committed>) -> Self {
         let mut found = Contents::unknown(kind, root);
-        for row in there {
-            let mark = found.writing_mark(&file_name(&row.session_id));
-            let is_interrupted = mark.exists().unwrap_or(true);
-            found.add(row, is_interrupted);
-        }
+        there.into_iter().for_each(|row| found.add(row));
         Store { found, lock: Lock::None, behind: OnceLock::new() }
-    }
-
-    /// Removes tables that belong to no session: a batch was killed before it wrote their marker, or
-    /// after it removed it.
-    fn remove_uncommitted(&self) -> Result<(), Error> {
-        for file in self.found.interrupted() {
-            let mark = self.found.writing_mark(file);
-            let known = self.found.of_file(file);
-            let bikes = mark.read().unwrap_or_default();
-            let bikes = String::from_utf8_lossy(&bikes);
-            for bike_id in bikes.lines().filter(|b| known.iter().all(|k| k.bike_id != *b)) {
-                self.remove_tables(bike_id, file)?;
-            }
-            // one that is there stays marked until its tables are of one piece again
-            if known.is_empty() {
-                remove(&mark)?;
-            }
-        }
-        Ok(())
     }
 
     /// Removes what killed workers left half-written.
@@ -102,15 +84,6 @@ impl Store {
     /// It cannot be removed.
     pub fn tidy(&self) -> Result<(), Error> {
         remove_temporaries(self.root())
-    }
-
-    /// Removes the mark that a session is being written: a worker that wrote the same as the one that
-    /// was heard of was killed over it.
-    ///
-    /// # Errors
-    /// It cannot be removed.
-    pub fn clear_writing_mark(&self, session_id: &str) -> Result<(), Error> {
-        Ok(remove(&self.found.writing_mark(&file_name(session_id)))?)
     }
 
     /// What was found in the folder when it was opened.
@@ -133,74 +106,51 @@ impl Store {
         self.found.stale(wanted, is_requested)
     }
 
-    /// Replaces a session's files, each whole, the marker last.
+    /// Leaves a session's files to be taken in, all of them or none.
     ///
     /// # Errors
-    /// The folder cannot be written. What was there before and what is new may then be mixed; the
-    /// session counts as not done.
-    pub fn commit(
-        &self,
-        session_id: &str,
-        bike_id: &str,
-        log: &str,
-        files: &[SessionFile],
-    ) -> Result<(), file::Error> {
-        let name = file_name(session_id);
-        let mark = self.found.writing_mark(&name);
-        let marker = self.found.kind.marker.name;
-        let at = |f: &SessionFile| self.found.file(f.folder, f.extension, bike_id, &name);
+    /// The folder cannot be written; what was there before stays.
+    pub fn commit(&self, made: &Committed, files: &[SessionFile]) -> Result<(), file::Error> {
         self.mark_behind()?;
-        file::write_bytes(&mark, bike_id.as_bytes())?;
-        for f in files.iter().filter(|f| f.folder != marker) {
-            file::write_bytes(at(f), &f.bytes)?;
-        }
-        // what it had and has no more
-        for (folder, extension) in self.found.kind.files() {
-            if files.iter().all(|f| f.folder != folder) {
-                self.remove_found(&self.found.file(folder, extension, bike_id, &name))?;
-            }
-        }
-        for f in files.iter().filter(|f| f.folder == marker) {
-            file::write_bytes(at(f), &f.bytes)?;
-        }
-        self.remove_from_bikes(&name, Some(bike_id))?;
-        self.remove_rejection(log)?;
-        remove(&mark)
+        let staged = Staged {
+            session_id: made.session_id.clone(),
+            made: Some(made.clone()),
+            folders: files.iter().map(|f| f.folder.to_owned()).collect(),
+        };
+        self.stage(&staged, files)?;
+        self.remove_rejection(&made.path)
     }
 
-    /// Takes a session's tables out of the folder, under whatever bike they were.
+    /// Takes a session out of the tables, under whatever bike it is.
     ///
     /// # Errors
-    /// They are there and cannot be removed.
+    /// The folder cannot be written.
     pub fn remove(&self, session_id: &str) -> Result<(), file::Error> {
-        let known = self.found.of(session_id);
-        if known.is_empty() {
+        if self.found.of(session_id).is_empty() {
             return Ok(());
         }
-        let name = file_name(session_id);
-        let bikes: Vec<&str> = known.iter().map(|old| old.bike_id.as_str()).collect();
-        let mark = self.found.writing_mark(&name);
         self.mark_behind()?;
-        file::write_bytes(&mark, bikes.join("\n").as_bytes())?;
-        self.remove_from_bikes(&name, None)?;
-        remove(&mark)
+        let session_id = session_id.to_owned();
+        self.stage(&Staged { session_id, made: None, folders: Vec::new() }, &[])
     }
 
-    /// Removes a session from every bike but the one that is `kept`.
-    fn remove_from_bikes(&self, name: &str, kept: Option<&str>) -> Result<(), file::Error> {
-        let known = self.found.of_file(name).iter();
-        for old in known.filter(|old| Some(old.bike_id.as_str()) != kept) {
-            self.remove_found(&self.found.marker(&old.bike_id, name))?;
-            self.remove_tables(&old.bike_id, name)?;
-        }
-        Ok(())
+    fn stage(&self, staged: &Staged, files: &[SessionFile]) -> Result<(), file::Error> {
+        let bytes = staged::encode(staged, files)
+            .map_err(|message| file::Error::Encode { table: "session".to_owned(), message })?;
+        file::write_bytes(self.found.staging(&staged.session_id), &bytes)
     }
 
-    fn remove_tables(&self, bike_id: &str, name: &str) -> Result<(), file::Error> {
-        for (folder, extension) in self.found.kind.files() {
-            self.remove_found(&self.found.file(folder, extension, bike_id, name))?;
+    /// Takes into the tables what waits: of this batch, and of one that was killed.
+    ///
+    /// # Errors
+    /// A table cannot be read, or the output not be written; what waits goes on waiting.
+    pub fn merge(&self) -> Result<(), Error> {
+        let now = self.found.read_again()?;
+        if now.staged().next().is_none() {
+            return Ok(());
         }
-        Ok(())
+        self.mark_behind()?;
+        merge::merge(&now)
     }
 
     /// Writes the row of an input that could not be used.
@@ -234,15 +184,6 @@ impl Store {
         }
         self.mark_behind()?;
         remove(&at)
-    }
-
-    /// Removes a file that was there when the batch began; of an object store no request is spent on
-    /// one that was not.
-    fn remove_found(&self, at: &Location) -> Result<(), file::Error> {
-        match self.found.may_have(at) {
-            true => remove(at),
-            false => Ok(()),
-        }
     }
 
     /// Before anything changes: the lock is still ours, and what is made over all sessions is known to

@@ -3,7 +3,7 @@
 //! Assumes the sessions' tables `evidence` of one output folder; no log is read again. Bike by bike, side by side: a night
 //! that is added is read with the others, and the result is that of combining them all at once.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -15,7 +15,6 @@ use crate::fleet::BikeAnalysis;
 use crate::fleet::combine::{Estimate, Shared};
 use crate::fleet::evidence::Piece;
 use crate::fleet::tyres::{self, BikeTyres, Model, OnBike};
-use crate::tables::names::file_name;
 use crate::tables::read::file_rows;
 use crate::tables::rows::{BikeRow, EvidenceRow, Status, TyreRow};
 
@@ -35,16 +34,16 @@ pub fn rows(
     there: &Contents,
     bikes: &[BikeAnalysis],
 ) -> Result<(Vec<TyreRow>, Vec<BikeRow>), Error> {
-    let mut sessions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut parts: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for session in there.sessions() {
-        sessions.entry(&session.bike_id).or_default().push(&session.session_id);
+        parts.entry(&session.bike_id).or_default().insert(&session.part);
     }
     let found: Vec<BikeTyres> = bikes
         .par_iter()
         .map(|bike| {
             let mut pieces = Vec::new();
-            for session in sessions.get(bike.bike.as_str()).into_iter().flatten() {
-                pieces.extend(evidence(out, &bike.bike, session)?);
+            for part in parts.get(bike.bike.as_str()).into_iter().flatten() {
+                pieces.extend(evidence(out, &bike.bike, part)?);
             }
             Ok(tyres::of_bike(bike, &pieces))
         })
@@ -59,10 +58,9 @@ pub fn rows(
     Ok((of_tyres, of_bikes))
 }
 
-/// What one session tells; nothing of a session from before there was such a table.
-fn evidence(out: &Path, bike: &str, session: &str) -> Result<Vec<Piece>, Error> {
-    let file = format!("{}.parquet", file_name(session));
-    let path = out.join("evidence").join(format!("bike={bike}")).join(file);
+/// What the sessions of a month tell; nothing of those from before there was such a table.
+fn evidence(out: &Path, bike: &str, part: &str) -> Result<Vec<Piece>, Error> {
+    let path = out.join("evidence").join(format!("bike={bike}")).join(format!("{part}.parquet"));
     if !path.is_file() {
         return Ok(Vec::new());
     }

@@ -13,6 +13,7 @@ use crate::objects::Location;
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::tables::file;
 use crate::tables::registry::TableSpec;
+use crate::tables::rows::Ident;
 
 /// What is done with one log. What it gives must depend on the log, the bike file, the pipeline, the
 /// channel maps and [`Work::settings`] only: by these a later batch knows whether to do it again.
@@ -56,10 +57,8 @@ pub trait Work: Sync {
 /// What a log gives.
 #[derive(Debug)]
 pub struct Output<R> {
-    /// The session, as the log was read.
-    pub session_id: String,
-    /// Its bike.
-    pub bike_id: String,
+    /// Session, bike and start, as the log was read.
+    pub ident: Ident,
     /// Samples on the common clock; 0 where they are not counted.
     pub samples: i64,
     /// Its files, the commit marker's among them.
@@ -68,7 +67,7 @@ pub struct Output<R> {
     pub result: R,
 }
 
-/// One file of a session: `<folder>/bike=<bike_id>/<session>.<extension>`.
+/// One file of a session, or its share of one: `<folder>/bike=<bike_id>/`.
 #[derive(Debug)]
 pub struct SessionFile {
     /// The table's name, or that of another folder.

@@ -7,6 +7,7 @@ pub mod channel;
 pub mod coefficient;
 pub mod error_source;
 pub mod fleet_event;
+pub mod instant;
 pub mod residual_channel;
 pub mod schema;
 pub mod session;

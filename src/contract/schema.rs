@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
+use arrow::datatypes::{DataType, Field, Schema, SchemaRef, TimeUnit};
 use serde::Deserialize;
 
 macro_rules! embed {
@@ -33,7 +33,7 @@ pub fn text(name: &str) -> Option<&'static str> {
 pub struct Column {
     /// Its name.
     pub name: String,
-    /// `float64`, `int64`, `utf8` or `bool`.
+    /// `float64`, `int64`, `bool`, `utf8`; `category`, a text that many rows share; `timestamp`, an instant.
     #[serde(rename = "type")]
     pub kind: String,
     /// Unit of numbers.
@@ -78,7 +78,21 @@ impl Table {
 
     /// The Arrow schema: unit and description of each field in its metadata.
     pub fn arrow(&self) -> SchemaRef {
-        let fields: Vec<Field> = self.columns.iter().map(Column::arrow).collect();
+        self.schema(Column::data_type)
+    }
+
+    /// As [`Table::arrow`], with what rows hold: categories and instants as texts.
+    pub fn texts(&self) -> SchemaRef {
+        self.schema(Column::row_type)
+    }
+
+    /// As [`Table::arrow`], with categories as texts.
+    pub fn flat(&self) -> SchemaRef {
+        self.schema(Column::flat_type)
+    }
+
+    fn schema(&self, kind: impl Fn(&Column) -> DataType) -> SchemaRef {
+        let fields: Vec<Field> = self.columns.iter().map(|c| c.field(kind(c))).collect();
         let metadata = HashMap::from([
             ("roadbench.table".to_owned(), self.name.clone()),
             ("roadbench.schema".to_owned(), format!("{}.v{}", self.name, self.version)),
@@ -91,12 +105,37 @@ impl Table {
 impl Column {
     /// The Arrow field, with unit and description.
     pub fn arrow(&self) -> Field {
-        let kind = match self.kind.as_str() {
+        self.field(self.data_type())
+    }
+
+    /// The type in files: a category is a dictionary, an instant has its time zone.
+    pub fn data_type(&self) -> DataType {
+        match self.kind.as_str() {
+            "category" => DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8)),
+            "timestamp" => DataType::Timestamp(TimeUnit::Microsecond, Some("UTC".into())),
+            _ => self.row_type(),
+        }
+    }
+
+    /// The type in files but for categories, which are texts.
+    pub fn flat_type(&self) -> DataType {
+        match self.kind.as_str() {
+            "category" => DataType::Utf8,
+            _ => self.data_type(),
+        }
+    }
+
+    /// The type that rows are made from: categories and instants are texts there.
+    pub fn row_type(&self) -> DataType {
+        match self.kind.as_str() {
             "float64" => DataType::Float64,
             "int64" => DataType::Int64,
             "bool" => DataType::Boolean,
             _ => DataType::Utf8,
-        };
+        }
+    }
+
+    fn field(&self, kind: DataType) -> Field {
         let mut metadata = HashMap::from([("description".to_owned(), self.description.clone())]);
         if let Some(unit) = &self.unit {
             metadata.insert("unit".to_owned(), unit.clone());

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
 
 use crate::contract::session::Meta;
-use crate::tables::registry;
+use crate::tables::{file, registry};
 
 use super::samples::Samples;
 use super::signals::Signals;
@@ -33,7 +33,8 @@ pub fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, 
         Arc::new(StringArray::from_iter_values(std::iter::repeat_n(value, order.len())))
     };
 
-    let schema = registry::SIGNALS.table().arrow();
+    let table = registry::SIGNALS.table();
+    let schema = table.texts();
     let mut columns: Vec<ArrayRef> = Vec::with_capacity(schema.fields().len());
     for field in schema.fields() {
         columns.push(match field.name().as_str() {
@@ -63,5 +64,6 @@ pub fn batch(meta: &Meta, sets: &[(&Samples, &Signals)]) -> Result<RecordBatch, 
             _ => new_null_array(field.data_type(), order.len()), // off-road only
         });
     }
-    RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())
+    let batch = RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())?;
+    file::typed(table, &batch)
 }

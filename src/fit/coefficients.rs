@@ -49,6 +49,7 @@ pub fn rows(
                 status,
                 reason,
                 provenance: provenance.clone(),
+                ..Coefficient::default()
             }
         })
         .collect()

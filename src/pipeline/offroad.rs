@@ -1,7 +1,7 @@
 //! The tables of an off-road session.
 
 use super::outcome::{Input, Outcome, Rejection};
-use super::rows::{manoeuvres, provenance, session, warnings};
+use super::rows::{manoeuvres, name_machine, provenance, session, warnings};
 use super::settings::Pipeline;
 use super::stages::{OffroadForces, offroad_forces};
 use crate::contract::bike::Bike;
@@ -37,7 +37,8 @@ pub fn run(
         row.load_transfer = figures.load_transfer;
     }
     let forces = estimate.force_rows(&segments, &ident);
-    let coefficients = estimate.coefficients(&segments, &ident, &provenance);
+    let mut coefficients = estimate.coefficients(&segments, &ident, &provenance);
+    name_machine(&mut coefficients, &ride, bike);
     let signals = match input.signals {
         true => Some(
             offroad::table::batch(&ride.meta, &estimate, &segments, config.signals_rate).map_err(

@@ -3,7 +3,7 @@
 use arrow::array::RecordBatch;
 
 use super::outcome::{Input, Outcome, Rejection};
-use super::rows::{manoeuvres, provenance, session, warnings};
+use super::rows::{manoeuvres, name_machine, provenance, session, warnings};
 use super::settings::Pipeline;
 use super::stages::{Characterised, characterise};
 use crate::contract::bike::Bike;
@@ -69,6 +69,7 @@ pub fn run(
     }
     by_course::widen(&mut coefficients, &ride);
     wheel_scale::widen(&mut coefficients, ride.wheel_scale_sd);
+    name_machine(&mut coefficients, &ride, bike);
     let evidence = evidence::rows(&solution, bike, &coefficients, &ride.meta);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
     let laps = laps::run(&ride, &known, &ident, &pipeline.laps);

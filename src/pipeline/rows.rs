@@ -1,7 +1,7 @@
 //! Rows that sessions on the road and off it have alike.
 
 use super::outcome::Input;
-use crate::contract::bike::Bike;
+use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
@@ -14,6 +14,18 @@ pub fn provenance(input: &Input<'_>) -> rows::Provenance {
         input_hash: input.input_hash.clone(),
         pipeline_hash: input.pipeline_hash.clone(),
         version: crate::VERSION.to_owned(),
+    }
+}
+
+/// Says on every row of `coefficients` which motorcycle and which tyre it is of, so that comparing needs no join.
+pub fn name_machine(coefficients: &mut [rows::Coefficient], ride: &Session, bike: &Bike) {
+    for row in coefficients {
+        let tyre = Axle::BOTH.into_iter().find(|axle| axle.name() == row.tyre);
+        row.tyre_model = tyre.and_then(|axle| match axle {
+            Axle::Front => ride.meta.tyre_front.clone(),
+            Axle::Rear => ride.meta.tyre_rear.clone(),
+        });
+        row.motorcycle.clone_from(&bike.name);
     }
 }
 

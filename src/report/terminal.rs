@@ -275,7 +275,7 @@ mod tests {
             r_squared: None,
             status: if value.is_some() { Status::Ok } else { Status::NotAvailable },
             reason: reason.map(str::to_owned),
-            provenance: Provenance::default(),
+            ..Coefficient::default()
         }
     }
 

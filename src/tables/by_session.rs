@@ -3,8 +3,11 @@
 
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use parquet::arrow::arrow_reader::{ArrowReaderMetadata, RowSelection};
 use serde::de::DeserializeOwned;
 
 use super::names::file_name;
@@ -15,17 +18,18 @@ use super::rows::Ident;
 /// The columns that tell whose a row is.
 const NAMES: [&str; 2] = ["session_id", "bike_id"];
 
-/// Which files of the table of `R` hold which session.
+/// Which rows of the files of the table of `R` are of which session.
 #[derive(Debug)]
 pub struct SessionFiles<R> {
-    /// By bike and session.
-    files: BTreeMap<(String, String), Vec<PathBuf>>,
+    /// By bike and session: places in `files`, and rows.
+    places: BTreeMap<(String, String), Vec<(usize, Range<usize>)>>,
+    files: Vec<(PathBuf, ArrowReaderMetadata)>,
     row: PhantomData<fn() -> R>,
 }
 
 impl<R> Default for SessionFiles<R> {
     fn default() -> Self {
-        SessionFiles { files: BTreeMap::new(), row: PhantomData }
+        SessionFiles { places: BTreeMap::new(), files: Vec::new(), row: PhantomData }
     }
 }
 
@@ -39,48 +43,57 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
         Self::of(read::files(out, R::spec())?)
     }
 
-    /// As [`SessionFiles::read`], but where a batch wrote this one session by its own, only that file
-    /// is looked at.
+    /// As [`SessionFiles::read`], but only the files of the session's motorcycle are looked at.
     ///
     /// # Errors
     /// As [`SessionFiles::read`].
     pub fn read_one(out: &Path, session: &Ident) -> Result<Self, Error> {
-        let (bike, id) = session.key();
-        let folder = out.join(R::spec().name).join(format!("bike={bike}"));
-        let own = folder.join(format!("{}.parquet", file_name(id)));
-        let found = if own.is_file() { Self::of(vec![own])? } else { Self::default() };
-        match found.files.is_empty() {
-            false => Ok(found),
-            true => Self::read(out),
-        }
+        let folder = format!("bike={}", session.bike_id);
+        let own = file_name(&session.session_id);
+        let is_own = |path: &PathBuf| {
+            let is_of_bike = path.parent().is_some_and(|p| p.ends_with(&folder));
+            is_of_bike || path.file_stem().is_some_and(|stem| *stem == *own)
+        };
+        Self::of(read::files(out, R::spec())?.into_iter().filter(is_own).collect())
     }
 
     fn of(paths: Vec<PathBuf>) -> Result<Self, Error> {
-        let mut index: BTreeMap<(String, String), Vec<PathBuf>> = BTreeMap::new();
+        let mut found = Self::default();
         for path in paths {
-            for batch in read::batches(&path, Some(&NAMES))? {
+            let about = read::about(&path)?;
+            let mut at = 0;
+            let mut previous: Option<(Arc<str>, Arc<str>)> = None;
+            let mut from = 0;
+            let place = found.files.len();
+            for batch in read::selected(&path, &about, Some(&NAMES), None)? {
                 let columns = Columns::new(&path, R::spec(), &batch, &NAMES)?;
-                let mut previous = None;
                 for i in 0..batch.num_rows() {
                     let key = (columns.text("bike_id", i), columns.text("session_id", i));
-                    // a session's rows follow one another: ask the map only when the name changes
-                    if previous == Some(key) {
+                    // a session's rows follow one another: the map is asked only when the name changes
+                    if previous.as_ref().is_some_and(|(bike, id)| (&**bike, &**id) == key) {
                         continue;
                     }
-                    previous = Some(key);
-                    let files = index.entry((key.0.to_owned(), key.1.to_owned())).or_default();
-                    if files.last() != Some(&path) {
-                        files.push(path.clone());
-                    }
+                    found.add(previous.replace((key.0.into(), key.1.into())), place, from..at + i);
+                    from = at + i;
                 }
+                at += batch.num_rows();
             }
+            found.add(previous, place, from..at);
+            found.files.push((path, about));
         }
-        Ok(SessionFiles { files: index, row: PhantomData })
+        Ok(found)
+    }
+
+    fn add(&mut self, key: Option<(Arc<str>, Arc<str>)>, file: usize, rows: Range<usize>) {
+        if let Some((bike, id)) = key {
+            let key = (bike.to_string(), id.to_string());
+            self.places.entry(key).or_default().push((file, rows));
+        }
     }
 
     /// Bike and session of each, in their order.
     pub fn keys(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.files.keys().map(|(bike, session)| (bike.as_str(), session.as_str()))
+        self.places.keys().map(|(bike, session)| (bike.as_str(), session.as_str()))
     }
 
     /// One session's rows, in file order; none where no file holds the session.
@@ -90,10 +103,15 @@ impl<R: Row + DeserializeOwned> SessionFiles<R> {
     pub fn rows(&self, session: &Ident) -> Result<Vec<R>, Error> {
         let (bike, id) = session.key();
         let mut rows = Vec::new();
-        for path in self.files.get(&(bike.to_owned(), id.to_owned())).into_iter().flatten() {
-            rows.extend(read::rows_where(path, |columns, i| {
-                columns.text("session_id", i) == id && columns.text("bike_id", i) == bike
-            })?);
+        for (file, range) in
+            self.places.get(&(bike.to_owned(), id.to_owned())).into_iter().flatten()
+        {
+            let (path, about) = &self.files[*file];
+            let total = about.metadata().file_metadata().num_rows() as usize;
+            let only = RowSelection::from_consecutive_ranges(std::iter::once(range.clone()), total);
+            for batch in read::selected(path, about, None, Some(only))? {
+                read::take(path, &batch, &|_, _| true, &mut rows)?;
+            }
         }
         Ok(rows)
     }

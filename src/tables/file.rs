@@ -2,14 +2,19 @@
 
 use std::sync::Arc;
 
-use arrow::array::RecordBatch;
+use arrow::array::{
+    Array, ArrayRef, AsArray, RecordBatch, TimestampMicrosecondArray, new_null_array,
+};
+use arrow::compute::cast;
+use arrow::datatypes::{DataType, SchemaRef};
 use arrow::json::ReaderBuilder;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::properties::WriterProperties;
 use serde::Serialize;
 
-use crate::contract::schema::Table;
+use crate::contract::instant;
+use crate::contract::schema::{Column, Table};
 use crate::objects::Location;
 pub use crate::objects::files::TEMPORARY;
 use crate::tables::registry::Row;
@@ -48,7 +53,7 @@ fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Erro
         table: table.name.clone(),
         message: e.to_string(),
     };
-    let schema = table.arrow();
+    let schema = table.texts();
     let mut decoder = ReaderBuilder::new(Arc::clone(&schema))
         .with_batch_size(rows.len().max(1))
         .with_strict_mode(true)
@@ -56,7 +61,58 @@ fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Erro
         .map_err(fail)?;
     decoder.serialize(rows).map_err(fail)?;
     let batch = decoder.flush().map_err(fail)?;
-    Ok(batch.unwrap_or_else(|| RecordBatch::new_empty(schema)))
+    let batch = batch.unwrap_or_else(|| RecordBatch::new_empty(schema));
+    typed(table, &batch).map_err(|message| Error::Encode { table: table.name.clone(), message })
+}
+
+/// A batch in the types of its table's schema: of one whose categories and instants are texts, or that a roadbench of
+/// before wrote. A column that may be null may be missing; one that the schema has not is left out.
+///
+/// # Errors
+/// A sentence: a column is missing or of another type.
+pub fn typed(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, String> {
+    conform(table, batch, table.arrow(), Column::data_type)
+}
+
+/// As [`typed`], with categories as texts: batches of several files can then follow one another.
+///
+/// # Errors
+/// As [`typed`].
+pub fn flat(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, String> {
+    conform(table, batch, table.flat(), Column::flat_type)
+}
+
+fn conform(
+    table: &Table,
+    batch: &RecordBatch,
+    schema: SchemaRef,
+    kind: impl Fn(&Column) -> DataType,
+) -> Result<RecordBatch, String> {
+    let columns: Vec<ArrayRef> = table
+        .columns
+        .iter()
+        .map(|column| match batch.column_by_name(&column.name) {
+            Some(array) => conform_column(&column.name, array, &kind(column)),
+            None if column.nullable => Ok(new_null_array(&kind(column), batch.num_rows())),
+            None => Err(format!("it has no column `{}`", column.name)),
+        })
+        .collect::<Result<_, String>>()?;
+    RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())
+}
+
+fn conform_column(name: &str, array: &ArrayRef, to: &DataType) -> Result<ArrayRef, String> {
+    if array.data_type() == to {
+        return Ok(Arc::clone(array));
+    }
+    let is_instant = matches!(to, DataType::Timestamp(..));
+    match array.as_string_opt::<i32>() {
+        // a text that is no time is no reason to lose the row
+        Some(texts) if is_instant => {
+            let at = texts.iter().map(|text| text.and_then(instant::microseconds));
+            Ok(Arc::new(TimestampMicrosecondArray::from_iter(at).with_timezone("UTC")))
+        }
+        _ => cast(array, to).map_err(|e| format!("column `{name}`: {e}")),
+    }
 }
 
 /// Writes one batch as a Parquet file: a temporary beside it, then renamed.
@@ -102,11 +158,19 @@ pub fn write_bytes(to: impl Into<Location>, bytes: &[u8]) -> Result<(), Error> {
     to.write(bytes).map_err(|source| Error::Io { path: to, source })
 }
 
+/// Rows of a page: so many are decoded at least where one session is looked up in a month's file.
+const PAGE_ROWS: usize = 4096;
+/// Rows of a row group: fewer make the footer a large part of the file, more the least that is read.
+const GROUP_ROWS: usize = 1 << 17;
+
 fn encode(batch: &RecordBatch) -> Result<Vec<u8>, String> {
     let level = ZstdLevel::try_new(3).map_err(|e| e.to_string())?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(level))
         .set_created_by(format!("roadbench {}", crate::VERSION))
+        .set_data_page_row_count_limit(PAGE_ROWS)
+        .set_write_batch_size(PAGE_ROWS)
+        .set_max_row_group_row_count(Some(GROUP_ROWS))
         .build();
     let mut bytes = Vec::new();
     let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties))

@@ -11,7 +11,7 @@ pub struct Ident {
     pub session_id: String,
     /// The bike.
     pub bike_id: String,
-    /// RFC 3339.
+    /// RFC 3339; in tables an instant, and in UTC when it is read back.
     pub start_time: Option<String>,
 }
 

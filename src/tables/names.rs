@@ -9,7 +9,8 @@ const LONGEST: usize = 120;
 ///
 /// Letters, digits, `.`, `_` and `-` stay; every other byte, and every leading dot, becomes
 /// `%XX`, so that two ids never share a name. A name that would be too long for common file
-/// systems is cut and ends in a hash of the whole id.
+/// systems is cut and ends in a hash of the whole id; so is one that is just as long as those that are cut, so that no id
+/// is written like another's cut name.
 pub fn file_name(id: &str) -> String {
     let mut name = String::with_capacity(id.len());
     let dots = id.bytes().take_while(|&b| b == b'.').count();
@@ -24,7 +25,7 @@ pub fn file_name(id: &str) -> String {
     if name.is_empty() {
         return "%".to_owned(); // no other id gives this
     }
-    if name.len() > LONGEST {
+    if name.len() >= LONGEST {
         let hash = blake3::hash(id.as_bytes()).to_hex();
         name.truncate(LONGEST - 17); // ASCII only: any cut is between characters
         name.push('-');
@@ -65,6 +66,7 @@ mod tests {
         let b = file_name(&format!("{}b", "x".repeat(4000)));
         assert!(a.len() <= LONGEST && b.len() <= LONGEST);
         assert_ne!(a, b);
+        assert_ne!(file_name(&a), a, "an id that is written like a cut name");
     }
 
     proptest! {

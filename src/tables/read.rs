@@ -11,10 +11,13 @@ use std::path::{Path, PathBuf};
 
 use arrow::array::{Array, ArrayRef, AsArray, RecordBatch};
 use arrow::compute::cast;
-use arrow::datatypes::{DataType, Float64Type, Int64Type};
+use arrow::datatypes::{DataType, Float64Type, Int64Type, TimeUnit, TimestampMicrosecondType};
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder, RowSelection,
+};
+use parquet::file::metadata::PageIndexPolicy;
 use rayon::prelude::*;
 use serde::de::value::BorrowedStrDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Deserializer, MapAccess, Visitor};
@@ -22,6 +25,7 @@ use serde::forward_to_deserialize_any;
 use walkdir::WalkDir;
 
 use super::registry::{Row, TableSpec};
+use crate::contract::instant;
 use crate::objects::Location;
 
 /// A table's file cannot be read, or has not the columns of its schema.
@@ -76,19 +80,28 @@ pub fn rows_where<R: Row + DeserializeOwned>(
 /// As [`file_rows`].
 pub fn rows_of<R: Row + DeserializeOwned>(at: &Location, file: Vec<u8>) -> Result<Vec<R>, Error> {
     let path = PathBuf::from(at.to_string());
-    let fail = |message: String| Error { path: path.clone(), message };
-    let reader = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(file))
-        .and_then(ParquetRecordBatchReaderBuilder::build)
-        .map_err(|e| fail(e.to_string()))?;
+    let batches =
+        batches_of(Bytes::from(file)).map_err(|message| Error { path: path.clone(), message })?;
     let mut rows = Vec::new();
-    for batch in reader {
-        take(&path, &batch.map_err(|e| fail(e.to_string()))?, &|_, _| true, &mut rows)?;
+    for batch in batches {
+        take(&path, &batch, &|_, _| true, &mut rows)?;
     }
     Ok(rows)
 }
 
+/// The batches of a file that is in memory.
+///
+/// # Errors
+/// It cannot be read.
+pub fn batches_of(file: Bytes) -> Result<Vec<RecordBatch>, String> {
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file)
+        .and_then(ParquetRecordBatchReaderBuilder::build)
+        .map_err(|e| e.to_string())?;
+    reader.map(|batch| batch.map_err(|e| e.to_string())).collect()
+}
+
 /// Adds the wanted rows of a batch.
-fn take<R: Row + DeserializeOwned>(
+pub(super) fn take<R: Row + DeserializeOwned>(
     path: &Path,
     batch: &RecordBatch,
     wanted: &impl Fn(&Columns, usize) -> bool,
@@ -129,19 +142,48 @@ pub fn files(out: &Path, spec: &TableSpec) -> Result<Vec<PathBuf>, Error> {
 /// # Errors
 /// The file cannot be read.
 pub fn batches(path: &Path, only: Option<&[&str]>) -> Result<Vec<RecordBatch>, Error> {
+    selected(path, &about(path)?, only, None)
+}
+
+/// What a Parquet file says of itself, with its page index.
+///
+/// # Errors
+/// The file cannot be read.
+pub(super) fn about(path: &Path) -> Result<ArrowReaderMetadata, Error> {
     let fail = |message: String| Error { path: path.to_owned(), message };
     let file = File::open(path).map_err(|e| fail(e.to_string()))?;
-    let mut builder =
-        ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| fail(e.to_string()))?;
+    let options = ArrowReaderOptions::new().with_page_index_policy(PageIndexPolicy::Optional);
+    ArrowReaderMetadata::load(&file, options).map_err(|e| fail(e.to_string()))
+}
+
+/// The batches of some rows of a Parquet file; pages without any are not read.
+///
+/// # Errors
+/// The file cannot be read.
+pub(super) fn selected(
+    path: &Path,
+    about: &ArrowReaderMetadata,
+    only: Option<&[&str]>,
+    rows: Option<RowSelection>,
+) -> Result<Vec<RecordBatch>, Error> {
+    let fail = |message: String| Error { path: path.to_owned(), message };
+    let file = File::open(path).map_err(|e| fail(e.to_string()))?;
+    let mut builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file, about.clone());
     if let Some(names) = only {
         let mask = ProjectionMask::columns(builder.parquet_schema(), names.iter().copied());
         builder = builder.with_projection(mask);
+    }
+    if let Some(rows) = rows {
+        builder = builder.with_row_selection(rows);
     }
     let reader = builder.build().map_err(|e| fail(e.to_string()))?;
     reader.map(|batch| batch.map_err(|e| fail(e.to_string()))).collect()
 }
 
-/// The columns of one batch by name, in the types of the schema.
+/// The type in which instants are read; rows get them as texts.
+const INSTANT: DataType = DataType::Timestamp(TimeUnit::Microsecond, None);
+
+/// The columns of one batch by name, in the types that rows are made from; instants as [`INSTANT`].
 #[derive(Debug)]
 pub struct Columns(BTreeMap<&'static str, ArrayRef>);
 
@@ -165,7 +207,9 @@ impl Columns {
             let fail = |message: String| Error { path: path.to_owned(), message };
             match batch.column_by_name(&column.name) {
                 Some(array) => {
-                    let array = cast(array, column.arrow().data_type())
+                    let is_instant = matches!(array.data_type(), DataType::Timestamp(..));
+                    let to = if is_instant { INSTANT } else { column.row_type() };
+                    let array = cast(array, &to)
                         .map_err(|e| fail(format!("column `{}`: {e}", column.name)))?;
                     columns.insert(column.name.as_str(), array);
                 }
@@ -265,6 +309,10 @@ impl Cell<'_> {
         self.array.as_primitive::<Float64Type>().value(self.row)
     }
 
+    fn instant(&self) -> i64 {
+        self.array.as_primitive::<TimestampMicrosecondType>().value(self.row)
+    }
+
     fn is_missing(&self) -> bool {
         let float = self.array.data_type() == &DataType::Float64;
         self.array.is_null(self.row) || (float && !self.number().is_finite())
@@ -284,6 +332,10 @@ impl<'de> Deserializer<'de> for Cell<'de> {
                 visitor.visit_i64(self.array.as_primitive::<Int64Type>().value(self.row))
             }
             DataType::Boolean => visitor.visit_bool(self.array.as_boolean().value(self.row)),
+            DataType::Timestamp(..) => match instant::text(self.instant()) {
+                Some(text) => visitor.visit_string(text),
+                None => visitor.visit_unit(),
+            },
             _ => visitor.visit_borrowed_str(self.array.as_string::<i32>().value(self.row)),
         }
     }

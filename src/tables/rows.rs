@@ -29,8 +29,12 @@ pub struct Coefficient {
     /// Who and when.
     #[serde(flatten)]
     pub ident: Ident,
+    /// What the bike is called.
+    pub motorcycle: Option<String>,
     /// `front`, `rear` or `vehicle`.
     pub tyre: String,
+    /// Model of the tyre.
+    pub tyre_model: Option<String>,
     /// Name.
     pub coefficient: String,
     /// Symbol in the paper.

@@ -1,11 +1,15 @@
 //! The batch around stand-in stages ([`crate::script`]).
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
+use arrow::array::{AsArray, RecordBatch};
+use arrow::datatypes::DataType;
 use roadbench::batch::store::Store;
 use roadbench::batch::{self, Error, State, kind};
+use roadbench::tables::{file, read, registry};
 
 use crate::script::{BIKE, Place, Script, Setup, adds_up, codes};
 
@@ -56,12 +60,12 @@ fn every_input_ends_as_a_session_or_a_rejection() {
     assert_eq!(
         names.iter().filter(|n| !n.starts_with("rejected/")).collect::<Vec<_>>(),
         [
-            "coefficients/bike=b1/s-a.parquet",
-            "evidence/bike=b1/s-a.parquet",
-            "manoeuvres/bike=b1/s-a.parquet",
-            "plots/bike=b1/s-a.parquet",
-            "sessions/bike=b1/s-a.parquet",
-            "warnings/bike=b1/s-a.parquet",
+            "coefficients/bike=b1/2026-05.parquet",
+            "evidence/bike=b1/2026-05.parquet",
+            "manoeuvres/bike=b1/2026-05.parquet",
+            "plots/bike=b1/2026-05.parquet",
+            "sessions/bike=b1/2026-05.parquet",
+            "warnings/bike=b1/2026-05.parquet",
         ]
     );
 }
@@ -83,13 +87,18 @@ fn no_id_leads_out_of_the_output() {
     assert_eq!(run.done, 6, "{:?}", codes(&run));
     assert_eq!(place.names_outside(), before);
     let names = place.names();
-    assert_eq!(names.len(), 6 * 6);
-    assert!(names.contains(&"sessions/bike=b1/%2E%2E%2F..%2F..%2Fescaped.parquet".to_owned()));
-    let warnings = read_column(
-        &place.path("out/warnings/bike=b1/%2E%2E%2F..%2F..%2Fescaped.parquet"),
-        &["session_id", "code"],
-    );
-    assert_eq!(warnings, [["../../../escaped", "unsafe_session_id"]]);
+    assert_eq!(names.len(), 6);
+    assert!(names.contains(&"sessions/bike=b1/2026-05.parquet".to_owned()));
+    let warnings =
+        read_column(&place.path("out/warnings/bike=b1/2026-05.parquet"), &["session_id", "code"]);
+    assert!(warnings.contains(&vec!["../../../escaped".into(), "unsafe_session_id".into()]));
+    let work = Script { signals: true, ..Script::default() };
+    place.run_with(&work, |s| s.force = true).expect("run");
+    assert_eq!(place.names_outside(), before);
+    let escaped = "signals/bike=b1/%2E%2E%2F..%2F..%2Fescaped.parquet".to_owned();
+    assert!(place.names().contains(&escaped), "what is asked for is a file per session");
+    place.run_with(&Script::default(), |s| s.force = true).expect("run");
+    assert_eq!(place.names(), names, "and goes where it is not asked for");
     let again = place.run();
     assert_eq!((again.done, again.unchanged), (0, 6), "found again under their own ids");
 }
@@ -113,7 +122,7 @@ fn the_same_bytes_whatever_the_number_of_workers() {
             .expect("run");
     }
     let (one, two) = (place.tables("one"), place.tables("two"));
-    assert_eq!(one.len(), 21 * 6 + 3);
+    assert_eq!(one.len(), 2 * 6 + 3);
     assert!(one == two, "bytes differ");
 }
 
@@ -143,7 +152,7 @@ fn what_is_there_is_not_computed_again() {
         .expect("run");
     assert_eq!(run.done, 3, "signals were not there");
 
-    std::fs::remove_file(place.path("out/plots/bike=b2/s-b.parquet")).expect("removed");
+    std::fs::remove_file(place.path("out/plots/bike=b2/2026-05.parquet")).expect("removed");
     let run = place.run_with(&Script::default(), |s| s.maps = vec![map.clone()]).expect("run");
     assert_eq!((run.done, run.unchanged), (1, 2), "a table was missing");
     let names = place.names();
@@ -163,8 +172,7 @@ fn a_session_is_either_in_the_tables_or_rejected() {
     assert_eq!((run.done, codes(&run)), (2, vec!["scripted", "unknown_format"]));
     let names = place.names();
     assert_eq!(names.iter().filter(|n| n.starts_with("rejected/")).count(), 2, "{names:?}");
-    let sessions: Vec<&String> = names.iter().filter(|n| n.starts_with("sessions/")).collect();
-    assert_eq!(sessions, ["sessions/bike=b2/s-c.parquet", "sessions/bike=b2/s-d.parquet"]);
+    assert_eq!(place.sessions(), ["b2/s-c", "b2/s-d"]);
     assert!(!names.iter().any(|n| n.contains("bike=b1")), "{names:?}");
 }
 
@@ -176,17 +184,19 @@ fn a_session_moves_with_its_bike_and_others_stay() {
     std::fs::remove_file(place.path("logs/b.csv")).expect("removed");
     place.put("logs/c.csv", "s-c|b2|ok");
     place.run();
-    let names = place.names();
-    let sessions: Vec<&String> = names.iter().filter(|n| n.starts_with("sessions/")).collect();
-    assert_eq!(
-        sessions,
-        [
-            "sessions/bike=b1/s-b.parquet", // no input any more: the archive keeps it
-            "sessions/bike=b2/s-a.parquet",
-            "sessions/bike=b2/s-c.parquet",
-        ]
-    );
-    assert_eq!(names.len(), 18);
+    // s-b is no input any more: the archive keeps it
+    assert_eq!(place.sessions(), ["b2/s-a", "b1/s-b", "b2/s-c"]);
+    let rows = |table: &str, bike: &str| {
+        let file = format!("out/{table}/bike={bike}/2026-05.parquet");
+        read_column(&place.path(&file), &["session_id"]).concat()
+    };
+    for table in ["sessions", "coefficients"] {
+        assert_eq!(
+            (rows(table, "b1"), rows(table, "b2")),
+            (vec!["s-b".into()], vec!["s-a".into(), "s-c".into()])
+        );
+    }
+    assert_eq!(place.names().len(), 12);
 }
 
 #[test]
@@ -272,7 +282,6 @@ impl Place {
 
 /// Text columns of a table, row by row.
 fn read_column(path: &Path, columns: &[&str]) -> Vec<Vec<String>> {
-    use arrow::array::AsArray;
     let file = std::fs::File::open(path).expect("open");
     let reader = parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder::try_new(file)
         .expect("parquet")
@@ -284,7 +293,8 @@ fn read_column(path: &Path, columns: &[&str]) -> Vec<Vec<String>> {
         for i in 0..batch.num_rows() {
             let cell = |name: &&str| {
                 let column = batch.column_by_name(name).expect("column");
-                column.as_string::<i32>().value(i).to_owned()
+                let column = arrow::compute::cast(column, &arrow::datatypes::DataType::Utf8);
+                column.expect("text").as_string::<i32>().value(i).to_owned()
             };
             rows.push(columns.iter().map(cell).collect());
         }
@@ -307,7 +317,10 @@ fn the_fleet_is_what_its_committed_sessions_say() {
         ("h", "s-8|b2|ok 0.29 2026-05-07T00:00:00Z"),
     ]);
     place.run();
-    std::fs::remove_file(place.path("out/sessions/bike=b1/s-7.parquet")).expect("uncommitted");
+    let store = Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
+    store.remove("s-7").and_then(|()| store.remove("unknown")).expect("marked");
+    store.merge().expect("taken out");
+    drop(store);
     let rows = batch::fleet::write(&place.path("out")).expect("fleet");
     assert_eq!(rows.len(), 2);
     let close = |a: Option<f64>, b: f64| {
@@ -339,6 +352,77 @@ fn a_fleet_without_sessions_is_an_empty_table() {
     let place = Place::new(&[("a", "s-1|b1|reject")]);
     place.run();
     assert_eq!(batch::fleet::write(&place.path("out")).expect("fleet").len(), 0);
+}
+
+/// An output of before had a file per session and table, ids and times as plain texts. What it holds moves as it is,
+/// also that of a log that is gone; what a killed run of then has left half-written is computed again.
+#[test]
+fn an_output_of_before_moves_into_files_per_month() {
+    let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s b|b1|ok"), ("c", "s-c|b2|ok")]);
+    let work = Script { signals: true, ..Script::default() };
+    place.run_with(&work, |_| {}).expect("run");
+    let whole = place.tables("out");
+    let names = [("s-a", "s-a"), ("s b", "s%20b"), ("s-c", "s-c")];
+    for (name, bytes) in whole.iter().filter(|(name, _)| name.ends_with("2026-05.parquet")) {
+        let table = registry::find(name.split('/').next().expect("folder")).expect("a table");
+        let mut batches = read::batches_of(bytes.clone().into()).expect("read");
+        if batches.is_empty() {
+            batches.push(RecordBatch::new_empty(table.table().arrow()));
+        }
+        for batch in batches {
+            let ids = arrow::compute::cast(&batch.columns()[0], &DataType::Utf8).expect("ids");
+            let ids = ids.as_string::<i32>();
+            for (id, file) in names {
+                let own: Vec<bool> = ids.iter().map(|i| i == Some(id)).collect();
+                let rows = arrow::compute::filter_record_batch(&batch, &own.into()).expect("rows");
+                let fields: Vec<_> =
+                    rows.schema().fields().iter().map(|f| f.name().clone()).collect();
+                let columns = fields.iter().zip(rows.columns()).map(|(name, column)| {
+                    let is_text = matches!(
+                        column.data_type(),
+                        DataType::Dictionary(..) | DataType::Timestamp(..)
+                    );
+                    let text = is_text.then(|| arrow::compute::cast(column, &DataType::Utf8));
+                    // a cast writes no time zone
+                    let text = text.map(|t| t.expect("text"));
+                    (name.as_str(), text.unwrap_or_else(|| Arc::clone(column)), true)
+                });
+                let old = RecordBatch::try_from_iter_with_nullable(columns).expect("old");
+                let to = place.path("out").join(name.replace("2026-05", file));
+                let is_of_bike = name.contains("bike=b2") == (id == "s-c");
+                if is_of_bike {
+                    file::write_batch(&to, &old).expect("written");
+                }
+            }
+        }
+        std::fs::remove_file(place.path("out").join(name)).expect("removed");
+    }
+    std::fs::remove_file(place.path("logs/b.csv")).expect("removed");
+    place.put("out/.roadbench/writing/s-c", "b2");
+    let run = place.run_with(&work, |_| {}).expect("run");
+    assert_eq!((run.unchanged, run.done), (1, 1), "s-c was being written");
+    assert_eq!(place.sessions(), ["b1/s b", "b1/s-a", "b2/s-c"]);
+    assert!(place.tables("out") == whole, "{:?}", place.names());
+}
+
+/// A table of a month that cannot be read stops only what would go into it: the sessions wait, and the message says
+/// what to do.
+#[test]
+fn a_damaged_table_is_named_and_loses_nothing() {
+    let place = Place::new(&[("a", "s-a|b1|ok"), ("c", "s-c|b2|ok")]);
+    place.run();
+    let whole = place.tables("out");
+    place.put("out/plots/bike=b1/2026-05.parquet", "PAR1 no table PAR1");
+    place.put("logs/b.csv", "s-b|b1|ok");
+    let result = place.run_with(&Script::default(), |_| {});
+    let told = |m: &str| m.contains("plots/bike=b1/2026-05.parquet") && m.contains("remove it");
+    assert!(matches!(&result, Err(Error::Output(m)) if told(m)), "{result:?}");
+    std::fs::remove_file(place.path("out/plots/bike=b1/2026-05.parquet")).expect("removed");
+    let run = place.run();
+    assert_eq!((run.done, run.unchanged), (1, 2), "s-b waited, s-a's plots were lost");
+    assert_eq!(place.sessions(), ["b1/s-a", "b1/s-b", "b2/s-c"]);
+    std::fs::remove_file(place.path("logs/b.csv")).expect("removed");
+    assert!(place.tables("out").len() == whole.len());
 }
 
 /// A dry run says of every log what the run then does, and why; it writes nothing.
@@ -388,7 +472,7 @@ fn since_leaves_older_logs_alone() {
     let run = place.run_with(&Script::default(), |s| s.since = since).expect("run");
     assert_eq!((run.inputs, run.done), (1, 1));
     assert!(run.sessions.contains("s-b"));
-    assert!(place.names().iter().any(|n| n.contains("s-a")));
+    assert_eq!(place.sessions(), ["b1/s-a", "b1/s-b"]);
 }
 
 /// Fleet and report are made again after a change and only then: a killed run leaves them behind,

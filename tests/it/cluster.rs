@@ -95,12 +95,12 @@ fn workers_write_what_one_machine_writes() {
     std::fs::write(&torn, "half").expect("written");
     send(driver.terms(), &tasks[0]).expect("done");
     let answers = tasks.iter().map(|task| send(driver.terms(), task).expect("done")).collect();
-    let mark = many.join(".roadbench/writing/archive_s0001");
-    std::fs::write(&mark, "archive_01").expect("written"); // of a third that was killed over it
+    let half = many.join(".roadbench/staged/run/.roadbench-y.tmp");
+    std::fs::write(&half, "half").expect("written"); // of a third that was killed over it
     let (accounts, store) = driver.close(answers).expect("closed");
     drop(store);
     assert_eq!((accounts.inputs, accounts.done, accounts.rejected.len()), (4, 2, 2));
-    assert!(!torn.exists() && !mark.exists());
+    assert!(!torn.exists() && !half.exists());
     assert_eq!(files(&one), files(&many));
 
     // nothing has changed
@@ -172,7 +172,8 @@ fn a_session_in_memory_is_what_is_written() {
     let written = files(&out);
     assert_eq!(tables.len(), written.len());
     for (name, batch) in tables {
-        let file = PathBuf::from(name).join("bike=archive_01/archive_s0001.parquet");
+        let own = if name == "signals" { "archive_s0001" } else { "2026-05" };
+        let file = PathBuf::from(name).join(format!("bike=archive_01/{own}.parquet"));
         let bytes = file::batch_to_bytes(name, &batch).expect("encoded");
         assert_eq!(written.get(&file), Some(&bytes), "{name}");
     }

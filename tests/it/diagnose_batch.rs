@@ -87,7 +87,8 @@ fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
     let whole = archive.files("out");
     for table in ["causes", "discrepancies", "replays", "diagnoses", "models"] {
         let own = |name: &&String| name.starts_with(&format!("{table}/bike=demo_01/"));
-        assert_eq!(whole.keys().filter(own).count(), 3, "{table}");
+        let n = if table == "models" { 3 } else { 1 }; // a table's rows of a month are one file
+        assert_eq!(whole.keys().filter(own).count(), n, "{table}");
     }
     let shared = String::from_utf8(whole["models/pooled.toml"].clone()).expect("text");
     assert!(shared.contains("effect = \"steer_zero\"\nlevel = \"bike\""), "{shared}");
@@ -119,10 +120,12 @@ fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
     std::fs::write(one, kept).expect("written");
     assert_same(&archive.files("out"), &whole);
 
-    // a lost table is made again, and nothing else
-    std::fs::remove_file(archive.path("out/causes/bike=demo_01/demo_s0002.parquet")).expect("lost");
+    // a lost table is made again
+    let causes =
+        whole.keys().find(|name| name.starts_with("causes/bike=demo_01/")).expect("causes");
+    std::fs::remove_file(archive.path("out").join(causes)).expect("lost");
     let mended = archive.diagnose("in", "out", &["--json"]);
-    assert!(mended.contains("demo_s0002") && !mended.contains("\"demo_s0001\""), "{mended}");
+    assert!(mended.contains("demo_s0002") && mended.contains("\"demo_s0001\""), "{mended}");
     assert_same(&archive.files("out"), &whole);
 
     // session by session gives what all at once give, what they share included

@@ -7,6 +7,9 @@ use std::time::{Duration, Instant};
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
+use roadbench::batch::contents::Contents;
+use roadbench::batch::kind;
+
 use crate::script::{BIKE, Place, Script, Setup, adds_up};
 
 /// Not a test of its own: the process that the next test kills.
@@ -42,7 +45,7 @@ fn a_killed_run_leaves_whole_files_and_is_taken_up() {
             .stderr(std::process::Stdio::null())
             .spawn()
             .expect("child");
-        let folder = place.path("out/sessions/bike=b1");
+        let folder = place.path("out/.roadbench/staged/run");
         for _ in 0..10_000 {
             let there = std::fs::read_dir(&folder).map_or(0, Iterator::count);
             if there >= wanted || child.try_wait().expect("child").is_some() {
@@ -53,11 +56,10 @@ fn a_killed_run_leaves_whole_files_and_is_taken_up() {
         child.kill().expect("SIGKILL");
         child.wait().expect("gone");
         let names = place.names();
-        let sessions =
-            names.iter().filter(|n| n.starts_with("sessions/") && n.ends_with(".parquet")).count();
+        let sessions = names.iter().filter(|n| n.ends_with(".session")).count();
         partial += usize::from(sessions > 0 && sessions < 60);
         rounds += 1;
-        for name in names.iter().filter(|n| n.ends_with(".parquet")) {
+        for name in names.iter().filter(|n| n.ends_with(".parquet") || n.ends_with(".session")) {
             let bytes = std::fs::read(place.path("out").join(name)).expect("bytes");
             assert!(bytes.len() > 8 && bytes.ends_with(b"PAR1"), "{name} is not whole");
         }
@@ -89,11 +91,8 @@ fn victim_of(place: &Place) -> Child {
 fn read_along(place: &Place, stop: &AtomicBool, kept: &AtomicBool, read: &AtomicUsize) {
     let out = place.path("out");
     let markers = || {
-        let folder = std::fs::read_dir(out.join("sessions/bike=b1")).into_iter().flatten();
-        folder
-            .filter_map(|e| e.ok()?.file_name().into_string().ok())
-            .filter(|name| !name.starts_with('.'))
-            .count()
+        let there = Contents::read(&kind::RUN, &out.clone().into()).expect("read");
+        there.taken_in().count()
     };
     while !stop.load(Ordering::Relaxed) {
         for entry in walkdir::WalkDir::new(&out).into_iter().filter_map(Result::ok) {
@@ -171,7 +170,7 @@ fn kills(sessions: usize, rounds: usize) {
             child.kill().expect("SIGKILL");
             child.wait().expect("gone");
             torn += usize::from(
-                std::fs::read_dir(place.path("out/.roadbench/writing"))
+                std::fs::read_dir(place.path("out/.roadbench/staged/run"))
                     .is_ok_and(|mut left| left.next().is_some()),
             );
             adds_up(&place.run());
@@ -185,8 +184,8 @@ fn kills(sessions: usize, rounds: usize) {
     });
     let read = read.into_inner();
     println!(
-        "{rounds} rounds of {sessions} sessions: {early} killed before the end, {torn} of them within a \
-         session; {read} tables read along"
+        "{rounds} rounds of {sessions} sessions: {early} killed before the end, {torn} of them with \
+         sessions that waited; {read} tables read along"
     );
     assert!(2 * early > rounds, "only {early} of {rounds} were killed before their end");
     assert!(read > sessions, "the reader has read only {read} tables");

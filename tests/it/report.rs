@@ -139,6 +139,7 @@ fn coefficients(ident: &Ident, note: &str, turn: usize) -> Vec<Coefficient> {
                     }
                 },
                 provenance: provenance(),
+                ..Coefficient::default()
             });
         }
     }

@@ -79,6 +79,7 @@ fn generate(out: &Path) {
             status: Status::Ok,
             reason: None,
             provenance: provenance(),
+            ..Coefficient::default()
         };
         pooled.push(PooledRow {
             bike_id: bike.into(),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
+use roadbench::batch::contents::Contents;
 use roadbench::batch::kind::{self, Kind};
 use roadbench::batch::work::Output;
 use roadbench::batch::{Accounts, Error, Maps, Settings, State, Watch, Work, engine, run};
@@ -145,6 +146,7 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
             status: Status::Ok,
             reason: None,
             provenance,
+            ..Coefficient::default()
         }],
         plots: (0..200)
             .map(|i| PlotPoint {
@@ -280,6 +282,13 @@ impl Place {
                 (name.replace('\\', "/"), std::fs::read(e.path()).expect("bytes"))
             })
             .collect()
+    }
+
+    /// Bike and session of everything that is there.
+    pub fn sessions(&self) -> Vec<String> {
+        let there = Contents::read(&kind::RUN, &self.path("out").into()).expect("read");
+        assert!(there.staged().next().is_none(), "something waits still");
+        there.sessions().map(|s| format!("{}/{}", s.bike_id, s.session_id)).collect()
     }
 
     pub fn names(&self) -> Vec<String> {

@@ -285,6 +285,7 @@ fn coefficient(
         status,
         reason,
         provenance: provenance.clone(),
+        ..Coefficient::default()
     }
 }
 

@@ -7,7 +7,7 @@ use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray,
 use super::Estimate;
 use crate::contract::session::Meta;
 use crate::segment::Segment;
-use crate::tables::registry;
+use crate::tables::{file, registry};
 
 /// One batch of every rider's forces and the motion they come from, at about `rate` samples per
 /// second, rider by rider.
@@ -53,7 +53,8 @@ pub fn batch(
         })
     };
 
-    let schema = registry::SIGNALS.table().arrow();
+    let table = registry::SIGNALS.table();
+    let schema = table.texts();
     let mut columns = Vec::with_capacity(schema.fields().len());
     for field in schema.fields() {
         columns.push(match field.name().as_str() {
@@ -91,5 +92,6 @@ pub fn batch(
             _ => new_null_array(field.data_type(), rows),
         });
     }
-    RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())
+    let batch = RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())?;
+    file::typed(table, &batch)
 }

@@ -1,0 +1,53 @@
+//! Instants: RFC 3339 texts as logs give them, and microseconds since 1970 as the tables have them.
+
+use jiff::Timestamp;
+use jiff::civil::{Date, DateTime};
+use jiff::tz::TimeZone;
+
+/// An instant from a text: RFC 3339; without an offset, or without a time of day, UTC. `None` where it is no time.
+pub fn parse(text: &str) -> Option<Timestamp> {
+    text.parse().ok().or_else(|| {
+        let civil =
+            text.parse::<DateTime>().or_else(|_| text.parse::<Date>().map(|d| d.at(0, 0, 0, 0)));
+        Some(civil.ok()?.to_zoned(TimeZone::UTC).ok()?.timestamp())
+    })
+}
+
+/// Microseconds since 1970 of a text, as [`parse`].
+pub fn microseconds(text: &str) -> Option<i64> {
+    parse(text).map(Timestamp::as_microsecond)
+}
+
+/// RFC 3339 in UTC of microseconds since 1970; `None` where a calendar does not reach.
+pub fn text(microseconds: i64) -> Option<String> {
+    Timestamp::from_microsecond(microseconds).ok().map(|t| t.to_string())
+}
+
+/// Days since 1970 of a text, as [`parse`].
+pub fn days(text: &str) -> Option<f64> {
+    Some(microseconds(text)? as f64 / 86_400e6)
+}
+
+/// Year and month in UTC, `2026-05`; `None` where the text is no time after Christ.
+pub fn month(text: &str) -> Option<String> {
+    let day = parse(text)?.to_zoned(TimeZone::UTC).date();
+    (day.year() > 0).then(|| format!("{:04}-{:02}", day.year(), day.month()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn start_times_in_their_usual_forms() {
+        let day = |text| days(text).expect(text);
+        assert_eq!(day("1970-01-02T12:00:00Z"), 1.5);
+        assert_eq!(day("1970-01-02T14:00:00+02:00"), 1.5);
+        assert_eq!(day("1970-01-02T12:00:00"), 1.5);
+        assert_eq!(day("1970-01-02"), 1.0);
+        assert_eq!(days("yesterday"), None);
+        assert_eq!(month("2026-05-01T01:00:00+02:00").as_deref(), Some("2026-04"));
+        let at = microseconds("2026-05-01T10:00:00.25+02:00").expect("a time");
+        assert_eq!(text(at).as_deref(), Some("2026-05-01T08:00:00.25Z"));
+    }
+}
