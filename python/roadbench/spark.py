@@ -1,9 +1,10 @@
-"""``roadbench run`` spread over a Spark cluster.
+"""``roadbench run`` and ``roadbench diagnose`` spread over a Spark cluster.
 
 The driver finds the logs, locks the output and keeps the accounts; each Spark task takes a few
-sessions through :mod:`roadbench` and writes their tables as a run on one machine does. A killed
-worker or a task that runs twice leaves no torn and no double file: every file is written beside its
-place and renamed, and the same session always gives the same bytes.
+sessions through :mod:`roadbench` and leaves each as one file, whole or not at all. When all are
+there the driver takes them into the tables, as a run on one machine does, with the same bytes. A
+killed worker, a killed driver or a task that runs twice leaves nothing torn and nothing double: the
+same call goes on with what is missing.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from pyspark.sql import SparkSession
 
-__all__ = ["run"]
+__all__ = ["diagnose", "run"]
 
 _GIVEN = "log string, task string"
 _ANSWERED = "log string, answer string"
@@ -41,15 +42,16 @@ def run(
 ) -> dict[str, Any]:
     """Computes the sessions of an archive on the cluster, and writes the tables of ``roadbench run``.
 
-    Logs and ``out`` must be on a file system that the driver and all workers see under the same
-    paths; bike files, maps and pipeline are read on the driver only. All machines need this wheel.
+    Logs and ``out`` are in an object store (``s3://``, ``gs://``, ``az://``; credentials as for the
+    command line, on every machine), or on a file system that the driver and all workers see under
+    the same paths; bike files, maps and pipeline are read on the driver only. All machines need this
+    wheel.
     As on one machine, sessions that are there already and were made from the same are kept, a log
     that cannot be used has a row in ``rejected``, and a run that was cut short is carried on by the
     same call. Retries are Spark's own (``spark.task.maxFailures``, speculation, lost executors).
 
-    The wheel comes without polars, so the tables over the whole fleet (``fleet``, ``fleet_pooled``,
-    ``fleet_events``) are not made: ``roadbench run`` with the same inputs and output, on one
-    machine, finds every session there and makes them.
+    The tables over the whole fleet (``fleet``, ``tyres``, ``bikes``, ...) and the report are made by
+    the driver at the end.
 
     Args:
         spark: the session of an existing cluster, or a local one.
@@ -80,11 +82,56 @@ def run(
         >>> done["computed"], done["rejected"]
         (1200, 3)
     """
-    if batch < 1:
-        raise ValueError("batch: a task has at least one session")
+    options = _options(inputs, bikes, out, pipeline, maps, force, since)
+    return _run(spark, options | {"signals": signals}, batch)
+
+
+def diagnose(
+    spark: SparkSession,
+    inputs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    bikes: str | os.PathLike[str] | None,
+    out: str | os.PathLike[str],
+    pipeline: str | os.PathLike[str] = "onroad",
+    *,
+    maps: Sequence[str | os.PathLike[str]] = (),
+    force: bool = False,
+    since: float | None = None,
+    nulls: int = 24,
+    advise: bool = False,
+    batch: int = 1,
+) -> dict[str, Any]:
+    """Diagnoses the sessions of an archive on the cluster, and writes what ``roadbench diagnose`` writes.
+
+    What several sessions share is worked out by the driver at the end, with the report.
+
+    Args:
+        spark: as for :func:`run`, like all that is not named here.
+        nulls: simulated nulls of each ride, from which the thresholds come; at least 8.
+        advise: simulate more riding for every cause that a ride says nothing of.
+
+    Returns:
+        The same as :func:`run`, but for ``run.json``, which is of runs.
+
+    Raises:
+        ValueError: as :func:`run`, or ``nulls`` are too few or too many.
+        OSError: as :func:`run`.
+    """
+    options = _options(inputs, bikes, out, pipeline, maps, force, since)
+    return _run(spark, options | {"diagnose": True, "nulls": nulls, "advise": advise}, batch)
+
+
+def _options(
+    inputs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    bikes: str | os.PathLike[str] | None,
+    out: str | os.PathLike[str],
+    pipeline: str | os.PathLike[str],
+    maps: Sequence[str | os.PathLike[str]],
+    force: bool,
+    since: float | None,
+) -> dict[str, Any]:
     if isinstance(inputs, str | os.PathLike):
         inputs = [inputs]
-    options = {
+    return {
         "inputs": [_absolute(path) for path in inputs],
         "bikes": None if bikes is None else _absolute(bikes),
         "out": _absolute(out),
@@ -92,8 +139,12 @@ def run(
         "maps": [os.fspath(m) for m in maps],
         "force": force,
         "since": since,
-        "signals": signals,
     }
+
+
+def _run(spark: SparkSession, options: dict[str, Any], batch: int) -> dict[str, Any]:
+    if batch < 1:
+        raise ValueError("batch: a task has at least one session")
     driver = _roadbench.Driver(json.dumps(options))
     try:
         answers = _distribute(spark, driver.terms(), driver.tasks(), batch)

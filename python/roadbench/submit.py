@@ -1,8 +1,9 @@
-"""What ``spark-submit`` is given: :func:`roadbench.spark.run` from a command line.
+"""What ``spark-submit`` is given: :mod:`roadbench.spark` from a command line.
 
 Example::
 
     spark-submit --master spark://host:7077 .../roadbench/submit.py /archive --out /tables
+    spark-submit --master spark://host:7077 .../roadbench/submit.py s3://fleet/archive --out s3://fleet/tables
 """
 
 import argparse
@@ -24,21 +25,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--map", metavar="FILE", action="append", default=[], help="channel map")
     parser.add_argument("--force", action="store_true", help="compute again what is there already")
     parser.add_argument("--signals", action="store_true", help="also write the time series")
+    parser.add_argument("--diagnose", action="store_true", help="roadbench diagnose instead of run")
+    parser.add_argument("--nulls", metavar="N", type=int, default=24, help="of --diagnose: simulated nulls")
     parser.add_argument("--batch", metavar="N", type=int, default=8, help="sessions in one task")
     given = parser.parse_args(arguments)
     spark = SparkSession.builder.appName("roadbench").getOrCreate()
     try:
-        done = roadbench.spark.run(
-            spark,
-            given.inputs,
-            given.bikes,
-            given.out,
-            given.pipeline,
-            maps=given.map,
-            force=given.force,
-            signals=given.signals,
-            batch=given.batch,
-        )
+        where = (spark, given.inputs, given.bikes, given.out, given.pipeline)
+        how = {"maps": given.map, "force": given.force, "batch": given.batch}
+        if given.diagnose:
+            done = roadbench.spark.diagnose(*where, **how, nulls=given.nulls)
+        else:
+            done = roadbench.spark.run(*where, **how, signals=given.signals)
     except ValueError as why:
         print(f"roadbench: {why}", file=sys.stderr)
         return 2

@@ -45,13 +45,17 @@ class Cluster:
         port = self.url.rpartition(":")[2]
         self.master = self._start("master", "master.Master", "--host", HOST, "--port", port)
         self._wait(HOST, int(port))
-        self.workers = [
-            self._start(
-                f"worker{i}", "worker.Worker", "--host", HOST, "--cores", "1", "--memory", "1g",
-                "--work-dir", str(folder / f"work{i}"), self.url,
-            )
-            for i in range(workers)
-        ]  # fmt: skip
+        self.workers = []
+        for _ in range(workers):
+            self.add_worker()
+
+    def add_worker(self):
+        i = len(self.workers)
+        worker = self._start(
+            f"worker{i}", "worker.Worker", "--host", HOST, "--cores", "1", "--memory", "1g",
+            "--work-dir", str(self.folder / f"work{i}"), self.url,
+        )  # fmt: skip
+        self.workers.append(worker)
 
     def _start(self, name, kind, *arguments):
         command = [self.home / "bin" / "spark-class", f"org.apache.spark.deploy.{kind}"]

@@ -1,9 +1,12 @@
 """What the tests share: the bundled archive, and the command line from the same wheel."""
 
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -18,13 +21,51 @@ def roadbench(*arguments, timeout=600, code=0):
     return done.stdout
 
 
+SESSIONS = int(os.environ.get("ROADBENCH_SPARK_SESSIONS", "200"))
+
+
 def files(out):
-    """Every table of an output folder, but for those over the whole fleet: path below it, and bytes."""
+    """Every table of an output folder: path below it, and bytes."""
     return {
-        str(path.relative_to(out)): path.read_bytes()
-        for path in sorted(out.rglob("*.parquet"))
-        if not path.relative_to(out).parts[0].startswith("fleet")
+        str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*.parquet"))
     }
+
+
+def staged(out):
+    """Sessions that wait in an output folder."""
+    return len(list(out.glob(".roadbench/staged/run/*.session")))
+
+
+@pytest.fixture(scope="session")
+def archive(tmp_path_factory):
+    """200 sessions, and three logs that cannot be used: simulated rides, each cut to many lengths."""
+    rides, archive = tmp_path_factory.mktemp("rides"), tmp_path_factory.mktemp("archive")
+    roadbench("simulate", ROOT / "python" / "tests" / "small.toml", "--out", rides)
+    shutil.copytree(rides / "bikes", archive / "bikes")
+    logs = sorted((rides / "sessions").rglob("*.parquet"))
+    for number in range(SESSIONS):
+        file = pq.ParquetFile(logs[number % len(logs)])
+        ride, own = file.read(), file.metadata.metadata
+        name = f"s{number:04}"
+        own = {k: v for k, v in own.items() if k != b"ARROW:schema"} | {b"session_id": name}
+        folder = archive / "sessions" / f"bike={own[b'bike_id'].decode()}"
+        folder.mkdir(parents=True, exist_ok=True)
+        cut = ride.slice(0, ride.num_rows - 10 * (number // len(logs)))
+        pq.write_table(cut.replace_schema_metadata(own), folder / f"{name}.parquet")
+    whole = folder / f"{name}.parquet"
+    (folder / "x_cut.parquet").write_bytes(whole.read_bytes()[:3000])
+    (folder / "x_words.log").write_text("no ride at all")
+    shutil.copy(whole, folder / "x_again.parquet")
+    return archive
+
+
+@pytest.fixture(scope="session")
+def cluster(tmp_path_factory):
+    from cluster import Cluster
+
+    cluster = Cluster(tmp_path_factory.mktemp("cluster"))
+    yield cluster
+    cluster.stop()
 
 
 @pytest.fixture(scope="session")

@@ -8,43 +8,18 @@ import sys
 import threading
 import time
 
-import pyarrow.parquet as pq
 import pytest
 
-from conftest import ROOT, files, roadbench
+from conftest import SESSIONS, files, roadbench, staged
 
 if shutil.which("java") is None:
     pytest.skip("there is no Java, which Spark needs", allow_module_level=True)
 
 import roadbench.spark as on_spark
-from cluster import HOST, Cluster
+from cluster import HOST
 from pyspark.sql import SparkSession
 
-SESSIONS = int(os.environ.get("ROADBENCH_SPARK_SESSIONS", "200"))
 REJECTED = {"truncated": 1, "no_channel_map": 1, "duplicate_session_id": 1}
-
-
-@pytest.fixture(scope="module")
-def archive(tmp_path_factory):
-    """200 sessions, and three logs that cannot be used: simulated rides, each cut to many lengths."""
-    rides, archive = tmp_path_factory.mktemp("rides"), tmp_path_factory.mktemp("archive")
-    roadbench("simulate", ROOT / "python" / "tests" / "small.toml", "--out", rides)
-    shutil.copytree(rides / "bikes", archive / "bikes")
-    logs = sorted((rides / "sessions").rglob("*.parquet"))
-    for number in range(SESSIONS):
-        file = pq.ParquetFile(logs[number % len(logs)])
-        ride, own = file.read(), file.metadata.metadata
-        name = f"s{number:04}"
-        own = {k: v for k, v in own.items() if k != b"ARROW:schema"} | {b"session_id": name}
-        folder = archive / "sessions" / f"bike={own[b'bike_id'].decode()}"
-        folder.mkdir(parents=True, exist_ok=True)
-        cut = ride.slice(0, ride.num_rows - 10 * (number // len(logs)))
-        pq.write_table(cut.replace_schema_metadata(own), folder / f"{name}.parquet")
-    whole = folder / f"{name}.parquet"
-    (folder / "x_cut.parquet").write_bytes(whole.read_bytes()[:3000])
-    (folder / "x_words.log").write_text("no ride at all")
-    shutil.copy(whole, folder / "x_again.parquet")
-    return archive
 
 
 @pytest.fixture(scope="module")
@@ -53,13 +28,6 @@ def alone(archive, tmp_path_factory):
     out = tmp_path_factory.mktemp("alone")
     roadbench("run", archive, "--out", out, code=1)  # some are rejected
     return out
-
-
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    cluster = Cluster(tmp_path_factory.mktemp("cluster"))
-    yield cluster
-    cluster.stop()
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +94,7 @@ def test_a_killed_worker(spark, cluster, archive, alone, tmp_path):
     def kill():
         end = time.monotonic() + 300
         while time.monotonic() < end:
-            there = len(list(out.glob("sessions/bike=*/s*.parquet")))
+            there = staged(out)
             if there >= SESSIONS // 4:
                 cluster.kill(0)
                 killed_at.append(there)

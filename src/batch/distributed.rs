@@ -19,10 +19,10 @@ use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
 use super::contents::Contents;
+use super::diagnose::DiagnoseWork;
 use super::discover::inputs;
 use super::engine::Accounts;
 use super::error::Error;
-use super::kind;
 use super::marker::Committed;
 use super::plan::{self, Job, Plan};
 use super::run::RunWork;
@@ -33,8 +33,10 @@ use super::watch::State;
 use super::work::Work;
 use crate::contract::bike::Bike;
 use crate::contract::session::Meta;
+use crate::diagnose;
 use crate::objects::Location;
 use crate::pipeline::Pipeline;
+use crate::tables::registry;
 use crate::tables::rows::Rejected;
 
 /// What every task has in common.
@@ -52,8 +54,36 @@ pub struct Terms {
     pub bikes: BTreeMap<String, BikeText>,
     /// Compute again what is there already.
     pub force: bool,
-    /// Keep the estimated time series.
-    pub signals: bool,
+    /// What is done with each log.
+    pub what: What,
+}
+
+/// What is done with each log.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub enum What {
+    /// As `roadbench run`.
+    Run {
+        /// Keep the estimated time series.
+        signals: bool,
+    },
+    /// As `roadbench diagnose`.
+    Diagnose {
+        /// Simulated nulls of each ride.
+        nulls: usize,
+        /// Simulate more riding for every cause that a ride says nothing of.
+        advise: bool,
+    },
+}
+
+impl What {
+    fn run_work(signals: bool) -> RunWork {
+        RunWork { signals }
+    }
+
+    fn diagnose_work(nulls: usize, advise: bool) -> Result<DiagnoseWork, Error> {
+        let settings = diagnose::Settings { nulls, advise, ..diagnose::Settings::default() };
+        DiagnoseWork::new(settings).map_err(|e| Error::Usage(format!("nulls: {e}")))
+    }
 }
 
 /// A bike file on its way to the workers.
@@ -99,6 +129,31 @@ pub struct Answer {
     pub seconds: f64,
 }
 
+impl Answer {
+    fn take<R>(&mut self, ended: Ended<R>) {
+        match ended {
+            Ended::Unchanged => self.state = State::Unchanged,
+            Ended::Rejected(row) => {
+                self.state = State::Rejected;
+                self.rejected = Some(row);
+            }
+            Ended::Done { input_hash, samples, .. } => {
+                self.samples = samples;
+                self.input_hash = Some(input_hash);
+            }
+        }
+    }
+}
+
+fn ended<W: Work>(
+    job: &Job,
+    settings: &Settings<'_>,
+    there: Vec<Committed>,
+    work: &W,
+) -> Result<Ended<W::Result>, Error> {
+    session::run(job, settings, &Store::join(work.kind(), settings.out, there), work)
+}
+
 /// The process that plans; it holds the output until it is dropped.
 #[derive(Debug)]
 pub struct Driver {
@@ -119,7 +174,21 @@ impl Driver {
     pub fn open(
         settings: &Settings<'_>,
         maps: Vec<(String, String)>,
-        work: &RunWork,
+        what: What,
+    ) -> Result<Self, Error> {
+        match what {
+            What::Run { signals } => Self::with(settings, maps, &What::run_work(signals), what),
+            What::Diagnose { nulls, advise } => {
+                Self::with(settings, maps, &What::diagnose_work(nulls, advise)?, what)
+            }
+        }
+    }
+
+    fn with(
+        settings: &Settings<'_>,
+        maps: Vec<(String, String)>,
+        work: &impl Work,
+        what: What,
     ) -> Result<Self, Error> {
         let (found, bikes) = inputs(settings)?;
         let inputs = found.len();
@@ -145,7 +214,7 @@ impl Driver {
             maps,
             bikes: jobs.iter().map(|j| (j.meta.bike_id.clone(), text(&j.bike))).collect(),
             force: settings.force,
-            signals: work.signals,
+            what,
         };
         Ok(Driver { store, inputs, jobs, refused, bytes, terms })
     }
@@ -153,6 +222,11 @@ impl Driver {
     /// What every worker has to know.
     pub fn terms(&self) -> &Terms {
         &self.terms
+    }
+
+    /// What is done with each log.
+    pub fn what(&self) -> &What {
+        &self.terms.what
     }
 
     /// A task per session, the largest log first.
@@ -178,8 +252,8 @@ impl Driver {
             answers.into_iter().map(|a| (a.log.clone(), a)).collect();
         self.store.tidy()?;
         self.store.merge()?;
-        let there = Contents::read(&kind::RUN, self.store.root())?;
-        let work = RunWork { signals: self.terms.signals };
+        let there = self.store.found().read_again()?;
+        let signals = matches!(self.terms.what, What::Run { signals: true });
         let mut accounts = Accounts {
             inputs: self.inputs,
             rejected: self.refused,
@@ -199,7 +273,9 @@ impl Driver {
             }
             let hash = answer.input_hash.or_else(|| there.input_hash(&job.meta.session_id));
             let wanted = job.wanted(hash.unwrap_or_default());
-            if let Some(stale) = there.stale(&wanted, |table| work.is_requested(table)) {
+            if let Some(stale) =
+                there.stale(&wanted, |table| signals && table.is(&registry::SIGNALS))
+            {
                 return Err(Error::Output(format!(
                     "{}: a worker wrote its tables, but they are not in {} ({}); is that folder \
                      the same on every machine?",
@@ -289,7 +365,6 @@ impl Worker {
             force: self.terms.force,
             since: None,
         };
-        let store = Store::join(&kind::RUN, &self.terms.out, task.there);
         let mut answer = Answer {
             log: task.log,
             state: State::Done,
@@ -298,16 +373,13 @@ impl Worker {
             samples: 0,
             seconds: 0.0,
         };
-        let work = RunWork { signals: self.terms.signals };
-        match session::run(&job, &settings, &store, &work)? {
-            Ended::Unchanged => answer.state = State::Unchanged,
-            Ended::Rejected(row) => {
-                answer.state = State::Rejected;
-                answer.rejected = Some(row);
+        match self.terms.what {
+            What::Run { signals } => {
+                answer.take(ended(&job, &settings, task.there, &What::run_work(signals))?);
             }
-            Ended::Done { input_hash, samples, .. } => {
-                answer.samples = samples;
-                answer.input_hash = Some(input_hash);
+            What::Diagnose { nulls, advise } => {
+                let work = What::diagnose_work(nulls, advise)?;
+                answer.take(ended(&job, &settings, task.there, &work)?);
             }
         }
         answer.seconds = start.elapsed().as_secs_f64();

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::errors;
 use crate::batch::diagnose::DiagnoseWork;
+use crate::batch::distributed::What;
 use crate::batch::engine::Accounts;
 use crate::batch::run::RunWork;
 use crate::batch::store::Store;
@@ -43,6 +44,9 @@ pub struct Options {
     nulls: usize,
     #[serde(default)]
     advise: bool,
+    /// On a cluster: diagnose instead of run.
+    #[serde(default)]
+    diagnose: bool,
 }
 
 /// Options that were read: what [`Settings`] borrow from.
@@ -94,6 +98,15 @@ impl Given {
             jobs: self.options.jobs,
             force: self.options.force,
             since: self.since,
+        }
+    }
+
+    /// What is done with each log on a cluster.
+    pub fn what(&self) -> What {
+        let Options { signals, nulls, advise, diagnose, .. } = self.options;
+        match diagnose {
+            true => What::Diagnose { nulls, advise },
+            false => What::Run { signals },
         }
     }
 

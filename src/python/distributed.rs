@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use super::archive::{Given, json, read};
 use crate::batch;
-use crate::batch::distributed::{self, Answer, Terms};
+use crate::batch::distributed::{self, Answer, Terms, What};
 use crate::batch::summary::Summary;
 use crate::pipeline::Pipeline;
 use crate::report::Pages;
@@ -28,9 +28,9 @@ impl Driver {
     fn new(py: Python<'_>, options: &str) -> PyResult<Self> {
         let began = (Instant::now(), Timestamp::now());
         let given = Given::read(options)?;
-        let (settings, work) = (given.settings(), given.run_work());
+        let (settings, what) = (given.settings(), given.what());
         let texts = given.map_texts.clone();
-        let driver = py.detach(|| distributed::Driver::open(&settings, texts, &work))?;
+        let driver = py.detach(|| distributed::Driver::open(&settings, texts, what))?;
         Ok(Driver { driver: Mutex::new(Some(driver)), pipeline: given.pipeline, began })
     }
 
@@ -52,12 +52,20 @@ impl Driver {
         let answers: Vec<Answer> = answers.iter().map(|a| read(a)).collect::<PyResult<_>>()?;
         let driver = self.lock().take().ok_or_else(closed)?;
         py.detach(|| {
+            let what = driver.what().clone();
             let (accounts, store) = driver.close(answers)?;
-            batch::run::finish(&store, Pages::Auto, |_| Ok(()))?;
+            if store.is_behind() {
+                match what {
+                    What::Run { .. } => _ = batch::run::finish(&store, Pages::Auto, |_| Ok(()))?,
+                    What::Diagnose { .. } => _ = batch::diagnose::finish(&store)?,
+                }
+            }
             let (start, started) = self.began;
             let seconds = start.elapsed().as_secs_f64();
             let summary = Summary::of(&accounts, &self.pipeline, started, seconds);
-            summary.write(store.root())?;
+            if let What::Run { .. } = what {
+                summary.write(store.root())?;
+            }
             json(&summary)
         })
     }

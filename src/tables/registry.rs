@@ -14,7 +14,7 @@ use crate::contract::schema::{self, Table};
 /// What one file of a table holds, and where it is below the output folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scope {
-    /// One session: `<table>/bike=<bike_id>/<session>.parquet`.
+    /// The sessions of a motorcycle and month: `<table>/bike=<bike_id>/<month>.parquet`; on request, one session.
     Session,
     /// One log that could not be used: `<table>/<log>-<hash of its path>.parquet`.
     Log,

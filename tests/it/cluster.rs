@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use roadbench::batch::bikes::{BikeFile, hash_settings};
-use roadbench::batch::distributed::{Answer, Driver, Task, Terms, Worker};
+use roadbench::batch::distributed::{Answer, Driver, Task, Terms, What, Worker};
 use roadbench::batch::run::RunWork;
 use roadbench::batch::{Error, Maps, Settings, State, engine, in_memory};
 use roadbench::objects::Location;
@@ -83,8 +83,9 @@ fn workers_write_what_one_machine_writes() {
 
     let out = Location::from(&many);
     let at = settings(&inputs, &bikes, &out, &pipeline, &maps);
-    let driver = Driver::open(&at, Vec::new(), &RunWork::default()).expect("open");
-    let busy = Driver::open(&at, Vec::new(), &RunWork::default()).expect_err("one at a time");
+    let driver = Driver::open(&at, Vec::new(), What::Run { signals: false }).expect("open");
+    let busy =
+        Driver::open(&at, Vec::new(), What::Run { signals: false }).expect_err("one at a time");
     assert!(matches!(busy, Error::Usage(_)), "{busy}");
     let tasks = driver.tasks();
     assert_eq!(tasks.len(), 3);
@@ -104,7 +105,7 @@ fn workers_write_what_one_machine_writes() {
     assert_eq!(files(&one), files(&many));
 
     // nothing has changed
-    let driver = Driver::open(&at, Vec::new(), &RunWork::default()).expect("open");
+    let driver = Driver::open(&at, Vec::new(), What::Run { signals: false }).expect("open");
     let answers: Vec<Answer> =
         driver.tasks().iter().map(|task| send(driver.terms(), task).expect("done")).collect();
     assert_eq!(answers.iter().filter(|a| a.state == State::Unchanged).count(), 2);
@@ -130,7 +131,7 @@ fn an_answer_that_is_not_so_is_found_out() {
     let (bikes, out) = (fixtures().join("bikes").into(), folder.path().join("out").into());
     let (pipeline, maps) = (Pipeline::onroad(), Maps::default());
     let at = settings(&inputs, &bikes, &out, &pipeline, &maps);
-    let open = || Driver::open(&at, Vec::new(), &RunWork::default()).expect("open");
+    let open = || Driver::open(&at, Vec::new(), What::Run { signals: false }).expect("open");
     let lie = |task: &Task| Answer {
         log: task.log.clone(),
         state: State::Done,
