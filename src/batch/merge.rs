@@ -17,6 +17,7 @@ use super::marker::Committed;
 use super::parts;
 use super::staged::{self, Files, Staged};
 use crate::objects::Location;
+use crate::objects::files::{read_many, remove_many};
 use crate::tables::names::file_name;
 use crate::tables::registry::{Presence, TableSpec};
 use crate::tables::{file, read};
@@ -73,7 +74,9 @@ pub fn merge(there: &Contents) -> Result<(), Error> {
     waits.retain(|(_, staged)| !wait_on.contains(staged.session_id.as_str()));
     old.retain(|row| !wait_on.contains(row.session_id.as_str()));
     remove_own_files(there, &waits, &old)?;
-    waits.par_iter().try_for_each(|(at, _)| remove(at))?;
+    let files: Vec<&Location> = waits.iter().map(|(at, _)| *at).collect();
+    remove_many(&files)
+        .map_err(|e| Error::Output(format!("cannot remove what was taken in: {e}")))?;
     failed.map_or(Ok(()), Err)
 }
 
@@ -86,10 +89,11 @@ fn take(
     come: &[(&Location, &Staged)],
 ) -> Result<(), Error> {
     let mut new: Vec<(&str, Files)> = Vec::with_capacity(come.len());
-    for (at, staged) in come {
+    let files: Vec<&Location> = come.iter().map(|(at, _)| *at).collect();
+    for ((at, staged), bytes) in come.iter().zip(read_many(&files)) {
         let fail = |e: String| Error::Output(format!("cannot read {at}: {e}"));
-        let bytes = at.read().map_err(|e| fail(e.to_string()))?;
-        new.push((&staged.session_id, staged::files(Bytes::from(bytes)).map_err(fail)?));
+        let bytes = bytes.map_err(|e| fail(e.to_string()))?;
+        new.push((&staged.session_id, staged::files(bytes).map_err(fail)?));
     }
     new.sort_by_key(|(id, _)| *id);
     let mut replaced = gone.clone();

@@ -49,6 +49,7 @@ pub mod settings;
 pub mod staged;
 pub mod store;
 pub mod summary;
+#[cfg(feature = "fleet")]
 mod tyres;
 pub mod watch;
 pub mod work;

@@ -7,7 +7,7 @@ use clap::ValueHint;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
-use crate::cli::say::{put, say};
+use crate::cli::say::{put, say, tell};
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
 use crate::contract::session::Session;
@@ -72,14 +72,14 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if arguments.dry_run {
         let map = ingest::map_for(&arguments.log, &maps).map_err(rejected)?;
         for warning in &raw.warnings {
-            eprintln!("warning: {}: {}", warning.code, warning.message);
+            tell!("warning: {}: {}\n", warning.code, warning.message);
         }
         put!("{}", mapping(&raw, map.as_ref()));
         return Ok(());
     }
     let (session, warnings) = ingest::run(raw, &config).map_err(rejected)?;
     for warning in &warnings {
-        eprintln!("warning: {}: {}", warning.code, warning.message);
+        tell!("warning: {}: {}\n", warning.code, warning.message);
     }
     let Some(out) = arguments.out else { return Ok(()) };
     ingest::write_session(&out, &session, arguments.float32)

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::cli::failure::Failure;
 use crate::cli::number::number;
+use crate::cli::say::tell;
 use crate::ingest::aids::Aids;
 use crate::ingest::listing::SourceChannel;
 use crate::ingest::survey::{ChannelContents, Survey, survey};
@@ -86,7 +87,7 @@ pub fn show(
         Form::Text => print(&found.to_text(log))?,
     }
     if why.is_some() {
-        eprintln!("none of the channel maps that come with roadbench fits this log");
+        tell!("none of the channel maps that come with roadbench fits this log\n");
     }
     Ok(())
 }

@@ -58,11 +58,14 @@ struct Lines {
 
 impl Write for Lines {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        self.bar.suspend(|| io::stderr().write_all(line))?;
+        // a full disk or a pipe that has ended behind stderr is no reason to stop; an error would make the
+        // subscriber say so on stderr, which panics
+        let _ = self.bar.suspend(|| io::stderr().write_all(line));
         Ok(line.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        io::stderr().flush()
+        let _ = io::stderr().flush();
+        Ok(())
     }
 }

@@ -9,7 +9,7 @@ use clap::ValueHint;
 use crate::cli::failure::Failure;
 use crate::cli::inspect_source::print;
 use crate::cli::location::location;
-use crate::cli::say::say;
+use crate::cli::say::{say, tell};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::ingest::aids::Aids;
@@ -110,7 +110,7 @@ fn check(
     if arguments.mend {
         let text = std::fs::read_to_string(path)
             .map_err(|e| Failure::Usage(format!("cannot read {}: {e}", path.display())))?;
-        eprint!("{said}");
+        tell!("{said}");
         let wrong = found.findings.len();
         return put_map(
             arguments,

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use indicatif::ProgressBar;
+use say::tell;
 
 use logging::LogFormat;
 
@@ -119,7 +120,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     match arguments.log_format {
         _ if message.is_empty() => {}
         LogFormat::Text => {
-            eprintln!("{} {message}", colour::red("roadbench:", colour::on_stderr()));
+            tell!("{} {message}\n", colour::red("roadbench:", colour::on_stderr()));
         }
         LogFormat::Json => tracing::error!(exit_code = code, "{message}"),
     }

@@ -1,4 +1,4 @@
-//! Results on stdout, where a closed pipe is no error.
+//! Results on stdout and remarks on stderr, where a closed pipe is no error.
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
@@ -8,10 +8,20 @@ use std::io::{ErrorKind, Write};
 pub fn write(text: Arguments<'_>) {
     match std::io::stdout().write_fmt(text) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-            eprintln!("roadbench: cannot write to stdout: {e}");
+            remark(format_args!("roadbench: cannot write to stdout: {e}\n"));
         }
         _ => {}
     }
+}
+
+/// Writes to stderr; where that fails nobody can be told.
+pub fn remark(text: Arguments<'_>) {
+    let _ = std::io::stderr().write_fmt(text);
+}
+
+/// As `eprint!`, without its panic.
+macro_rules! tell {
+    ($($text:tt)*) => { $crate::cli::say::remark(format_args!($($text)*)) };
 }
 
 /// As `print!`, without its panic.
@@ -27,4 +37,4 @@ macro_rules! say {
     };
 }
 
-pub(crate) use {put, say};
+pub(crate) use {put, say, tell};

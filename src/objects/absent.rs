@@ -80,3 +80,11 @@ pub fn put_if(url: &Url, _: &[u8], _: Option<&str>) -> Result<Option<String>> {
 pub fn delete(url: &Url) -> Result<()> {
     absent(url)
 }
+
+/// An error, unless there is nothing to remove.
+///
+/// # Errors
+/// Where anything is to be removed.
+pub fn delete_many(urls: &[Url]) -> Result<()> {
+    urls.first().map_or(Ok(()), absent)
+}

@@ -317,6 +317,23 @@ pub fn delete(url: &Url) -> Result<()> {
     }
 }
 
+/// Removes many objects, a few at a time.
+///
+/// # Errors
+/// As [`delete`]; the others may be gone.
+pub fn delete_many(urls: &[Url]) -> Result<()> {
+    let runtime = runtime()?;
+    let requests =
+        urls.iter().map(|url| Ok((client(url)?, key(url)?))).collect::<Result<Vec<_>>>()?;
+    let requests = requests
+        .into_iter()
+        .map(|(client, key): (Client, Key)| async move { client.delete(&key).await.is_ok() });
+    let done: Vec<bool> =
+        runtime.block_on(futures::stream::iter(requests).buffered(TOGETHER).collect());
+    // what did not go at once is asked for again, or says why
+    urls.iter().zip(done).filter(|(_, done)| !done).try_for_each(|(url, _)| delete(url))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

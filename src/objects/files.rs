@@ -4,11 +4,13 @@ use std::io::{ErrorKind, Result, Write as _};
 use std::path::Path;
 use std::time::SystemTime;
 
+use bytes::Bytes;
 use walkdir::WalkDir;
 
 use super::client;
 use super::location::Location;
 use super::stat::{Entry, Stat};
+use super::url::Url;
 
 /// How the name of a local file that is still being written starts and ends.
 pub const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
@@ -100,6 +102,30 @@ impl Location {
             Self::Local(folder) => Ok(list_local(folder)),
         }
     }
+}
+
+/// The whole of many files, in their order; from an object store a few at a time.
+///
+/// # Errors
+/// Each may be one, as of [`Location::read`].
+pub fn read_many(files: &[&Location]) -> Vec<Result<Bytes>> {
+    let urls: Vec<Url> = files.iter().filter_map(|at| at.as_url().cloned()).collect();
+    let mut remote = client::get_many(&urls).into_iter();
+    let read = |at: &&Location| match at {
+        Location::Local(path) => std::fs::read(path).map(Bytes::from),
+        Location::Remote(url) => remote.next().unwrap_or_else(|| client::get(url)),
+    };
+    files.iter().map(read).collect()
+}
+
+/// Removes many files, of an object store a few at a time.
+///
+/// # Errors
+/// One is there and cannot be removed.
+pub fn remove_many(files: &[&Location]) -> Result<()> {
+    let urls: Vec<Url> = files.iter().filter_map(|at| at.as_url().cloned()).collect();
+    client::delete_many(&urls)?;
+    files.iter().filter(|at| !at.is_remote()).try_for_each(|at| at.remove())
 }
 
 pub(super) fn stat_local(path: &Path) -> Result<Stat> {

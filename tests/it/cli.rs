@@ -207,3 +207,24 @@ fn broken_motocross_scenarios_name_the_key() {
     let said = roadbench(place.path(), &["simulate", "motocross", "--compare", "--out", "out"]);
     assert_eq!(said.code, 2);
 }
+
+/// Nobody reads the remarks any more: the disk behind stderr is full, or the pipe has ended. The tables come all the same.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_lost_stderr_stops_nothing() {
+    let folder = tempfile::tempdir().expect("folder");
+    let archive = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/archive");
+    let log = format!("{archive}/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet");
+    let lost = || std::fs::File::options().write(true).open("/dev/full").expect("Linux has it");
+    let (reader, ended) = std::io::pipe().expect("pipe");
+    drop(reader);
+    use std::process::Stdio;
+    for (name, stderr) in [("full", Stdio::from(lost())), ("ended", Stdio::from(ended))] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_roadbench"));
+        command.args(["--verbose", "run", &log, "--bikes"]).arg(format!("{archive}/bikes"));
+        command.arg("--out").arg(folder.path().join(name)).stdout(Stdio::from(lost()));
+        let status = command.stderr(stderr).status().expect("roadbench starts");
+        assert_eq!(status.code(), Some(0), "{name}");
+        assert!(folder.path().join(name).join("report/index.html").is_file(), "{name}");
+    }
+}

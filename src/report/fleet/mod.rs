@@ -7,4 +7,5 @@ pub mod lists;
 pub mod page;
 pub mod ratios;
 pub mod tables;
+pub mod tyres;
 pub mod write;

@@ -12,6 +12,7 @@ use crate::report::charts::pack;
 use crate::report::error::Error;
 use crate::report::fleet::page::{self, Event, PAGE, Page};
 use crate::report::fleet::tables::FleetTables;
+use crate::report::fleet::tyres::{self, Tyres};
 use crate::report::fleet::{lists, ratios, tables};
 use crate::report::page_shell;
 use crate::tables::file;
@@ -25,6 +26,15 @@ pub(crate) fn write(
     pages: &[String],
 ) -> Result<Vec<Event>, Error> {
     let (page, charts) = read(out, sessions, pages)?;
+    let found = Tyres::read(out)?;
+    let tyres = match found.tyres.is_empty() {
+        true => None,
+        false => Some(tyres::tyres(&found.tyres).shown()?),
+    };
+    let doubted = match found.doubted.is_empty() {
+        true => None,
+        false => Some(tyres::bikes(&found.doubted).shown()?),
+    };
     let figures = Figures { charts, ..Figures::default() };
     let events = match page.events.is_empty() {
         true => None,
@@ -42,6 +52,9 @@ pub(crate) fn write(
             more => page.more,
             tyres => Serde(&page.tyres),
         },
+        tyres => Serde(tyres),
+        tyres_summary => found.summary(),
+        doubted => Serde(doubted),
         events => Serde(events),
         ratios => Serde(ratios),
         without_ratio => page.ratios.as_ref().map(|r| r.1.as_str()),
