@@ -122,7 +122,7 @@ pub fn rows(session: &Session, estimate: &Estimate, segments: &[Segment]) -> Vec
             }
         }
     }
-    sheet.rows
+    sheet.finish()
 }
 
 fn timeline(sheet: &mut Sheet<'_>, estimate: &Estimate) {

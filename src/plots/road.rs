@@ -20,5 +20,5 @@ pub fn rows(
     fits::draw(&mut sheet, data, solution, &used);
     ride::draw(&mut sheet, segments, &solution.inputs);
     residuals::draw(&mut sheet, data, solution, &used);
-    sheet.rows
+    sheet.finish()
 }

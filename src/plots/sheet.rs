@@ -39,8 +39,27 @@ impl<'a> Sheet<'a> {
         Sheet { session, rows: Vec::new() }
     }
 
-    /// One row, without a weight; not finite abscissae are left out. Numbers are kept in single
-    /// precision: a thousandth of a pixel.
+    /// The rows, each series rounded to what a screen resolves: its numbers then pack into half the bytes.
+    pub(super) fn finish(self) -> Vec<PlotPoint> {
+        let mut rows = self.rows;
+        let of_one = |a: &PlotPoint, b: &PlotPoint| a.plot == b.plot && a.series == b.series;
+        for series in rows.chunk_by_mut(of_one) {
+            let (x, y) =
+                (|r: &PlotPoint| [Some(r.x), None, None], |r: &PlotPoint| [r.y, r.y_low, r.y_high]);
+            let (x, y) = (quantum(series.iter().flat_map(x)), quantum(series.iter().flat_map(y)));
+            for row in series {
+                if row.plot != TIMELINE {
+                    row.x = rounded(row.x, x); // the time line's steps are all of one length
+                }
+                for y_of in [&mut row.y, &mut row.y_low, &mut row.y_high] {
+                    *y_of = y_of.map(|v| rounded(v, y));
+                }
+            }
+        }
+        rows
+    }
+
+    /// One row, without a weight; not finite abscissae are left out.
     pub(super) fn point(&mut self, plot: &Plot, series: &Series, x: f64, y: Ordinate) {
         self.push(plot.name, series.name, x, y);
     }
@@ -126,4 +145,54 @@ pub(super) fn abscissae([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
 
 fn single(value: f64) -> f64 {
     f64::from(value as f32)
+}
+
+/// Parts of its range that a series is rounded to: an eighth of a pixel of a page that is a thousand high.
+const PARTS: f64 = 8192.0;
+
+/// A power of two, so that the digits behind it are zeros in memory too; 0 where the values are all one.
+fn quantum(values: impl Iterator<Item = Option<f64>>) -> f64 {
+    let (low, high) =
+        values.flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    match high > low {
+        true => ((high - low) / PARTS).log2().floor().exp2(),
+        false => 0.0,
+    }
+}
+
+fn rounded(value: f64, quantum: f64) -> f64 {
+    if quantum > 0.0 { (value / quantum).round() * quantum } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::session::Meta;
+
+    #[test]
+    fn a_series_is_rounded_to_a_part_of_its_range_and_order_stays() {
+        let session = Session::new(Meta::default(), 100.0, 1000);
+        let mut sheet = Sheet::new(&session);
+        let f = |i: usize| 5.0 + (i as f64 * 0.37).sin();
+        sheet.timeline("roll", 4, &f);
+        let exact: Vec<[f64; 3]> = (0..250)
+            .map(|k| {
+                let y = (4 * k..4 * k + 4).map(f);
+                let mean = y.clone().sum::<f64>() / 4.0;
+                [mean, y.clone().fold(f64::INFINITY, f64::min), y.fold(f64::NEG_INFINITY, f64::max)]
+            })
+            .collect();
+        let rows = sheet.finish();
+        assert_eq!(rows.len(), 250);
+        for (row, exact) in rows.iter().zip(exact) {
+            let [y, low, high] = [row.y, row.y_low, row.y_high].map(|v| v.expect("a value"));
+            assert!(low <= y && y <= high);
+            for (v, exact) in [y, low, high].into_iter().zip(exact) {
+                assert!((v - exact).abs() <= 0.5 * 2.0 / PARTS + 1e-6, "{v} is not {exact}");
+            }
+        }
+        let mut flat = Sheet::new(&session);
+        flat.timeline("throttle", 4, &|_| 0.1);
+        assert_eq!(flat.finish()[0].y, Some(f64::from(0.1_f32)));
+    }
 }
