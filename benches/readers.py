@@ -68,7 +68,8 @@ def main():
     try:
         from pyspark.sql import SparkSession
 
-        spark = SparkSession.builder.master("local[2]").config("spark.ui.enabled", False).getOrCreate()
+        spark = SparkSession.builder.master("local[2]").config("spark.ui.enabled", False)
+        spark = spark.config("spark.ui.showConsoleProgress", False).getOrCreate()
         spark.sparkContext.setLogLevel("ERROR")
         readers["Spark"] = with_spark(spark)
     except ImportError:

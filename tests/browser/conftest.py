@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
 from selenium import webdriver
@@ -72,7 +73,7 @@ def crowd(report, tmp_path_factory):
     out = tmp_path_factory.mktemp("crowd") / "out"
     shutil.copytree(report.parent, out, ignore=shutil.ignore_patterns("report", "*.lock"))
     row = next((out / "sessions").glob("*/*.parquet"))
-    table = pq.read_table(row)
+    table = pq.read_table(row, partitioning=None).slice(0, 1)
     for i in range(200):
         name = pa.array([f"more_{i:03}"], table.schema.field("session_id").type)
         at = table.schema.get_field_index("session_id")
@@ -88,6 +89,7 @@ def archive(report, tmp_path_factory):
     out = tmp_path_factory.mktemp("archive") / "out"
     for name in ("sessions", "coefficients"):
         table = pq.read_table(next((report.parent / name).glob("*/*.parquet")), partitioning=None)
+        table = table.filter(pc.equal(table["session_id"].cast("string"), table["session_id"][0].as_py()))
         at = [table.schema.get_field_index(column) for column in ("session_id", "bike_id")]
         for bike in range(40):
             folder = out / name / f"bike=bike_{bike:03}"

@@ -197,7 +197,7 @@ fn a_run_killed_at_any_instant_leaves_tables_and_is_taken_up() {
 }
 
 #[test]
-#[ignore = "a minute or two; the same on a large scale: cargo nextest run --run-ignored all fifty_kills"]
-fn fifty_kills() {
-    kills(300, 50);
+#[ignore = "ten minutes; the same on a large scale: cargo nextest run --run-ignored all two_hundred_kills"]
+fn two_hundred_kills() {
+    kills(300, 200);
 }
