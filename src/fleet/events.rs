@@ -41,6 +41,11 @@ pub struct Event {
     pub moved: Vec<Moved>,
     /// The largest score of a coefficient, in standard deviations.
     pub score: f64,
+    /// Chance that a search finds one as strong where nothing happened.
+    pub chance: f64,
+    /// Share of false ones among the events of the whole fleet that are at least as sure; not a number before the
+    /// whole fleet is known.
+    pub discovery: f64,
     /// The evidence as a sentence, as the column `reason` has it.
     pub reason: String,
 }
@@ -118,5 +123,15 @@ pub fn classify(history: &History, shape: Shape, moved: Vec<Moved>, score: f64) 
         _ if like_a_tyre && !drag => EventKind::TyreSwap,
         _ => EventKind::Change,
     };
-    Event { kind, affected, shape, n, moved, score, reason: String::new() }
+    Event {
+        kind,
+        affected,
+        shape,
+        n,
+        moved,
+        score,
+        chance: f64::NAN,
+        discovery: f64::NAN,
+        reason: String::new(),
+    }
 }

@@ -165,6 +165,7 @@ fn fleet(known: &[Known], seed: u64) -> (Vec<Observation>, Vec<f64>, Vec<Deed>) 
                     value,
                     error,
                     determined: !(short && precision > 3.0),
+                    ..Observation::default()
                 });
                 truths.push(truth);
             }
@@ -334,6 +335,7 @@ fn the_side_force_ratio_comes_out_of_riders_that_differ() {
                     value: c.value?,
                     error: c.std_error?,
                     determined: c.status == Status::Ok,
+                    ..Observation::default()
                 })
             }));
         }
