@@ -120,6 +120,7 @@ pub fn states(fleet: &Fleet) -> Vec<State> {
         machine: fleet.machine(bike, models(bike)),
         file: fleet.machine(bike, models(bike)).bike,
         gains: [1.0; 2],
+        first: 0,
         rides: RIDES[0],
     };
     let mut out: Vec<State> = (0..BIKES).map(usual).collect();

@@ -31,6 +31,8 @@ pub struct State {
     pub file: Bike,
     /// Factors of the measured lean and of the measured forward acceleration.
     pub gains: [f64; 2],
+    /// Number of the first ride among the motorcycle's.
+    pub first: usize,
     /// How many rides.
     pub rides: usize,
 }
@@ -68,7 +70,7 @@ pub fn ride(out: &Path, scenario: &Scenario, states: &[State]) -> Result<(), Fai
         let mut all = Rides::default();
         let each: Result<Vec<Rides>, Failure> = (0..state.rides)
             .into_par_iter()
-            .map(|k| one(scenario, state, STRIDE * state.bike + k, work.path()))
+            .map(|k| one(scenario, state, STRIDE * state.bike + state.first + k, work.path()))
             .collect();
         for ride in each? {
             all.coefficients.extend(ride.coefficients);

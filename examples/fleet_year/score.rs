@@ -139,14 +139,19 @@ pub fn print(bikes: &[BikeAnalysis], planted: &[Planted], rate: f64) {
     }
 }
 
-/// A line per false event.
+/// A line per event that is nothing planted, or is called what it is not.
 pub fn print_false(bikes: &[BikeAnalysis], planted: &[Planted]) {
     for (number, bike) in bikes.iter().enumerate() {
         for event in &bike.events {
-            if verdict(bike, number, event, planted) == Verdict::False {
+            let what = match verdict(bike, number, event, planted) {
+                Verdict::False => "nothing",
+                Verdict::Of(i, _, false) => planted[i].kind.name(),
+                _ => continue,
+            };
+            {
                 let day = bike.history.days[event.sessions().start].unwrap_or(f64::NAN) - BEGIN;
                 eprintln!(
-                    "bike {number} day {day:.0}, {} sessions, q {:.1e}: {} {}",
+                    "{what}: bike {number} day {day:.0}, {} sessions, q {:.1e}: {} {}",
                     event.sessions().len(),
                     event.discovery,
                     event.kind.name(),
@@ -154,5 +159,23 @@ pub fn print_false(bikes: &[BikeAnalysis], planted: &[Planted]) {
                 );
             }
         }
+    }
+}
+
+/// Prints how long after it happened each kind is told; `told` by number of the planted one, days.
+pub fn print_late(planted: &[Planted], told: &BTreeMap<usize, f64>) {
+    println!("\n| planted | number | told | days late, median | most |");
+    println!("|---|---:|---:|---:|---:|");
+    let mut rows: BTreeMap<&str, (usize, Vec<f64>)> = BTreeMap::new();
+    for (i, p) in planted.iter().enumerate() {
+        let row = rows.entry(p.kind.name()).or_default();
+        row.0 += 1;
+        row.1.extend(told.get(&i).map(|day| day - p.from));
+    }
+    for (name, (number, mut late)) in rows {
+        late.sort_by(f64::total_cmp);
+        let at = |i: usize| late.get(i).copied().unwrap_or(f64::NAN);
+        let (middle, most) = (at(late.len() / 2), at(late.len().saturating_sub(1)));
+        println!("| {name} | {number} | {} | {middle:.0} | {most:.0} |", late.len());
     }
 }

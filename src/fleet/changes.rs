@@ -13,6 +13,9 @@ use super::threshold::{Limits, normal_limit};
 /// Chance that, once an event is certain, any coefficient is said to move with it that does not.
 const JOINS: f64 = 1e-3;
 
+/// A coefficient moves with others where its score is at least this share of the largest that it has anywhere.
+const SHADOW: f64 = 0.7;
+
 /// No bike has more events than so many, and a fifth of its sessions.
 const MOST: usize = 12;
 
@@ -82,11 +85,14 @@ impl Search<'_> {
         let sums: Vec<(f64, Sums)> =
             scanned.iter().map(|c| sums(history, events, *c, &self.times)).collect();
         let mut best = (1.0, None);
+        // the largest score of each coefficient
+        let mut own = vec![0.0_f64; sums.len()];
         for (k, ((_, s), limit)) in sums.iter().zip(&self.limit).enumerate() {
             for shape in shapes {
-                let share = s.score(*shape).abs() / limit;
-                if share > best.0 {
-                    best = (share, Some((*shape, k)));
+                let score = s.score(*shape).abs();
+                own[k] = own[k].max(score);
+                if score / limit > best.0 {
+                    best = (score / limit, Some((*shape, k)));
                 }
             }
         }
@@ -94,9 +100,12 @@ impl Search<'_> {
         let limit = self.limit[k];
         let chance = self.limits.chance(best.0 * limit, self.counts[k], scanned.len());
         let moved = |shape: Shape| -> Vec<usize> {
-            (0..scanned.len())
-                .filter(|k| sums[*k].1.score(shape).abs() >= join.min(limit))
-                .collect()
+            // a score that is much less than the coefficient's largest is the shadow of a change at another time
+            let joins = |k: &usize| {
+                let score = sums[*k].1.score(shape).abs();
+                score >= join.min(limit) && score >= SHADOW * own[*k]
+            };
+            (0..scanned.len()).filter(joins).collect()
         };
         let joined = moved(first);
         let gain =
@@ -106,6 +115,7 @@ impl Search<'_> {
         let ends = 2.0 * (history.sessions.len() as f64).ln();
         let gain = |shape: Shape| gain(shape) - ends * shape.ends(history.sessions.len());
         let shape = shapes.iter().copied().max_by(|a, b| gain(*a).total_cmp(&gain(*b)))?;
+        let shape = scan::refined(shape, history.sessions.len(), gain);
         let moved: Vec<Moved> = moved(shape)
             .into_iter()
             .map(|k| Moved {
