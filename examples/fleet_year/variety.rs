@@ -24,12 +24,12 @@ const KINDS: [Kind; 5] = [
     Kind { name: "one rider, mixed riding", plans: &[1], leans: &[0.0] },
     Kind { name: "one rider, both", plans: &[0, 1], leans: &[0.0] },
     Kind {
-        name: "three riders alike within 15 mm at 26 degrees, both",
+        name: "three riders within 30 mm at 26 degrees, both",
         plans: &[0, 1],
         leans: &[-0.03, 0.0, 0.03],
     },
     Kind {
-        name: "three riders, from leaning out to hung off (60 mm), both",
+        name: "three riders, 80 mm from leaning out to hung off, both",
         plans: &[0, 1],
         leans: &[-0.14, -0.05, 0.04],
     },

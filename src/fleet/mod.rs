@@ -30,6 +30,7 @@ pub mod observation;
 pub mod pool;
 pub mod ratio;
 pub mod scan;
+mod slopes;
 pub mod threshold;
 pub mod tyres;
 

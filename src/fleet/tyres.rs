@@ -371,6 +371,16 @@ mod tests {
         assert!((of(&found, "drag")[0].estimate.value / 0.4 - 1.0).abs() < 0.01);
     }
 
+    /// A night that is added later, or read first, makes no difference.
+    #[test]
+    fn the_order_in_which_sessions_come_makes_no_difference() {
+        let all = sessions(40, &FRONT, |_, i| if i < 20 { 1.0 } else { 1.1 }, |_| None);
+        let mut other = Sessions { rows: all.rows.clone(), pieces: all.pieces.clone() };
+        other.rows.sort_by(|a, b| b.session.cmp(&a.session));
+        other.pieces.sort_by(|a, b| b.session.cmp(&a.session));
+        assert_eq!(combined(&all), combined(&other));
+    }
+
     /// Of ten motorcycles with tyres of one model: what is wrong with the model does not average out, their scatter does.
     #[test]
     fn an_error_of_the_tyre_is_the_same_on_every_motorcycle() {
