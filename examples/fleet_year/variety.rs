@@ -46,7 +46,7 @@ pub fn print(folder: &Path, fleet: &Fleet, machines: usize) -> Result<(), Failur
     for (number, kind) in KINDS.iter().enumerate() {
         let mut found: Vec<(Ridden, BikeAnalysis, BikeTyres)> = Vec::new();
         let mut scenario = fleet.scenario.clone();
-        scenario.plans = kind.plans.iter().map(|p| fleet.scenario.plans[*p].clone()).collect();
+        scenario.plans = kind.plans.iter().map(|p| fleet.scenario.plans[*p]).collect();
         let each = RIDES / kind.leans.len();
         let mut states = Vec::new();
         for bike in 0..machines {
