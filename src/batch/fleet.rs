@@ -7,7 +7,7 @@
 //!
 //! The rows are sorted before anything is computed, so the same sessions give the same bytes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use jiff::Timestamp;
@@ -21,7 +21,7 @@ use super::error::Error;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
 use super::{kind, tyres};
 use crate::contract::status::Status;
-use crate::fleet::Observation;
+use crate::fleet::{Observation, common};
 use crate::tables::names::file_name;
 use crate::tables::registry::Row;
 use crate::tables::rows::{FleetRow, SessionRow};
@@ -52,7 +52,7 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
         let frame = scan(paths).map_err(fail)?;
         rows = aggregate(&frame).and_then(|frame| unpack(&frame)).map_err(fail)?;
         let (mut observations, units) = observations(&frame).map_err(fail)?;
-        place(out, &mut observations)?;
+        place(out, &mut observations);
         let bikes = crate::fleet::analyse(&observations);
         complete(&mut rows, &bikes);
         pooled = bikes.iter().flat_map(|bike| pooled_rows(bike, &units)).collect();
@@ -154,9 +154,14 @@ fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
     Ok((rows, units))
 }
 
-/// Puts in where each session was ridden.
-fn place(out: &Path, observations: &mut [Observation]) -> Result<(), Error> {
-    let sessions: Vec<SessionRow> = read::rows(out).map_err(|e| Error::Output(e.to_string()))?;
+/// Puts in where each session was ridden, where there are motorcycles enough to have a site in common.
+fn place(out: &Path, observations: &mut [Observation]) {
+    let bikes: BTreeSet<&str> = observations.iter().map(|o| o.bike.as_str()).collect();
+    if bikes.len() < common::BIKES {
+        return;
+    }
+    // tables of an older version may lack the column: then no site is taken out
+    let sessions: Vec<SessionRow> = read::rows(out).unwrap_or_default();
     let sites: BTreeMap<&str, &str> = sessions
         .iter()
         .filter_map(|s| Some((s.ident.session_id.as_str(), s.site.as_deref()?)))
@@ -164,7 +169,6 @@ fn place(out: &Path, observations: &mut [Observation]) -> Result<(), Error> {
     for o in observations {
         o.site = sites.get(o.session.as_str()).map(|s| (*s).to_owned());
     }
-    Ok(())
 }
 
 fn unpack(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {

@@ -21,7 +21,7 @@ use super::scan;
 use crate::statistics::order::{median, spread_about};
 
 /// Fewest motorcycles that have something in common: of fewer each would hide part of its own events.
-const BIKES: usize = 16;
+pub const BIKES: usize = 16;
 /// Fewest of them in a window or at a site.
 const THERE: usize = 8;
 /// Values per window of the season; no more windows than weeks in a year.
