@@ -7,7 +7,7 @@
 //!
 //! The rows are sorted before anything is computed, so the same sessions give the same bytes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use polars::prelude::*;
@@ -18,10 +18,10 @@ use super::error::Error;
 use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
 use super::{kind, tyres};
 use crate::contract::status::Status;
-use crate::fleet::Observation;
-use crate::tables::file;
+use crate::fleet::{Observation, common};
 use crate::tables::registry::Row;
-use crate::tables::rows::FleetRow;
+use crate::tables::rows::{FleetRow, SessionRow};
+use crate::tables::{file, read};
 
 /// From so many sessions on, one that is far from the others is flagged.
 const FLAG_FROM: usize = 5;
@@ -47,7 +47,8 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
     if !paths.is_empty() {
         let frame = scan(paths).map_err(fail)?;
         rows = aggregate(&frame).and_then(|frame| unpack(&frame)).map_err(fail)?;
-        let (observations, units) = observations(&frame).map_err(fail)?;
+        let (mut observations, units) = observations(&frame).map_err(fail)?;
+        place(out, &mut observations);
         let bikes = crate::fleet::analyse(&observations);
         complete(&mut rows, &bikes);
         pooled = bikes.iter().flat_map(|bike| pooled_rows(bike, &units)).collect();
@@ -147,9 +148,27 @@ fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
             value: value.get(i).unwrap_or(f64::NAN),
             error: error.get(i).unwrap_or(f64::NAN),
             determined: status.get(i) == Some(Status::Ok.name()),
+            ..Observation::default()
         });
     }
     Ok((rows, units))
+}
+
+/// Puts in where each session was ridden, where there are motorcycles enough to have a site in common.
+fn place(out: &Path, observations: &mut [Observation]) {
+    let bikes: BTreeSet<&str> = observations.iter().map(|o| o.bike.as_str()).collect();
+    if bikes.len() < common::BIKES {
+        return;
+    }
+    // tables of an older version may lack the column: then no site is taken out
+    let sessions: Vec<SessionRow> = read::rows(out).unwrap_or_default();
+    let sites: BTreeMap<&str, &str> = sessions
+        .iter()
+        .filter_map(|s| Some((s.ident.session_id.as_str(), s.site.as_deref()?)))
+        .collect();
+    for o in observations {
+        o.site = sites.get(o.session.as_str()).map(|s| (*s).to_owned());
+    }
 }
 
 fn unpack(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {

@@ -91,6 +91,7 @@ pub fn event_rows(bike: &BikeAnalysis) -> Vec<EventRow> {
             size: moved.first().map(|m| m.size).filter(|s| s.is_finite()),
             evidence: event.score,
             false_alarm_rate: FALSE_ALARMS,
+            false_discovery_rate: Some(event.discovery).filter(|q| q.is_finite()),
             reason: event.reason.clone(),
         }
     };
@@ -147,6 +148,7 @@ mod tests {
             value: [1.0, 1.02, 0.99, 1.01, 0.98][i % 5] + if i == 7 { 1.0 } else { 0.0 },
             error: if i == 3 { 0.1 } else { 0.01 },
             determined: i != 9,
+            ..Observation::default()
         };
         let bikes = analyse(&(0..20).map(row).collect::<Vec<_>>());
         let mut fleet = vec![FleetRow {
@@ -161,6 +163,7 @@ mod tests {
         let events: Vec<EventRow> = event_rows(&bikes[0]);
         assert_eq!((events[0].kind.as_str(), events[0].n_sessions), ("outlier", 1));
         assert_eq!(events[0].first_session, "s07");
+        assert!(events[0].false_discovery_rate.is_some_and(|q| q < 1e-3), "{events:?}");
         assert_eq!(events[0].first_time.as_deref(), Some("2024-10-11T00:00:00Z"));
         let pooled = pooled_rows(&bikes[0], &Units::new());
         assert_eq!(pooled.len(), 20);

@@ -45,7 +45,14 @@ pub fn rows(
             for part in parts.get(bike.bike.as_str()).into_iter().flatten() {
                 pieces.extend(evidence(out, &bike.bike, part)?);
             }
-            Ok(tyres::of_bike(bike, &pieces))
+            let found = tyres::of_bike(bike, &pieces);
+            if found.alone {
+                tracing::warn!(
+                    bike = %bike.bike,
+                    "its rides could not be combined: its rows of `tyres` are the rides' medians, it has none in `bikes`"
+                );
+            }
+            Ok(found)
         })
         .collect::<Result<_, Error>>()?;
     let mut of_tyres: Vec<TyreRow> =
@@ -86,7 +93,7 @@ fn evidence(out: &Path, bike: &str, part: &str) -> Result<Vec<Piece>, Error> {
 
 fn tyre_row(bike: &str, tyre: &OnBike) -> TyreRow {
     let OnBike { estimate, model, unit, sessions } = tyre;
-    let Estimate { key, value, std_error, interval, rides, shared, between, median, most } =
+    let Estimate { key, value, std_error, interval, rides, shared, between, median, most, .. } =
         estimate;
     let (limited_by, share) = match most {
         Some((source, share)) if *share > 1.0 - shared => (source.clone(), *share),
@@ -155,5 +162,86 @@ fn bike_row(bike: &str, shared: &Shared, rides: usize) -> BikeRow {
         told,
         n_sessions: rides as i64,
         reason,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::combine::Key;
+    use crate::tables::file::{batch, write};
+
+    fn on_bike(shared: f64, most: Option<(&str, f64)>) -> OnBike {
+        OnBike {
+            estimate: Estimate {
+                key: Key { tyre: "front".into(), specimen: 1, coefficient: "mf_d".into() },
+                value: 1.1,
+                std_error: 0.02,
+                interval: [1.06, 1.14],
+                rides: 12,
+                shared,
+                between: 0.01,
+                median: 1.11,
+                most: most.map(|(source, share)| (source.to_owned(), share)),
+                parts: Vec::new(),
+            },
+            model: Some("a".into()),
+            unit: "1".into(),
+            sessions: ["first".into(), "last".into()],
+        }
+    }
+
+    #[test]
+    fn a_row_says_what_would_narrow_it_most() {
+        let row = |tyre: &OnBike| tyre_row("b", tyre);
+        let by_mass = row(&on_bike(0.9, Some(("mass", 0.6))));
+        assert_eq!((by_mass.limited_by.as_str(), by_mass.limited_share), ("mass", Some(0.6)));
+        let by_rides = row(&on_bike(0.3, Some(("mass", 0.2))));
+        assert_eq!((by_rides.limited_by.as_str(), by_rides.limited_share), ("rides", Some(0.7)));
+        assert_eq!(row(&on_bike(0.0, None)).limited_by, "rides");
+        assert_eq!((by_mass.specimen, by_mass.n_sessions, by_mass.n_tyres), (Some(1), 12, 1));
+        batch(&[by_mass, by_rides]).expect("as the schema has it");
+    }
+
+    #[test]
+    fn a_number_of_the_file_is_doubted_only_where_the_rides_tell_of_it() {
+        let shared = |found, std_error| Shared {
+            source: "mass".into(),
+            taken: Some([250.0, 4.0]),
+            found,
+            std_error,
+        };
+        let doubted = bike_row("b", &shared(-2.0, 0.3), 9);
+        assert_eq!((doubted.found, doubted.found_sd), (Some(242.0), Some(1.2)));
+        assert!((doubted.told - 0.91).abs() < 1e-12);
+        assert!(doubted.reason.as_ref().is_some_and(|r| r.contains("242.0")), "{doubted:?}");
+        assert_eq!(bike_row("b", &shared(-2.0, 0.95), 9).reason, None, "told little");
+        assert_eq!(bike_row("b", &shared(0.5, 0.3), 9).reason, None, "as it was taken");
+        let nothing = bike_row("b", &Shared { taken: None, ..shared(0.1, 1.001) }, 9);
+        assert_eq!((nothing.found, nothing.told), (None, 0.0));
+        batch(&[doubted, nothing]).expect("as the schema has it");
+    }
+
+    #[test]
+    fn only_ok_rows_are_evidence_and_a_session_without_any_is_none() {
+        let out = tempfile::tempdir().expect("folder");
+        let row = |status, shift| EvidenceRow {
+            tyre: "front".into(),
+            coefficient: "mf_d".into(),
+            unit: "1".into(),
+            status,
+            value: 1.0,
+            source: "own".into(),
+            shift,
+            source_value: Some(250.0),
+            ..EvidenceRow::default()
+        };
+        let path = out.path().join("evidence/bike=b").join("2026-05.parquet");
+        write(path.as_path(), &[row(Status::Ok, 0.1), row(Status::PoorlyDetermined, 0.2)])
+            .expect("written");
+        let found = evidence(out.path(), "b", "2026-05").expect("read");
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!((found[0].shift, found[0].taken), (0.1, None), "a value without error is none");
+        assert_eq!(evidence(out.path(), "b", "2026-04").expect("no file is no failure"), []);
     }
 }

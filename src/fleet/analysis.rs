@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
+use super::common::Common;
 use super::components::{self, Components, Part};
 use super::drift::{self, Drift};
 use super::events::Event;
@@ -45,9 +48,14 @@ pub fn analyse(observations: &[Observation]) -> Vec<BikeAnalysis> {
     for o in observations {
         bikes.entry(&o.bike).or_default().push(o);
     }
-    let mut limits = threshold::Limits::default();
-    let mut bikes: Vec<BikeAnalysis> =
-        bikes.into_iter().map(|(bike, rows)| analyse_bike(bike, &rows, &mut limits)).collect();
+    let histories: Vec<(&str, History)> =
+        bikes.into_par_iter().map(|(bike, rows)| (bike, History::new(&rows))).collect();
+    let events = events(&histories);
+    let mut bikes: Vec<BikeAnalysis> = histories
+        .into_par_iter()
+        .zip(events)
+        .map(|((bike, history), events)| analyse_bike(bike, history, events))
+        .collect();
     let fleet = common(&bikes);
     for bike in &mut bikes {
         for (key, series) in bike.history.keys.iter().zip(&mut bike.series) {
@@ -55,6 +63,35 @@ pub fn analyse(observations: &[Observation]) -> Vec<BikeAnalysis> {
         }
     }
     bikes
+}
+
+/// The events of every bike, beside what the fleet has in common.
+fn events(histories: &[(&str, History)]) -> Vec<Vec<Event>> {
+    let limits = threshold::Limits::default();
+    let search = |common: &Common| -> Vec<Vec<Event>> {
+        let of = |(_, history): &(&str, History)| match common.is_empty() {
+            true => changes::find(history, &limits),
+            false => changes::find(&common.without(history), &limits),
+        };
+        histories.par_iter().map(of).collect()
+    };
+    let with = |events: &[Vec<Event>]| {
+        let bikes = histories.iter().zip(events).map(|((_, h), e)| (h, e.as_slice()));
+        Common::of(&bikes.collect::<Vec<_>>())
+    };
+    let none = vec![Vec::new(); histories.len()];
+    let first = with(&none);
+    let mut found = search(&first);
+    if !first.is_empty() {
+        // once more beside the events: what happens to many bikes is then no longer taken for common
+        found = search(&with(&found));
+    }
+    // every search ended with a test that found nothing more
+    let tests = histories.len() + found.iter().map(Vec::len).sum::<usize>();
+    let chances: Vec<f64> = found.iter().flatten().map(|e| e.chance).collect();
+    let rates = threshold::discovery_rates(&chances, tests);
+    found.iter_mut().flatten().zip(rates).for_each(|(event, rate)| event.discovery = rate);
+    found
 }
 
 /// Per tyre and coefficient the spread between sessions that all bikes share.
@@ -74,9 +111,7 @@ fn part<'a>(history: &'a History, events: &[Event], c: usize) -> Part<'a> {
     Part { values: &history.values[c], errors: &history.errors[c], columns }
 }
 
-fn analyse_bike(bike: &str, rows: &[&Observation], limits: &mut threshold::Limits) -> BikeAnalysis {
-    let history = History::new(rows);
-    let events = changes::find(&history, limits);
+fn analyse_bike(bike: &str, history: History, events: Vec<Event>) -> BikeAnalysis {
     let mut series = Vec::with_capacity(history.keys.len());
     let mut pooled = Vec::with_capacity(history.keys.len());
     for c in 0..history.keys.len() {

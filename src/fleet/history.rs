@@ -11,6 +11,8 @@ pub struct History {
     pub sessions: Vec<String>,
     /// Start of each, days since 1970.
     pub days: Vec<Option<f64>>,
+    /// Where each was ridden, where that is known.
+    pub sites: Vec<Option<String>>,
     /// Tyre and coefficient.
     pub keys: Vec<(String, String)>,
     /// Determined values, by coefficient and session; NaN where there is none.
@@ -33,9 +35,13 @@ impl History {
                 && (o.error * o.error).is_normal()
         };
         let mut starts: BTreeMap<&str, Option<f64>> = BTreeMap::new();
+        let mut sites: BTreeMap<&str, &str> = BTreeMap::new();
         for o in rows.iter().filter(usable) {
             let day = starts.entry(&o.session).or_default();
             *day = day.or(o.day);
+            if let Some(site) = &o.site {
+                sites.insert(&o.session, site);
+            }
         }
         let mut sessions: Vec<(&str, Option<f64>)> = starts.into_iter().collect();
         let late = |day: Option<f64>| day.unwrap_or(f64::INFINITY);
@@ -49,6 +55,7 @@ impl History {
         let mut history = History {
             sessions: sessions.iter().map(|(id, _)| (*id).to_owned()).collect(),
             days: sessions.iter().map(|(_, day)| *day).collect(),
+            sites: sessions.iter().map(|(id, _)| sites.get(id).map(|s| (*s).to_owned())).collect(),
             keys: keys.iter().map(|(t, c)| ((*t).to_owned(), (*c).to_owned())).collect(),
             values: empty(),
             errors: empty(),

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! observations -> per bike: history (sessions in order of time x coefficients)
+//!                  common   season and site that all bikes share, which are no bike's event
 //!                  changes  events: swaps, wrong bike files, drifts, outlying sessions
 //!                  levels   each coefficient's level, event by event
 //!                  components, drift   spread between sessions, slope, with intervals
@@ -18,6 +19,7 @@
 pub mod analysis;
 pub mod changes;
 pub mod combine;
+pub mod common;
 pub mod components;
 pub mod drift;
 pub mod events;
@@ -28,6 +30,7 @@ pub mod observation;
 pub mod pool;
 pub mod ratio;
 pub mod scan;
+mod slopes;
 pub mod threshold;
 pub mod tyres;
 

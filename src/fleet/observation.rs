@@ -1,7 +1,7 @@
 //! What the statistics over sessions are made from.
 
 /// One row of the coefficient table that has a value.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Observation {
     /// The bike.
     pub bike: String,
@@ -13,6 +13,8 @@ pub struct Observation {
     pub session: String,
     /// Start, days since 1970.
     pub day: Option<f64>,
+    /// Where it was ridden, where that is known.
+    pub site: Option<String>,
     /// Estimate.
     pub value: f64,
     /// Its standard error, positive.

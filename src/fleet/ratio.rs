@@ -340,6 +340,8 @@ mod tests {
             n: 40,
             moved: vec![moved],
             score: 30.0,
+            chance: 0.0,
+            discovery: 0.0,
             reason: String::new(),
         };
         let found = ratios(&history, std::slice::from_ref(&swap));

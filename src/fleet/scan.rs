@@ -45,6 +45,31 @@ pub fn shapes(n: usize) -> Vec<Shape> {
     out
 }
 
+/// The same stretch with its ends moved to where `gain` is largest: above [`ALL_LENGTHS`] sessions not all were tried.
+pub fn refined(shape: Shape, n: usize, gain: impl Fn(Shape) -> f64) -> Shape {
+    let (Shape::Stretch(mut a, mut b), true) = (shape, n > ALL_LENGTHS) else { return shape };
+    let best = |of: &mut dyn Iterator<Item = Shape>, now: Shape| {
+        of.fold(now, |best, s| if gain(s) > gain(best) { s } else { best })
+    };
+    for _ in 0..2 {
+        let near = (b - a).div_ceil(4);
+        let begins = a.saturating_sub(near)..(a + near + 1).min(b);
+        if let Shape::Stretch(from, _) =
+            best(&mut begins.map(|from| Shape::Stretch(from, b)), Shape::Stretch(a, b))
+        {
+            a = from;
+        }
+        let ends = (b - near.min(b)).max(a + 1)..(b + near).min(n) + 1;
+        if let Shape::Stretch(_, to) =
+            best(&mut ends.map(|to| Shape::Stretch(a, to)), Shape::Stretch(a, b))
+        {
+            b = to;
+        }
+    }
+    // all sessions are no stretch
+    if a == 0 && b == n { shape } else { Shape::Stretch(a, b) }
+}
+
 /// Squared differences count up to so many times their variance.
 const CLIP: f64 = 6.25;
 
@@ -158,6 +183,20 @@ mod tests {
         let score = |s: &Shape| sums.score(*s).abs();
         let best = shapes(40).into_iter().max_by(|a, b| score(a).total_cmp(&score(b)));
         assert_eq!(best, Some(Shape::Stretch(25, 40)));
+    }
+
+    #[test]
+    fn the_ends_of_a_long_stretch_are_found_to_the_session() {
+        let n = 400;
+        let level = |i: usize| if (101..234).contains(&i) { 3.0 } else { 0.0 };
+        let values: Vec<f64> = (0..n).map(|i| level(i) + 0.1 * (i * 7 % 6) as f64).collect();
+        let times: Vec<f64> = (0..n).map(|i| i as f64).collect();
+        let sums = Sums::new(&values, &vec![0.03; n], &times);
+        let score = |s: Shape| sums.score(s).abs();
+        let coarse = shapes(n).into_iter().max_by(|a, b| score(*a).total_cmp(&score(*b)));
+        let coarse = coarse.expect("some shape");
+        assert_ne!(coarse, Shape::Stretch(101, 234));
+        assert_eq!(refined(coarse, n, score), Shape::Stretch(101, 234));
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //! another model. Sessions that an event calls outliers, or ridden by a wrong bike file, take no part in what it moved.
 //!
 //! A model is what its tyres have in common: `y_b = theta + b_b + e_b` with the spread `b` between tyres by
-//! DerSimonian and Laird (1986), as logarithms where all are of one sign.
+//! DerSimonian and Laird (1986), as logarithms where all are of one sign. What is wrong with a number of the tyre in the bike
+//! files, with a rule or with the model is wrong on every motorcycle alike and does not average out; a motorcycle's own numbers do.
 
 use std::collections::BTreeMap;
 
@@ -14,6 +15,7 @@ use super::events::Event;
 use super::evidence::Piece;
 use super::ratio;
 use crate::contract::bike::Axle;
+use crate::contract::error_source::MODEL;
 use crate::contract::fleet_event::EventKind;
 use crate::statistics::interval::t95;
 use crate::statistics::order;
@@ -47,6 +49,8 @@ pub struct BikeTyres {
     pub shared: Vec<Shared>,
     /// Sessions that took part.
     pub rides: usize,
+    /// Whether each coefficient is its rides' median, because together they could not be solved.
+    pub alone: bool,
 }
 
 /// A tyre model over the motorcycles.
@@ -123,6 +127,7 @@ pub fn of_bike(bike: &BikeAnalysis, pieces: &[Piece]) -> BikeTyres {
         tyres: tyres.collect(),
         shared: found.shared,
         rides: rides.len(),
+        alone: found.alone,
     }
 }
 
@@ -174,18 +179,44 @@ pub fn models(bikes: &[BikeTyres]) -> Vec<Model> {
     groups.into_iter().filter_map(|(key, tyres)| model(key, &tyres)).collect()
 }
 
+/// Whether a shared error is the same on every motorcycle with a tyre of the model: all but the motorcycle's own numbers.
+fn common(source: &str) -> bool {
+    // METHOD: how much of the model's error is the motorcycle's and how much the tyre's no fleet has shown; the safe side
+    let assumed =
+        [MODEL, "crown_split", "trail_rule", "slip_difference", "roll_scale", "pitch_gyration"];
+    assumed.contains(&source) || source.starts_with("front.") || source.starts_with("rear.")
+}
+
+/// What errors that all tyres share add to the variance of their weighted mean, beyond what they are in each.
+fn in_common(tyres: &[&OnBike], weights: &[f64], one_sign: bool) -> f64 {
+    let mut sums: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+    for (tyre, weight) in tyres.iter().zip(weights) {
+        let size = if one_sign { tyre.estimate.value } else { 1.0 };
+        for (source, part) in tyre.estimate.parts.iter().filter(|p| common(&p.0)) {
+            let part = weight * part / size;
+            let sum = sums.entry(source).or_default();
+            *sum = (sum.0 + part, sum.1 + part * part);
+        }
+    }
+    let total: f64 = weights.iter().sum();
+    sums.values().map(|(sum, squares)| (sum * sum - squares).max(0.0)).sum::<f64>()
+        / (total * total)
+}
+
 fn model((tyre, name, coefficient): (&str, &str, &str), tyres: &[&OnBike]) -> Option<Model> {
     let value = |t: &&&OnBike| t.estimate.value;
     let one_sign = tyres.iter().all(|t| value(&t) > 0.0) || tyres.iter().all(|t| value(&t) < 0.0);
     let sign = tyres.first()?.estimate.value.signum();
-    let scaled: Vec<(f64, f64)> = tyres
+    let scale = |t: &OnBike| match one_sign {
+        true => ((sign * t.estimate.value).ln(), t.estimate.std_error / t.estimate.value.abs()),
+        false => (t.estimate.value, t.estimate.std_error),
+    };
+    let tyres: Vec<&OnBike> = tyres
         .iter()
-        .map(|t| match one_sign {
-            true => ((sign * t.estimate.value).ln(), t.estimate.std_error / t.estimate.value.abs()),
-            false => (t.estimate.value, t.estimate.std_error),
-        })
-        .filter(|(y, sd)| y.is_finite() && *sd > 0.0)
+        .copied()
+        .filter(|t| scale(t).0.is_finite() && scale(t).1.is_finite() && scale(t).1 > 0.0)
         .collect();
+    let scaled: Vec<(f64, f64)> = tyres.iter().map(|t| scale(t)).collect();
     let n = scaled.len();
     if n == 0 {
         return None;
@@ -203,7 +234,9 @@ fn model((tyre, name, coefficient): (&str, &str, &str), tyres: &[&OnBike]) -> Op
     } else {
         (if one_sign { BETWEEN_TYRES } else { BETWEEN_TYRES * scaled[0].0.abs() }).powi(2)
     };
-    let (y, variance) = mean(tau2);
+    let (y, own) = mean(tau2);
+    let weights: Vec<f64> = scaled.iter().map(|(_, sd)| 1.0 / (sd * sd + tau2)).collect();
+    let variance = own + in_common(&tyres, &weights, one_sign);
     let half = t95(n as f64 + 1.0) * variance.sqrt();
     let back = |y: f64| if one_sign { sign * y.exp() } else { y };
     let (low, high) = (back(y - half), back(y + half));
@@ -222,4 +255,148 @@ fn model((tyre, name, coefficient): (&str, &str, &str), tyres: &[&OnBike]) -> Op
         between: tau2.sqrt() * size,
         median: order::median(&mut values)?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contract::error_source::OWN;
+    use crate::fleet::{Observation, analyse};
+    use crate::statistics::random::Random;
+
+    /// Sessions of one bike: value of each of the coefficients (tyre, name, level) in each session.
+    struct Sessions {
+        rows: Vec<Observation>,
+        pieces: Vec<Piece>,
+    }
+
+    const ERROR: f64 = 0.01;
+
+    fn sessions(
+        n: usize,
+        keys: &[(&str, &str, f64)],
+        factor: impl Fn(usize, usize) -> f64,
+        model: impl Fn(usize) -> Option<&'static str>,
+    ) -> Sessions {
+        let mut random = Random::new(3, "tyres");
+        let mut out = Sessions { rows: Vec::new(), pieces: Vec::new() };
+        for i in 0..n {
+            for (k, (tyre, coefficient, level)) in keys.iter().enumerate() {
+                let value = level * factor(k, i) * (1.0 + ERROR * random.normal());
+                let session = format!("s{i:02}");
+                out.rows.push(Observation {
+                    bike: "b".into(),
+                    tyre: (*tyre).into(),
+                    coefficient: (*coefficient).into(),
+                    session: session.clone(),
+                    day: Some(20_000.0 + i as f64),
+                    value,
+                    error: ERROR * value,
+                    determined: true,
+                    ..Observation::default()
+                });
+                let piece = |source: &str, shared, shift: f64| Piece {
+                    session: session.clone(),
+                    tyre: (*tyre).into(),
+                    tyre_model: model(i).map(str::to_owned),
+                    coefficient: (*coefficient).into(),
+                    value,
+                    source: source.into(),
+                    shared,
+                    shift: shift * value,
+                    ..Piece::default()
+                };
+                out.pieces.extend([piece(OWN, false, ERROR), piece(MODEL, true, 0.02)]);
+            }
+        }
+        out
+    }
+
+    fn combined(sessions: &Sessions) -> BikeTyres {
+        of_bike(&analyse(&sessions.rows)[0], &sessions.pieces)
+    }
+
+    fn of<'a>(found: &'a BikeTyres, coefficient: &str) -> Vec<&'a OnBike> {
+        found.tyres.iter().filter(|t| t.estimate.key.coefficient == coefficient).collect()
+    }
+
+    const FRONT: [(&str, &str, f64); 2] =
+        [("front", "effective_rolling_radius", 0.3), ("front", "mf_d", 1.1)];
+
+    #[test]
+    fn a_swap_that_the_radius_shows_is_another_tyre() {
+        let found =
+            combined(&sessions(40, &FRONT, |_, i| if i < 20 { 1.0 } else { 1.1 }, |_| None));
+        let frictions = of(&found, "mf_d");
+        assert_eq!(frictions.len(), 2, "{found:?}");
+        for (tyre, truth) in frictions.iter().zip([1.1, 1.21]) {
+            assert_eq!(tyre.estimate.rides, 20);
+            assert!((tyre.estimate.value / truth - 1.0).abs() < 0.01, "{tyre:?}");
+        }
+        assert_eq!(frictions[1].sessions, ["s20", "s39"]);
+    }
+
+    #[test]
+    fn a_model_that_the_logs_name_is_another_tyre_and_comes_back() {
+        let name = |i: usize| Some(if (10..30).contains(&i) { "b" } else { "a" });
+        let found = combined(&sessions(40, &FRONT, |_, _| 1.0, name));
+        let frictions = of(&found, "mf_d");
+        let named: Vec<_> = frictions.iter().map(|t| t.model.as_deref()).collect();
+        assert_eq!(named, [Some("a"), Some("b")], "{found:?}");
+        assert!(frictions.iter().all(|t| t.estimate.rides == 20), "{found:?}");
+        let all = models(&[found]);
+        assert_eq!(all.iter().filter(|m| m.coefficient == "mf_d").count(), 2, "{all:?}");
+    }
+
+    #[test]
+    fn outlying_sessions_and_those_of_a_wrong_file_take_no_part() {
+        let wild = |k: usize, i: usize| if k == 1 && i == 7 { 1.5 } else { 1.0 };
+        let found = combined(&sessions(40, &FRONT, wild, |_| None));
+        assert_eq!(of(&found, "mf_d")[0].estimate.rides, 39, "{found:?}");
+        assert_eq!(of(&found, "effective_rolling_radius")[0].estimate.rides, 40);
+        // both axles and the drag move together and no radius
+        let keys = [
+            ("front", "effective_rolling_radius", 0.3),
+            ("front", "mf_d", 1.1),
+            ("rear", "mf_d", 1.2),
+            ("vehicle", "drag", 0.4),
+        ];
+        let wrong = |k: usize, i: usize| if k > 0 && (10..22).contains(&i) { 1.15 } else { 1.0 };
+        let found = combined(&sessions(40, &keys, wrong, |_| None));
+        for coefficient in ["mf_d", "drag", "effective_rolling_radius"] {
+            let rides: Vec<usize> =
+                of(&found, coefficient).iter().map(|t| t.estimate.rides).collect();
+            assert!(rides.iter().all(|n| *n == 28), "{coefficient}: {rides:?}");
+        }
+        assert!((of(&found, "drag")[0].estimate.value / 0.4 - 1.0).abs() < 0.01);
+    }
+
+    /// A night that is added later, or read first, makes no difference.
+    #[test]
+    fn the_order_in_which_sessions_come_makes_no_difference() {
+        let all = sessions(40, &FRONT, |_, i| if i < 20 { 1.0 } else { 1.1 }, |_| None);
+        let mut other = Sessions { rows: all.rows.clone(), pieces: all.pieces.clone() };
+        other.rows.sort_by(|a, b| b.session.cmp(&a.session));
+        other.pieces.sort_by(|a, b| b.session.cmp(&a.session));
+        assert_eq!(combined(&all), combined(&other));
+    }
+
+    /// Of ten motorcycles with tyres of one model: what is wrong with the model does not average out, their scatter does.
+    #[test]
+    fn an_error_of_the_tyre_is_the_same_on_every_motorcycle() {
+        let one = combined(&sessions(10, &FRONT, |_, _| 1.0, |_| Some("a")));
+        let found = models(&vec![one.clone(); 10]);
+        let friction = found.iter().find(|m| m.coefficient == "mf_d").expect("a model");
+        let relative = friction.std_error / friction.value;
+        assert!((0.02..0.0215).contains(&relative), "{friction:?}");
+        assert_eq!((friction.tyres, friction.rides), (10, 100));
+        // a number of each motorcycle's own does
+        let mut own = one;
+        for tyre in &mut own.tyres {
+            tyre.estimate.parts.iter_mut().for_each(|p| p.0 = "mass".into());
+        }
+        let found = models(&vec![own; 10]);
+        let friction = found.iter().find(|m| m.coefficient == "mf_d").expect("a model");
+        assert!(friction.std_error / friction.value < 0.008, "{friction:?}");
+    }
 }

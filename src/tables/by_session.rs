@@ -21,11 +21,14 @@ const NAMES: [&str; 2] = ["session_id", "bike_id"];
 /// Which rows of the files of the table of `R` are of which session.
 #[derive(Debug)]
 pub struct SessionFiles<R> {
-    /// By bike and session: places in `files`, and rows.
-    places: BTreeMap<(String, String), Vec<(usize, Range<usize>)>>,
+    /// By bike and session.
+    places: BTreeMap<(String, String), Vec<Place>>,
     files: Vec<(PathBuf, ArrowReaderMetadata)>,
     row: PhantomData<fn() -> R>,
 }
+
+/// A place in [`SessionFiles::files`], and rows of it.
+type Place = (usize, Range<usize>);
 
 impl<R> Default for SessionFiles<R> {
     fn default() -> Self {

@@ -269,6 +269,7 @@ pub struct EventRow {
     pub size: Option<f64>,
     pub evidence: f64,
     pub false_alarm_rate: f64,
+    pub false_discovery_rate: Option<f64>,
     pub reason: String,
 }
 

@@ -14,7 +14,7 @@ use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::simulate::session;
 use roadbench::statistics::random::Random;
-use roadbench::tables::rows::Status;
+use roadbench::tables::rows::{EvidenceRow, Status};
 use roadbench::{
     estimate::{Config, zeros},
     model::formulation::Formulation,
@@ -165,6 +165,7 @@ fn fleet(known: &[Known], seed: u64) -> (Vec<Observation>, Vec<f64>, Vec<Deed>) 
                     value,
                     error,
                     determined: !(short && precision > 3.0),
+                    ..Observation::default()
                 });
                 truths.push(truth);
             }
@@ -300,6 +301,34 @@ fn a_simulated_fleet_is_taken_apart_as_it_was_put_together() {
     assert!(rms < 0.05 && beyond * 32 <= offs.len() && worst < 0.15, "{rms} {beyond} {worst}");
 }
 
+/// Of every coefficient that is determined: its errors by source make its standard error, with more for few manoeuvres
+/// and for the slip of the peak.
+fn the_errors_make_the_interval(outcome: &pipeline::Outcome) {
+    for c in outcome.coefficients.iter().filter(|c| c.status == Status::Ok) {
+        let of = |e: &&EvidenceRow| e.tyre == c.tyre && e.coefficient == c.coefficient;
+        let rows: Vec<&EvidenceRow> = outcome.evidence.iter().filter(of).collect();
+        let name = format!("{} {}", c.tyre, c.coefficient);
+        let error = c.std_error.expect("ok");
+        let all = rows.iter().map(|e| e.shift * e.shift).sum::<f64>().sqrt();
+        assert!(all > 0.98 * error, "{name}: {all} of {error}");
+        if c.coefficient != "peak_slip" {
+            // at most three times the variance of the scatter
+            assert!(all < 3.0_f64.sqrt() * error, "{name}: {all} of {error}");
+        }
+        assert!(rows.iter().all(|e| Some(e.value) == c.value && e.unit == c.unit), "{name}");
+        let mut sources: Vec<&str> = rows.iter().map(|e| e.source.as_str()).collect();
+        sources.sort_unstable();
+        sources.dedup();
+        assert_eq!(sources.len(), rows.len(), "{name}: a source twice");
+        let numbers = rows.iter().filter(|e| e.source_value.is_some());
+        assert!(
+            numbers.into_iter().all(|e| e.shared),
+            "{name}: a number of the file is every ride's"
+        );
+        assert!(rows.iter().filter(|e| e.source == "own").all(|e| !e.shared), "{name}");
+    }
+}
+
 /// Three riders on one motorcycle who hang off it by different amounts: its side force ratios are 0.04 and 0.03
 /// larger than its file says, no ride knows it, and together they tell.
 #[test]
@@ -324,6 +353,7 @@ fn the_side_force_ratio_comes_out_of_riders_that_differ() {
                 signals: false,
             };
             let outcome = pipeline::run(&input, &machine.bike, &Pipeline::onroad()).expect("rode");
+            the_errors_make_the_interval(&outcome);
             observations.extend(outcome.coefficients.iter().filter_map(|c| {
                 Some(Observation {
                     bike: c.ident.bike_id.clone(),
@@ -334,6 +364,7 @@ fn the_side_force_ratio_comes_out_of_riders_that_differ() {
                     value: c.value?,
                     error: c.std_error?,
                     determined: c.status == Status::Ok,
+                    ..Observation::default()
                 })
             }));
         }

@@ -163,6 +163,7 @@ fn generate(out: &Path) {
         size: Some(0.298),
         evidence: 14.2,
         false_alarm_rate: 0.01,
+        false_discovery_rate: Some(0.001),
         reason: "only the rear tyre's coefficients moved, and stayed".into(),
     };
     write("fleet", "fleet.parquet", &|p| file::write(p, &fleet));
