@@ -19,7 +19,7 @@ macro_rules! embed {
     };
 }
 
-embed!("session", "channel_map", "bike", "motorcycle", "ride");
+embed!("session", "channel_map", "bike", "motorcycle", "ride", "pipeline");
 
 /// The schema of an input, by name with or without its version (`session`, `session.v1`).
 pub fn text(name: &str) -> Option<&'static str> {
@@ -301,6 +301,25 @@ impl KeyTable {
         Ok(values)
     }
 
+    /// Checks the numbers of a file that its own reader takes apart: each is finite, and where there is a key of that
+    /// path it is in the key's range.
+    ///
+    /// # Errors
+    /// A sentence that names the key.
+    pub fn check_ranges(&self, table: &toml::Table) -> Result<(), String> {
+        refuse_infinite(table)?;
+        for (path, value) in flatten(table) {
+            let key = self.keys.iter().find(|key| key.path == path);
+            let Some((key, [low, high])) = key.and_then(|k| Some((k, k.range?))) else { continue };
+            let Ok(number) = number(&path, value) else { continue }; // the reader says what it wants
+            if !(low..=high).contains(&number) {
+                let unit = key.unit.as_deref().unwrap_or("1");
+                return Err(format!("`{path}` = {number} {unit} is not between {low} and {high}"));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks a table of standard uncertainties: the same keys, positive numbers.
     ///
     /// # Errors
@@ -328,6 +347,36 @@ fn number(path: &str, value: &toml::Value) -> Result<f64, String> {
         toml::Value::Integer(i) => Ok(*i as f64),
         other => Err(format!("`{path}` must be a finite number, found {other}")),
     }
+}
+
+/// Refuses `nan` and `inf` wherever they are: no setting means anything by them.
+///
+/// # Errors
+/// A sentence that names the key.
+pub fn refuse_infinite(table: &toml::Table) -> Result<(), String> {
+    fn look(path: &str, value: &toml::Value) -> Result<(), String> {
+        match value {
+            toml::Value::Float(x) if !x.is_finite() => {
+                Err(format!("`{path}` = {x}: it must be a finite number"))
+            }
+            toml::Value::Array(values) => {
+                values.iter().enumerate().try_for_each(|(k, v)| look(&format!("{path}[{k}]"), v))
+            }
+            toml::Value::Table(table) => {
+                table.iter().try_for_each(|(key, v)| look(&format!("{path}.{key}"), v))
+            }
+            _ => Ok(()),
+        }
+    }
+    table.iter().try_for_each(|(key, value)| look(key, value))
+}
+
+/// As [`refuse_infinite`], of a file's text; what is wrong with the text otherwise its own reader says.
+///
+/// # Errors
+/// A sentence that names the key.
+pub fn refuse_infinite_in(text: &str) -> Result<(), String> {
+    toml::from_str::<toml::Table>(text).map_or(Ok(()), |table| refuse_infinite(&table))
 }
 
 /// Reads a list of pairs whose first column increases.

@@ -19,7 +19,7 @@ use serde::Deserialize;
 use super::extended_tyre::ExtendedTyre;
 use super::{Effect, ModelError};
 use crate::contract::bike::Axle;
-use crate::contract::schema::with_hint;
+use crate::contract::schema::{refuse_infinite, with_hint};
 use crate::model::custom::Custom;
 use crate::model::tir::{self, Error};
 use crate::model::tyre_model::TyreModel;
@@ -49,6 +49,7 @@ pub fn load(name_or_path: &str) -> Result<Box<dyn TyreModel>, Error> {
 /// Names the key.
 pub fn parse(text: &str) -> Result<Box<dyn TyreModel>, String> {
     let mut table: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
+    refuse_infinite(&table)?;
     let (effects, crown) = (table.remove(EFFECTS), table.remove(CROWN));
     if effects.is_none() && crown.is_none() {
         // the text itself: its messages have the line

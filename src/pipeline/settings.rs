@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::schema::KeyTable;
 use crate::effects::models::Models;
 use crate::{estimate, filter, fit, ingest, laps, segment};
 
@@ -94,6 +95,9 @@ impl Pipeline {
             format!("pipeline {name}: {}", crate::contract::schema::with_hint(&e.to_string()))
         })?;
         let fail = |e: String| format!("pipeline {name}: {e}");
+        // the text, not the settings: what it leaves out is in order
+        let given: toml::Table = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        KeyTable::embedded("pipeline").check_ranges(&given).map_err(fail)?;
         pipeline.estimate.check().map_err(fail)?;
         pipeline.fit.check().map_err(fail)?;
         pipeline.in_gear.check().map_err(fail)?;
@@ -102,5 +106,44 @@ impl Pipeline {
             offroad.check().map_err(fail)?;
         }
         Ok(pipeline)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every number of a resolved pipeline, by dotted path.
+    fn numbers(prefix: &str, table: &toml::Table, out: &mut Vec<String>) {
+        for (key, value) in table {
+            let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+            match value {
+                toml::Value::Table(inner) => numbers(&path, inner, out),
+                toml::Value::Float(_) | toml::Value::Integer(_) => out.push(path),
+                _ => {}
+            }
+        }
+    }
+
+    /// What is no number, and what no setting may be.
+    #[test]
+    fn no_number_is_taken_that_means_nothing() {
+        let mut all = Vec::new();
+        for built_in in ["onroad", "offroad", "paper"] {
+            let pipeline = Pipeline::builtin(built_in);
+            let text = toml::to_string(&pipeline).expect("text");
+            numbers("", &toml::from_str(&text).expect("a table"), &mut all);
+        }
+        all.sort();
+        all.dedup();
+        assert!(all.len() > 80, "{}", all.len());
+        for path in all {
+            for bad in ["nan", "inf", "-inf", "-1.0", "1e30"] {
+                let (section, key) = path.rsplit_once('.').expect("every number is in a section");
+                let text = format!("[{section}]\n{key} = {bad}\n");
+                let refused = Pipeline::parse(&text, "mine").expect_err(&format!("{path} = {bad}"));
+                assert!(refused.contains(key), "{path} = {bad}: {refused}");
+            }
+        }
     }
 }

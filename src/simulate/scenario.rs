@@ -16,6 +16,7 @@ use super::sensors::Sensors;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
+use crate::contract::schema::refuse_infinite_in;
 use crate::contract::schema::{closest, meant};
 use crate::effects::{Effect, ModelError};
 use crate::model::dive::{PITCH_GYRATION, contact_arms};
@@ -171,6 +172,7 @@ impl Scenario {
     /// A sentence that names the key.
     pub fn parse(text: &str, source: &str) -> Result<Self, String> {
         let fail = |message: String| format!("scenario {source}: {message}");
+        refuse_infinite_in(text).map_err(fail)?;
         let file: File = toml::from_str(text)
             .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
         if !(10.0..=1000.0).contains(&file.rate) {

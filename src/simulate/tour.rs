@@ -21,7 +21,7 @@ use super::rider::Disturbance;
 use super::sensors::Sensors;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
-use crate::contract::schema::KeyTable;
+use crate::contract::schema::{KeyTable, refuse_infinite};
 use crate::effects::ModelError;
 use crate::effects::tyre_file;
 use crate::model::tyre_model::TyreModel;
@@ -116,6 +116,7 @@ impl Tour {
     pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
         let fail = |message: String| format!("scenario {}: {message}", path.display());
         let table: toml::Table = text.parse().map_err(|e: toml::de::Error| fail(e.to_string()))?;
+        refuse_infinite(&table).map_err(fail)?;
         let values = KeyTable::embedded("ride").check(&table).map_err(fail)?;
         let number = |key: &str| values.number.get(key).copied().unwrap_or(f64::NAN);
         let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;

@@ -123,6 +123,7 @@ struct FileEntry {
 /// Checks a map's text; `name` is for messages.
 fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
     let fail = |message: String| format!("channel map {name}: {message}");
+    schema::refuse_infinite_in(text).map_err(fail)?;
     let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
     let Some(log_format) = FORMATS.iter().find(|r| r.name == file.format) else {
         let formats: Vec<&str> = FORMATS.iter().map(|r| r.name).collect();

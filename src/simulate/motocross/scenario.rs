@@ -18,6 +18,7 @@ use super::passive::Passive;
 use super::rider::Active;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::schema::refuse_infinite_in;
 use crate::model::offroad::machine::Machine;
 use crate::simulate::builtin::text_with_key;
 use crate::simulate::sensors::Sensors;
@@ -196,6 +197,7 @@ impl Motocross {
     /// A sentence that names the key.
     pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
         let fail = |e: String| format!("scenario {}: {e}", path.display());
+        refuse_infinite_in(text).map_err(fail)?;
         let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
         for (key, value, low, high) in [
             ("rate", file.rate, 200.0, 10_000.0),

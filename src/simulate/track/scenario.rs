@@ -17,6 +17,7 @@ use super::rider::Pace;
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
+use crate::contract::schema::refuse_infinite_in;
 use crate::effects::ModelError;
 use crate::motorcycle::road::Wave;
 use crate::motorcycle::{Model, Motorcycle, Road};
@@ -168,6 +169,7 @@ impl Track {
     /// A sentence that names the key.
     pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
         let fail = |message: String| format!("scenario {}: {message}", path.display());
+        refuse_infinite_in(text).map_err(fail)?;
         let file: File = toml::from_str(text)
             .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
         let within = |name: &str, x: f64, low: f64, high: f64| {
