@@ -45,7 +45,7 @@ pub fn shapes(n: usize) -> Vec<Shape> {
     out
 }
 
-/// The same stretch with its ends moved to where `gain` is largest: above [`ALL_LENGTHS`] sessions not all were tried.
+/// The same stretch with its ends moved to where `gain` is largest: above `ALL_LENGTHS` sessions not all were tried.
 pub fn refined(shape: Shape, n: usize, gain: impl Fn(Shape) -> f64) -> Shape {
     let (Shape::Stretch(mut a, mut b), true) = (shape, n > ALL_LENGTHS) else { return shape };
     let best = |of: &mut dyn Iterator<Item = Shape>, now: Shape| {
