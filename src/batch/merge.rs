@@ -207,5 +207,9 @@ fn remove_own_files(
 }
 
 fn remove(at: &Location) -> Result<(), Error> {
-    at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))
+    at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?;
+    if let Some(folder) = at.as_path().and_then(std::path::Path::parent) {
+        let _ = std::fs::remove_dir(folder); // if it was the motorcycle's last
+    }
+    Ok(())
 }

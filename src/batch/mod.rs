@@ -31,6 +31,7 @@ pub mod error;
 #[cfg(feature = "fleet")]
 pub mod fleet;
 pub mod fleet_rows;
+pub mod forget;
 pub mod in_memory;
 pub mod in_order;
 pub mod kind;

@@ -79,6 +79,15 @@ Examples:
   roadbench report out --figures figures                  every plot, for a paper
   roadbench report out --figures figures --figure-format png";
 
+/// Of `forget`.
+pub const FORGET: &str = "\
+Examples:
+  roadbench forget out --session archive_s0003            one session
+  roadbench forget out --bike archive_02                  all of a motorcycle
+  roadbench forget out --missing --dry-run                what has no log any more
+
+The logs stay where they are: a run over them computes them again.";
+
 /// Of `export`.
 pub const EXPORT: &str = "\
 Examples:

@@ -18,6 +18,7 @@ pub mod diagnose;
 pub mod examples;
 pub mod export;
 pub mod failure;
+pub mod forget;
 pub mod inspect;
 pub mod inspect_source;
 mod location;
@@ -74,6 +75,8 @@ enum Command {
     Convert(convert::Arguments),
     #[command(after_help = examples::REPORT)]
     Report(report::Arguments),
+    #[command(after_help = examples::FORGET)]
+    Forget(forget::Arguments),
     #[command(after_help = examples::EXPORT)]
     Export(export::Arguments),
     #[command(after_help = examples::SCHEMA)]
@@ -109,6 +112,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Command::Map(a) => map::run(a),
         Command::Convert(a) => convert::run(a),
         Command::Report(a) => report::run(a),
+        Command::Forget(a) => forget::run(a),
         Command::Export(a) => export::run(a),
         Command::Schema(a) => schema::run(a),
         Command::Demo(a) => demo::run(&a, bar),

@@ -309,7 +309,12 @@ impl KeyTable {
     pub fn check_ranges(&self, table: &toml::Table) -> Result<(), String> {
         refuse_infinite(table)?;
         for (path, value) in flatten(table) {
-            let key = self.keys.iter().find(|key| key.path == path);
+            // `*` stands for one part of a path
+            let is_of = |key: &&Key| {
+                let (a, b) = (key.path.split('.'), path.split('.'));
+                a.clone().count() == b.clone().count() && a.zip(b).all(|(a, b)| a == "*" || a == b)
+            };
+            let key = self.keys.iter().find(is_of);
             let Some((key, [low, high])) = key.and_then(|k| Some((k, k.range?))) else { continue };
             let Ok(number) = number(&path, value) else { continue }; // the reader says what it wants
             if !(low..=high).contains(&number) {

@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::report::assets::{self, Pages, Source};
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
+use crate::report::lock::Lock;
 use crate::report::run::write as run;
 use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
@@ -32,6 +33,8 @@ pub fn update(out: &Path) -> Result<(), Error> {
 /// # Errors
 /// As [`write()`].
 pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
+    tables::check(out)?;
+    let _lock = Lock::take(out); // before the tables are read: whoever comes last has seen the last
     let tables = RunTables::read(out)?;
     let bench = bench_values::read(out)?;
     let folder = out.join("report");

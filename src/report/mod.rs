@@ -32,6 +32,7 @@ pub mod inline_svg;
 pub mod kinds;
 pub mod labels;
 pub mod list;
+mod lock;
 pub mod markdown;
 pub mod number_format;
 pub mod open;

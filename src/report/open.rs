@@ -6,6 +6,7 @@ use crate::contract::schema;
 use crate::report::assets::{self, Pages};
 use crate::report::diagnosis::sessions::Diagnosed;
 use crate::report::error::Error;
+use crate::report::lock::Lock;
 use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::report::{page_names, page_shell};
@@ -19,6 +20,7 @@ use crate::tables::rows::{ForceRow, Ident, SessionRow};
 /// There is no such session or there are several, a table cannot be read, the page cannot be written.
 pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Result<PathBuf, Error> {
     tables::check(out)?;
+    let _lock = Lock::take(out);
     let sessions = SessionFiles::<SessionRow>::read(out)?;
     let keys: Vec<(&str, &str)> = sessions.keys().collect();
     let place = find(&keys, session, bike).map_err(Error::NoSession)?;

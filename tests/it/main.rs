@@ -21,6 +21,7 @@ mod extended_ride;
 mod extended_tyre;
 mod fit;
 mod fleet;
+mod forget;
 mod formats;
 mod in_gear;
 mod ingest;

@@ -1,0 +1,184 @@
+//! Takes sessions out of an output: of tables, fleet, diagnosis and report.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::contents::Contents;
+use super::error::Error;
+use super::kind::{self, Kind};
+use super::store::Store;
+use super::{diagnose, run};
+use crate::contract::schema::meant;
+use crate::objects::Location;
+use crate::report::Pages;
+use crate::tables::read;
+use crate::tables::rows::Rejected;
+
+/// Which sessions.
+#[derive(Debug, Clone, Default)]
+pub struct Which {
+    /// By id.
+    pub sessions: Vec<String>,
+    /// All of a motorcycle.
+    pub bikes: Vec<String>,
+    /// Those whose log is not there any more.
+    pub missing: bool,
+}
+
+/// A session, or an input that was rejected, that is taken out.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Forgotten {
+    /// The log, as the tables name it.
+    pub log: String,
+    /// The session; empty of a rejected input that has none.
+    pub session_id: String,
+    /// Its motorcycle; likewise.
+    pub bike_id: String,
+}
+
+/// What would be taken out, in order of log; with `for_good` it is.
+///
+/// # Errors
+/// A name that the output has not, another roadbench is writing, or the output cannot be written.
+pub fn forget(out: &Location, which: &Which, for_good: bool) -> Result<Vec<Forgotten>, Error> {
+    let of_run = Contents::read(&kind::RUN, out)?;
+    let of_diagnosis = Contents::read(&kind::DIAGNOSE, out)?;
+    known(&[&of_run, &of_diagnosis], which)?;
+    let mut found = BTreeSet::new();
+    let mut logs = Logs::default();
+    for row in of_run.sessions().chain(of_diagnosis.sessions()) {
+        let is_named =
+            which.sessions.contains(&row.session_id) || which.bikes.contains(&row.bike_id);
+        if is_named || (which.missing && logs.is_gone(&row.path)?) {
+            found.insert(Forgotten {
+                log: row.path.clone(),
+                session_id: row.session_id.clone(),
+                bike_id: row.bike_id.clone(),
+            });
+        }
+    }
+    let rejected = rejections(out, which, &mut logs)?;
+    if which.missing {
+        logs.check()?;
+    }
+    if for_good {
+        take_out(out, &of_diagnosis, &found)?;
+        take_out(out, &of_run, &found)?;
+        for (at, _) in &rejected {
+            at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?;
+        }
+        anew(out, &of_run, &of_diagnosis, found.is_empty() && rejected.is_empty())?;
+    }
+    found.extend(rejected.into_iter().map(|(_, forgotten)| forgotten));
+    Ok(found.into_iter().collect())
+}
+
+/// Every name is one of the output's.
+fn known(contents: &[&Contents], which: &Which) -> Result<(), Error> {
+    let rows = || contents.iter().flat_map(|c| c.sessions());
+    let named = |what: &str, name: &String, all: BTreeSet<&str>| match all.contains(name.as_str()) {
+        true => Ok(()),
+        false => Err(Error::Usage(format!(
+            "the output has no {what} `{name}`{}",
+            meant(name, all.into_iter())
+        ))),
+    };
+    for name in &which.sessions {
+        named("session", name, rows().map(|r| r.session_id.as_str()).collect())?;
+    }
+    for name in &which.bikes {
+        named("motorcycle", name, rows().map(|r| r.bike_id.as_str()).collect())?;
+    }
+    Ok(())
+}
+
+/// Which logs are there; each is looked for once.
+#[derive(Default)]
+struct Logs(BTreeMap<String, bool>);
+
+impl Logs {
+    fn is_gone(&mut self, path: &str) -> Result<bool, Error> {
+        if let Some(gone) = self.0.get(path) {
+            return Ok(*gone);
+        }
+        let at = Location::parse(path).map_err(|e| Error::Output(e.to_string()))?;
+        let gone = !at.exists().map_err(|e| Error::Output(format!("{path}: {e}")))?;
+        self.0.insert(path.to_owned(), gone);
+        Ok(gone)
+    }
+
+    /// Where no log at all is there it is the folder that is missing, not the logs.
+    fn check(&self) -> Result<(), Error> {
+        match self.0.keys().next() {
+            Some(first) if self.0.values().all(|gone| *gone) => Err(Error::Usage(format!(
+                "none of the {} logs of this output is there ({first}, ...): is their disk mounted, and is this the \
+                 folder in which `roadbench run` was started?",
+                self.0.len()
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Rows of `rejected` whose log is gone, or that name a session or motorcycle that goes.
+fn rejections(
+    out: &Location,
+    which: &Which,
+    logs: &mut Logs,
+) -> Result<Vec<(Location, Forgotten)>, Error> {
+    let folder = out.join("rejected");
+    let mut found = Vec::new();
+    for entry in folder.list().map_err(|e| Error::Output(e.to_string()))? {
+        let at = folder.join(&entry.key);
+        if !at.has_extension("parquet") {
+            continue;
+        }
+        let bytes = at.read().map_err(|e| Error::Output(format!("cannot read {at}: {e}")))?;
+        let rows: Vec<Rejected> =
+            read::rows_of(&at, bytes).map_err(|e| Error::Output(e.to_string()))?;
+        let Some(row) = rows.into_iter().next() else { continue };
+        let names =
+            |all: &[String], name: &Option<String>| name.as_ref().is_some_and(|n| all.contains(n));
+        let is_named = names(&which.sessions, &row.session_id) || names(&which.bikes, &row.bike_id);
+        if is_named || (which.missing && logs.is_gone(&row.path)?) {
+            let (session_id, bike_id) =
+                (row.session_id.unwrap_or_default(), row.bike_id.unwrap_or_default());
+            found.push((at, Forgotten { log: row.path, session_id, bike_id }));
+        }
+    }
+    Ok(found)
+}
+
+/// Takes sessions out of the tables of one command.
+fn take_out(out: &Location, there: &Contents, found: &BTreeSet<Forgotten>) -> Result<(), Error> {
+    let own: Vec<&Forgotten> =
+        found.iter().filter(|f| !there.of(&f.session_id).is_empty()).collect();
+    if own.is_empty() {
+        return Ok(());
+    }
+    let store = Store::open(there.kind, out)?;
+    for session in own {
+        store.remove(&session.session_id)?;
+    }
+    store.merge()
+}
+
+/// What is made over all sessions, of each command that has any.
+fn anew(
+    out: &Location,
+    of_run: &Contents,
+    of_diagnosis: &Contents,
+    nothing: bool,
+) -> Result<(), Error> {
+    let has = |c: &Contents| c.sessions().next().is_some();
+    if nothing {
+        return Ok(());
+    }
+    let open = |kind: &'static Kind| Store::open(kind, out);
+    if has(of_diagnosis) {
+        diagnose::finish(&open(&kind::DIAGNOSE)?)?;
+    }
+    if has(of_run) {
+        run::finish(&open(&kind::RUN)?, Pages::Auto, |_| Ok(()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! `roadbench forget`.
+
+use crate::batch::forget::{Which, forget};
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
+use crate::cli::say::say;
+use crate::objects::Location;
+use crate::report::number_format::count;
+
+/// Take sessions out of an output: their rows go from every table, their pages from the report
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The folder, or s3://, gs:// or az:// prefix, that `roadbench run --out` wrote.
+    #[arg(value_parser = location())]
+    out: Location,
+    #[command(flatten)]
+    named: Named,
+    /// Only list what would go.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Which sessions.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = true)]
+struct Named {
+    /// A session, by its id; may be repeated.
+    #[arg(long, value_name = "ID")]
+    session: Vec<String>,
+    /// All sessions of a motorcycle; may be repeated.
+    #[arg(long, value_name = "BIKE")]
+    bike: Vec<String>,
+    /// Every session and every rejected input whose log is not there any more.
+    #[arg(long)]
+    missing: bool,
+}
+
+/// Runs the command; lists what is gone.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let Arguments { out, named, dry_run } = arguments;
+    if out.as_path().is_some_and(|path| !path.is_dir()) {
+        return Err(Failure::Usage(format!("{out} is not a folder")));
+    }
+    let which = Which { sessions: named.session, bikes: named.bike, missing: named.missing };
+    let gone = forget(&out, &which, !dry_run)?;
+    for one in &gone {
+        match one.session_id.is_empty() {
+            true => say!("{}", one.log),
+            false => say!("{}  {}  {}", one.session_id, one.bike_id, one.log),
+        }
+    }
+    let said = if dry_run { "would be taken out of" } else { "taken out of" };
+    let rejected = gone.iter().filter(|one| one.session_id.is_empty()).count();
+    let sessions = count(gone.len() - rejected, "session");
+    let rejected = count(rejected, "rejected input");
+    say!("{sessions} and {rejected} {said} {out}");
+    Ok(())
+}
