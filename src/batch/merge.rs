@@ -112,10 +112,15 @@ fn take(
     let mut tables: Vec<&TableSpec> = kind.tables().filter(|spec| parts::shares(spec)).collect();
     tables.push(kind.marker);
     let marker = there.file(kind.marker.name, "parquet", bike_id, part);
-    let is_empty = new.is_empty() && sessions(kind.marker, &marker, &replaced)?.is_empty();
+    // rows whose commit marker somebody has removed are nobody's
+    let mut committed: BTreeSet<String> =
+        sessions(kind.marker, &marker, &replaced)?.into_keys().collect();
+    committed.extend(new.iter().map(|(id, _)| (*id).to_owned()));
+    let is_empty = committed.is_empty();
     for spec in tables {
         let at = there.file(spec.name, "parquet", bike_id, part);
         let mut rows = sessions(spec, &at, &replaced)?;
+        rows.retain(|id, _| committed.contains(id));
         for (id, files) in &new {
             let Some((_, bytes)) = files.get(spec.name) else { continue };
             let batches = typed(spec, &at, bytes.clone())?;

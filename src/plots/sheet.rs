@@ -39,11 +39,15 @@ impl<'a> Sheet<'a> {
         Sheet { session, rows: Vec::new() }
     }
 
-    /// The rows, each series rounded to what a screen resolves: its numbers then pack into half the bytes.
+    /// The rows; clouds and time line, which are most of them, rounded to what a screen resolves: their numbers then
+    /// pack into half the bytes. The lines of fits stay as they are: others read them as the fitted curve.
     pub(super) fn finish(self) -> Vec<PlotPoint> {
         let mut rows = self.rows;
         let of_one = |a: &PlotPoint, b: &PlotPoint| a.plot == b.plot && a.series == b.series;
         for series in rows.chunk_by_mut(of_one) {
+            if series.iter().any(|r| r.plot != TIMELINE && r.series != DATA) {
+                continue;
+            }
             let (x, y) =
                 (|r: &PlotPoint| [Some(r.x), None, None], |r: &PlotPoint| [r.y, r.y_low, r.y_high]);
             let (x, y) = (quantum(series.iter().flat_map(x)), quantum(series.iter().flat_map(y)));
