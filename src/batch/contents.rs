@@ -141,7 +141,10 @@ impl Contents {
     /// Whether a file is there; of an object store as it was listed.
     pub fn has(&self, file: &Location) -> bool {
         match &self.names {
-            None => file.as_path().is_some_and(std::path::Path::is_file),
+            None => match file.as_path() {
+                Some(path) => path.is_file(),
+                None => file.exists().unwrap_or(false), // a worker's, who has listed nothing
+            },
             Some(names) => names.contains_key(file),
         }
     }
@@ -259,7 +262,10 @@ impl Contents {
     fn list(&self, root: &Url) -> std::io::Result<BTreeMap<Location, Stat>> {
         let mut names = BTreeMap::new();
         let own = self.kind.files().map(|(folder, _)| folder);
-        for folder in own.chain([self.kind.marker.name, "rejected", ".roadbench"]) {
+        // what waits first: what is taken in meanwhile is then seen among the tables
+        for folder in
+            [".roadbench"].into_iter().chain(own).chain([self.kind.marker.name, "rejected"])
+        {
             let below = root.join(folder);
             let entries = client::list(&below)?.into_iter();
             names.extend(entries.map(|e| (Location::Remote(below.join(&e.key)), e.stat)));

@@ -106,12 +106,14 @@ impl Logs {
         Ok(gone)
     }
 
-    /// Where no log at all is there it is the folder that is missing, not the logs.
+    /// Where most logs are gone it is rather their disk or the folder that is missing.
     fn check(&self) -> Result<(), Error> {
-        match self.0.keys().next() {
-            Some(first) if self.0.values().all(|gone| *gone) => Err(Error::Usage(format!(
-                "none of the {} logs of this output is there ({first}, ...): is their disk mounted, and is this the \
-                 folder in which `roadbench run` was started?",
+        let gone = self.0.values().filter(|gone| **gone).count();
+        let first = self.0.iter().find(|(_, gone)| **gone).map(|(path, _)| path);
+        match first {
+            Some(first) if 2 * gone > self.0.len() => Err(Error::Usage(format!(
+                "{gone} of the {} logs of this output are not there ({first}, ...): is their disk mounted, and is this \
+                 the folder in which `roadbench run` was started? If so, name them by --session or --bike",
                 self.0.len()
             ))),
             _ => Ok(()),
@@ -157,9 +159,12 @@ fn take_out(out: &Location, there: &Contents, found: &BTreeSet<Forgotten>) -> Re
     }
     let store = Store::open(there.kind, out)?;
     for session in own {
-        store.remove(&session.session_id)?;
+        // a run that ended meanwhile may have made it of another log
+        if store.found().of(&session.session_id).iter().any(|now| now.path == session.log) {
+            store.remove(&session.session_id)?;
+        }
     }
-    store.merge()
+    store.merge().map(|_| ())
 }
 
 /// What is made over all sessions, of each command that has any.

@@ -42,6 +42,9 @@ impl LocalCopy {
         let copy = tempfile::tempdir()
             .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;
         let folder = copy.path().to_owned();
+        // an output, if it has nothing in it any more
+        std::fs::create_dir_all(folder.join(registry::SESSIONS.name))
+            .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;
         for name in registry::read_by_reports() {
             let prefix = url.join(name);
             let entries = client::list(&prefix).map_err(fail)?;

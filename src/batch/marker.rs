@@ -28,6 +28,9 @@ pub struct Committed {
     pub pipeline_hash: String,
     /// The roadbench that made them.
     pub version: String,
+    /// Whether the file is of a roadbench that had one per session, with ids as plain texts.
+    #[serde(default)]
+    pub is_old: bool,
 }
 
 /// Columns of a commit marker that are read.
@@ -47,6 +50,7 @@ pub fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Commi
     let mut rows = Vec::new();
     for batch in reader {
         let batch = batch.ok()?;
+        let is_old = *batch.column_by_name(COLUMNS[0])?.data_type() == DataType::Utf8;
         let mut texts = Vec::with_capacity(COLUMNS.len());
         for name in COLUMNS {
             texts.push(cast(batch.column_by_name(name)?, &DataType::Utf8).ok()?);
@@ -64,12 +68,16 @@ pub fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Commi
                 input_hash: text(3)?,
                 pipeline_hash: text(4)?,
                 version: text(5)?,
+                is_old,
             };
             if row.bike_id != bike_id {
                 return None;
             }
             rows.push(row);
         }
+    }
+    if rows.len() != 1 {
+        rows.iter_mut().for_each(|row| row.is_old = false);
     }
     Some(rows)
 }

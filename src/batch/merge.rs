@@ -5,8 +5,9 @@
 //! once more. A file's bytes depend on the sessions in it only.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use arrow::array::{AsArray, RecordBatch};
+use arrow::array::{ArrayRef, AsArray, RecordBatch, StringArray};
 use arrow::compute::concat_batches;
 use bytes::Bytes;
 use rayon::prelude::*;
@@ -15,7 +16,7 @@ use super::contents::Contents;
 use super::error::Error;
 use super::marker::Committed;
 use super::parts;
-use super::staged::{self, Files, Staged};
+use super::staged::{self, Staged};
 use crate::objects::Location;
 use crate::objects::files::{read_many, remove_many};
 use crate::tables::names::file_name;
@@ -24,6 +25,8 @@ use crate::tables::{file, read};
 
 /// So many sessions of one motorcycle and month are in memory at once.
 const TOGETHER: usize = 500;
+/// So many of them are read together: they may hold time series.
+const READ: usize = 16;
 
 /// What changes in the files of a motorcycle and month.
 #[derive(Debug, Default)]
@@ -34,11 +37,17 @@ struct Group<'a> {
     come: Vec<(&'a Location, &'a Staged)>,
 }
 
-/// Takes in all that waits.
+/// A session that comes: its rows by table.
+type Come<'a> = (&'a str, BTreeMap<&'static str, Vec<RecordBatch>>);
+
+/// Whether the output is still ours to write.
+pub type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
+
+/// Takes in all that waits; `check` is asked before anything is written.
 ///
 /// # Errors
 /// A table cannot be read, or the output not be written: what waits goes on waiting.
-pub fn merge(there: &Contents) -> Result<(), Error> {
+pub fn merge(there: &Contents, check: Check<'_>) -> Result<(), Error> {
     let mut waits: Vec<(&Location, &Staged)> = there.staged().collect();
     let mut groups: BTreeMap<(&str, &str), Group<'_>> = BTreeMap::new();
     let ids: BTreeSet<&str> = waits.iter().map(|(_, s)| s.session_id.as_str()).collect();
@@ -52,13 +61,21 @@ pub fn merge(there: &Contents) -> Result<(), Error> {
             groups.entry((&made.bike_id, &made.part)).or_default().come.push((at, staged));
         }
     }
+    // before the markers change: they say where the files are
+    remove_own_files(there, &waits, &old)?;
     let groups: Vec<_> = groups.into_iter().collect();
     let merged: Vec<Result<(), Error>> = groups
         .par_iter()
         .map(|((bike_id, part), Group { gone, come })| {
+            let files = Files { there, check, bike_id, part };
+            // what comes with a later part of it stays until then
+            let mut first = gone.clone();
+            for (_, staged) in come.iter().skip(TOGETHER) {
+                first.remove(staged.session_id.as_str());
+            }
             let mut chunks = come.chunks(TOGETHER);
-            take(there, bike_id, part, gone, chunks.next().unwrap_or_default())?;
-            chunks.try_for_each(|some| take(there, bike_id, part, &BTreeSet::new(), some))
+            files.take(&first, chunks.next().unwrap_or_default())?;
+            chunks.try_for_each(|some| files.take(&BTreeSet::new(), some))
         })
         .collect();
     // what could not be taken in waits on, the rest is in
@@ -72,75 +89,148 @@ pub fn merge(there: &Contents) -> Result<(), Error> {
         }
     }
     waits.retain(|(_, staged)| !wait_on.contains(staged.session_id.as_str()));
-    old.retain(|row| !wait_on.contains(row.session_id.as_str()));
-    remove_own_files(there, &waits, &old)?;
     let files: Vec<&Location> = waits.iter().map(|(at, _)| *at).collect();
-    remove_many(&files)
+    check()
+        .and_then(|()| remove_many(&files))
         .map_err(|e| Error::Output(format!("cannot remove what was taken in: {e}")))?;
+    let bikes: BTreeSet<&str> = groups.iter().map(|((bike, _), _)| *bike).collect();
+    remove_empty_folders(there, &bikes);
     failed.map_or(Ok(()), Err)
 }
 
-/// Takes some sessions into the files of a motorcycle and month.
-fn take(
-    there: &Contents,
-    bike_id: &str,
-    part: &str,
-    gone: &BTreeSet<&str>,
-    come: &[(&Location, &Staged)],
-) -> Result<(), Error> {
-    let mut new: Vec<(&str, Files)> = Vec::with_capacity(come.len());
-    let files: Vec<&Location> = come.iter().map(|(at, _)| *at).collect();
-    for ((at, staged), bytes) in come.iter().zip(read_many(&files)) {
-        let fail = |e: String| Error::Output(format!("cannot read {at}: {e}"));
-        let bytes = bytes.map_err(|e| fail(e.to_string()))?;
-        new.push((&staged.session_id, staged::files(bytes).map_err(fail)?));
+/// The files of a motorcycle and month.
+struct Files<'a> {
+    there: &'a Contents,
+    check: Check<'a>,
+    bike_id: &'a str,
+    part: &'a str,
+}
+
+impl Files<'_> {
+    /// Takes some sessions in, and those that are gone out. Everything is read before anything is written.
+    fn take(&self, gone: &BTreeSet<&str>, come: &[(&Location, &Staged)]) -> Result<(), Error> {
+        let kind = self.there.kind;
+        let mut tables: Vec<&'static TableSpec> =
+            kind.tables().filter(|spec| parts::shares(spec)).collect();
+        tables.push(kind.marker);
+        let new = self.come(&tables, come)?;
+        let mut replaced = gone.clone();
+        // one that could not be read stays as it was
+        come.iter().for_each(|(_, staged)| _ = replaced.remove(staged.session_id.as_str()));
+        replaced.extend(new.iter().map(|(id, _)| *id));
+        // rows whose commit marker somebody has removed are nobody's
+        let marker = sessions(kind.marker, &self.at(kind.marker), &replaced)?;
+        let kept: BTreeSet<String> = marker.into_keys().collect();
+        let mut is_lost = false;
+        let mut changes = Vec::with_capacity(tables.len());
+        for spec in tables {
+            let at = self.at(spec);
+            let mut rows = sessions(spec, &at, &replaced)?;
+            rows.retain(|id, _| kept.contains(id));
+            let is_always = spec.presence == Presence::Always;
+            let exists = || at.exists().map_err(|e| Error::Output(format!("{at}: {e}")));
+            is_lost |= is_always && !kept.is_empty() && rows.is_empty() && !exists()?;
+            if spec.is(kind.marker) && is_lost {
+                // a table of the month was removed: those that are not computed now are so next time
+                for batches in rows.values_mut() {
+                    *batches = batches.iter().map(without_input).collect::<Result<_, _>>()?;
+                }
+            }
+            for (id, of_session) in &new {
+                let batches = of_session.get(spec.name).cloned().unwrap_or_default();
+                rows.entry((*id).to_owned()).or_default().extend(batches);
+            }
+            let batches: Vec<RecordBatch> = rows.into_values().flatten().collect();
+            let is_empty = kept.is_empty() && new.is_empty();
+            let is_needed = is_always || batches.iter().any(|b| b.num_rows() > 0);
+            let table = spec.table();
+            let all = concat_batches(&table.flat(), &batches)
+                .map_err(|e| e.to_string())
+                .and_then(|all| file::typed(table, &all))
+                .map_err(|e| Error::Internal(format!("{at}: {e}")))?;
+            changes.push((at, (!is_empty && is_needed).then_some(all)));
+        }
+        for (at, all) in changes {
+            (self.check)().map_err(|e| Error::Output(format!("{at}: {e}")))?;
+            match all {
+                Some(all) => file::write_batch(at, &all)?,
+                None => remove(&at)?,
+            }
+        }
+        Ok(())
     }
-    new.sort_by_key(|(id, _)| *id);
-    let mut replaced = gone.clone();
-    replaced.extend(new.iter().map(|(id, _)| *id));
-    let kind = there.kind;
-    // files of their own
-    for (id, files) in &new {
-        for (folder, (extension, bytes)) in files {
-            let is_shared = kind.tables().any(|spec| spec.name == folder && parts::shares(spec));
-            if !is_shared && folder != kind.marker.name {
-                let at = there.file(folder, extension, bike_id, &file_name(id));
+
+    /// Reads what comes; files of their own are written at once, for they may be large. What cannot be read is
+    /// removed: the session is as it was, and is computed by the next run.
+    fn come<'a>(
+        &self,
+        tables: &[&'static TableSpec],
+        come: &[(&Location, &'a Staged)],
+    ) -> Result<Vec<Come<'a>>, Error> {
+        let mut new: Vec<Come<'a>> = Vec::with_capacity(come.len());
+        for some in come.chunks(READ) {
+            let files: Vec<&Location> = some.iter().map(|(at, _)| *at).collect();
+            for ((at, staged), bytes) in some.iter().zip(read_many(&files)) {
+                let bytes = bytes.map_err(|e| Error::Output(format!("cannot read {at}: {e}")))?;
+                match self.session(tables, &staged.session_id, bytes)? {
+                    Ok(rows) => new.push((&staged.session_id, rows)),
+                    Err(e) => {
+                        tracing::error!("{at}: {e}; removed, the next run computes the session");
+                        remove(at)?;
+                    }
+                }
+            }
+        }
+        new.sort_by_key(|(id, _)| *id);
+        Ok(new)
+    }
+
+    /// A session's rows by table, and why they cannot be read; its own files are written.
+    #[allow(clippy::type_complexity)]
+    fn session(
+        &self,
+        tables: &[&'static TableSpec],
+        id: &str,
+        bytes: Bytes,
+    ) -> Result<Result<BTreeMap<&'static str, Vec<RecordBatch>>, String>, Error> {
+        let files = match staged::files(bytes) {
+            Ok(files) => files,
+            Err(e) => return Ok(Err(e)),
+        };
+        let mut rows = BTreeMap::new();
+        for spec in tables {
+            let Some((_, bytes)) = files.get(spec.name) else { continue };
+            match flat(spec, bytes.clone()) {
+                Ok(batches) => _ = rows.insert(spec.name, batches),
+                Err(e) => return Ok(Err(format!("{}: {e}", spec.name))),
+            }
+        }
+        for (folder, (extension, bytes)) in &files {
+            if tables.iter().all(|spec| spec.name != folder) {
+                let at = self.there.file(folder, extension, self.bike_id, &file_name(id));
+                (self.check)().map_err(|e| Error::Output(format!("{at}: {e}")))?;
                 file::write_bytes(at, bytes)?;
             }
         }
+        Ok(Ok(rows))
     }
-    let mut tables: Vec<&TableSpec> = kind.tables().filter(|spec| parts::shares(spec)).collect();
-    tables.push(kind.marker);
-    let marker = there.file(kind.marker.name, "parquet", bike_id, part);
-    // rows whose commit marker somebody has removed are nobody's
-    let mut committed: BTreeSet<String> =
-        sessions(kind.marker, &marker, &replaced)?.into_keys().collect();
-    committed.extend(new.iter().map(|(id, _)| (*id).to_owned()));
-    let is_empty = committed.is_empty();
-    for spec in tables {
-        let at = there.file(spec.name, "parquet", bike_id, part);
-        let mut rows = sessions(spec, &at, &replaced)?;
-        rows.retain(|id, _| committed.contains(id));
-        for (id, files) in &new {
-            let Some((_, bytes)) = files.get(spec.name) else { continue };
-            let batches = typed(spec, &at, bytes.clone())?;
-            rows.entry((*id).to_owned()).or_default().extend(batches);
-        }
-        let batches: Vec<RecordBatch> = rows.into_values().flatten().collect();
-        let is_needed =
-            batches.iter().any(|b| b.num_rows() > 0) || spec.presence == Presence::Always;
-        if is_empty || !is_needed {
-            remove(&at)?;
-            continue;
-        }
-        let table = spec.table();
-        let all = concat_batches(&table.flat(), &batches)
-            .map_err(|e| e.to_string())
-            .and_then(|all| file::typed(table, &all))
-            .map_err(|e| Error::Internal(format!("{at}: {e}")))?;
-        file::write_batch(at, &all)?;
+
+    fn at(&self, spec: &TableSpec) -> Location {
+        self.there.file(spec.name, "parquet", self.bike_id, self.part)
     }
-    Ok(())
+}
+
+/// Rows of commit markers that name no input: their sessions are computed again.
+fn without_input(batch: &RecordBatch) -> Result<RecordBatch, Error> {
+    let schema = batch.schema();
+    let columns = schema.fields().iter().zip(batch.columns()).map(|(field, column)| {
+        match field.name() == "input_hash" {
+            true => Arc::new(StringArray::from(vec![""; batch.num_rows()])) as ArrayRef,
+            false => Arc::clone(column),
+        }
+    });
+    RecordBatch::try_new(Arc::clone(&schema), columns.collect())
+        .map_err(|e| Error::Internal(e.to_string()))
 }
 
 /// The rows that a file has, but for some sessions', session by session; none where there is no file.
@@ -170,16 +260,22 @@ fn sessions(
     Ok(out)
 }
 
-/// The batches of a table's file in its schema of today, categories as texts.
+/// The batches of a table's file, categories as texts.
 fn typed(spec: &TableSpec, at: &Location, bytes: Bytes) -> Result<Vec<RecordBatch>, Error> {
-    let batches = read::batches_of(bytes).and_then(|batches| {
-        batches.iter().map(|batch| file::flat(spec.table(), batch)).collect::<Result<Vec<_>, _>>()
-    });
-    batches.map_err(|e| {
+    flat(spec, bytes).map_err(|e| {
         Error::Output(format!(
             "cannot read {at}: {e}; remove it and run again: its sessions are then computed anew"
         ))
     })
+}
+
+/// The batches of a table in its schema of today, categories as texts.
+///
+/// # Errors
+/// It is no such table.
+pub(super) fn flat(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, String> {
+    let batches = read::batches_of(bytes)?;
+    batches.iter().map(|batch| file::flat(spec.table(), batch)).collect()
 }
 
 /// Removes the files of their own that sessions had and have no more.
@@ -211,10 +307,18 @@ fn remove_own_files(
     Ok(())
 }
 
-fn remove(at: &Location) -> Result<(), Error> {
-    at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?;
-    if let Some(folder) = at.as_path().and_then(std::path::Path::parent) {
-        let _ = std::fs::remove_dir(folder); // if it was the motorcycle's last
+/// Removes the folders of motorcycles that have nothing in a table any more.
+fn remove_empty_folders(there: &Contents, bikes: &BTreeSet<&str>) {
+    let kind = there.kind;
+    for folder in kind.files().map(|(folder, _)| folder).chain([kind.marker.name]) {
+        for bike in bikes {
+            if let Some(path) = there.root().join(format!("{folder}/bike={bike}")).as_path() {
+                let _ = std::fs::remove_dir(path); // does nothing where it is not empty
+            }
+        }
     }
-    Ok(())
+}
+
+fn remove(at: &Location) -> Result<(), Error> {
+    at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))
 }

@@ -49,6 +49,7 @@ impl Job {
             input_hash,
             pipeline_hash: self.pipeline_hash.clone(),
             version: crate::VERSION.to_owned(),
+            is_old: false,
         }
     }
 }

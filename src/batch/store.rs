@@ -67,7 +67,15 @@ impl Store {
         if migrate::migrate(&found)? {
             found = found.read_again()?;
         }
-        Ok(Store { found, lock, behind: OnceLock::new() })
+        let mut store = Store { found, lock, behind: OnceLock::new() };
+        // what a killed batch has left is settled before anything is staged over it
+        match store.merge() {
+            Ok(true) => store.found = store.found.read_again()?,
+            Ok(false) => {}
+            // at the end of the batch it is tried again, and the error is the batch's
+            Err(e) => tracing::warn!("{e}"),
+        }
+        Ok(store)
     }
 
     /// A worker's access to an output that the process which gave it the work holds open: nothing is
@@ -140,17 +148,17 @@ impl Store {
         file::write_bytes(self.found.staging(&staged.session_id), &bytes)
     }
 
-    /// Takes into the tables what waits: of this batch, and of one that was killed.
+    /// Takes into the tables what waits: of this batch, and of one that was killed. Whether there was anything.
     ///
     /// # Errors
     /// A table cannot be read, or the output not be written; what waits goes on waiting.
-    pub fn merge(&self) -> Result<(), Error> {
+    pub fn merge(&self) -> Result<bool, Error> {
         let now = self.found.read_again()?;
         if now.staged().next().is_none() {
-            return Ok(());
+            return Ok(false);
         }
         self.mark_behind()?;
-        merge::merge(&now)
+        merge::merge(&now, &|| self.lock.check()).map(|()| true)
     }
 
     /// Writes the row of an input that could not be used.

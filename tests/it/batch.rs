@@ -399,6 +399,8 @@ fn an_output_of_before_moves_into_files_per_month() {
     }
     std::fs::remove_file(place.path("logs/b.csv")).expect("removed");
     place.put("out/.roadbench/writing/s-c", "b2");
+    place.put("out/.roadbench/writing/s-torn", "b1");
+    place.put("out/coefficients/bike=b1/s-torn.parquet", "half a session that no marker tells of");
     let run = place.run_with(&work, |_| {}).expect("run");
     assert_eq!((run.unchanged, run.done), (1, 1), "s-c was being written");
     assert_eq!(place.sessions(), ["b1/s b", "b1/s-a", "b2/s-c"]);
@@ -423,6 +425,45 @@ fn a_damaged_table_is_named_and_loses_nothing() {
     assert_eq!(place.sessions(), ["b1/s-a", "b1/s-b", "b2/s-c"]);
     std::fs::remove_file(place.path("logs/b.csv")).expect("removed");
     assert!(place.tables("out").len() == whole.len());
+}
+
+/// What waits may be damaged too, and a table may be removed while others' rows of it stay: both are computed again, and
+/// nothing else is.
+#[test]
+fn what_is_lost_is_computed_again() {
+    let logs = [("a", "s-a|b1|ok"), ("b", "s-b|b1|ok"), ("c", "s-c|b2|ok")];
+    let place = Place::new(&logs);
+    place.run();
+    let whole = place.tables("out");
+
+    // a session that waits is rubbish behind its footer
+    let store = Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
+    let there = store.found().of("s-b")[0].clone();
+    let rubbish = roadbench::batch::work::SessionFile {
+        folder: "coefficients",
+        extension: "parquet",
+        bytes: b"PAR1 rubbish".to_vec(),
+    };
+    store.commit(&there, &[rubbish]).expect("waits");
+    drop(store);
+    let run = place.run();
+    assert_eq!((run.done, run.unchanged), (0, 3), "s-b stayed as it was");
+    assert!(place.tables("out") == whole);
+
+    // one log by itself after the month's table is gone: the other session is not taken for whole
+    std::fs::remove_file(place.path("out/coefficients/bike=b1/2026-05.parquet")).expect("removed");
+    let run = place.run_with(&Script::default(), |s| s.inputs = vec![place.path("logs/a.csv")]);
+    assert_eq!(run.expect("run").done, 1);
+    let run = place.run();
+    assert_eq!((run.done, run.unchanged), (1, 2), "s-b has coefficients again");
+    assert!(place.tables("out") == whole);
+
+    // rows without a commit marker are nobody's
+    let coefficients = place.path("out/coefficients/bike=b2/2026-05.parquet");
+    std::fs::copy(place.path("out/coefficients/bike=b1/2026-05.parquet"), coefficients)
+        .expect("ghosts");
+    place.run_with(&Script::default(), |s| s.force = true).expect("run");
+    assert!(place.tables("out") == whole);
 }
 
 /// A dry run says of every log what the run then does, and why; it writes nothing.

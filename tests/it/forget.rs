@@ -65,7 +65,8 @@ fn what_is_forgotten_is_in_no_table_and_on_no_page() {
 
 #[test]
 fn missing_logs_are_told_from_a_missing_disk() {
-    let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b1|ok"), ("c", "s-c|b2|reject")]);
+    let logs = [("a", "s-a|b1|ok"), ("b", "s-b|b1|ok"), ("c", "s-c|b2|reject"), ("d", "s-d|b2|ok")];
+    let place = Place::new(&logs);
     whole_run(&place);
     let out = place.path("out").into();
     let missing = Which { missing: true, ..Which::default() };
@@ -82,12 +83,12 @@ fn missing_logs_are_told_from_a_missing_disk() {
     let gone = forget(&out, &missing, true).expect("forgotten");
     let logs: Vec<&str> = gone.iter().map(|g| g.session_id.as_str()).collect();
     assert_eq!(logs, ["s-a", "s-c"]);
-    assert_eq!(place.sessions(), ["b1/s-b"]);
+    assert_eq!(place.sessions(), ["b1/s-b", "b2/s-d"]);
 
     std::fs::rename(place.path("logs"), place.path("unmounted")).expect("renamed");
     let why = forget(&out, &missing, true).expect_err("all are gone");
-    assert!(matches!(&why, Error::Usage(m) if m.contains("none of the 1 logs")), "{why}");
-    assert_eq!(place.sessions(), ["b1/s-b"]);
+    assert!(matches!(&why, Error::Usage(m) if m.contains("2 of the 2 logs")), "{why}");
+    assert_eq!(place.sessions(), ["b1/s-b", "b2/s-d"]);
 }
 
 /// Two writers of one report: the second waits, and has seen the tables as they are then.
