@@ -1,6 +1,7 @@
 """The same cluster over an object store: logs and tables are URLs, a worker and the driver are killed, and the tables are
 those of one machine."""
 
+import json
 import os
 import shutil
 import signal
@@ -155,6 +156,11 @@ def test_a_worker_and_the_driver_are_killed(cluster, store, alone, tmp_path):
     assert store.tables("out") == files(alone)
     left = [name for name in store.below("out") if name.startswith(".roadbench/")]
     assert left == []
+
+    # nothing has changed: nothing is computed
+    assert submit(cluster, store, tmp_path, *run).wait(300) == 0
+    done = json.loads(store.below("out")["run.json"])
+    assert (done["computed"], done["unchanged"]) == (0, SOME)
 
 
 def test_a_diagnosis_by_url(cluster, store, archive, tmp_path):

@@ -1,4 +1,4 @@
-//! Takes the sessions that wait ([`staged`](super::staged)) into the tables: each file of a motorcycle and month that they
+//! Takes the sessions that wait ([`mod@staged`]) into the tables: each file of a motorcycle and month that they
 //! concern is written anew, whole, with its sessions in order of id; the commit markers last.
 //!
 //! What waits is removed only when all of it is in: whoever is killed over it leaves it to the next, which does the same

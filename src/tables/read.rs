@@ -183,7 +183,7 @@ pub(super) fn selected(
 /// The type in which instants are read; rows get them as texts.
 const INSTANT: DataType = DataType::Timestamp(TimeUnit::Microsecond, None);
 
-/// The columns of one batch by name, in the types that rows are made from; instants as [`INSTANT`].
+/// The columns of one batch by name, in the types that rows are made from; instants in UTC, without a zone.
 #[derive(Debug)]
 pub struct Columns(BTreeMap<&'static str, ArrayRef>);
 
