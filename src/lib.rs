@@ -51,6 +51,9 @@
 //! The source is Bartolozzi, Massaro, Mottola, Savino (2024), "An enhanced motorcycle tyre
 //! model characterised through experimental riding data"; equation numbers are its own.
 
+// the Python module's own macros write some
+#![cfg_attr(not(feature = "python"), forbid(unsafe_code))]
+
 pub mod statistics;
 
 pub mod objects;
