@@ -37,8 +37,11 @@ struct Group<'a> {
     come: Vec<(&'a Location, &'a Staged)>,
 }
 
-/// A session that comes: its rows by table.
-type Come<'a> = (&'a str, BTreeMap<&'static str, Vec<RecordBatch>>);
+/// A session's rows by table.
+type Rows = BTreeMap<&'static str, Vec<RecordBatch>>;
+
+/// A session that comes, and its rows.
+type Come<'a> = (&'a str, Rows);
 
 /// Whether the output is still ours to write.
 pub type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
@@ -186,13 +189,12 @@ impl Files<'_> {
     }
 
     /// A session's rows by table, and why they cannot be read; its own files are written.
-    #[allow(clippy::type_complexity)]
     fn session(
         &self,
         tables: &[&'static TableSpec],
         id: &str,
         bytes: Bytes,
-    ) -> Result<Result<BTreeMap<&'static str, Vec<RecordBatch>>, String>, Error> {
+    ) -> Result<Result<Rows, String>, Error> {
         let files = match staged::files(bytes) {
             Ok(files) => files,
             Err(e) => return Ok(Err(e)),

@@ -88,11 +88,9 @@ pub fn files(bytes: Bytes) -> Result<Files, String> {
     let mut files = Files::new();
     for batch in reader {
         let batch = batch.map_err(|e| e.to_string())?;
-        let columns = (
-            batch.column(0).as_string_opt::<i32>(),
-            batch.column(1).as_string_opt::<i32>(),
-            batch.column(2).as_binary_opt::<i64>(),
-        );
+        let text = |name: &str| batch.column_by_name(name)?.as_string_opt::<i32>();
+        let content = batch.column_by_name("content").and_then(|c| c.as_binary_opt::<i64>());
+        let columns = (text("folder"), text("extension"), content);
         let (Some(folder), Some(extension), Some(content)) = columns else {
             return Err("its columns are others".to_owned());
         };
