@@ -129,7 +129,7 @@ impl<'a> BikeFiles<'a> {
     }
 
     fn read_bike(&self, bike_id: &str) -> Result<Arc<BikeFile>, Rejection> {
-        let refuse = |code, message| Rejection { stage: "discover", code, message };
+        let refuse = |code, message| Rejection { stage: "discover", code, message, limits: None };
         if bike_id.is_empty() {
             return Err(refuse(
                 "no_bike_id",

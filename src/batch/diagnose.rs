@@ -3,12 +3,15 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
+use super::bikes::BikeFile;
+use super::distributed::What;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
 use super::store::Store;
 use super::work::{Output, SessionFile, Work, encoded};
-use crate::contract::bike::Bike;
 use crate::diagnose::levels::{Member, Pooling, SharedCause};
 use crate::diagnose::{self, Diagnosis, Settings};
 use crate::effects::pooled_effects::{self, PooledEffects};
@@ -29,7 +32,7 @@ pub struct DiagnoseWork {
 }
 
 /// What is shown of a session's diagnosis.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Verdict {
     /// Lines for a terminal, the last one not ended.
     pub summary: String,
@@ -50,13 +53,21 @@ impl Work for DiagnoseWork {
         format!("nulls = {nulls}\nadvise = {advise}\neffects = {}\n", effects.join(", "))
     }
 
+    /// Effects that were chosen are of tests and studies.
+    fn what(&self) -> Option<What> {
+        let Settings { nulls, advise, effects } = &self.settings;
+        let all = Settings::default().effects;
+        let is_all = effects.iter().map(|e| e.name).eq(all.iter().map(|e| e.name));
+        is_all.then_some(What::Diagnose { nulls: *nulls, advise: *advise })
+    }
+
     fn run(
         &self,
         input: &Input<'_>,
-        bike: &Bike,
+        bike: &BikeFile,
         pipeline: &Pipeline,
     ) -> Result<Output<Verdict>, Rejection> {
-        let d = diagnose::run(input, bike, pipeline, &self.settings)?;
+        let d = diagnose::run(input, &bike.bike, pipeline, &self.settings)?;
         let mut files = encoded(&self.tables(&d, input).map_err(|e| Rejection::unwritable(&e))?)
             .map_err(|e| Rejection::unwritable(&e))?;
         if let Some(model) = &d.model {

@@ -35,7 +35,7 @@ impl Found {
     }
 
     fn problem(location: Location, code: &'static str, message: String) -> Self {
-        let problem = Some(Rejection { stage: "discover", code, message });
+        let problem = Some(Rejection { stage: "discover", code, message, limits: None });
         Found { location, problem }
     }
 }

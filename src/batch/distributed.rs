@@ -76,11 +76,11 @@ pub enum What {
 }
 
 impl What {
-    fn run_work(signals: bool) -> RunWork {
+    pub(super) fn run_work(signals: bool) -> RunWork {
         RunWork { signals }
     }
 
-    fn diagnose_work(nulls: usize, advise: bool) -> Result<DiagnoseWork, Error> {
+    pub(super) fn diagnose_work(nulls: usize, advise: bool) -> Result<DiagnoseWork, Error> {
         let settings = diagnose::Settings { nulls, advise, ..diagnose::Settings::default() };
         DiagnoseWork::new(settings).map_err(|e| Error::Usage(format!("nulls: {e}")))
     }
@@ -296,7 +296,7 @@ impl Driver {
 }
 
 /// The pipeline as text, made sure of: it must read back as itself.
-fn resolved(pipeline: &Pipeline) -> Result<String, Error> {
+pub(super) fn resolved(pipeline: &Pipeline) -> Result<String, Error> {
     let fail = |e: String| Error::Internal(format!("pipeline {}: {e}", pipeline.name));
     let text = toml::to_string(pipeline).map_err(|e| fail(e.to_string()))?;
     let back = Pipeline::parse(&text, &pipeline.name).map_err(fail)?;

@@ -100,11 +100,16 @@ pub fn run<W: Work>(
     Ok((accounts, store))
 }
 
-fn pool(jobs: usize, inputs: usize) -> Result<rayon::ThreadPool, Error> {
-    let threads = match jobs {
+/// Logs that are worked on at the same time, as asked for: 0 takes one per core.
+pub(super) fn threads(jobs: usize) -> usize {
+    match jobs {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         jobs => jobs,
-    };
+    }
+}
+
+fn pool(jobs: usize, inputs: usize) -> Result<rayon::ThreadPool, Error> {
+    let threads = threads(jobs);
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.min(inputs).max(1))
         .build()

@@ -78,7 +78,7 @@ fn with_input<T>(
     maps: &Maps,
     then: impl FnOnce(Raw, Input<'_>) -> Result<T, Rejection>,
 ) -> Result<T, Rejection> {
-    let refuse = |code, message| Rejection { stage: "ingest", code, message };
+    let refuse = |code, message| Rejection { stage: "ingest", code, message, limits: None };
     let (at, input_hash) = match &log {
         Log::Table(raw) => (Location::Local(NO_PATH.into()), hash(raw)),
         Log::File(at) => {

@@ -28,6 +28,7 @@ pub mod dispersion;
 pub mod distributed;
 pub mod engine;
 pub mod error;
+pub mod fence;
 #[cfg(feature = "fleet")]
 pub mod fleet;
 pub mod fleet_rows;

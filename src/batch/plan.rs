@@ -160,6 +160,7 @@ pub fn row(
         stage: rejection.stage.to_owned(),
         code: rejection.code.to_owned(),
         message: rejection.message,
+        limits: rejection.limits,
         input_hash,
         version: crate::VERSION.to_owned(),
     }
@@ -228,13 +229,7 @@ fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Reject
     if let Some(problem) = &found.problem {
         return Err(problem.clone());
     }
-    guarded("ingest", || {
-        work.identify(&found.location, maps.list()).map_err(|e| Rejection {
-            stage: "ingest",
-            code: e.code,
-            message: e.message,
-        })
-    })
+    guarded("ingest", || work.identify(&found.location, maps.list()))
 }
 
 /// The first log of a session has its name; a second one is refused.
@@ -248,6 +243,7 @@ fn claim(first: &mut BTreeMap<String, String>, meta: &Meta, log: &str) -> Result
                  session_id, or leave one out",
                 meta.session_id
             ),
+            limits: None,
         });
     }
     first.insert(meta.session_id.clone(), log.to_owned());

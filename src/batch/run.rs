@@ -1,12 +1,13 @@
 //! The work of `roadbench run`: each session's tables by [`pipeline::run`], then the fleet's tables and
 //! the report over all sessions of the output.
 
+use super::bikes::BikeFile;
+use super::distributed::What;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
 use super::store::Store;
 use super::work::{Output, Work, encoded};
-use crate::contract::bike::Bike;
 use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
 use crate::report::{self, Pages};
 use crate::tables::names::{file_name, is_plain};
@@ -28,6 +29,10 @@ impl Work for RunWork {
         &kind::RUN
     }
 
+    fn what(&self) -> Option<What> {
+        Some(What::Run { signals: self.signals })
+    }
+
     fn is_requested(&self, table: &TableSpec) -> bool {
         self.signals && table.is(&registry::SIGNALS)
     }
@@ -35,10 +40,10 @@ impl Work for RunWork {
     fn run(
         &self,
         input: &Input<'_>,
-        bike: &Bike,
+        bike: &BikeFile,
         pipeline: &Pipeline,
     ) -> Result<Output<Outcome>, Rejection> {
-        output(pipeline::run(input, bike, pipeline)?)
+        output(pipeline::run(input, &bike.bike, pipeline)?)
     }
 }
 

@@ -53,7 +53,7 @@ pub fn run<W: Work>(
         Ok(hash) => hash,
         Err(e) => {
             let message = format!("cannot read {}: {e}", job.log);
-            let why = Rejection { stage: "ingest", code: "unreadable", message };
+            let why = Rejection { stage: "ingest", code: "unreadable", message, limits: None };
             return refuse(job, store, why, None);
         }
     };
@@ -69,7 +69,7 @@ pub fn run<W: Work>(
         signals: work.is_requested(&registry::SIGNALS),
     };
     let output = guarded(work.kind().stage, || {
-        work.run(&input, &job.bike.bike, settings.pipeline).and_then(|output| same(job, output))
+        work.run(&input, &job.bike, settings.pipeline).and_then(|output| same(job, output))
     });
     match output {
         Err(why) => refuse(job, store, why, Some(input_hash)),
@@ -91,7 +91,7 @@ fn same<R>(job: &Job, output: Output<R>) -> Result<Output<R>, Rejection> {
          roadbench, please report it",
         job.meta.session_id, output.ident.session_id
     );
-    Err(Rejection { stage: "ingest", code: "internal_error", message })
+    Err(Rejection { stage: "ingest", code: "internal_error", message, limits: None })
 }
 
 fn refuse<R>(

@@ -32,6 +32,8 @@ pub struct Settings<'a> {
 /// made from.
 #[derive(Debug, Default)]
 pub struct Maps {
+    /// Their names and texts.
+    texts: Vec<(String, String)>,
     list: Vec<ChannelMap>,
     /// The hashes of the files, one after the other.
     hashes: Vec<u8>,
@@ -41,6 +43,11 @@ impl Maps {
     /// The maps.
     pub fn list(&self) -> &[ChannelMap] {
         &self.list
+    }
+
+    /// Their names and texts, from which a worker makes them.
+    pub fn given(&self) -> &[(String, String)] {
+        &self.texts
     }
 
     /// BLAKE3 of all of them together.
@@ -70,7 +77,7 @@ impl Maps {
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn parse(texts: &[(String, String)]) -> Result<Self, String> {
-        let mut maps = Maps::default();
+        let mut maps = Maps { texts: texts.to_vec(), ..Maps::default() };
         for (name, text) in texts {
             maps.list.push(ChannelMap::parse(text, name)?);
             maps.hashes.extend_from_slice(blake3::hash(text.as_bytes()).as_bytes());

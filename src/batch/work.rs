@@ -4,8 +4,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use arrow::array::RecordBatch;
 
+use super::bikes::BikeFile;
+use super::distributed::What;
 use super::kind::Kind;
-use crate::contract::bike::Bike;
 use crate::contract::session::Meta;
 use crate::ingest;
 use crate::ingest::map::ChannelMap;
@@ -29,6 +30,11 @@ pub trait Work: Sync {
         String::new()
     }
 
+    /// What a worker process does for it; none where it is done in this process only.
+    fn what(&self) -> Option<What> {
+        None
+    }
+
     /// Whether a table that is written on request is asked for.
     fn is_requested(&self, _table: &TableSpec) -> bool {
         false
@@ -38,8 +44,8 @@ pub trait Work: Sync {
     ///
     /// # Errors
     /// The log cannot be read that far.
-    fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Meta, ingest::Error> {
-        ingest::identify(log, maps)
+    fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Meta, Rejection> {
+        ingest::identify(log, maps).map_err(Rejection::from)
     }
 
     /// From a log to the files of its session.
@@ -49,7 +55,7 @@ pub trait Work: Sync {
     fn run(
         &self,
         input: &Input<'_>,
-        bike: &Bike,
+        bike: &BikeFile,
         pipeline: &Pipeline,
     ) -> Result<Output<Self::Result>, Rejection>;
 }
@@ -108,6 +114,6 @@ pub fn guarded<T>(
             "roadbench failed on this log (\"{text}\"); this is a mistake in roadbench, please \
              report it"
         );
-        Err(Rejection { stage, code: "internal_error", message })
+        Err(Rejection { stage, code: "internal_error", message, limits: None })
     })
 }

@@ -12,6 +12,7 @@ use jiff::civil::Date;
 use jiff::tz::TimeZone;
 
 use crate::batch::engine::{self, Accounts, Intended};
+use crate::batch::fence::{Asked, Fenced};
 use crate::batch::{self, Maps, Settings, State, Work};
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
@@ -57,6 +58,17 @@ pub struct Options {
     /// Only logs that were written since then, a date or a time: 2026-05-01, 2026-05-01T22:00:00Z.
     #[arg(long, value_name = "WHEN", value_parser = moment)]
     since: Option<SystemTime>,
+    /// Memory that one log may take, GB; one that takes more is rejected (too_large). By default 1.5 GB and 40 times
+    /// the log's size, and for all --jobs together no more than the machine has.
+    #[arg(long, value_name = "GB", value_parser = above_zero)]
+    memory_limit: Option<f64>,
+    /// Processor time that one log may take, s; one that takes more is rejected (too_slow). By default a minute and 20 s
+    /// per MB of the log, and more with every null of a diagnosis.
+    #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
+    time_limit: Option<f64>,
+    /// Read the logs in this process instead of in workers: without limits, and one that crashes it ends the batch.
+    #[arg(long)]
+    in_process: bool,
     /// Only tell what would be done with each log, and why; nothing is written.
     #[arg(long)]
     pub dry_run: bool,
@@ -86,6 +98,7 @@ pub struct Given {
     jobs: usize,
     force: bool,
     since: Option<SystemTime>,
+    limits: Asked,
 }
 
 impl Options {
@@ -101,6 +114,9 @@ impl Options {
             progress: Show::Never,
             force: false,
             since: None,
+            memory_limit: None,
+            time_limit: None,
+            in_process: false,
             dry_run: false,
             quiet: true,
         }
@@ -129,11 +145,24 @@ impl Options {
             jobs: self.jobs,
             force: self.force,
             since: self.since,
+            limits: Asked {
+                memory: self.memory_limit,
+                time: self.time_limit,
+                in_process: self.in_process,
+            },
         })
     }
 }
 
 impl Given {
+    /// A work whose logs are read by workers, if not asked otherwise.
+    ///
+    /// # Errors
+    /// As [`Fenced::new`].
+    pub fn fenced<W: Work>(&self, work: W) -> Result<Fenced<W>, Failure> {
+        Ok(Fenced::new(work, &self.settings(), self.limits)?)
+    }
+
     /// As the batch takes them.
     pub fn settings(&self) -> Settings<'_> {
         Settings {
@@ -146,6 +175,14 @@ impl Given {
             force: self.force,
             since: self.since,
         }
+    }
+}
+
+/// A number for a limit.
+fn above_zero(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+        _ => Err("it must be a number above zero".to_owned()),
     }
 }
 

@@ -7,6 +7,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use indicatif::ProgressBar;
 use say::tell;
 
+use crate::batch::fence;
+
 use logging::LogFormat;
 
 pub mod batch;
@@ -97,6 +99,10 @@ pub fn main() -> ExitCode {
 /// Parses the arguments, the program's name first, runs the command, prints what went wrong, and
 /// gives back the exit code.
 pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = T>) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    if arguments.get(1).is_some_and(|first| first == fence::WORKER) {
+        return fence::serve::serve();
+    }
     let arguments = Arguments::parse_from(arguments);
     let bar = ProgressBar::hidden();
     logging::init(arguments.log_format, arguments.verbose, &bar);

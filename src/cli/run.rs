@@ -84,7 +84,7 @@ impl Arguments {
 pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let (start, started) = (Instant::now(), Timestamp::now());
     let given = arguments.read()?;
-    let work = RunWork { signals: arguments.signals };
+    let work = given.fenced(RunWork { signals: arguments.signals })?;
     if arguments.batch.dry_run {
         return dry_run(&given, &work);
     }

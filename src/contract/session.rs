@@ -1,9 +1,11 @@
 //! One riding session in memory: who, when, on what, and its channels on one clock.
 
+use serde::{Deserialize, Serialize};
+
 use super::channel::Channel;
 
 /// What identifies a session; written to every table.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
     /// Unique name of the session.
     pub session_id: String,

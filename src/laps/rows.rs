@@ -1,5 +1,7 @@
 //! Rows of laps, their corners and their points.
 
+use serde::{Deserialize, Serialize};
+
 use super::corners::{corners, sections};
 use super::find::{Found, Kind, Lap};
 use super::grip::{Grip, Known};
@@ -10,13 +12,14 @@ use crate::statistics::order::quantile;
 use crate::tables::rows::{Ident, LapCornerRow, LapPointRow, LapRow};
 
 /// The rows of a track session's laps.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Laps {
     /// Of the table `laps`.
     pub laps: Vec<LapRow>,
     /// Of the table `lap_corners`.
     pub corners: Vec<LapCornerRow>,
-    /// Of the table `lap_points`.
+    /// Of the table `lap_points`; not handed on by workers.
+    #[serde(skip)]
     pub points: Vec<LapPointRow>,
 }
 

@@ -42,7 +42,12 @@ pub fn run(
     let signals = match input.signals {
         true => Some(
             offroad::table::batch(&ride.meta, &estimate, &segments, config.signals_rate).map_err(
-                |message| Rejection { stage: "estimate", code: "internal_error", message },
+                |message| Rejection {
+                    stage: "estimate",
+                    code: "internal_error",
+                    message,
+                    limits: None,
+                },
             )?,
         ),
         false => None,

@@ -1,6 +1,7 @@
 //! What goes into the stages and what comes out of them.
 
 use arrow::array::RecordBatch;
+use serde::{Deserialize, Serialize};
 
 use crate::ingest;
 use crate::laps::Laps;
@@ -9,7 +10,7 @@ use crate::tables::registry::{self, Row, TableSpec};
 use crate::tables::{file, rows};
 
 /// Everything one session gives to the tables.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Outcome {
     /// Its row in `sessions`.
     pub session: rows::SessionRow,
@@ -20,18 +21,22 @@ pub struct Outcome {
     /// Its coefficients.
     pub coefficients: Vec<rows::Coefficient>,
     /// What it tells of each coefficient, error by error; none off-road.
+    #[serde(skip)] // what is shown of a session does without
     pub evidence: Vec<rows::EvidenceRow>,
     /// What the stages noticed.
     pub warnings: Vec<rows::WarningRow>,
     /// Its laps; none where it is not on a track.
     pub laps: Laps,
     /// What the report draws.
+    #[serde(skip)]
     pub plots: Vec<rows::PlotPoint>,
     /// Estimated time series, if asked for.
+    #[serde(skip)]
     pub signals: Option<RecordBatch>,
     /// What the numbers cost that the bike file does not have, a line each; in no table.
     pub costs: Vec<String>,
     /// Tables that no later stage looks at (`pipeline::outcome::table`).
+    #[serde(skip)]
     pub other_tables: Vec<(&'static TableSpec, RecordBatch)>,
 }
 
@@ -84,13 +89,21 @@ pub struct Rejection {
     pub code: &'static str,
     /// For people.
     pub message: String,
+    /// What the log's worker was allowed, where that ended it.
+    pub limits: Option<String>,
+}
+
+impl From<ingest::Error> for Rejection {
+    fn from(e: ingest::Error) -> Self {
+        Rejection { stage: "ingest", code: e.code, message: e.message, limits: None }
+    }
 }
 
 impl Rejection {
     /// Of a table that does not fit its schema: our own mistake.
     pub fn unwritable(e: &file::Error) -> Self {
         let message = format!("{e}; this is a mistake in roadbench, please report it");
-        Rejection { stage: "write", code: "internal_error", message }
+        Rejection { stage: "write", code: "internal_error", message, limits: None }
     }
 }
 

@@ -129,5 +129,6 @@ fn signals(session: &Session, data: &Data, solution: &Solution) -> Result<Record
         stage: "estimate",
         code: "internal_error",
         message,
+        limits: None,
     })
 }

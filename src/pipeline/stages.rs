@@ -29,7 +29,7 @@ use crate::{filter, ingest, segment};
 /// # Errors
 /// It cannot be read.
 pub fn read(input: &Input<'_>) -> Result<ingest::Raw, Rejection> {
-    ingest::read(&input.log, input.maps).map_err(refuse)
+    ingest::read(&input.log, input.maps).map_err(Rejection::from)
 }
 
 /// A log as a clean session on one clock, checked against its bike, unfiltered.
@@ -42,7 +42,7 @@ pub fn prepare(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<(Session, Vec<Warning>), Rejection> {
-    prepare_raw(ingest::read(log, maps).map_err(refuse)?, bike, pipeline)
+    prepare_raw(ingest::read(log, maps).map_err(Rejection::from)?, bike, pipeline)
 }
 
 /// The same of a log that is in memory. Off-road a session without velocity has nothing that could be
@@ -55,15 +55,13 @@ pub fn prepare_raw(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<(Session, Vec<Warning>), Rejection> {
-    let (mut session, mut warnings) = ingest::run(raw, &pipeline.ingest).map_err(refuse)?;
+    let (mut session, mut warnings) =
+        ingest::run(raw, &pipeline.ingest).map_err(Rejection::from)?;
     if pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
-        warnings.extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(refuse)?);
+        warnings
+            .extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(Rejection::from)?);
     }
     Ok((session, warnings))
-}
-
-fn refuse(e: ingest::Error) -> Rejection {
-    Rejection { stage: "ingest", code: e.code, message: e.message }
 }
 
 /// Filters a session in place and finds its manoeuvres.
@@ -146,8 +144,9 @@ pub fn offroad_forces(
     config: &offroad::Config,
 ) -> Result<OffroadForces, Rejection> {
     let mut warnings = filter::run(&mut session, &pipeline.filter);
-    let (estimate, noticed) = offroad::run(&session, bike, config)
-        .map_err(|message| Rejection { stage: "estimate", code: "bad_bike_file", message })?;
+    let (estimate, noticed) = offroad::run(&session, bike, config).map_err(|message| {
+        Rejection { stage: "estimate", code: "bad_bike_file", message, limits: None }
+    })?;
     warnings.extend(noticed);
     let tyres = &estimate.riders[0].tyres;
     let kinematics = &estimate.kinematics;

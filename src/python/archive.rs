@@ -14,6 +14,7 @@ use super::errors;
 use crate::batch::diagnose::DiagnoseWork;
 use crate::batch::distributed::What;
 use crate::batch::engine::Accounts;
+use crate::batch::fence::{Asked, Fenced};
 use crate::batch::run::RunWork;
 use crate::batch::store::Store;
 use crate::batch::summary::Summary;
@@ -121,7 +122,8 @@ impl Given {
 pub fn run(py: Python<'_>, options: &str) -> PyResult<String> {
     let given = Given::read(options)?;
     let (start, started) = (Instant::now(), Timestamp::now());
-    let (accounts, store) = compute(py, &given, &given.run_work())?;
+    let work = Fenced::new(given.run_work(), &given.settings(), Asked::default())?;
+    let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {
             batch::run::finish(&store, Pages::Auto, |_| Ok(()))?;
@@ -142,6 +144,7 @@ pub fn diagnose(py: Python<'_>, options: &str) -> PyResult<String> {
     let settings = crate::diagnose::Settings { nulls, advise, ..Default::default() };
     let work =
         DiagnoseWork::new(settings).map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
+    let work = Fenced::new(work, &given.settings(), Asked::default())?;
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {

@@ -5,6 +5,7 @@
 
 use pyo3::prelude::*;
 
+use crate::batch::fence;
 use crate::cli;
 
 mod archive;
@@ -19,6 +20,14 @@ mod table;
 #[pymodule]
 fn _roadbench(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", crate::VERSION)?;
+    if let Some(python) = executable(module.py())? {
+        fence::started_by(vec![
+            python.into(),
+            "-m".into(),
+            "roadbench".into(),
+            fence::WORKER.into(),
+        ]);
+    }
     module.add_class::<table::Table>()?;
     module.add_class::<table::Schema>()?;
     module.add_class::<distributed::Driver>()?;
@@ -33,6 +42,12 @@ fn _roadbench(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(table::schema_of, module)?)?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     Ok(())
+}
+
+/// The interpreter that this module is loaded into; none where it is embedded in another program.
+fn executable(py: Python<'_>) -> PyResult<Option<String>> {
+    let executable = py.import("sys")?.getattr("executable")?;
+    Ok(executable.extract::<Option<String>>()?.filter(|path| !path.is_empty()))
 }
 
 /// The command line; gives back the exit code.

@@ -107,9 +107,7 @@ impl Source {
             Source::Table(schema, batches) => (schema, batches),
         };
         let known = Meta { session_id: session_id.unwrap_or_default(), ..Meta::default() };
-        let refuse =
-            |e: ingest::Error| Rejection { stage: "ingest", code: e.code, message: e.message };
-        let read = || ingest::read_table(NO_PATH, schema, batches, known).map_err(refuse);
+        let read = || ingest::read_table(NO_PATH, schema, batches, known).map_err(Rejection::from);
         Ok(Log::Table(Box::new(guarded("ingest", read)?)))
     }
 }

@@ -324,6 +324,7 @@ mod tests {
             message: "the file has no rows".into(),
             input_hash: None,
             version: "0".into(),
+            limits: None,
         };
         let rows = [coefficient("front", "mf_d", Some(1.2), None)];
         let rejected = [rejected];

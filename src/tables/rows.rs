@@ -187,6 +187,7 @@ pub struct Rejected {
     pub message: String,
     pub input_hash: Option<String>,
     pub version: String,
+    pub limits: Option<String>,
 }
 
 /// A row of `plots`.

@@ -296,6 +296,7 @@ pub fn generate(out: &Path) {
         message: format!("column `velocity_x` is missing; the file has {HOSTILE}"),
         input_hash: None,
         version: "0.1".into(),
+        limits: None,
     };
     let path = out.join("rejected").join("r.parquet");
     file::write(&path, &[rejected]).expect("rejected");

@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
+use roadbench::batch::bikes::BikeFile;
 use roadbench::batch::contents::Contents;
 use roadbench::batch::kind::{self, Kind};
 use roadbench::batch::work::Output;
 use roadbench::batch::{Accounts, Error, Maps, Settings, State, Watch, Work, engine, run};
-use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Meta;
-use roadbench::ingest;
 use roadbench::ingest::map::ChannelMap;
 use roadbench::objects::Location;
 use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
@@ -41,13 +40,13 @@ impl Work for Script {
         self.signals && table.is(&registry::SIGNALS)
     }
 
-    fn identify(&self, log: &Location, _: &[ChannelMap]) -> Result<Meta, ingest::Error> {
+    fn identify(&self, log: &Location, _: &[ChannelMap]) -> Result<Meta, Rejection> {
         self.identified.fetch_add(1, Ordering::Relaxed);
         let text = std::fs::read_to_string(log.as_path().expect("a file"))
-            .map_err(|e| ingest::Error { code: "unreadable", message: e.to_string() })?;
+            .map_err(|e| rejection_of("unreadable", e.to_string()))?;
         let parts: Vec<&str> = text.trim_end().split('|').collect();
         let [session_id, bike_id, what] = parts[..] else {
-            return Err(ingest::Error { code: "unknown_format", message: "not a script".into() });
+            return Err(rejection_of("unknown_format", "not a script".into()));
         };
         assert_ne!(what, "panic early", "as the script says");
         Ok(Meta {
@@ -60,7 +59,7 @@ impl Work for Script {
     fn run(
         &self,
         input: &Input<'_>,
-        bike: &Bike,
+        bike: &BikeFile,
         _: &Pipeline,
     ) -> Result<Output<Outcome>, Rejection> {
         self.runs.fetch_add(1, Ordering::Relaxed);
@@ -77,7 +76,7 @@ impl Work for Script {
             "reject" => return Err(rejection("row 7 of velocity_x is odd")),
             _ => {}
         }
-        let mut outcome = outcome(parts[0], &bike.bike_id, input);
+        let mut outcome = outcome(parts[0], &bike.bike.bike_id, input);
         // `ok <value> <start time>`
         let words: Vec<&str> = parts[2].split(' ').collect();
         if let [how, value, start] = words[..] {
@@ -93,7 +92,11 @@ impl Work for Script {
 }
 
 fn rejection(message: &str) -> Rejection {
-    Rejection { stage: "ingest", code: "scripted", message: message.to_owned() }
+    rejection_of("scripted", message.to_owned())
+}
+
+fn rejection_of(code: &'static str, message: String) -> Rejection {
+    Rejection { stage: "ingest", code, message, limits: None }
 }
 
 fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {

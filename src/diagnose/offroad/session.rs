@@ -191,7 +191,7 @@ fn too_little(blocks: usize, warnings: &[Warning]) -> Rejection {
         false => format!("no equation is left over to hold the model against: {}", lost.join("; ")),
     };
     let code = if lost.is_empty() { "too_few_manoeuvres" } else { "missing_column" };
-    Rejection { stage: "diagnose", code, message }
+    Rejection { stage: "diagnose", code, message, limits: None }
 }
 
 /// Residuals under the base: rider B on the bike.

@@ -136,7 +136,7 @@ pub fn fitted<'a>(
     bike: &Bike,
     pipeline: &Pipeline,
 ) -> Result<Fitted<'a>, Rejection> {
-    let refuse = |code, message| Rejection { stage: "diagnose", code, message };
+    let refuse = |code, message| Rejection { stage: "diagnose", code, message, limits: None };
     let wheels = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
     if !session.has(Channel::VelocityX) || !wheels.iter().any(|c| session.has(*c)) {
         let message = "a diagnosis needs velocity_x and wheel_speed_front or wheel_speed_rear";

@@ -13,8 +13,10 @@ use crate::objects::{Location, source};
 /// What a file begins (and ends) with.
 pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
-/// Largest chunk after unpacking, bytes.
-const LARGEST: u64 = 1 << 30;
+/// Largest chunk after unpacking, bytes; usual are a few million.
+const LARGEST: u64 = 256 << 20;
+/// What all chunks may come to, bytes, and more per byte of the file: recordings pack to a tenth, rarely to a hundredth.
+const UNPACKED: (u64, u64) = (256 << 20, 1000);
 
 /// A record of the file.
 pub enum Event<'a> {
@@ -79,6 +81,7 @@ pub fn each(log: &Location, take: &mut dyn FnMut(Event<'_>)) -> Result<Scan, Err
     let mut at = MAGIC.len() as u64;
     std::io::copy(&mut file.by_ref().take(at), &mut std::io::sink()).map_err(fail)?;
     let mut body = Vec::new();
+    let mut may_unpack = UNPACKED.0.saturating_add(size.saturating_mul(UNPACKED.1));
     loop {
         let left = size.saturating_sub(at);
         let mut head = [0; 9];
@@ -101,7 +104,17 @@ pub fn each(log: &Location, take: &mut dyn FnMut(Event<'_>)) -> Result<Scan, Err
         body.clear();
         file.by_ref().take(length).read_to_end(&mut body).map_err(fail)?;
         match head[0] {
-            op::CHUNK => chunk(&body, &mut scan, take),
+            op::CHUNK => {
+                let unpacked = chunk(&body, &mut scan, take);
+                match may_unpack.checked_sub(unpacked) {
+                    Some(rest) => may_unpack = rest,
+                    // no recording grows like this
+                    None => {
+                        scan.cut = Some(at);
+                        break;
+                    }
+                }
+            }
             // behind it is the summary
             op::DATA_END | op::FOOTER => break,
             0 => {
@@ -131,7 +144,14 @@ fn record(code: u8, body: &[u8], take: &mut dyn FnMut(Event<'_>)) {
         });
         return;
     }
-    if !matches!(code, op::SCHEMA | op::CHANNEL | op::METADATA) {
+    // the library makes room for what a length claims before it looks
+    let claims: &[Field] = match code {
+        op::SCHEMA => &[Field::Skip(2), Field::Long, Field::Long, Field::Long],
+        op::CHANNEL => &[Field::Skip(4), Field::Long, Field::Long, Field::Pairs],
+        op::METADATA => &[Field::Long, Field::Pairs],
+        _ => return,
+    };
+    if !holds(body, claims) {
         return;
     }
     match mcap::parse_record(code, body) {
@@ -157,39 +177,85 @@ fn record(code: u8, body: &[u8], take: &mut dyn FnMut(Event<'_>)) {
     }
 }
 
-fn chunk(body: &[u8], scan: &mut Scan, take: &mut dyn FnMut(Event<'_>)) {
+/// A part of a record.
+enum Field {
+    /// So many bytes.
+    Skip(usize),
+    /// A length of four bytes, and as many bytes as it says.
+    Long,
+    /// The same, full of such parts.
+    Pairs,
+}
+
+/// Whether a record holds what its lengths claim.
+fn holds(mut body: &[u8], fields: &[Field]) -> bool {
+    /// What a length claims, taken off the front.
+    fn long<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
+        let (length, behind) = rest.split_first_chunk::<4>()?;
+        let (claimed, behind) = behind.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        *rest = behind;
+        Some(claimed)
+    }
+    fields.iter().all(|field| match field {
+        Field::Skip(bytes) => {
+            let rest = body.get(*bytes..);
+            body = rest.unwrap_or_default();
+            rest.is_some()
+        }
+        Field::Long => long(&mut body).is_some(),
+        Field::Pairs => long(&mut body).is_some_and(|mut pairs| {
+            while !pairs.is_empty() {
+                if long(&mut pairs).is_none() {
+                    return false;
+                }
+            }
+            true
+        }),
+    })
+}
+
+/// The records of a chunk; gives back how many bytes it was unpacked.
+fn chunk(body: &[u8], scan: &mut Scan, take: &mut dyn FnMut(Event<'_>)) -> u64 {
+    // start 8, end 8, size 8, checksum 4, name of the compression; then the records, whose length is held against the body
+    let claims = [Field::Skip(28), Field::Long];
+    if !holds(body, &claims) {
+        scan.bad_chunks += 1;
+        return 0;
+    }
     let Ok(Record::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
         scan.bad_chunks += 1;
-        return;
+        return 0;
     };
-    let unpacked = unpack(&header.compression, &data).filter(|unpacked| {
-        header.uncompressed_crc == 0 || crc32fast::hash(unpacked) == header.uncompressed_crc
-    });
-    match unpacked {
-        Some(unpacked) => within(&unpacked, take),
-        None => {
+    let mut unpacked = Vec::new();
+    let is_whole = unpack(&header.compression, &data, &mut unpacked).is_some()
+        && unpacked.len() as u64 <= LARGEST
+        && [0, crc32fast::hash(&unpacked)].contains(&header.uncompressed_crc);
+    match is_whole {
+        true => within(&unpacked, take),
+        false => {
             scan.bad_chunks += 1;
             let span = header.message_end_time.saturating_sub(header.message_start_time);
             scan.lost += span as f64 * 1e-9;
         }
     }
+    unpacked.len() as u64
 }
 
-fn unpack(compression: &str, data: &[u8]) -> Option<Vec<u8>> {
-    let mut out = Vec::new();
+/// Unpacks the records of a chunk, as far as they go.
+fn unpack(compression: &str, data: &[u8], out: &mut Vec<u8>) -> Option<()> {
     match compression {
         "" => out.extend_from_slice(data),
         "zstd" => {
             let decoder = zstd::stream::read::Decoder::new(data).ok()?;
-            decoder.take(LARGEST).read_to_end(&mut out).ok()?;
+            decoder.take(LARGEST + 1).read_to_end(out).ok()?;
         }
         "lz4" => {
             let decoder = lz4_flex::frame::FrameDecoder::new(data);
-            decoder.take(LARGEST).read_to_end(&mut out).ok()?;
+            decoder.take(LARGEST + 1).read_to_end(out).ok()?;
         }
         _ => return None,
     }
-    Some(out)
+    Some(())
 }
 
 /// The records of a chunk.

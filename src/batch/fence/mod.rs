@@ -1,0 +1,285 @@
+//! Each log in a process of its own that may die: a log is foreign input to native parsers.
+//!
+//! ```text
+//! engine -> Fenced (a Work) -> pool: an idle worker, or a new one -> child: question, answer, deadline -> serve (the worker)
+//!              quarantine        limits of memory and time             wire: frames over the pipes         sandbox
+//! ```
+//!
+//! [`Fenced`] does what the work in it does, in workers: processes of the same program that read logs and give back the
+//! files of a session through a pipe. They can write nothing and reach no network ([`sandbox`]). A worker that
+//! crashes, or goes beyond its limits, costs the batch one log: a row of `rejected` with the code `crashed`,
+//! `too_large` or `too_slow` and the limits that it had. As long as its bytes, the limits and roadbench are the same, it
+//! is not tried again ([`quarantine`]).
+
+use std::ffi::OsString;
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use self::child::{Child, Ended};
+pub use self::limits::{Asked, Limits};
+use self::quarantine::Quarantine;
+use self::wire::{Answer, Place, Question, Setup};
+use super::bikes::BikeFile;
+use super::distributed::What;
+use super::error::Error;
+use super::kind::Kind;
+use super::plan::hash_file;
+use super::settings::Settings;
+use super::work::{Output, SessionFile, Work};
+use crate::contract::session::Meta;
+use crate::ingest::map::ChannelMap;
+use crate::objects::{Location, source};
+use crate::pipeline::{Input, Pipeline, Rejection};
+use crate::tables::registry::{self, TableSpec};
+
+mod child;
+mod limits;
+mod quarantine;
+mod sandbox;
+pub mod serve;
+mod wire;
+
+/// First argument of the program that makes it a worker.
+pub const WORKER: &str = "__worker";
+
+/// What starts a worker: the program and its arguments.
+static PROGRAM: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Says what starts a worker where it is not this very program, as in a Python process. The first word wins.
+pub fn started_by(program: Vec<OsString>) {
+    let _ = PROGRAM.set(program);
+}
+
+fn program() -> Vec<OsString> {
+    PROGRAM.get().cloned().unwrap_or_else(|| {
+        // also where the file was replaced or removed meanwhile
+        let own = match cfg!(target_os = "linux") {
+            true => "/proc/self/exe".into(),
+            false => std::env::current_exe().map(Into::into).unwrap_or_else(|_| "roadbench".into()),
+        };
+        vec![own, WORKER.into()]
+    })
+}
+
+/// A work whose logs are read by workers.
+#[derive(Debug)]
+pub struct Fenced<W> {
+    work: W,
+    /// None where logs are read in this process.
+    pool: Option<Pool>,
+}
+
+/// Workers, started as they are needed.
+#[derive(Debug)]
+struct Pool {
+    setup: Setup,
+    asked: Asked,
+    jobs: usize,
+    idle: Mutex<Vec<Child>>,
+    quarantine: Quarantine,
+}
+
+impl<W: Work> Fenced<W> {
+    /// Puts a work behind the fence. A work that no worker knows, and one whose workers cannot be started, is done in
+    /// this process; the latter is said.
+    ///
+    /// # Errors
+    /// The pipeline cannot be written as text: our own mistake.
+    pub fn new(work: W, settings: &Settings<'_>, asked: Asked) -> Result<Self, Error> {
+        let Some(what) = work.what().filter(|_| !asked.in_process) else {
+            return Ok(Fenced::open(work));
+        };
+        let setup = Setup {
+            version: crate::VERSION.to_owned(),
+            pipeline: super::distributed::resolved(settings.pipeline)?,
+            maps: settings.maps.given().to_vec(),
+            what,
+            // logs in an object store are fetched by the worker
+            offline: !settings.inputs.iter().any(Location::is_remote),
+        };
+        let first = match Child::start(&program(), &setup) {
+            Ok(child) => child,
+            Err(e) => {
+                tracing::warn!(
+                    "no worker process can be started ({e}): logs are read in this process, without limits"
+                );
+                return Ok(Fenced::open(work));
+            }
+        };
+        let quarantine = match settings.force {
+            true => Quarantine::default(),
+            false => Quarantine::read(settings.out),
+        };
+        let idle = Mutex::new(vec![first]);
+        let jobs = super::engine::threads(settings.jobs);
+        Ok(Fenced { work, pool: Some(Pool { setup, asked, jobs, idle, quarantine }) })
+    }
+
+    /// Without a fence.
+    pub fn open(work: W) -> Self {
+        Fenced { work, pool: None }
+    }
+
+    /// The work in it.
+    pub fn inner(&self) -> &W {
+        &self.work
+    }
+}
+
+impl Pool {
+    /// What a worker may use for a log.
+    fn limits(&self, log: &Location) -> Limits {
+        let bytes = source::stat(log).map_or(0, |s| s.size);
+        self.asked.limits(bytes, self.jobs, self.setup.what.effort())
+    }
+
+    /// Asks a worker; one that served before and fails may have failed by what it served: then a fresh one is asked.
+    fn ask(
+        &self,
+        question: &Question,
+        limits: &Limits,
+        stage: &'static str,
+    ) -> Result<(Answer, Vec<u8>), Rejection> {
+        loop {
+            let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+            let mut child = match idle {
+                Some(child) => child,
+                None => Child::start(&program(), &self.setup).map_err(|e| {
+                    let message = format!("no worker process can be started: {e}; run again");
+                    Rejection { stage, code: "internal_error", message, limits: None }
+                })?,
+            };
+            let is_fresh = child.is_fresh();
+            match child.ask(question, limits) {
+                Ok(answer) => {
+                    self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(child);
+                    return Ok(answer);
+                }
+                Err(_) if !is_fresh => {} // never more often than there are workers
+                Err(ended) => return Err(refused(ended, limits, stage)),
+            }
+        }
+    }
+}
+
+/// The rejection of a log that a worker did not survive.
+fn refused(ended: Ended, limits: &Limits, stage: &'static str) -> Rejection {
+    let (code, message) = match ended {
+        Ended::Memory => (
+            "too_large",
+            format!(
+                "it takes more than {} of memory to read, and its worker was ended: a damaged log, or a large one; for the \
+                 latter give more (--memory-limit GB)",
+                limits.memory_text()
+            ),
+        ),
+        Ended::Time => (
+            "too_slow",
+            format!(
+                "it was not done after {} of processor time, and its worker was ended: a damaged log, or a long one; for \
+                 the latter give more (--time-limit SECONDS)",
+                limits.time_text()
+            ),
+        ),
+        Ended::Crash(how) => (
+            "crashed",
+            format!(
+                "its worker crashed ({how}); this is a mistake in roadbench, please report it with the log"
+            ),
+        ),
+    };
+    Rejection { stage, code, message, limits: Some(limits.to_string()) }
+}
+
+impl<W: Work> Work for Fenced<W>
+where
+    W::Result: Serialize + DeserializeOwned,
+{
+    type Result = W::Result;
+
+    fn kind(&self) -> &'static Kind {
+        self.work.kind()
+    }
+
+    fn settings(&self) -> String {
+        self.work.settings()
+    }
+
+    fn is_requested(&self, table: &TableSpec) -> bool {
+        self.work.is_requested(table)
+    }
+
+    fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Meta, Rejection> {
+        let Some(pool) = &self.pool else { return self.work.identify(log, maps) };
+        let limits = pool.limits(log);
+        if !pool.quarantine.is_empty()
+            && let Ok(hash) = hash_file(log)
+            && let Some(known) = pool.quarantine.of(&hash, &limits)
+        {
+            return Err(known);
+        }
+        match pool.ask(&Question::Identify { log: Place::of(log) }, &limits, "ingest")? {
+            (Answer::Identified(meta), _) => Ok(meta),
+            (answer, _) => Err(answer.into_rejection("ingest", &limits)),
+        }
+    }
+
+    fn run(
+        &self,
+        input: &Input<'_>,
+        bike: &BikeFile,
+        pipeline: &Pipeline,
+    ) -> Result<Output<W::Result>, Rejection> {
+        let Some(pool) = &self.pool else { return self.work.run(input, bike, pipeline) };
+        let stage = self.work.kind().stage;
+        let limits = pool.limits(&input.log);
+        if let Some(known) = pool.quarantine.of(&input.input_hash, &limits) {
+            return Err(known);
+        }
+        let question = Question::Run {
+            log: Place::of(&input.log),
+            input_hash: input.input_hash.clone(),
+            pipeline_hash: input.pipeline_hash.clone(),
+            bike_id: bike.bike.bike_id.clone(),
+            bike: bike.text.clone(),
+            signals: input.signals,
+        };
+        match pool.ask(&question, &limits, stage)? {
+            (Answer::Done { ident, samples, files, result }, body) => {
+                let unreadable =
+                    |how: &str| refused(Ended::Crash(format!("its answer {how}")), &limits, stage);
+                let files = cut(&files, body).ok_or_else(|| unreadable("has no whole files"))?;
+                let result =
+                    serde_json::from_value(result).map_err(|e| unreadable(&e.to_string()))?;
+                Ok(Output { ident, samples, files, result })
+            }
+            (answer, _) => Err(answer.into_rejection(stage, &limits)),
+        }
+    }
+}
+
+/// The files in the body of an answer.
+fn cut(files: &[wire::File], body: Vec<u8>) -> Option<Vec<SessionFile>> {
+    let mut rest = body.as_slice();
+    let mut out = Vec::with_capacity(files.len());
+    for file in files {
+        let (bytes, behind) = rest.split_at_checked(usize::try_from(file.bytes).ok()?)?;
+        rest = behind;
+        let folder = registry::folders().find(|name| *name == file.folder)?;
+        let extension = ["parquet", "toml"].into_iter().find(|e| *e == file.extension)?;
+        out.push(SessionFile { folder, extension, bytes: bytes.to_vec() });
+    }
+    rest.is_empty().then_some(out)
+}
+
+impl What {
+    /// How much longer it takes than a run.
+    fn effort(&self) -> f64 {
+        match self {
+            What::Run { .. } => 1.0,
+            What::Diagnose { nulls, .. } => 10.0 + *nulls as f64,
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The worker: answers questions about logs, one at a time, until nobody asks any more.
+
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::sync::mpsc::channel;
+
+use serde::Serialize;
+
+use super::sandbox;
+use super::wire::{self, Answer, Asked, File, Question, Setup};
+use crate::batch::bikes::BikeFile;
+use crate::batch::distributed::What;
+use crate::batch::settings::Maps;
+use crate::batch::work::{Work, guarded};
+use crate::contract::bike::Bike;
+use crate::pipeline::{Input, Pipeline, Rejection};
+
+/// Longest question, bytes of its body: it has none.
+const NO_BODY: u64 = 0;
+
+/// Serves the process at the other end of standard input and output, and ends with it; gives back the exit code.
+pub fn serve() -> u8 {
+    match work() {
+        Ok(()) => 0,
+        Err(e) => {
+            let _ = writeln!(io::stderr(), "{e}");
+            1
+        }
+    }
+}
+
+fn work() -> Result<(), String> {
+    let text = |e: io::Error| e.to_string();
+    let (setup, _): (Setup, _) = wire::receive(&mut io::stdin(), NO_BODY).map_err(text)?;
+    // before there are threads: each takes its rights from the one that starts it
+    sandbox::enter(setup.offline);
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
+    one.map_err(|e| e.to_string())?;
+    let pipeline = Pipeline::parse(&setup.pipeline, "pipeline")?;
+    let maps = Maps::parse(&setup.maps)?;
+    match setup.what {
+        What::Run { signals } => answers(&What::run_work(signals), &pipeline, &maps),
+        What::Diagnose { nulls, advise } => {
+            let work = What::diagnose_work(nulls, advise).map_err(|e| e.to_string())?;
+            answers(&work, &pipeline, &maps)
+        }
+    }
+}
+
+fn answers<W: Work<Result: Serialize>>(
+    work: &W,
+    pipeline: &Pipeline,
+    maps: &Maps,
+) -> Result<(), String> {
+    let mut to = BufWriter::new(io::stdout());
+    let ready = Answer::Ready { version: crate::VERSION.to_owned() };
+    wire::send(&mut to, &ready, &[]).map_err(|e| e.to_string())?;
+    let (sender, questions) = channel();
+    std::thread::spawn(move || {
+        while let Ok((asked, _)) = wire::receive::<Asked<Question>>(&mut io::stdin(), NO_BODY) {
+            if sender.send(asked).is_err() {
+                break;
+            }
+        }
+        // whoever asks is gone: what is under way is for nobody
+        std::process::exit(0);
+    });
+    for Asked { memory, question } in questions {
+        sandbox::limit_memory(memory);
+        let (answer, bodies) = answer(work, pipeline, maps, question);
+        let bodies: Vec<&[u8]> = bodies.iter().map(Vec::as_slice).collect();
+        wire::send(&mut to, &answer, &bodies).map_err(|e| e.to_string())?;
+    }
+    Ok(())
+}
+
+/// The answer, and the files that go with it.
+fn answer<W: Work<Result: Serialize>>(
+    work: &W,
+    pipeline: &Pipeline,
+    maps: &Maps,
+    question: Question,
+) -> (Answer, Vec<Vec<u8>>) {
+    let done = match question {
+        Question::Identify { log } => {
+            let log = log.location();
+            guarded("ingest", || work.identify(&log, maps.list()))
+                .map(|meta| (Answer::Identified(meta), Vec::new()))
+        }
+        Question::Run { log, input_hash, pipeline_hash, bike_id, bike, signals } => {
+            let maps = maps.list();
+            let input = Input { log: log.location(), maps, input_hash, pipeline_hash, signals };
+            guarded(work.kind().stage, || session(work, pipeline, &input, &bike_id, bike))
+        }
+    };
+    done.unwrap_or_else(|why| {
+        let Rejection { stage, code, message, .. } = why;
+        let (stage, code) = (stage.to_owned(), code.to_owned());
+        (Answer::Rejected { stage, code, message }, Vec::new())
+    })
+}
+
+fn session<W: Work<Result: Serialize>>(
+    work: &W,
+    pipeline: &Pipeline,
+    input: &Input<'_>,
+    bike_id: &str,
+    bike: String,
+) -> Result<(Answer, Vec<Vec<u8>>), Rejection> {
+    let own = |message: String| Rejection {
+        stage: work.kind().stage,
+        code: "internal_error",
+        message,
+        limits: None,
+    };
+    let parsed = Bike::parse(&bike, bike_id, Path::new(bike_id)).map_err(|e| own(e.to_string()))?;
+    let bike =
+        BikeFile { bike: parsed, text: bike, pipeline_hash: String::new() /* nobody asks */ };
+    let output = work.run(input, &bike, pipeline)?;
+    let result = serde_json::to_value(&output.result).map_err(|e| own(e.to_string()))?;
+    let file = |f: &crate::batch::work::SessionFile| File {
+        folder: f.folder.to_owned(),
+        extension: f.extension.to_owned(),
+        bytes: f.bytes.len() as u64,
+    };
+    let files = output.files.iter().map(file).collect();
+    let answer = Answer::Done { ident: output.ident, samples: output.samples, files, result };
+    Ok((answer, output.files.into_iter().map(|f| f.bytes).collect()))
+}
