@@ -19,6 +19,7 @@ mod effects;
 mod export;
 mod extended_ride;
 mod extended_tyre;
+mod fence;
 mod fit;
 mod fleet;
 mod forget;

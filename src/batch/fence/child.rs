@@ -44,6 +44,8 @@ pub struct Child {
     /// Gives back its last words.
     words: Option<JoinHandle<String>>,
     asked: usize,
+    /// What it may do beyond reading.
+    pub may: Vec<String>,
 }
 
 impl Child {
@@ -76,10 +78,13 @@ impl Child {
                 }
             });
         }
-        let mut child = Child { process, to, answers, words, asked: 0 };
+        let mut child = Child { process, to, answers, words, asked: 0, may: Vec::new() };
         child.send(setup).map_err(|e| e.to_string())?;
         match child.answers.recv_timeout(START) {
-            Ok(Ok((Answer::Ready { version }, _))) if version == crate::VERSION => Ok(child),
+            Ok(Ok((Answer::Ready { version, may }, _))) if version == crate::VERSION => {
+                child.may = may;
+                Ok(child)
+            }
             Ok(Ok(_)) => Err("it is another roadbench".to_owned()),
             _ => Err(format!("it did not get ready ({})", child.last_word())),
         }

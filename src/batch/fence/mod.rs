@@ -44,6 +44,9 @@ mod wire;
 /// First argument of the program that makes it a worker.
 pub const WORKER: &str = "__worker";
 
+/// Stage of a rejection of a log that does not get as far as telling whose it is.
+const IDENTIFY: &str = "ingest";
+
 /// What starts a worker: the program and its arguments.
 static PROGRAM: OnceLock<Vec<OsString>> = OnceLock::new();
 
@@ -108,6 +111,7 @@ impl<W: Work> Fenced<W> {
                 return Ok(Fenced::open(work));
             }
         };
+        tracing::debug!("workers may, beyond reading: {:?}", first.may);
         let quarantine = match settings.force {
             true => Quarantine::default(),
             false => Quarantine::read(settings.out),
@@ -216,13 +220,14 @@ where
         let limits = pool.limits(log);
         if !pool.quarantine.is_empty()
             && let Ok(hash) = hash_file(log)
-            && let Some(known) = pool.quarantine.of(&hash, &limits)
+            // one that ended its worker later tells whose it is as before
+            && let Some(known) = pool.quarantine.of(&hash, &limits).filter(|k| k.stage == IDENTIFY)
         {
             return Err(known);
         }
-        match pool.ask(&Question::Identify { log: Place::of(log) }, &limits, "ingest")? {
+        match pool.ask(&Question::Identify { log: Place::of(log) }, &limits, IDENTIFY)? {
             (Answer::Identified(meta), _) => Ok(meta),
-            (answer, _) => Err(answer.into_rejection("ingest", &limits)),
+            (answer, _) => Err(answer.into_rejection(IDENTIFY, &limits)),
         }
     }
 

@@ -53,7 +53,7 @@ fn answers<W: Work<Result: Serialize>>(
     maps: &Maps,
 ) -> Result<(), String> {
     let mut to = BufWriter::new(io::stdout());
-    let ready = Answer::Ready { version: crate::VERSION.to_owned() };
+    let ready = Answer::Ready { version: crate::VERSION.to_owned(), may: sandbox::rights() };
     wire::send(&mut to, &ready, &[]).map_err(|e| e.to_string())?;
     let (sender, questions) = channel();
     std::thread::spawn(move || {

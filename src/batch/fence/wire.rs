@@ -57,8 +57,8 @@ pub enum Question {
 /// What a worker answers.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Answer {
-    /// It is ready.
-    Ready { version: String },
+    /// It is ready; what it still may do beyond reading, as it tried.
+    Ready { version: String, may: Vec<String> },
     /// Whose log it is.
     Identified(Meta),
     /// The files of its session, which are the body, one after the other.
