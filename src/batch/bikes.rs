@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::error::Error;
-use super::settings::Maps;
+use super::settings::{Maps, content};
 use crate::contract::bike::{self, Bike};
 use crate::effects::Who;
 use crate::ingest::UNREACHABLE;
@@ -44,7 +44,7 @@ impl BikeFile {
         let bike = Bike::parse(&text, bike_id, path)?;
         let mut hasher = blake3::Hasher::new();
         hasher.update(settings);
-        hasher.update(text.as_bytes());
+        hasher.update(content(&text).as_bytes());
         let pipeline_hash = hasher.finalize().to_hex().to_string();
         Ok(BikeFile { bike, text, pipeline_hash })
     }

@@ -10,8 +10,9 @@ use walkdir::WalkDir;
 
 use super::error::Error;
 use super::kind::Kind;
-use super::marker::{self, Committed};
+use super::marker::{self, Committed, Key};
 use super::parts;
+use super::plan::hash_file;
 use super::staged::{self, Staged};
 use crate::objects::url::Url;
 use crate::objects::{Location, Stat, client};
@@ -26,10 +27,14 @@ pub struct Contents {
     root: Location,
     /// The files with commit markers.
     markers: BTreeMap<Location, Marker>,
-    /// Sessions whose tables wait to be taken in, by id, and their files.
-    staged: BTreeMap<String, (Location, Staged)>,
-    /// By id; more than one only where somebody copied a session to another bike.
-    sessions: BTreeMap<String, Vec<Committed>>,
+    /// Sessions whose tables wait to be taken in, and their files.
+    staged: BTreeMap<Key, (Location, Staged)>,
+    /// More than one of a key only where somebody copied a file.
+    sessions: BTreeMap<Key, Vec<Committed>>,
+    /// Who was made from a log of that name.
+    by_path: BTreeMap<String, Vec<Key>>,
+    /// Who was made from such bytes.
+    by_hash: BTreeMap<String, Vec<Key>>,
     /// Of an object store: everything that is there, but the report.
     names: Option<BTreeMap<Location, Stat>>,
 }
@@ -88,6 +93,8 @@ impl Contents {
             markers: BTreeMap::new(),
             staged: BTreeMap::new(),
             sessions: BTreeMap::new(),
+            by_path: BTreeMap::new(),
+            by_hash: BTreeMap::new(),
             names: None,
         }
     }
@@ -121,13 +128,20 @@ impl Contents {
             }
         }
         for row in now.markers.values().flat_map(|m| &m.rows) {
-            if !now.staged.contains_key(&row.session_id) {
-                now.sessions.entry(row.session_id.clone()).or_default().push(row.clone());
+            let key = row.key();
+            if !now.staged.contains_key(&key) {
+                now.sessions.entry(key).or_default().push(row.clone());
             }
         }
-        for (_, staged) in now.staged.values() {
+        for (key, (_, staged)) in &now.staged {
             if let Some(made) = &staged.made {
-                now.sessions.insert(staged.session_id.clone(), vec![made.clone()]);
+                now.sessions.insert(key.clone(), vec![made.clone()]);
+            }
+        }
+        for (key, rows) in &now.sessions {
+            for row in rows {
+                now.by_path.entry(row.path.clone()).or_default().push(key.clone());
+                now.by_hash.entry(row.input_hash.clone()).or_default().push(key.clone());
             }
         }
         Ok(now)
@@ -155,13 +169,24 @@ impl Contents {
     }
 
     /// What is there of a session.
-    pub fn of(&self, session_id: &str) -> &[Committed] {
-        self.sessions.get(session_id).map(Vec::as_slice).unwrap_or_default()
+    pub fn of(&self, key: &Key) -> &[Committed] {
+        self.sessions.get(key).map(Vec::as_slice).unwrap_or_default()
+    }
+
+    /// Who was made from a log of that name.
+    pub fn made_from(&self, path: &str) -> &[Key] {
+        self.by_path.get(path).map(Vec::as_slice).unwrap_or_default()
+    }
+
+    /// What was made from such bytes.
+    pub fn of_bytes<'a>(&'a self, input_hash: &'a str) -> impl Iterator<Item = &'a Committed> {
+        let keys = self.by_hash.get(input_hash).into_iter().flatten();
+        keys.flat_map(|key| self.of(key)).filter(move |row| row.input_hash == input_hash)
     }
 
     /// What a session's tables were made from, if it is there once.
-    pub fn input_hash(&self, session_id: &str) -> Option<String> {
-        match self.of(session_id) {
+    pub fn input_hash(&self, key: &Key) -> Option<String> {
+        match self.of(key) {
             [one] => Some(one.input_hash.clone()),
             _ => None,
         }
@@ -184,7 +209,19 @@ impl Contents {
 
     /// Adds a session that is known to be there.
     pub fn add(&mut self, row: Committed) {
-        self.sessions.entry(row.session_id.clone()).or_default().push(row);
+        self.sessions.entry(row.key()).or_default().push(row);
+    }
+
+    /// Another log with the same bytes, whose session is there: the same ride must not count twice.
+    pub fn copied_from<'a>(&'a self, wanted: &'a Committed) -> Option<&'a Committed> {
+        let own = wanted.key();
+        self.of_bytes(&wanted.input_hash).find(|row| {
+            let is_same = || {
+                let at = Location::parse(&row.path).ok();
+                at.and_then(|at| hash_file(&at).ok()).is_some_and(|hash| hash == row.input_hash)
+            };
+            row.key() != own && row.path != wanted.path && is_same()
+        })
     }
 
     /// Why the session has to be computed; `None` when its tables are there, whole, and made from
@@ -194,9 +231,14 @@ impl Contents {
         wanted: &Committed,
         is_requested: impl Fn(&TableSpec) -> bool,
     ) -> Option<Stale> {
-        let [there] = self.of(&wanted.session_id) else { return Some(Stale::New) };
+        let key = wanted.key();
+        let [there] = self.of(&key) else {
+            let is_other =
+                |k: &Key| k.session_id == wanted.session_id && k.bike_id != wanted.bike_id;
+            let moved = self.made_from(&wanted.path).iter().any(is_other);
+            return Some(if moved { Stale::Bike } else { Stale::New });
+        };
         let differs = [
-            (there.bike_id != wanted.bike_id, Stale::Bike),
             (there.input_hash != wanted.input_hash, Stale::Log),
             (there.path != wanted.path, Stale::Moved),
             (there.pipeline_hash != wanted.pipeline_hash, Stale::Settings),
@@ -205,7 +247,7 @@ impl Contents {
         if let Some((_, why)) = differs.into_iter().find(|(differs, _)| *differs) {
             return Some(why);
         }
-        let staged = self.staged.get(&wanted.session_id).map(|(_, staged)| staged);
+        let staged = self.staged.get(&key).map(|(_, staged)| staged);
         let has = |spec: &TableSpec| match staged {
             Some(staged) => staged.folders.iter().any(|folder| folder == spec.name),
             None => self.has(&self.table(spec, there)),
@@ -228,13 +270,13 @@ impl Contents {
     }
 
     /// Where a session's tables wait to be taken in.
-    pub fn staging(&self, session_id: &str) -> Location {
-        let file = file_name(session_id);
+    pub fn staging(&self, key: &Key) -> Location {
+        let file = file_name(&format!("{}/{}", key.bike_id, key.session_id));
         self.root.join(format!("{}/{file}.{}", self.kind.staged, staged::EXTENSION))
     }
 
     /// The sessions of a folder that wait to be taken in.
-    fn local_staged(&self) -> BTreeMap<String, (Location, Staged)> {
+    fn local_staged(&self) -> BTreeMap<Key, (Location, Staged)> {
         let folder = self.root.join(self.kind.staged);
         let entries = folder.as_path().and_then(|f| std::fs::read_dir(f).ok());
         let entries = entries.into_iter().flatten().filter_map(|e| Some(e.ok()?.path()));
@@ -248,7 +290,7 @@ impl Contents {
     fn fetch_staged(
         &self,
         names: &BTreeMap<Location, Stat>,
-    ) -> Result<BTreeMap<String, (Location, Staged)>, Error> {
+    ) -> Result<BTreeMap<Key, (Location, Staged)>, Error> {
         let folder = self.root.join(self.kind.staged);
         let files = names.keys().filter(|n| n.starts_with(&folder));
         let files: Vec<&Location> = files.filter(|n| n.has_extension(staged::EXTENSION)).collect();
@@ -351,11 +393,11 @@ fn kept(at: Location, stamp: Stat, rows: Option<Vec<Committed>>) -> Option<(Loca
     }
 }
 
-fn by_session(heads: Vec<(Location, Option<Staged>)>) -> BTreeMap<String, (Location, Staged)> {
+fn by_session(heads: Vec<(Location, Option<Staged>)>) -> BTreeMap<Key, (Location, Staged)> {
     let mut out = BTreeMap::new();
     for (at, head) in heads {
         match head {
-            Some(head) => _ = out.insert(head.session_id.clone(), (at, head)),
+            Some(head) => _ = out.insert(head.key(), (at, head)),
             None => tracing::warn!("{at}: not the tables of a session; passed by"),
         }
     }

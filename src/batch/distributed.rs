@@ -237,7 +237,7 @@ impl Driver {
             session_id: job.meta.session_id.clone(),
             bike_id: job.meta.bike_id.clone(),
             pipeline_hash: job.pipeline_hash.clone(),
-            there: self.store.found().of(&job.meta.session_id).to_vec(),
+            there: self.store.found().of(&job.key()).to_vec(),
         };
         self.jobs.iter().map(task).collect()
     }
@@ -254,6 +254,7 @@ impl Driver {
         self.store.merge()?;
         let there = self.store.found().read_again()?;
         let signals = matches!(self.terms.what, What::Run { signals: true });
+        self.store.expect(self.jobs.iter().map(Job::key).collect());
         let mut accounts = Accounts {
             inputs: self.inputs,
             rejected: self.refused,
@@ -271,7 +272,7 @@ impl Driver {
                 accounts.rejected.push(row);
                 continue;
             }
-            let hash = answer.input_hash.or_else(|| there.input_hash(&job.meta.session_id));
+            let hash = answer.input_hash.or_else(|| there.input_hash(&job.key()));
             let wanted = job.wanted(hash.unwrap_or_default());
             if let Some(stale) =
                 there.stale(&wanted, |table| signals && table.is(&registry::SIGNALS))
@@ -284,12 +285,14 @@ impl Driver {
                     stale.words()
                 )));
             }
-            accounts.sessions.insert(job.meta.session_id.clone());
+            self.store.remove_superseded(&wanted)?;
+            accounts.sessions.insert(job.key());
             match answer.state {
                 State::Unchanged => accounts.unchanged += 1,
                 State::Done | State::Rejected => accounts.done += 1,
             }
         }
+        self.store.merge()?;
         accounts.rejected.sort_by(|a, b| a.path.cmp(&b.path));
         Ok((accounts, self.store))
     }

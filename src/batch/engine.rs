@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::contents::{Contents, Stale};
 use super::discover::inputs;
 use super::error::Error;
+use super::marker::Key;
 use super::plan::{self, Job, Plan, Refused};
 use super::session::{self, Ended};
 use super::settings::Settings;
@@ -23,8 +24,8 @@ use crate::tables::rows::Rejected;
 pub struct Accounts {
     /// Inputs found.
     pub inputs: usize,
-    /// The sessions that came through, by id.
-    pub sessions: BTreeSet<String>,
+    /// The sessions that came through.
+    pub sessions: BTreeSet<Key>,
     /// Computed and written.
     pub done: usize,
     /// Were there already.
@@ -74,8 +75,11 @@ pub fn run<W: Work>(
     let plan = pool.install(|| plan::plan(found, &bikes, &before, settings, work))?;
     let bytes = plan.bytes();
     let store = Store::open_again(&before)?;
-    watch.planned(&names(&plan), bytes);
+    let logs = names(&plan);
+    watch.planned(&logs, bytes);
+    let logs: BTreeSet<String> = logs.into_iter().collect();
     let Plan { mut jobs, refused } = plan;
+    store.expect(jobs.iter().map(Job::key).collect());
     let mut accounts = Accounts { inputs, bytes, ..Accounts::default() };
     refuse(&store, refused, &mut accounts, watch, stop)?;
 
@@ -97,6 +101,10 @@ pub fn run<W: Work>(
     let accounts = tally.close(accounts, jobs.len())?;
     accounts.check(stop.load(Ordering::Relaxed))?;
     pool.install(|| store.merge())?;
+    // older logs that are passed by are there, too
+    if settings.since.is_none() {
+        store.remove_rejections_of_gone(settings.inputs, &logs)?;
+    }
     Ok((accounts, store))
 }
 
@@ -178,6 +186,9 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
         let hash = job.hash.clone().map_or_else(|| plan::hash_file(&job.location), Ok);
         let (state, why) = match hash {
             Err(e) => (State::Rejected, format!("cannot read {}: {e}", job.log)),
+            Ok(hash) if there.copied_from(&job.wanted(hash.clone())).is_some() => {
+                (State::Rejected, "a log with the same bytes is there".to_owned())
+            }
             Ok(hash) => {
                 let stale = there.stale(&job.wanted(hash), |table| work.is_requested(table));
                 match stale.or(force.then_some(Stale::Forced)) {
@@ -208,7 +219,7 @@ struct Shared<'a> {
 
 #[derive(Default)]
 struct Tally {
-    sessions: BTreeSet<String>,
+    sessions: BTreeSet<Key>,
     done: usize,
     unchanged: usize,
     rejected: Vec<Rejected>,
@@ -257,7 +268,7 @@ impl Shared<'_> {
                     return;
                 }
                 Ok(Ended::Unchanged) => {
-                    tally.sessions.insert(job.meta.session_id.clone());
+                    tally.sessions.insert(job.key());
                     tally.unchanged += 1;
                     watch.finished(&Finished { state: State::Unchanged, ..finished }, None);
                 }
@@ -267,7 +278,7 @@ impl Shared<'_> {
                     tally.rejected.push(row);
                 }
                 Ok(Ended::Done { samples, result, .. }) => {
-                    tally.sessions.insert(job.meta.session_id.clone());
+                    tally.sessions.insert(job.key());
                     tally.done += 1;
                     watch.finished(&Finished { samples, ..finished }, Some(result));
                 }

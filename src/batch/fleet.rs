@@ -162,12 +162,10 @@ fn place(out: &Path, observations: &mut [Observation]) {
     }
     // tables of an older version may lack the column: then no site is taken out
     let sessions: Vec<SessionRow> = read::rows(out).unwrap_or_default();
-    let sites: BTreeMap<&str, &str> = sessions
-        .iter()
-        .filter_map(|s| Some((s.ident.session_id.as_str(), s.site.as_deref()?)))
-        .collect();
+    let sites: BTreeMap<(&str, &str), &str> =
+        sessions.iter().filter_map(|s| Some((s.ident.key(), s.site.as_deref()?))).collect();
     for o in observations {
-        o.site = sites.get(o.session.as_str()).map(|s| (*s).to_owned());
+        o.site = sites.get(&(o.bike.as_str(), o.session.as_str())).map(|s| (*s).to_owned());
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::contents::Contents;
 use super::error::Error;
 use super::kind::{self, Kind};
+use super::marker::Key;
 use super::store::Store;
 use super::{diagnose, run};
 use crate::contract::schema::meant;
@@ -33,6 +34,12 @@ pub struct Forgotten {
     pub session_id: String,
     /// Its motorcycle; likewise.
     pub bike_id: String,
+}
+
+impl Forgotten {
+    fn key(&self) -> Key {
+        Key::new(&self.bike_id, &self.session_id)
+    }
 }
 
 /// What would be taken out, in order of log; with `for_good` it is.
@@ -152,16 +159,15 @@ fn rejections(
 
 /// Takes sessions out of the tables of one command.
 fn take_out(out: &Location, there: &Contents, found: &BTreeSet<Forgotten>) -> Result<(), Error> {
-    let own: Vec<&Forgotten> =
-        found.iter().filter(|f| !there.of(&f.session_id).is_empty()).collect();
+    let own: Vec<&Forgotten> = found.iter().filter(|f| !there.of(&f.key()).is_empty()).collect();
     if own.is_empty() {
         return Ok(());
     }
     let store = Store::open(there.kind, out)?;
     for session in own {
         // a run that ended meanwhile may have made it of another log
-        if store.found().of(&session.session_id).iter().any(|now| now.path == session.log) {
-            store.remove(&session.session_id)?;
+        if store.found().of(&session.key()).iter().any(|now| now.path == session.log) {
+            store.remove(&session.key())?;
         }
     }
     store.merge().map(|_| ())

@@ -6,6 +6,7 @@
 //! tables do, but no more memory than a few of them.
 
 use std::collections::BTreeSet;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
@@ -19,11 +20,49 @@ use crate::tables::{file, registry};
 /// Objects fetched together; as many are in memory.
 const SOME: usize = 64;
 
+/// How the name of a folder with copies starts.
+const COPY: &str = "roadbench-copy-";
+/// The file in it that its owner holds locked.
+const OWNED: &str = ".owned";
+
+/// A temporary folder; what owners left that were killed goes when another one is made.
+#[derive(Debug)]
+struct Temporary {
+    folder: TempDir,
+    /// Locked as long as the process lives.
+    _owned: File,
+}
+
+impl Temporary {
+    fn new() -> std::io::Result<Self> {
+        sweep(&std::env::temp_dir());
+        let folder = tempfile::Builder::new().prefix(COPY).tempdir()?;
+        // it is locked before it has the name by which others look for it
+        let making = folder.path().join(format!("{OWNED}.new"));
+        let owned = File::create(&making)?;
+        let _ = owned.lock(); // where there are no locks nobody gets one
+        std::fs::rename(making, folder.path().join(OWNED))?;
+        Ok(Temporary { folder, _owned: owned })
+    }
+}
+
+/// Removes folders whose owner is no more.
+fn sweep(temporary: &Path) {
+    let entries = std::fs::read_dir(temporary).into_iter().flatten().filter_map(Result::ok);
+    for entry in entries.filter(|e| e.file_name().to_string_lossy().starts_with(COPY)) {
+        // one that has no such file yet is being made
+        let owned = File::open(entry.path().join(OWNED));
+        if owned.is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = std::fs::remove_dir_all(entry.path()); // another process may be at it too
+        }
+    }
+}
+
 /// A folder with the output's tables.
 #[derive(Debug)]
 pub struct LocalCopy {
     folder: PathBuf,
-    origin: Option<(Url, TempDir)>,
+    origin: Option<(Url, Temporary)>,
 }
 
 impl LocalCopy {
@@ -39,9 +78,9 @@ impl LocalCopy {
             }
             Location::Remote(url) => url,
         };
-        let copy = tempfile::tempdir()
+        let copy = Temporary::new()
             .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;
-        let folder = copy.path().to_owned();
+        let folder = copy.folder.path().to_owned();
         // an output, if it has nothing in it any more
         std::fs::create_dir_all(folder.join(registry::SESSIONS.name))
             .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;

@@ -10,6 +10,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::objects::Location;
 
+/// Who a session is: two motorcycles may each have one of the same id.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Key {
+    /// Its motorcycle.
+    pub bike_id: String,
+    /// Its id.
+    pub session_id: String,
+}
+
+impl Key {
+    /// From both.
+    pub fn new(bike_id: &str, session_id: &str) -> Self {
+        Key { bike_id: bike_id.to_owned(), session_id: session_id.to_owned() }
+    }
+}
+
 /// A session whose tables are in the output.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Committed {
@@ -31,6 +47,13 @@ pub struct Committed {
     /// Whether the file is of a roadbench that had one per session, with ids as plain texts.
     #[serde(default)]
     pub is_old: bool,
+}
+
+impl Committed {
+    /// Who it is.
+    pub fn key(&self) -> Key {
+        Key::new(&self.bike_id, &self.session_id)
+    }
 }
 
 /// Columns of a commit marker that are read.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::contents::Contents;
 use super::error::Error;
-use super::marker::Committed;
+use super::marker::{Committed, Key};
 use super::parts;
 use super::staged::{self, Staged};
 use crate::objects::Location;
@@ -53,9 +53,9 @@ pub type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
 pub fn merge(there: &Contents, check: Check<'_>) -> Result<(), Error> {
     let mut waits: Vec<(&Location, &Staged)> = there.staged().collect();
     let mut groups: BTreeMap<(&str, &str), Group<'_>> = BTreeMap::new();
-    let ids: BTreeSet<&str> = waits.iter().map(|(_, s)| s.session_id.as_str()).collect();
+    let keys: BTreeSet<Key> = waits.iter().map(|(_, s)| s.key()).collect();
     let mut old: Vec<&Committed> = Vec::new();
-    for row in there.taken_in().filter(|row| ids.contains(row.session_id.as_str())) {
+    for row in there.taken_in().filter(|row| keys.contains(&row.key())) {
         groups.entry((&row.bike_id, &row.part)).or_default().gone.insert(&row.session_id);
         old.push(row);
     }
@@ -82,16 +82,16 @@ pub fn merge(there: &Contents, check: Check<'_>) -> Result<(), Error> {
         })
         .collect();
     // what could not be taken in waits on, the rest is in
-    let mut wait_on: BTreeSet<&str> = BTreeSet::new();
+    let mut wait_on: BTreeSet<Key> = BTreeSet::new();
     let mut failed = None;
-    for ((_, Group { gone, come }), merged) in groups.iter().zip(merged) {
+    for (((bike_id, _), Group { gone, come }), merged) in groups.iter().zip(merged) {
         if let Err(e) = merged {
-            wait_on.extend(gone);
-            wait_on.extend(come.iter().map(|(_, staged)| staged.session_id.as_str()));
+            wait_on.extend(gone.iter().map(|id| Key::new(bike_id, id)));
+            wait_on.extend(come.iter().map(|(_, staged)| staged.key()));
             failed.get_or_insert(e);
         }
     }
-    waits.retain(|(_, staged)| !wait_on.contains(staged.session_id.as_str()));
+    waits.retain(|(_, staged)| !wait_on.contains(&staged.key()));
     let files: Vec<&Location> = waits.iter().map(|(at, _)| *at).collect();
     check()
         .and_then(|()| remove_many(&files))

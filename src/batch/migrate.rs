@@ -106,9 +106,14 @@ fn stage(there: &Contents, row: &Committed) -> Result<(), Error> {
             folders.push(folder.to_owned());
         }
     }
-    let staged = Staged { session_id: row.session_id.clone(), made: Some(made), folders };
+    let staged = Staged {
+        bike_id: row.bike_id.clone(),
+        session_id: row.session_id.clone(),
+        made: Some(made),
+        folders,
+    };
     let bytes = staged::encode(&staged, &files).map_err(Error::Internal)?;
-    Ok(file::write_bytes(there.staging(&row.session_id), &bytes)?)
+    Ok(file::write_bytes(there.staging(&row.key()), &bytes)?)
 }
 
 /// When a session began, as its commit marker says.

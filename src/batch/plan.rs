@@ -10,7 +10,7 @@ use super::bikes::{BikeFile, BikeFiles, hash_settings};
 use super::contents::Contents;
 use super::discover::Found;
 use super::error::Error;
-use super::marker::Committed;
+use super::marker::{Committed, Key};
 use super::settings::{Maps, Settings};
 use super::work::{Work, guarded};
 use crate::contract::session::Meta;
@@ -39,6 +39,11 @@ pub struct Job {
 }
 
 impl Job {
+    /// Who its session is.
+    pub fn key(&self) -> Key {
+        Key::new(&self.meta.bike_id, &self.meta.session_id)
+    }
+
     /// What the session's tables would be made from.
     pub fn wanted(&self, input_hash: String) -> Committed {
         Committed {
@@ -102,7 +107,15 @@ pub fn plan(
             None => identify(f, settings.maps, work),
         })
         .collect();
-    let mut first: BTreeMap<String, String> = BTreeMap::new();
+    // a session that is there stays with its log, whatever else says to be it
+    let mut first: BTreeMap<Key, String> = BTreeMap::new();
+    for (found, meta) in found.iter().zip(&identified) {
+        let (log, Ok(meta)) = (name(&found.location), meta) else { continue };
+        let key = Key::new(&meta.bike_id, &meta.session_id);
+        if before.made_from(&log).contains(&key) {
+            first.entry(key).or_insert(log);
+        }
+    }
     let mut plan = Plan::default();
     for (found, meta) in found.into_iter().zip(identified) {
         let location = found.location;
@@ -131,7 +144,63 @@ pub fn plan(
             Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
         }
     }
+    refuse_copies(&mut plan, before);
     Ok(plan)
+}
+
+/// Refuses every log but one of those that have the same bytes: the one whose session is there, else the first.
+fn refuse_copies(plan: &mut Plan, before: &Contents) {
+    let mut of_size: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    for (i, job) in plan.jobs.iter().enumerate() {
+        of_size.entry(job.bytes).or_default().push(i);
+    }
+    let alike: Vec<usize> = of_size.into_values().filter(|jobs| jobs.len() > 1).flatten().collect();
+    let hashed = alike.into_par_iter().filter_map(|i| {
+        let job = &plan.jobs[i];
+        let hash = job.hash.clone().map_or_else(|| hash_file(&job.location).ok(), Some)?;
+        Some((hash, i))
+    });
+    let mut of_hash: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (hash, i) in hashed.collect::<Vec<_>>() {
+        of_hash.entry(hash).or_default().push(i);
+    }
+    let mut refused: BTreeMap<usize, (String, Rejection)> = BTreeMap::new();
+    for (hash, jobs) in of_hash {
+        let is_there = |i: &&usize| {
+            let job = &plan.jobs[**i];
+            before.made_from(&job.log).contains(&job.key())
+        };
+        let Some(&kept) = jobs.iter().find(is_there).or(jobs.first()) else { continue };
+        for &i in jobs.iter().filter(|i| **i != kept) {
+            let first = &plan.jobs[kept];
+            refused.insert(i, (hash.clone(), duplicate(&first.log, &first.meta.session_id)));
+        }
+    }
+    if refused.is_empty() {
+        return;
+    }
+    for (i, job) in std::mem::take(&mut plan.jobs).into_iter().enumerate() {
+        match refused.remove(&i) {
+            None => plan.jobs.push(job),
+            Some((hash, why)) => {
+                let row = row(job.log, Some(job.meta), why, Some(hash));
+                plan.refused.push(Refused { row, bytes: job.bytes });
+            }
+        }
+    }
+    plan.refused.sort_by(|a, b| a.row.path.cmp(&b.row.path));
+}
+
+/// Why a log is not used whose bytes another one has.
+pub fn duplicate(other: &str, session_id: &str) -> Rejection {
+    Rejection {
+        stage: "discover",
+        code: "duplicate_log",
+        message: format!(
+            "it has the same bytes as {other} (session `{session_id}`), and a ride counts once; leave one of them out"
+        ),
+        limits: None,
+    }
 }
 
 /// A log as the tables name it.
@@ -232,20 +301,21 @@ fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Reject
     guarded("ingest", || work.identify(&found.location, maps.list()))
 }
 
-/// The first log of a session has its name; a second one is refused.
-fn claim(first: &mut BTreeMap<String, String>, meta: &Meta, log: &str) -> Result<(), Rejection> {
-    if let Some(holder) = first.get(&meta.session_id) {
+/// The log that a session was made from has its name, or else the first one; any other is refused.
+fn claim(first: &mut BTreeMap<Key, String>, meta: &Meta, log: &str) -> Result<(), Rejection> {
+    let key = Key::new(&meta.bike_id, &meta.session_id);
+    if let Some(holder) = first.get(&key).filter(|holder| *holder != log) {
         return Err(Rejection {
             stage: "discover",
             code: "duplicate_session_id",
             message: format!(
-                "session `{}` is also in {holder}, which comes first; give one of them another \
+                "session `{}` of {} is also in {holder}, which has it; give one of them another \
                  session_id, or leave one out",
-                meta.session_id
+                meta.session_id, meta.bike_id
             ),
             limits: None,
         });
     }
-    first.insert(meta.session_id.clone(), log.to_owned());
+    first.insert(key, log.to_owned());
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! One log of a batch, from its bytes to its files or its row of `rejected`.
 
 use super::error::Error;
-use super::marker::Committed;
+use super::marker::{Committed, Key};
 use super::parts;
 use super::plan::{self, Job};
 use super::settings::Settings;
@@ -61,6 +61,10 @@ pub fn run<W: Work>(
         store.remove_rejection(&job.log)?;
         return Ok(Ended::Unchanged);
     }
+    if let Some(other) = store.found().copied_from(&job.wanted(input_hash.clone())) {
+        let why = plan::duplicate(&other.path, &other.session_id);
+        return refuse(job, store, why, Some(input_hash));
+    }
     let input = Input {
         log: job.location.clone(),
         maps: settings.maps.list(),
@@ -112,9 +116,12 @@ fn refuse<R>(
 pub fn reject(store: &Store, row: &Rejected) -> Result<(), Error> {
     // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
     if !["duplicate_session_id", UNREACHABLE].contains(&row.code.as_str()) {
-        let session = row.session_id.as_deref().or_else(|| store.session_made_from(&row.path));
-        if let Some(session) = session {
-            store.remove(session)?;
+        let own = match (&row.bike_id, &row.session_id) {
+            (Some(bike_id), Some(session_id)) => Some(Key::new(bike_id, session_id)),
+            _ => store.session_made_from(&row.path).cloned(),
+        };
+        if let Some(key) = own {
+            store.remove(&key)?;
         }
     }
     Ok(store.reject(row)?)

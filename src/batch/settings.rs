@@ -28,6 +28,12 @@ pub struct Settings<'a> {
     pub since: Option<SystemTime>,
 }
 
+/// What a TOML text says, without remarks, layout and the order of keys: what was made from it depends on nothing else.
+pub fn content(text: &str) -> String {
+    let table = text.parse::<toml::Table>().ok();
+    table.and_then(|t| toml::to_string(&t).ok()).unwrap_or_else(|| text.to_owned())
+}
+
 /// Channel maps, with the text that they were read from: it is part of what the tables are
 /// made from.
 #[derive(Debug, Default)]
@@ -80,7 +86,7 @@ impl Maps {
         let mut maps = Maps { texts: texts.to_vec(), ..Maps::default() };
         for (name, text) in texts {
             maps.list.push(ChannelMap::parse(text, name)?);
-            maps.hashes.extend_from_slice(blake3::hash(text.as_bytes()).as_bytes());
+            maps.hashes.extend_from_slice(blake3::hash(content(text).as_bytes()).as_bytes());
         }
         Ok(maps)
     }

@@ -16,7 +16,7 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::reader::ChunkReader;
 use serde::{Deserialize, Serialize};
 
-use super::marker::Committed;
+use super::marker::{Committed, Key};
 use super::work::SessionFile;
 
 /// Extension of these files: they are no table.
@@ -28,12 +28,21 @@ const KEY: &str = "roadbench.staged";
 /// Whose files these are.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Staged {
+    /// Its motorcycle.
+    pub bike_id: String,
     /// The session.
     pub session_id: String,
     /// What it was made from; none where it is to be taken out.
     pub made: Option<Committed>,
     /// The folders that it has files for.
     pub folders: Vec<String>,
+}
+
+impl Staged {
+    /// Who it is.
+    pub fn key(&self) -> Key {
+        Key::new(&self.bike_id, &self.session_id)
+    }
 }
 
 /// A session's files by folder: extension and content.
@@ -111,6 +120,7 @@ mod tests {
         let made =
             Committed { session_id: "a/b".into(), part: "2026-05".into(), ..Committed::default() };
         let staged = Staged {
+            bike_id: "b1".into(),
             session_id: "a/b".into(),
             made: Some(made),
             folders: vec!["causes".into(), "models".into()],

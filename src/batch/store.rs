@@ -16,6 +16,7 @@
 //! whoever reads along always reads tables. Sessions of earlier batches that are no input of this one stay as they are:
 //! the folder is the fleet's archive. A session that is an input again is replaced.
 
+use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use walkdir::WalkDir;
@@ -24,7 +25,7 @@ use super::contents::{Contents, Stale};
 use super::error::Error;
 use super::kind::Kind;
 use super::lock::Lock;
-use super::marker::Committed;
+use super::marker::{Committed, Key};
 use super::staged::{self, Staged};
 use super::work::SessionFile;
 use super::{merge, migrate};
@@ -44,6 +45,8 @@ pub struct Store {
     lock: Lock,
     /// Set once something over all sessions has to be made anew.
     behind: OnceLock<()>,
+    /// The sessions that this batch's logs are.
+    expected: OnceLock<BTreeSet<Key>>,
 }
 
 impl Store {
@@ -67,7 +70,7 @@ impl Store {
         if migrate::migrate(&found)? {
             found = found.read_again()?;
         }
-        let mut store = Store { found, lock, behind: OnceLock::new() };
+        let mut store = Store { found, lock, behind: OnceLock::new(), expected: OnceLock::new() };
         // what a killed batch has left is settled before anything is staged over it
         match store.merge() {
             Ok(true) => store.found = store.found.read_again()?,
@@ -83,7 +86,7 @@ impl Store {
     pub fn join(kind: &'static Kind, root: &Location, there: Vec<Committed>) -> Self {
         let mut found = Contents::unknown(kind, root);
         there.into_iter().for_each(|row| found.add(row));
-        Store { found, lock: Lock::None, behind: OnceLock::new() }
+        Store { found, lock: Lock::None, behind: OnceLock::new(), expected: OnceLock::new() }
     }
 
     /// Removes what killed workers left half-written.
@@ -121,31 +124,63 @@ impl Store {
     pub fn commit(&self, made: &Committed, files: &[SessionFile]) -> Result<(), file::Error> {
         self.mark_behind()?;
         let staged = Staged {
+            bike_id: made.bike_id.clone(),
             session_id: made.session_id.clone(),
             made: Some(made.clone()),
             folders: files.iter().map(|f| f.folder.to_owned()).collect(),
         };
         self.stage(&staged, files)?;
+        self.remove_superseded(made)?;
         self.remove_rejection(&made.path)
     }
 
-    /// Takes a session out of the tables, under whatever bike it is.
+    /// Takes a session out of the tables.
     ///
     /// # Errors
     /// The folder cannot be written.
-    pub fn remove(&self, session_id: &str) -> Result<(), file::Error> {
-        if self.found.of(session_id).is_empty() {
+    pub fn remove(&self, key: &Key) -> Result<(), file::Error> {
+        if self.found.of(key).is_empty() {
             return Ok(());
         }
         self.mark_behind()?;
-        let session_id = session_id.to_owned();
-        self.stage(&Staged { session_id, made: None, folders: Vec::new() }, &[])
+        let Key { bike_id, session_id } = key.clone();
+        self.stage(&Staged { bike_id, session_id, made: None, folders: Vec::new() }, &[])
+    }
+
+    /// Says which sessions this batch's logs are: none of them is taken for what another log was before.
+    pub fn expect(&self, sessions: BTreeSet<Key>) {
+        let _ = self.expected.set(sessions); // it is said once
+    }
+
+    /// Takes out what a log was before: sessions that were made from a log of its name, and those that were made from the same
+    /// bytes under a name that is no more.
+    ///
+    /// # Errors
+    /// The folder cannot be written.
+    pub fn remove_superseded(&self, made: &Committed) -> Result<(), file::Error> {
+        let own = made.key();
+        let mut others: BTreeSet<Key> = self.found.made_from(&made.path).iter().cloned().collect();
+        let moved = self.found.of_bytes(&made.input_hash).filter(|row| is_gone(&row.path));
+        others.extend(moved.map(Committed::key));
+        others.remove(&own);
+        // names may be exchanged among the logs of a batch
+        let is_expected = |key: &Key| self.expected.get().is_some_and(|all| all.contains(key));
+        for key in others.into_iter().filter(|key| !is_expected(key)) {
+            tracing::info!(
+                "{}: session {} of {} was this log",
+                made.path,
+                key.session_id,
+                key.bike_id
+            );
+            self.remove(&key)?;
+        }
+        Ok(())
     }
 
     fn stage(&self, staged: &Staged, files: &[SessionFile]) -> Result<(), file::Error> {
         let bytes = staged::encode(staged, files)
             .map_err(|message| file::Error::Encode { table: "session".to_owned(), message })?;
-        file::write_bytes(self.found.staging(&staged.session_id), &bytes)
+        file::write_bytes(self.found.staging(&staged.key()), &bytes)
     }
 
     /// Takes into the tables what waits: of this batch, and of one that was killed. Whether there was anything.
@@ -236,6 +271,32 @@ impl Store {
         Ok(())
     }
 
+    /// Removes the rows of inputs that are in the folders of this batch no more; `found` are those that are.
+    ///
+    /// # Errors
+    /// The folder cannot be read or written.
+    pub fn remove_rejections_of_gone(
+        &self,
+        inputs: &[Location],
+        found: &BTreeSet<String>,
+    ) -> Result<(), Error> {
+        let folder = self.root().join("rejected");
+        let fail = |e: std::io::Error| Error::Output(format!("{folder}: {e}"));
+        for entry in folder.list().map_err(fail)? {
+            let at = folder.join(&entry.key);
+            let rows = at.read().ok().and_then(|b| read::rows_of::<Rejected>(&at, b).ok());
+            let Some([row]) = rows.as_deref() else { continue };
+            let Ok(log) = Location::parse(&row.path) else { continue };
+            let is_below = inputs.iter().any(|i| log.starts_with(i) && log != *i);
+            let is_foreign = self.found.kind.foreign_stages.contains(&&*row.stage);
+            if is_below && !is_foreign && !found.contains(&row.path) {
+                self.mark_behind()?;
+                remove(&at)?;
+            }
+        }
+        Ok(())
+    }
+
     fn rejection(&self, log: &str) -> Location {
         let stem = std::path::Path::new(log).file_stem().unwrap_or_default().to_string_lossy();
         let hash = blake3::hash(log.as_bytes()).to_hex();
@@ -245,20 +306,26 @@ impl Store {
 
     /// The session that an unreadable log was when it could still be read: the one that was
     /// made from this very path and is named like the file.
-    pub fn session_made_from(&self, log: &str) -> Option<&str> {
+    pub fn session_made_from(&self, log: &str) -> Option<&Key> {
         let stem = std::path::Path::new(log).file_stem()?.to_str()?;
-        let known = self.found.of(stem).iter().find(|c| c.path == log);
-        known.map(|c| c.session_id.as_str())
+        self.found.made_from(log).iter().find(|key| key.session_id == stem)
     }
+}
+
+/// Whether a log is not there any more; one that cannot be looked for may be.
+fn is_gone(path: &str) -> bool {
+    Location::parse(path).is_ok_and(|at| at.exists().is_ok_and(|there| !there))
 }
 
 /// The lock on the folder is held: whatever is half-written in it is nobody's.
 fn remove_temporaries(root: &Location) -> Result<(), Error> {
     let Some(root) = root.as_path() else { return Ok(()) }; // what is put is put whole
-    let folders = registry::folders().chain([".roadbench"]).map(|name| root.join(name));
+    let folders =
+        registry::folders().chain([".roadbench"]).map(|name| (root.join(name), usize::MAX));
     let files = folders
-        .filter(|f| f.is_dir())
-        .flat_map(|f| WalkDir::new(f).into_iter().filter_map(Result::ok));
+        .chain([(root.to_owned(), 1)])
+        .filter(|(folder, _)| folder.is_dir())
+        .flat_map(|(f, depth)| WalkDir::new(f).max_depth(depth).into_iter().filter_map(Result::ok));
     for entry in files.filter(|e| e.file_type().is_file()) {
         let name = entry.file_name().to_string_lossy();
         if name.starts_with(file::TEMPORARY.0) && name.ends_with(file::TEMPORARY.1) {

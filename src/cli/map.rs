@@ -22,6 +22,7 @@ use crate::ingest::propose::physics::{Verdict, Verdicts};
 use crate::ingest::survey::survey;
 use crate::ingest::{self, map_for};
 use crate::objects::Location;
+use crate::objects::files::read_text;
 
 /// Find which channel of a log is which column by its motion, or check a channel map against it
 #[derive(Debug, clap::Args)]
@@ -108,7 +109,7 @@ fn check(
     let found = compare(&fitted, listing, verdicts);
     let said = report(&found);
     if arguments.mend {
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path)
             .map_err(|e| Failure::Usage(format!("cannot read {}: {e}", path.display())))?;
         tell!("{said}");
         let wrong = found.findings.len();

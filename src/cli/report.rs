@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::cli::browser;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
+use crate::objects::files::read_text;
 use crate::report::session::bench_values;
 use crate::report::static_figures::write::{self, Format};
 use crate::report::{self, Error, summary};
@@ -98,7 +99,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     if let Some(file) = &arguments.bench {
         let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
-        let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
+        let text = read_text(file).map_err(|e| fail(e.to_string()))?;
         bench_values::parse(&text).map_err(fail)?;
         file::write_bytes(out.join(bench_values::FILE), text.as_bytes())
             .map_err(|e| Failure::Output(e.to_string()))?;

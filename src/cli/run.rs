@@ -10,6 +10,7 @@ use jiff::Timestamp;
 
 use crate::batch::engine::{self, Accounts};
 use crate::batch::local_copy::LocalCopy;
+use crate::batch::marker::Key;
 use crate::batch::models;
 use crate::batch::progress::Progress;
 use crate::batch::run::{RunWork, finish};
@@ -188,7 +189,9 @@ fn summarise(
 
 /// What the run's sessions gave, read back from the tables: those that were there already count too.
 fn overview(accounts: &Accounts, out: &Path, seconds: f64) -> Result<String, Failure> {
-    let ours = |ident: &rows::Ident| accounts.sessions.contains(&ident.session_id);
+    let ours = |ident: &rows::Ident| {
+        accounts.sessions.contains(&Key::new(&ident.bike_id, &ident.session_id))
+    };
     let mut sessions = report::tables::sessions(out)?;
     sessions.retain(|s| ours(&s.ident));
     let mut coefficients = report::tables::coefficients(out)?;

@@ -20,6 +20,7 @@ use serde::Deserialize;
 
 use super::schema::{Key, KeyTable};
 use crate::GRAVITY;
+use crate::objects::files::read_text;
 
 /// Relaxation length of the slip ratio where the file gives none, m; as the schema says.
 const USUAL_SLIP_LAG: f64 = 0.07;
@@ -159,8 +160,8 @@ impl Bike {
     /// The file cannot be read, is not TOML, or a key is missing, misspelt or out of range;
     /// the message names the key.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| Error::Read { path: path.to_owned(), source })?;
+        let text =
+            read_text(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         Self::parse(&text, &stem, path)
     }

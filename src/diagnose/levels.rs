@@ -51,7 +51,12 @@ impl Member {
     fn group(&self, level: Level) -> String {
         let Ident { session_id, bike_id, start_time } = &self.ident;
         let (site, start_time) = (self.site.as_deref(), start_time.as_deref());
-        level.group(&Who { session_id, bike_id, site, start_time }).to_owned()
+        let group = level.group(&Who { session_id, bike_id, site, start_time });
+        match level {
+            // two motorcycles may have a session of the same id each
+            Level::Session => format!("{bike_id}/{group}"),
+            _ => group.to_owned(),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use super::{Effect, ModelError};
 use crate::contract::bike::Bike;
 use crate::contract::schema::with_hint;
 use crate::contract::session::Session;
+use crate::objects::files::read_text;
 
 /// The size of an effect and its standard error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -71,8 +72,8 @@ impl ExtendedModel {
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| format!("cannot read model {}: {e}", path.display()))?;
+        let text =
+            read_text(path).map_err(|e| format!("cannot read model {}: {e}", path.display()))?;
         Self::parse(&text, &path.display().to_string())
     }
 

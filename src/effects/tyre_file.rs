@@ -23,6 +23,7 @@ use crate::contract::schema::{refuse_infinite, with_hint};
 use crate::model::custom::Custom;
 use crate::model::tir::{self, Error};
 use crate::model::tyre_model::TyreModel;
+use crate::objects::files::read_text;
 
 /// Table of the effects.
 const EFFECTS: &str = "effects";
@@ -38,8 +39,7 @@ pub fn load(name_or_path: &str) -> Result<Box<dyn TyreModel>, Error> {
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
         return tir::load(name_or_path);
     }
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let text = read_text(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
     parse(&text).map_err(|message| Error::Key { path: path.to_owned(), message })
 }
 

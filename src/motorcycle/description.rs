@@ -12,6 +12,7 @@ use crate::effects::tyre_file;
 use crate::model::published;
 use crate::model::tyre_model::TyreModel;
 use crate::multibody::Rigid;
+use crate::objects::files::read_text;
 
 /// Built-in motorcycles: name and text.
 pub const BUILTIN: &[(&str, &str)] = &[
@@ -175,8 +176,8 @@ impl Motorcycle {
                 known: known.join(", "),
             });
         }
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| Error::Read { path: path.to_owned(), source })?;
+        let text =
+            read_text(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         Self::parse(&text, &stem, path)
     }

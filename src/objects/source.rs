@@ -18,7 +18,7 @@ use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::file::reader::{ChunkReader, Length};
 
 use super::client;
-use super::files::stat_local;
+use super::files::{open_file, stat_local};
 use super::location::Location;
 use super::packed::{self, Unpacked};
 use super::stat::Stat;
@@ -124,7 +124,7 @@ fn open_as_it_is(log: &Location) -> Result<Source> {
         static LAST: RefCell<Option<Arc<Log>>> = const { RefCell::new(None) };
     }
     let url = match log {
-        Location::Local(path) => return File::open(path).map(Source::Local),
+        Location::Local(path) => return open_file(path).map(Source::Local),
         Location::Remote(url) => url,
     };
     let stat = stat_of(url)?;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contract::schema::KeyTable;
 use crate::effects::models::Models;
+use crate::objects::files::read_text;
 use crate::{estimate, filter, fit, ingest, laps, segment};
 
 /// The resolved settings of every stage: one file of `pipelines/`.
@@ -77,7 +78,7 @@ impl Pipeline {
         {
             return Ok(Self::builtin(name));
         }
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = read_text(path).map_err(|e| {
             let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
             let word = path.to_string_lossy();
             let meant = crate::contract::schema::meant(&word, names.iter().copied());

@@ -20,6 +20,7 @@ use crate::contract::session::Meta;
 use crate::diagnose::Settings;
 use crate::ingest;
 use crate::objects::Location;
+use crate::objects::files::read_text;
 use crate::pipeline::Rejection;
 
 /// A session's tables by name, as `roadbench run` would write them.
@@ -124,7 +125,7 @@ fn bike_file(given: &Bound<'_, PyAny>, settings: &[u8]) -> PyResult<BikeFile> {
     let path: PathBuf = given.extract().map_err(|_| {
         PyTypeError::new_err("the bike must be the path of a bike file, or what such a file says")
     })?;
-    let text = std::fs::read_to_string(&path).map_err(|source| {
+    let text = read_text(&path).map_err(|source| {
         invalid(crate::contract::bike::Error::Read { path: path.clone(), source })
     })?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -22,6 +22,7 @@ use crate::effects::{Effect, ModelError};
 use crate::model::dive::{PITCH_GYRATION, contact_arms};
 use crate::model::tyre_model::USUAL_SHARE;
 use crate::model::{MagicFormula, Stiffness, Tyre};
+use crate::objects::files::read_text;
 use crate::statistics::random::Random;
 
 /// Built-in scenarios by name.
@@ -161,8 +162,8 @@ impl Scenario {
         if BUILTIN.iter().any(|(n, _)| *n == name_or_path) || !path.exists() {
             return Self::builtin(name_or_path);
         }
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| format!("cannot read scenario {}: {e}", path.display()))?;
+        let text =
+            read_text(path).map_err(|e| format!("cannot read scenario {}: {e}", path.display()))?;
         Self::parse(&text, name_or_path)
     }
 

@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use arrow::array::{AsArray, RecordBatch};
 use arrow::datatypes::DataType;
+use roadbench::batch::marker::Key;
 use roadbench::batch::store::Store;
 use roadbench::batch::{self, Error, State, kind};
 use roadbench::tables::{file, read, registry};
@@ -318,7 +319,10 @@ fn the_fleet_is_what_its_committed_sessions_say() {
     ]);
     place.run();
     let store = Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
-    store.remove("s-7").and_then(|()| store.remove("unknown")).expect("marked");
+    store
+        .remove(&Key::new("b1", "s-7"))
+        .and_then(|()| store.remove(&Key::new("b1", "unknown")))
+        .expect("marked");
     store.merge().expect("taken out");
     drop(store);
     let rows = batch::fleet::write(&place.path("out")).expect("fleet");
@@ -438,7 +442,7 @@ fn what_is_lost_is_computed_again() {
 
     // a session that waits is rubbish behind its footer
     let store = Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
-    let there = store.found().of("s-b")[0].clone();
+    let there = store.found().of(&Key::new("b1", "s-b"))[0].clone();
     let rubbish = roadbench::batch::work::SessionFile {
         folder: "coefficients",
         extension: "parquet",
@@ -477,7 +481,7 @@ fn a_dry_run_says_what_the_run_does() {
     place.run();
     assert!(setup.intend().iter().all(|(_, state, _)| *state == State::Unchanged));
 
-    place.put("bikes/b2.toml", &format!("{BIKE}\n# weighed again\n"));
+    place.put("bikes/b2.toml", &BIKE.replace("260.0", "261.0"));
     place.put("logs/a.csv", "s-a|b1|ok ");
     std::fs::rename(place.path("logs/c.csv"), place.path("logs/0.csv")).expect("renamed");
     place.put("logs/e.csv", "s-d|b1|ok");
@@ -508,11 +512,11 @@ fn since_leaves_older_logs_alone() {
     let old = SystemTime::now() - Duration::from_secs(86_400);
     let log = std::fs::File::options().append(true).open(place.path("logs/a.csv")).expect("log");
     log.set_modified(old).expect("dated");
-    place.put("bikes/b1.toml", &format!("{BIKE}\n# weighed again\n"));
+    place.put("bikes/b1.toml", &BIKE.replace("260.0", "261.0"));
     let since = Some(old + Duration::from_secs(60));
     let run = place.run_with(&Script::default(), |s| s.since = since).expect("run");
     assert_eq!((run.inputs, run.done), (1, 1));
-    assert!(run.sessions.contains("s-b"));
+    assert!(run.sessions.contains(&Key::new("b1", "s-b")));
     assert_eq!(place.sessions(), ["b1/s-a", "b1/s-b"]);
 }
 
@@ -565,7 +569,7 @@ fn a_log_that_is_known_is_not_opened() {
     place.run_with(&work, |_| {}).expect("run");
     assert_eq!(opened(&work), 0);
 
-    place.put("bikes/b2.toml", &format!("{BIKE}\n# weighed again\n"));
+    place.put("bikes/b2.toml", &BIKE.replace("260.0", "261.0"));
     place.put("logs/a.csv", "s-a|b1|ok ");
     place.put("logs/0.csv", "s-0|b1|ok");
     let run = place.run_with(&work, |_| {}).expect("run");
@@ -573,5 +577,8 @@ fn a_log_that_is_known_is_not_opened() {
     assert_eq!(opened(&work), 3, "a's bytes, b's bike, a late log that sorts first");
     place.put("logs/c.csv", "s-d|b1|ok");
     let run = place.run_with(&work, |_| {}).expect("run");
-    assert!(run.sessions.contains("s-d"), "the bytes say who it is, not its old name");
+    assert!(
+        run.sessions.contains(&Key::new("b1", "s-d")),
+        "the bytes say who it is, not its old name"
+    );
 }

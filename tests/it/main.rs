@@ -24,6 +24,7 @@ mod fit;
 mod fleet;
 mod forget;
 mod formats;
+mod identity;
 mod in_gear;
 mod ingest;
 mod kill;

@@ -20,7 +20,7 @@ use roadbench::tables::rows::{Coefficient, Ident, PlotPoint, Provenance, Session
 pub const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_height = 0.62\n\
     caster_angle = 0.43\n[front]\nradius = 0.3\nwidth = 0.12\n[rear]\nradius = 0.31\nwidth = 0.18\n";
 
-/// A log is `<session id>|<bike id>|<what happens>`.
+/// A log is `<session id>|<bike id>|<what happens>`; the id `*` is the file's name, as of logs that do not say theirs.
 #[derive(Default)]
 pub struct Script {
     pub runs: AtomicUsize,
@@ -50,7 +50,7 @@ impl Work for Script {
         };
         assert_ne!(what, "panic early", "as the script says");
         Ok(Meta {
-            session_id: session_id.to_owned(),
+            session_id: named(session_id, log),
             bike_id: bike_id.to_owned(),
             ..Meta::default()
         })
@@ -76,7 +76,7 @@ impl Work for Script {
             "reject" => return Err(rejection("row 7 of velocity_x is odd")),
             _ => {}
         }
-        let mut outcome = outcome(parts[0], &bike.bike.bike_id, input);
+        let mut outcome = outcome(&named(parts[0], &input.log), &bike.bike.bike_id, input);
         // `ok <value> <start time>`
         let words: Vec<&str> = parts[2].split(' ').collect();
         if let [how, value, start] = words[..] {
@@ -88,6 +88,13 @@ impl Work for Script {
             }
         }
         run::output(outcome)
+    }
+}
+
+fn named(session_id: &str, log: &Location) -> String {
+    match session_id {
+        "*" => log.file_stem().into_owned(),
+        id => id.to_owned(),
     }
 }
 

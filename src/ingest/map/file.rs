@@ -16,6 +16,7 @@ use crate::ingest::map::{ChannelMap, CsvLayout, Entry, Maps, ShippedMap, TimeSou
 use crate::ingest::raw::Imu;
 use crate::ingest::session_schema::si_unit;
 use crate::ingest::units::{self, Conversion};
+use crate::objects::files::read_text;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -298,8 +299,7 @@ impl ChannelMap {
     /// A sentence that names the file.
     pub fn text_of(path: &Path) -> Result<String, String> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| format!("cannot read channel map {name}: {e}"))?;
+        let text = read_text(path).map_err(|e| format!("cannot read channel map {name}: {e}"))?;
         let map = Self::parse(&text, &name)?;
         if map.dbc.is_empty() {
             return Ok(text);

@@ -12,6 +12,7 @@ use std::path::Path;
 
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Part};
+use crate::objects::files::read_text;
 use crate::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
 use crate::report::charts::chart::{Chart, Cloud};
 use crate::report::error::Error;
@@ -49,7 +50,7 @@ pub fn read(out: &Path) -> Result<BenchValues, Error> {
         return Ok(BenchValues::default());
     }
     let fail = |message: String| -> Error { read::Error { path: path.clone(), message }.into() };
-    let text = std::fs::read_to_string(&path).map_err(|e| fail(e.to_string()))?;
+    let text = read_text(&path).map_err(|e| fail(e.to_string()))?;
     parse(&text).map_err(fail)
 }
 

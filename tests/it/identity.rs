@@ -1,0 +1,111 @@
+//! Which log is which session: names, copies, moves, and motorcycles with sessions of the same name.
+
+use roadbench::batch::Maps;
+
+use crate::script::{BIKE, Place, Script, adds_up, codes};
+
+/// A session is a motorcycle's: two may have one of the same id each.
+#[test]
+fn two_motorcycles_may_have_sessions_of_the_same_name() {
+    let place = Place::new(&[("a", "monday|b1|ok"), ("b", "monday|b2|ok"), ("c", "monday|b2|ok ")]);
+    let run = place.run();
+    adds_up(&run);
+    assert_eq!((run.done, codes(&run)), (2, vec!["duplicate_session_id"]));
+    assert_eq!(place.sessions(), ["b1/monday", "b2/monday"]);
+    std::fs::remove_file(place.path("logs/c.csv")).expect("removed");
+    let again = place.run();
+    assert_eq!((again.done, again.unchanged), (0, 2));
+    assert!(!place.names().iter().any(|n| n.starts_with("rejected/")), "{:?}", place.names());
+
+    // one of them changes: the other keeps what it has
+    place.put("logs/b.csv", "monday|b2|reject");
+    let run = place.run();
+    assert_eq!((run.unchanged, codes(&run)), (1, vec!["scripted"]));
+    assert_eq!(place.sessions(), ["b1/monday"]);
+}
+
+/// The bytes say what a log is: one that was renamed is the same ride, one that was copied does not count twice.
+#[test]
+fn a_renamed_log_is_the_same_ride_and_a_copy_is_none() {
+    let place =
+        Place::new(&[("a", "*|b1|ok"), ("b", "*|b1|ok 0.3 2026-05-01"), ("c", "s-c|b1|ok")]);
+    place.run();
+    assert_eq!(place.sessions(), ["b1/a", "b1/b", "b1/s-c"]);
+    let rename = |from: &str, to: &str| {
+        std::fs::rename(place.path(from), place.path(to)).expect("renamed");
+    };
+    rename("logs/a.csv", "logs/z.csv");
+    rename("logs/c.csv", "logs/y.csv");
+    let run = place.run();
+    adds_up(&run);
+    assert_eq!((run.done, run.unchanged), (2, 1));
+    assert_eq!(place.sessions(), ["b1/b", "b1/s-c", "b1/z"]);
+
+    // a copy is told, wherever it comes in the order of names, and every night
+    for copy in ["logs/0.csv", "logs/zz.csv"] {
+        std::fs::copy(place.path("logs/b.csv"), place.path(copy)).expect("copied");
+        for _ in 0..2 {
+            let run = place.run();
+            adds_up(&run);
+            assert_eq!((run.done, run.unchanged, codes(&run)), (0, 3, vec!["duplicate_log"]));
+            assert!(run.rejected[0].message.contains("b.csv"), "{}", run.rejected[0].message);
+        }
+        assert_eq!(place.sessions(), ["b1/b", "b1/s-c", "b1/z"]);
+        std::fs::remove_file(place.path(copy)).expect("removed");
+    }
+    std::fs::copy(place.path("logs/y.csv"), place.path("logs/0.csv")).expect("copied");
+    let run = place.run();
+    assert_eq!((run.done, run.unchanged, codes(&run)), (0, 3, vec!["duplicate_session_id"]));
+    std::fs::remove_file(place.path("logs/0.csv")).expect("removed");
+    assert_eq!(place.run().rejected.len(), 0);
+    assert!(!place.names().iter().any(|n| n.starts_with("rejected/")), "{:?}", place.names());
+
+    // copies of a first night, and into another folder of another night: the first by name counts
+    let place = Place::new(&[("a", "*|b1|ok"), ("b", "*|b1|ok"), ("c", "*|b1|ok")]);
+    let run = place.run();
+    assert_eq!((run.done, codes(&run)), (1, vec!["duplicate_log", "duplicate_log"]));
+    place.put("later/d.csv", "*|b1|ok");
+    let run = place.run_with(&Script::default(), |s| s.inputs = vec![place.path("later")]);
+    assert_eq!(codes(&run.expect("run")), ["duplicate_log"]);
+    assert_eq!(place.sessions(), ["b1/a"]);
+}
+
+/// Names that are exchanged among logs, in one night.
+#[test]
+fn exchanged_names_lose_nothing() {
+    let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b2|ok"), ("c", "s-c|b1|ok")]);
+    place.run();
+    place.put("logs/a.csv", "s-b|b2|ok");
+    place.put("logs/b.csv", "s-a|b1|ok");
+    let run = place.run();
+    adds_up(&run);
+    assert_eq!(run.rejected.len(), 0, "{:?}", run.rejected);
+    assert_eq!(place.sessions(), ["b1/s-a", "b1/s-c", "b2/s-b"]);
+    // a log that becomes another session leaves nothing of what it was
+    place.put("logs/c.csv", "s-d|b2|ok");
+    place.run();
+    assert_eq!(place.sessions(), ["b1/s-a", "b2/s-b", "b2/s-d"]);
+}
+
+/// Remarks and layout of bike files and channel maps are nobody's settings.
+#[test]
+fn remarks_change_nothing() {
+    let map = |text: &str| {
+        let text = format!("name = \"mine\"\n[channel.velocity_x]\nsource = \"v\"\n{text}");
+        Maps::parse(&[("mine.toml".to_owned(), text)]).expect("a map")
+    };
+    assert_eq!(
+        map("unit = \"m/s\"").hash(),
+        map("# as the maker says\nunit   =   'm/s' \n\n").hash()
+    );
+    assert_ne!(map("unit = \"m/s\"").hash(), map("unit = \"km/h\"").hash());
+
+    let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b2|ok")]);
+    place.run();
+    place.put("bikes/b1.toml", &format!("# weighed on Monday\n{BIKE}\n\n# and again\n"));
+    let run = place.run();
+    assert_eq!((run.done, run.unchanged), (0, 2));
+    place.put("bikes/b1.toml", &BIKE.replace("260.0", "261.0"));
+    let run = place.run_with(&Script::default(), |_| {}).expect("run");
+    assert_eq!((run.done, run.unchanged), (1, 1));
+}
