@@ -158,6 +158,7 @@ pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
     }
     report::build(copy.folder(), Pages::Auto, false)?;
     copy.publish([POOLED, "report"])?;
+    store.list_checksums(copy.folder(), &[POOLED])?;
     store.clear_behind()?;
     Ok(rows)
 }

@@ -5,7 +5,7 @@
 //! once more. A file's bytes depend on the sessions in it only.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use arrow::array::{ArrayRef, AsArray, RecordBatch, StringArray};
 use arrow::compute::concat_batches;
@@ -14,9 +14,11 @@ use rayon::prelude::*;
 
 use super::contents::Contents;
 use super::error::Error;
+use super::manifest::{self, Manifest};
 use super::marker::{Committed, Key};
 use super::parts;
 use super::staged::{self, Staged};
+use super::verify;
 use crate::objects::Location;
 use crate::objects::files::{read_many, remove_many};
 use crate::tables::names::file_name;
@@ -64,13 +66,23 @@ pub fn merge(there: &Contents, check: Check<'_>) -> Result<(), Error> {
             groups.entry((&made.bike_id, &made.part)).or_default().come.push((at, staged));
         }
     }
+    let mut list = Manifest::read(there.root());
+    if !list.is_there {
+        list = verify::adopt(there.root())?;
+    }
+    let concerned = concerned(there, &groups, &old);
+    let mut off = list.clone();
+    off.take_off(concerned.iter().map(String::as_str));
+    check().map_err(|e| Error::Output(format!("{}: {e}", there.root())))?;
+    off.write(there.root())?;
+    let written = Mutex::new(Vec::new());
     // before the markers change: they say where the files are
     remove_own_files(there, &waits, &old)?;
     let groups: Vec<_> = groups.into_iter().collect();
     let merged: Vec<Result<(), Error>> = groups
         .par_iter()
         .map(|((bike_id, part), Group { gone, come })| {
-            let files = Files { there, check, bike_id, part };
+            let files = Files { there, check, bike_id, part, list: &list, written: &written };
             // what comes with a later part of it stays until then
             let mut first = gone.clone();
             for (_, staged) in come.iter().skip(TOGETHER) {
@@ -81,6 +93,10 @@ pub fn merge(there: &Contents, check: Check<'_>) -> Result<(), Error> {
             chunks.try_for_each(|some| files.take(&BTreeSet::new(), some))
         })
         .collect();
+    for (path, sum) in written.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        off.put(path, sum);
+    }
+    off.write(there.root())?;
     // what could not be taken in waits on, the rest is in
     let mut wait_on: BTreeSet<Key> = BTreeSet::new();
     let mut failed = None;
@@ -107,6 +123,35 @@ struct Files<'a> {
     check: Check<'a>,
     bike_id: &'a str,
     part: &'a str,
+    /// Checksums of what is there.
+    list: &'a Manifest,
+    /// Of what was written: paths and checksums.
+    written: &'a Mutex<Vec<(String, String)>>,
+}
+
+/// The files that a merge may change, as the list of checksums has them.
+fn concerned(
+    there: &Contents,
+    groups: &BTreeMap<(&str, &str), Group<'_>>,
+    old: &[&Committed],
+) -> Vec<String> {
+    let kind = there.kind;
+    let mut paths = Vec::new();
+    for (bike_id, part) in groups.keys() {
+        let all = kind.tables().filter(|spec| parts::shares(spec)).chain([kind.marker]);
+        paths.extend(all.map(|spec| there.file(spec.name, "parquet", bike_id, part)));
+    }
+    let own = kind.tables().filter(|spec| !parts::shares(spec)).map(|spec| (spec.name, "parquet"));
+    let own: Vec<(&str, &str)> = own.chain(kind.other_files.iter().copied()).collect();
+    let come = groups.iter().flat_map(|((bike, _), group)| {
+        group.come.iter().map(move |(_, staged)| (*bike, staged.session_id.as_str()))
+    });
+    let gone = old.iter().map(|row| (row.bike_id.as_str(), row.session_id.as_str()));
+    for (bike, session) in come.chain(gone) {
+        let name = file_name(session);
+        paths.extend(own.iter().map(|(folder, end)| there.file(folder, end, bike, &name)));
+    }
+    paths.iter().filter_map(|at| manifest::below(there.root(), at)).collect()
 }
 
 impl Files<'_> {
@@ -122,13 +167,13 @@ impl Files<'_> {
         come.iter().for_each(|(_, staged)| _ = replaced.remove(staged.session_id.as_str()));
         replaced.extend(new.iter().map(|(id, _)| *id));
         // rows whose commit marker somebody has removed are nobody's
-        let marker = sessions(kind.marker, &self.at(kind.marker), &replaced)?;
+        let marker = self.sessions(kind.marker, &self.at(kind.marker), &replaced)?;
         let kept: BTreeSet<String> = marker.into_keys().collect();
         let mut is_lost = false;
         let mut changes = Vec::with_capacity(tables.len());
         for spec in tables {
             let at = self.at(spec);
-            let mut rows = sessions(spec, &at, &replaced)?;
+            let mut rows = self.sessions(spec, &at, &replaced)?;
             rows.retain(|id, _| kept.contains(id));
             let is_always = spec.presence == Presence::Always;
             let exists = || at.exists().map_err(|e| Error::Output(format!("{at}: {e}")));
@@ -156,7 +201,10 @@ impl Files<'_> {
         for (at, all) in changes {
             (self.check)().map_err(|e| Error::Output(format!("{at}: {e}")))?;
             match all {
-                Some(all) => file::write_batch(at, &all)?,
+                Some(all) => {
+                    let bytes = file::batch_to_bytes(&at.to_string(), &all)?;
+                    self.write(at, &bytes)?;
+                }
                 None => remove(&at)?,
             }
         }
@@ -211,10 +259,65 @@ impl Files<'_> {
             if tables.iter().all(|spec| spec.name != folder) {
                 let at = self.there.file(folder, extension, self.bike_id, &file_name(id));
                 (self.check)().map_err(|e| Error::Output(format!("{at}: {e}")))?;
-                file::write_bytes(at, bytes)?;
+                self.write(at, bytes)?;
             }
         }
         Ok(Ok(rows))
+    }
+
+    fn write(&self, at: Location, bytes: &[u8]) -> Result<(), Error> {
+        let path = manifest::below(self.there.root(), &at);
+        file::write_bytes(at, bytes)?;
+        if let Some(path) = path {
+            let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+            written.push((path, manifest::checksum(bytes)));
+        }
+        Ok(())
+    }
+
+    /// Reads what is there of a table; not what another hand or a bad disk made of it.
+    fn read(&self, at: &Location) -> Result<Option<Vec<u8>>, Error> {
+        let bytes = match at.read() {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            bytes => bytes.map_err(|e| Error::Output(format!("cannot read {at}: {e}")))?,
+        };
+        let path = manifest::below(self.there.root(), at);
+        let own = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        let now =
+            own.iter().rev().find(|(p, _)| Some(p) == path.as_ref()).map(|(_, sum)| sum.as_str());
+        let sum = now.or_else(|| self.list.of(path.as_deref()?));
+        match sum {
+            Some(sum) if manifest::checksum(&bytes) != sum => Err(Error::Output(format!(
+                "{at} is not as it was written (a bad disk, or another program); remove it (`roadbench verify --mend`) and \
+                 run again: its sessions are then computed anew"
+            ))),
+            _ => Ok(Some(bytes)),
+        }
+    }
+
+    /// The rows that a file has, but for some sessions', session by session; none where there is no file.
+    fn sessions(
+        &self,
+        spec: &TableSpec,
+        at: &Location,
+        without: &BTreeSet<&str>,
+    ) -> Result<BTreeMap<String, Vec<RecordBatch>>, Error> {
+        let mut out: BTreeMap<String, Vec<RecordBatch>> = BTreeMap::new();
+        let Some(bytes) = self.read(at)? else { return Ok(out) };
+        for batch in typed(spec, at, Bytes::from(bytes))? {
+            let ids = batch.column_by_name("session_id").and_then(|c| c.as_string_opt::<i32>());
+            let Some(ids) = ids else { continue }; // every table of a session has it
+            let mut from = 0;
+            while from < batch.num_rows() {
+                let id = ids.value(from);
+                let n = (from..batch.num_rows()).take_while(|i| ids.value(*i) == id).count();
+                if !without.contains(id) {
+                    out.entry(id.to_owned()).or_default().push(batch.slice(from, n));
+                }
+                from += n;
+            }
+        }
+        Ok(out)
     }
 
     fn at(&self, spec: &TableSpec) -> Location {
@@ -233,33 +336,6 @@ fn without_input(batch: &RecordBatch) -> Result<RecordBatch, Error> {
     });
     RecordBatch::try_new(Arc::clone(&schema), columns.collect())
         .map_err(|e| Error::Internal(e.to_string()))
-}
-
-/// The rows that a file has, but for some sessions', session by session; none where there is no file.
-fn sessions(
-    spec: &TableSpec,
-    at: &Location,
-    without: &BTreeSet<&str>,
-) -> Result<BTreeMap<String, Vec<RecordBatch>>, Error> {
-    let mut out: BTreeMap<String, Vec<RecordBatch>> = BTreeMap::new();
-    let bytes = match at.read() {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(out),
-        bytes => bytes.map_err(|e| Error::Output(format!("cannot read {at}: {e}")))?,
-    };
-    for batch in typed(spec, at, Bytes::from(bytes))? {
-        let ids = batch.column_by_name("session_id").and_then(|c| c.as_string_opt::<i32>());
-        let Some(ids) = ids else { continue }; // every table of a session has it
-        let mut from = 0;
-        while from < batch.num_rows() {
-            let id = ids.value(from);
-            let n = (from..batch.num_rows()).take_while(|i| ids.value(*i) == id).count();
-            if !without.contains(id) {
-                out.entry(id.to_owned()).or_default().push(batch.slice(from, n));
-            }
-            from += n;
-        }
-    }
-    Ok(out)
 }
 
 /// The batches of a table's file, categories as texts.

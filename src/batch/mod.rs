@@ -38,6 +38,7 @@ pub mod in_order;
 pub mod kind;
 pub mod local_copy;
 pub mod lock;
+pub mod manifest;
 pub mod marker;
 pub mod merge;
 pub mod migrate;
@@ -53,6 +54,7 @@ pub mod store;
 pub mod summary;
 #[cfg(feature = "fleet")]
 mod tyres;
+pub mod verify;
 pub mod watch;
 pub mod work;
 

@@ -100,6 +100,8 @@ pub fn finish(
     report::build(copy.folder(), pages, false)?;
     also(&copy)?;
     copy.publish(registry::of_fleet().map(|spec| spec.name).chain(["report"]))?;
+    let fleet: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
+    store.list_checksums(copy.folder(), &fleet)?;
     store.clear_behind()?;
     Ok(copy)
 }

@@ -25,6 +25,7 @@ use super::contents::{Contents, Stale};
 use super::error::Error;
 use super::kind::Kind;
 use super::lock::Lock;
+use super::manifest::Manifest;
 use super::marker::{Committed, Key};
 use super::staged::{self, Staged};
 use super::work::SessionFile;
@@ -255,6 +256,20 @@ impl Store {
         let makes = |file: &&&str| makes_fleet || !file.starts_with("fleet/");
         let lacks = || self.found.kind.over_all.iter().filter(makes).any(|file| !has(file));
         self.behind.get().is_some() || is_marked() || lacks()
+    }
+
+    /// Lists the checksums of what was made over all sessions, from a local folder that has the same.
+    ///
+    /// # Errors
+    /// A file cannot be read, or the list not be written.
+    pub fn list_checksums(&self, folder: &std::path::Path, below: &[&str]) -> Result<(), Error> {
+        let before = Manifest::read(self.root());
+        let mut list = match before.is_there {
+            true => before.clone(),
+            false => super::verify::adopt(self.root())?,
+        };
+        list.list_again(folder, below)?;
+        if list == before { Ok(()) } else { list.write(self.root()) }
     }
 
     /// All is made that this build makes: without the feature `fleet` its tables stay behind.

@@ -88,6 +88,15 @@ Examples:
 
 The logs stay where they are: a run over them computes them again.";
 
+/// Of `verify`.
+pub const VERIFY: &str = "\
+Examples:
+  roadbench verify out                   files, rows and logs
+  roadbench verify out --no-logs         the output alone
+  roadbench verify out --mend            removes what is damaged; the next run computes it again
+
+Exit code 1 where a file is not what was written, missing or nobody's.";
+
 /// Of `export`.
 pub const EXPORT: &str = "\
 Examples:

@@ -37,6 +37,7 @@ pub mod schema;
 pub mod shell;
 pub mod simulate;
 pub mod tyre;
+pub mod verify;
 
 /// Motorcycle tyre coefficients, with honest uncertainty, from recorded riding logs.
 #[derive(Debug, Parser)]
@@ -79,6 +80,8 @@ enum Command {
     Report(report::Arguments),
     #[command(after_help = examples::FORGET)]
     Forget(forget::Arguments),
+    #[command(after_help = examples::VERIFY)]
+    Verify(verify::Arguments),
     #[command(after_help = examples::EXPORT)]
     Export(export::Arguments),
     #[command(after_help = examples::SCHEMA)]
@@ -119,6 +122,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Command::Convert(a) => convert::run(a),
         Command::Report(a) => report::run(a),
         Command::Forget(a) => forget::run(a),
+        Command::Verify(a) => verify::run(a),
         Command::Export(a) => export::run(a),
         Command::Schema(a) => schema::run(a),
         Command::Demo(a) => demo::run(&a, bar),

@@ -53,6 +53,19 @@ pub fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
 ///
 /// # Errors
 /// Always.
+pub fn get_version(url: &Url, _: Option<&str>) -> Result<Bytes> {
+    absent(url)
+}
+
+/// No object is.
+pub fn should_be_whole(_: &Stat) -> bool {
+    false
+}
+
+/// An error.
+///
+/// # Errors
+/// Always.
 pub fn get_ranges(url: &Url, _: Option<&str>, _: &[Range<u64>]) -> Result<Vec<(u64, Bytes)>> {
     absent(url)
 }

@@ -24,6 +24,7 @@ use object_store::{
 };
 use tokio::runtime::{Builder, Runtime};
 
+use super::arrival;
 use super::connector::Counting;
 use super::counts::{Counter, add};
 use super::errors;
@@ -49,6 +50,10 @@ const AGAIN: Duration = Duration::from_secs(60);
 /// Requests under way at once where many objects are asked for together.
 const TOGETHER: usize = 16;
 
+/// How often bytes may be lost on the way.
+const TRIES: usize = 6;
+/// Largest object that is fetched as a whole where it cannot be trusted in parts, bytes.
+const WHOLE: u64 = 64 << 20;
 /// Ranges nearer to each other than this are asked for as one.
 const GAP: u64 = 256 << 10;
 
@@ -183,9 +188,42 @@ pub fn list(prefix: &Url) -> Result<Vec<Entry>> {
 /// # Errors
 /// It is not there (`NotFound`), or the store does not give it.
 pub fn get(url: &Url) -> Result<Bytes> {
-    let bytes = again(url, |client, key| async move { client.get(&key).await?.bytes().await })?;
-    add(Counter::Read, bytes.len() as u64);
-    Ok(bytes)
+    get_version(url, None)
+}
+
+/// A whole object, where it is given only of the bytes that `etag` names.
+///
+/// # Errors
+/// As [`get`]; or it was written anew since.
+pub fn get_version(url: &Url, etag: Option<&str>) -> Result<Bytes> {
+    let wanted = etag.map(|e| format!("\"{e}\""));
+    let mut before: Option<Bytes> = None;
+    for _ in 0..TRIES {
+        let (etag, bytes) = again(url, |client, key| {
+            let options = GetOptions::default().with_if_match(wanted.clone());
+            async move {
+                let got = client.get_opts(&key, options).await?;
+                Ok((got.meta.e_tag.clone(), got.bytes().await?))
+            }
+        })?;
+        add(Counter::Read, bytes.len() as u64);
+        if !arrival::differs(etag.as_deref(), &bytes) {
+            return Ok(bytes);
+        }
+        if before.as_ref() == Some(&bytes) {
+            arrival::names_are_others(); // the same twice: that was no accident
+            return Ok(bytes);
+        }
+        tracing::warn!("{url}: arrived otherwise than it is there; asking again");
+        before = Some(bytes);
+    }
+    Err(never_whole(url))
+}
+
+fn never_whole(url: &Url) -> Error {
+    Error::other(format!(
+        "{url}: bits are lost on the way, {TRIES} times over; look at the network, or use https"
+    ))
 }
 
 /// Many whole objects, a few at a time, in their order.
@@ -199,15 +237,17 @@ pub fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
             .iter()
             .map(|url| Ok((client(url)?, key(url)?)))
             .collect::<Result<Vec<(Client, Key)>>>()?;
-        let requests = requests
-            .into_iter()
-            .map(|(client, key)| async move { client.get(&key).await?.bytes().await });
-        let answers: Vec<object_store::Result<Bytes>> =
+        let requests = requests.into_iter().map(|(client, key)| async move {
+            let got = client.get(&key).await?;
+            Ok((got.meta.e_tag.clone(), got.bytes().await?))
+        });
+        let answers: Vec<object_store::Result<(Option<String>, Bytes)>> =
             runtime.block_on(futures::stream::iter(requests).buffered(TOGETHER).collect());
         let answers = answers.into_iter().zip(urls);
         Ok(answers
             .map(|(answer, url)| match answer {
-                Ok(bytes) => {
+                Ok((etag, bytes)) if arrival::differs(etag.as_deref(), &bytes) => get(url),
+                Ok((_, bytes)) => {
                     add(Counter::Read, bytes.len() as u64);
                     Ok(bytes)
                 }
@@ -218,6 +258,13 @@ pub fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
     };
     all()
         .unwrap_or_else(|e| urls.iter().map(|_| Err(Error::new(e.kind(), e.to_string()))).collect())
+}
+
+/// Whether an object is better fetched as a whole, so that what arrives can be held against its name.
+pub fn should_be_whole(stat: &Stat) -> bool {
+    stat.size <= WHOLE
+        && stat.etag.as_deref().is_some_and(arrival::is_checksum)
+        && arrival::is_plain()
 }
 
 /// Parts of an object, all from the same bytes: of those that `etag` names, where it is given.
@@ -276,12 +323,19 @@ fn merge(ranges: &[Range<u64>]) -> Vec<Range<u64>> {
 /// The store does not take it.
 pub fn put(url: &Url, bytes: &[u8]) -> Result<()> {
     let bytes = Bytes::copy_from_slice(bytes);
-    again(url, |client, key| {
-        let bytes = bytes.clone();
-        async move { client.put(&key, bytes.into()).await }
-    })?;
-    add(Counter::Written, bytes.len() as u64);
-    Ok(())
+    for _ in 0..TRIES {
+        let done = again(url, |client, key| {
+            let bytes = bytes.clone();
+            async move { client.put(&key, bytes.into()).await }
+        })?;
+        add(Counter::Written, bytes.len() as u64);
+        // one whose name is no checksum is looked at once
+        if !arrival::differs(done.e_tag.as_deref(), &bytes) || get(url)? == bytes {
+            return Ok(());
+        }
+        tracing::warn!("{url}: is there otherwise than it was sent; sending it again");
+    }
+    Err(never_whole(url))
 }
 
 /// Writes an object where there is none, or in place of the very bytes that `over` names; gives

@@ -2,10 +2,10 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Requests and bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// Objects, or parts of them, that were asked for.
     pub get: u64,
@@ -51,7 +51,6 @@ pub(super) enum Counter {
 
 static TALLY: [AtomicU64; 9] = [const { AtomicU64::new(0) }; 9];
 
-#[cfg_attr(not(feature = "cloud"), allow(dead_code))] // nothing leaves then
 pub(super) fn add(kind: Counter, n: u64) {
     TALLY[kind as usize].fetch_add(n, Ordering::Relaxed);
 }
@@ -69,6 +68,24 @@ pub fn so_far() -> Counts {
         failed: of(Counter::Failed),
         bytes_read: of(Counter::Read),
         bytes_written: of(Counter::Written),
+    }
+}
+
+/// Adds what a worker process has asked for.
+pub fn add_all(of: &Counts) {
+    let all = [
+        (Counter::Get, of.get),
+        (Counter::Head, of.head),
+        (Counter::List, of.list),
+        (Counter::Put, of.put),
+        (Counter::Delete, of.delete),
+        (Counter::Other, of.other),
+        (Counter::Failed, of.failed),
+        (Counter::Read, of.bytes_read),
+        (Counter::Written, of.bytes_written),
+    ];
+    for (kind, n) in all {
+        add(kind, n);
     }
 }
 

@@ -27,6 +27,8 @@ pub mod source;
 pub mod stat;
 pub mod url;
 
+#[cfg(feature = "cloud")]
+mod arrival;
 #[cfg_attr(not(feature = "cloud"), path = "absent.rs")]
 pub mod client;
 #[cfg(feature = "cloud")]

@@ -176,6 +176,11 @@ impl Log {
         if missing.is_empty() {
             return Ok(());
         }
+        if client::should_be_whole(&self.stat) {
+            let whole = client::get_version(&self.url, self.stat.etag.as_deref())?;
+            self.parts.lock().unwrap_or_else(PoisonError::into_inner).insert(0, whole);
+            return Ok(());
+        }
         let fetched = client::get_ranges(&self.url, self.stat.etag.as_deref(), &missing)?;
         let mut parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
         for (start, part) in fetched {

@@ -22,10 +22,10 @@ use crate::racing_files;
 /// Damaged files of each format.
 const EACH: usize = 80;
 /// Logs of racing loggers, and damaged files of each.
-const RACING: [&str; 6] = ["ld", "CTRK", "motec", "aim", "racechrono", "xsens"];
+pub const RACING: [&str; 6] = ["ld", "CTRK", "motec", "aim", "racechrono", "xsens"];
 const OF_RACING: usize = 20;
 /// The same of those that other software wrote: samples of fixtures/formats.
-const FOREIGN: [(&str, &str); 9] = [
+pub const FOREIGN: [(&str, &str); 9] = [
     ("mf4", "ride_logger.mf4"),
     ("mdf", "ride.mdf"),
     ("mcap", "ride_json.mcap"),
@@ -41,7 +41,7 @@ const EACH_FOREIGN: usize = 40;
 const LONGEST: f64 = 10.0;
 
 /// 20 s of a bundled ride.
-fn ride() -> Session {
+pub fn ride() -> Session {
     let log = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet");
     let raw = ingest::read(&log, &[]).expect("bundled");
@@ -55,7 +55,7 @@ fn ride() -> Session {
 }
 
 /// A whole file of each format, by its extension.
-fn whole(ride: &Session, folder: &Path, name: &str, format: &str) -> Vec<u8> {
+pub fn whole(ride: &Session, folder: &Path, name: &str, format: &str) -> Vec<u8> {
     let id = Meta { session_id: name.to_owned(), bike_id: "b1".into(), ..Meta::default() };
     match format {
         "parquet" => {
@@ -111,7 +111,7 @@ fn whole(ride: &Session, folder: &Path, name: &str, format: &str) -> Vec<u8> {
 }
 
 /// One kind of damage, in turn.
-fn damage(bytes: &mut Vec<u8>, kind: usize, random: &mut Pcg64) {
+pub fn damage(bytes: &mut Vec<u8>, kind: usize, random: &mut Pcg64) {
     let n = bytes.len();
     match kind % 10 {
         // bits

@@ -33,6 +33,7 @@ mod laps;
 mod levels;
 mod models;
 mod motorcycle;
+mod mutants;
 #[cfg(feature = "cloud")]
 mod navigation;
 mod objects;
@@ -60,3 +61,4 @@ mod slip_angles;
 mod superbike;
 mod suspicions;
 mod track_sessions;
+mod verify;

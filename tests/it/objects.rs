@@ -242,12 +242,62 @@ fn a_batch_on_a_failing_store_ends_like_one_on_disk() {
     // A request that the client has given up may still be done, even after the next one: a session that
     // was taken in can wait once more. The next run takes it in again.
     std::thread::sleep(Duration::from_secs(3));
-    let left: Vec<String> = server.below("out/.roadbench/").into_keys().collect();
-    println!("left behind: {left:?}");
+    println!("left behind: {:?}", waiting(&server));
     let (code, said) = run(&server, &THERE);
     assert_eq!(code, 1, "{said}");
-    assert!(server.below("out/.roadbench/").is_empty());
+    assert_eq!(waiting(&server), [""; 0]);
     assert_same(&there(&server, "out/"), &fetched);
+}
+
+/// What is below `.roadbench` but for the checksums.
+fn waiting(server: &Server) -> Vec<String> {
+    server.below("out/.roadbench/").into_keys().filter(|key| key != "checksums.json").collect()
+}
+
+/// Bits that are turned on the way, in logs and in tables, are noticed and asked for or sent again; what is turned in the
+/// store itself is told, and computed again.
+#[test]
+fn turned_bits_are_noticed() {
+    let server = served();
+    let folder = tempfile::tempdir().expect("folder");
+    // the inputs under names that are checksums
+    server.flips(0);
+    for (key, bytes) in server.below("in/") {
+        server.put(&format!("in/{key}"), bytes.to_vec());
+    }
+    let whole = folder.path().join("whole").to_string_lossy().into_owned();
+    let (code, said) = run(&server, &["run", "s3://fleet/in", "--out", &whole]);
+    assert_eq!(code, 1, "{said}");
+    let whole = here(&folder.path().join("whole"));
+
+    server.flips(5);
+    let (code, said) = run(&server, &THERE);
+    let turned = server.flips(0);
+    assert_eq!(code, 1, "{said}");
+    assert!(turned > 20, "{turned}");
+    assert_same(&there(&server, "out/"), &whole);
+
+    // the same without the fifth bit finds nothing to do, and nothing wrong
+    let (_, said) = run(&server, &THERE);
+    assert!(said.contains("computed=0"), "{said}");
+    let (code, said) = run(&server, &["verify", "s3://fleet/out"]);
+    assert_eq!(code, 0, "{said}");
+
+    // a disk of the store turns one
+    let table = "out/coefficients/bike=b1/";
+    let (key, bytes) = server.below(table).into_iter().next().expect("a table");
+    let mut bytes = bytes.to_vec();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    server.put(&format!("{table}{key}"), bytes);
+    let (code, said) = run(&server, &["verify", "s3://fleet/out", "--no-logs"]);
+    assert_eq!(code, 1, "{said}");
+    assert!(said.contains("changed") && said.contains(&key), "{said}");
+    let (code, said) = run(&server, &["verify", "s3://fleet/out", "--no-logs", "--mend"]);
+    assert_eq!(code, 0, "{said}");
+    let (code, said) = run(&server, &THERE);
+    assert_eq!(code, 1, "{said}");
+    assert_same(&there(&server, "out/"), &whole);
 }
 
 #[test]

@@ -8,9 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Result, Write};
 use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use md5::{Digest, Md5};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -71,6 +73,10 @@ struct State {
     seen: Mutex<Vec<Seen>>,
     faults: Mutex<Faults>,
     written: Mutex<u64>,
+    /// Whether an object's name is the MD5 of its bytes, and every which body loses a bit on its way.
+    checksums: AtomicBool,
+    flips: AtomicUsize,
+    bodies: AtomicUsize,
 }
 
 /// The server, with one bucket: `fleet`. It serves until the test ends.
@@ -107,6 +113,9 @@ impl Server {
             seen: Mutex::default(),
             faults: Mutex::new(Faults { random: Pcg64::seed_from_u64(0), rate: 0.0, left: 0 }),
             written: Mutex::default(),
+            checksums: AtomicBool::default(),
+            flips: AtomicUsize::default(),
+            bodies: AtomicUsize::default(),
         });
         let served = Arc::clone(&state);
         std::thread::spawn(move || {
@@ -138,6 +147,15 @@ impl Server {
             Faults { random: Pcg64::seed_from_u64(seed), rate, left: most };
     }
 
+    /// From now on objects are named by the MD5 of their bytes, as by S3, and of every `nth` body, whichever way it goes,
+    /// one bit is turned; 0 leaves them alone. Gives back how many were turned until now.
+    pub fn flips(&self, nth: usize) -> usize {
+        self.state.checksums.store(true, Ordering::Relaxed);
+        let before = self.state.flips.swap(nth, Ordering::Relaxed);
+        let bodies = self.state.bodies.swap(0, Ordering::Relaxed);
+        bodies.checked_div(before).unwrap_or(0)
+    }
+
     /// The requests since it was last asked.
     pub fn seen(&self) -> Vec<Seen> {
         std::mem::take(&mut self.state.seen.lock().expect("lock"))
@@ -164,11 +182,27 @@ impl Server {
 }
 
 impl State {
+    /// Turns a bit of what goes by, if it is its turn.
+    fn turn(&self, body: &mut [u8]) {
+        let nth = self.flips.load(Ordering::Relaxed);
+        if nth == 0 || body.is_empty() {
+            return;
+        }
+        let n = self.bodies.fetch_add(1, Ordering::Relaxed);
+        if n % nth == nth - 1 {
+            let at = n.wrapping_mul(7919) % body.len();
+            body[at] ^= 1 << (n % 8);
+        }
+    }
+
     fn put(&self, key: &str, bytes: Vec<u8>) -> String {
         // like S3's of an upload in parts, it tells nothing of the bytes
         let mut written = self.written.lock().expect("lock");
         *written += 1;
-        let etag = format!("\"{:032x}-1\"", *written);
+        let etag = match self.checksums.load(Ordering::Relaxed) {
+            true => format!("\"{:x}\"", Md5::digest(&bytes)),
+            false => format!("\"{:032x}-1\"", *written),
+        };
         let object = Object { bytes: Arc::new(bytes), etag: etag.clone() };
         self.objects.lock().expect("lock").insert(key.to_owned(), object);
         etag
@@ -188,7 +222,7 @@ impl State {
 fn serve(stream: &TcpStream, state: &State) -> Result<()> {
     let mut reader = BufReader::new(stream.try_clone()?);
     loop {
-        let Some(request) = receive(&mut reader)? else { return Ok(()) };
+        let Some(mut request) = receive(&mut reader)? else { return Ok(()) };
         let listing = request.method == "GET" && request.query.contains("list-type=2");
         let method = if listing { "LIST".to_owned() } else { request.method.clone() };
         let fault = state.draw();
@@ -212,7 +246,14 @@ fn serve(stream: &TcpStream, state: &State) -> Result<()> {
             }
             _ => {}
         }
-        let answer = state.answer(&request);
+        let is_object = !listing && !request.key.is_empty();
+        if is_object && request.method == "PUT" {
+            state.turn(&mut request.body);
+        }
+        let mut answer = state.answer(&request);
+        if is_object && request.method == "GET" && answer.status.starts_with("20") {
+            state.turn(&mut answer.body);
+        }
         match fault {
             Some(Fault::Lost) => return Ok(()),
             Some(Fault::Torn) => return send(stream, &answer, true),

@@ -8,7 +8,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::limits::Limits;
-use super::wire::{self, Answer, Question, Setup};
+use super::wire::{self, Answer, Question, Setup, Told};
+use crate::objects::counts;
 
 /// How often a worker's processor time is looked at.
 const LOOK: Duration = Duration::from_millis(200);
@@ -70,7 +71,11 @@ impl Child {
             std::thread::spawn(move || {
                 let mut from = BufReader::new(from);
                 loop {
-                    let answer = wire::receive(&mut from, LARGEST);
+                    let told = wire::receive::<Told>(&mut from, LARGEST);
+                    let answer = told.map(|(told, body)| {
+                        counts::add_all(&told.requests);
+                        (told.answer, body)
+                    });
                     let is_over = answer.is_err();
                     if sender.send(answer).is_err() || is_over {
                         return;

@@ -7,12 +7,13 @@ use std::sync::mpsc::channel;
 use serde::Serialize;
 
 use super::sandbox;
-use super::wire::{self, Answer, Asked, File, Question, Setup};
+use super::wire::{self, Answer, Asked, File, Question, Setup, Told};
 use crate::batch::bikes::BikeFile;
 use crate::batch::distributed::What;
 use crate::batch::settings::Maps;
 use crate::batch::work::{Work, guarded};
 use crate::contract::bike::Bike;
+use crate::objects::counts;
 use crate::pipeline::{Input, Pipeline, Rejection};
 
 /// Longest question, bytes of its body: it has none.
@@ -54,6 +55,7 @@ fn answers<W: Work<Result: Serialize>>(
 ) -> Result<(), String> {
     let mut to = BufWriter::new(io::stdout());
     let ready = Answer::Ready { version: crate::VERSION.to_owned(), may: sandbox::rights() };
+    let ready = Told { answer: ready, requests: counts::so_far() };
     wire::send(&mut to, &ready, &[]).map_err(|e| e.to_string())?;
     let (sender, questions) = channel();
     std::thread::spawn(move || {
@@ -67,7 +69,9 @@ fn answers<W: Work<Result: Serialize>>(
     });
     for Asked { memory, question } in questions {
         sandbox::limit_memory(memory);
+        let before = counts::so_far();
         let (answer, bodies) = answer(work, pipeline, maps, question);
+        let answer = Told { answer, requests: counts::since(before) };
         let bodies: Vec<&[u8]> = bodies.iter().map(Vec::as_slice).collect();
         wire::send(&mut to, &answer, &bodies).map_err(|e| e.to_string())?;
     }

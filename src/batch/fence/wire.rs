@@ -10,6 +10,7 @@ use super::super::distributed::What;
 use super::Limits;
 use crate::contract::session::Meta;
 use crate::objects::Location;
+use crate::objects::counts::Counts;
 use crate::pipeline::Rejection;
 use crate::tables::rows::Ident;
 
@@ -52,6 +53,13 @@ pub enum Question {
         bike: String,
         signals: bool,
     },
+}
+
+/// What a worker answers, and what it asked of object stores for it.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Told {
+    pub answer: Answer,
+    pub requests: Counts,
 }
 
 /// What a worker answers.

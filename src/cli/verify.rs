@@ -1,0 +1,61 @@
+//! `roadbench verify`.
+
+use crate::batch::verify::{mend, verify};
+use crate::cli::failure::Failure;
+use crate::cli::location::location;
+use crate::cli::say::say;
+use crate::objects::Location;
+use crate::report::number_format::count;
+
+/// Hold an output against its checksums, its rows against one another and its sessions against their logs
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The folder, or s3://, gs:// or az:// prefix, that `roadbench run --out` wrote.
+    #[arg(value_parser = location())]
+    out: Location,
+    /// Do not read the logs: only the output itself.
+    #[arg(long)]
+    no_logs: bool,
+    /// Remove damaged tables and leftovers of killed runs: the next run computes their sessions again.
+    #[arg(long)]
+    mend: bool,
+}
+
+/// Runs the command; lists what is wrong.
+///
+/// # Errors
+/// See [`Failure`]; exit code 1 where the output is damaged.
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let Arguments { out, no_logs, mend: mends } = arguments;
+    if out.as_path().is_some_and(|path| !path.is_dir()) {
+        return Err(Failure::Usage(format!("{out} is not a folder")));
+    }
+    let done = verify(&out, !no_logs)?;
+    for finding in &done.findings {
+        say!("{finding}");
+    }
+    let damaged = done.findings.iter().filter(|f| f.wrong.is_damage()).count();
+    let others = done.findings.len() - damaged;
+    let logs = if no_logs { String::new() } else { format!(", {}", count(done.logs, "log")) };
+    say!(
+        "{} of {}{logs}: {damaged} damaged, {others} to know of{}",
+        count(done.files, "file"),
+        count(done.sessions, "session"),
+        match done.unlisted {
+            0 => String::new(),
+            n => format!("; {n} have no checksum yet"),
+        }
+    );
+    if mends {
+        let removed = mend(&out)?;
+        say!("{} removed; run again to compute the sessions", count(removed.len(), "file"));
+        return Ok(());
+    }
+    match damaged {
+        0 => Ok(()),
+        _ => Err(Failure::Rejected(
+            "the output is damaged: `roadbench verify OUT --mend` removes what is, and the next run computes it again"
+                .to_owned(),
+        )),
+    }
+}
