@@ -2,7 +2,7 @@
 //!
 //! Shared by the study and by `tests/it/track_sessions.rs`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use roadbench::contract::bike::Axle;
 use roadbench::contract::channel::Channel;
@@ -106,11 +106,19 @@ pub struct Read {
     pub scale_sd: [f64; 2],
 }
 
-/// Writes what a logger saw into a folder, drafts its map and runs it with the bike file.
+/// A log and what its motion says, nothing computed from it.
+pub struct Drafted {
+    pub log: PathBuf,
+    pub judged: Judged,
+    /// Nominal circumferences, m.
+    pub circumference: [f64; 2],
+}
+
+/// Writes what a logger saw into a folder and drafts its map with the bike file.
 ///
 /// # Panics
-/// Where the folder cannot be written or a drafted map is none.
-pub fn read(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -> Read {
+/// Where the folder cannot be written.
+pub fn drafted(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -> Drafted {
     let foreign = loggers::write(profile, ridden, seed);
     let known: toml::Table = foreign.truth.parse().expect("TOML");
     let circumference = [0, 1].map(|k| number(&known["circumference"][k]));
@@ -118,6 +126,16 @@ pub fn read(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -> R
     std::fs::write(&log, &foreign.text).expect("written");
     let bike = &ridden.entry.bike;
     let judged = judged_on(&log, Axle::BOTH.map(|axle| bike.wheel(axle).radius));
+    Drafted { log, judged, circumference }
+}
+
+/// Drafts a logger's map and runs its log by it.
+///
+/// # Panics
+/// Where the folder cannot be written or a drafted map is none.
+pub fn read(profile: Profile, ridden: &TrackRide, seed: u64, folder: &Path) -> Read {
+    let Drafted { log, judged, circumference } = drafted(profile, ridden, seed, folder);
+    let bike = &ridden.entry.bike;
     let map = ChannelMap::parse(&judged.draft, "draft.toml")
         .unwrap_or_else(|e| panic!("{e}\n{}", judged.draft));
     let pipeline = Pipeline::onroad();

@@ -7,7 +7,7 @@ use roadbench::simulate::loggers::Profile;
 use roadbench::tables::rows::{Coefficient, Status};
 
 use super::case::{Asked, KINDS, PROFILES, Read, Segmented};
-use super::channels::{Planted, check, planted, score};
+use super::channels::{Judged, Planted, check, planted, score};
 
 /// One session of one logger.
 pub struct Session {
@@ -85,17 +85,9 @@ impl Figures {
         let place = PROFILES.iter().position(|p| p == profile).unwrap_or(0);
         let who = format!("{name} {}", session.number);
         self.length += session.length / PROFILES.len() as f64;
-        let score = score(&read.judged, name);
-        let mapped = self.mapped.entry(place).or_default();
-        mapped.logs += 1;
-        mapped.expected += score.expected;
-        mapped.right += score.right;
-        mapped.wrong += score.wrong.len();
-        mapped.missing += score.missing.len();
-        mapped.late.extend(&score.late);
-        mapped.refused += usize::from(read.outcome.is_err());
-        self.notes.extend(score.wrong.iter().map(|w| format!("{who}: wrong: {w}")));
-        self.notes.extend(score.missing.iter().map(|w| format!("{who}: missing: {w}")));
+        self.add_map(session.number, *profile, &read.judged, read.circumference);
+        let refused = usize::from(read.outcome.is_err());
+        self.mapped.entry(place).or_default().refused += refused;
         if let Err(why) = &read.outcome {
             self.notes.push(format!("{who}: refused: {why}"));
         }
@@ -136,7 +128,29 @@ impl Figures {
                 self.segmented.entry((place, pressed)).or_default().add(segmented);
             }
         }
-        let circumference = read.circumference;
+    }
+
+    /// The channels of one map, and errors planted into the right one.
+    pub fn add_map(
+        &mut self,
+        number: usize,
+        profile: Profile,
+        judged: &Judged,
+        circumference: [f64; 2],
+    ) {
+        let name = profile.name();
+        let place = PROFILES.iter().position(|p| *p == profile).unwrap_or(0);
+        let who = format!("{name} {number}");
+        let score = score(judged, name);
+        let mapped = self.mapped.entry(place).or_default();
+        mapped.logs += 1;
+        mapped.expected += score.expected;
+        mapped.right += score.right;
+        mapped.wrong += score.wrong.len();
+        mapped.missing += score.missing.len();
+        mapped.late.extend(&score.late);
+        self.notes.extend(score.wrong.iter().map(|w| format!("{who}: wrong: {w}")));
+        self.notes.extend(score.missing.iter().map(|w| format!("{who}: missing: {w}")));
         for p in [None].into_iter().chain(planted(name).into_iter().map(Some)) {
             let kind = match p {
                 None => "nothing",
@@ -145,7 +159,7 @@ impl Figures {
                 Some(Planted::Swapped(..)) => "swapped channels",
                 Some(Planted::Delay(_)) => "delay of 0.2 s",
             };
-            let c = check(&read.judged, name, circumference, p);
+            let c = check(judged, name, circumference, p);
             let faults = self.faults.entry((place, kind)).or_default();
             faults.maps += 1;
             faults.found += usize::from(c.found);

@@ -32,10 +32,15 @@ fn circumference(profile: &str) -> [f64; 2] {
 #[test]
 fn every_channel_of_every_logger_is_mapped_rightly_and_nothing_else() {
     for (profile, file) in LOGS {
-        let found = score(&judged(&fixture(file)), profile);
+        let judged = judged(&fixture(file));
+        let found = score(&judged, profile);
         assert_eq!(found.wrong, Vec::<String>::new(), "{profile}");
-        assert_eq!(found.missing, Vec::<String>::new(), "{profile}");
-        assert_eq!(found.right, found.expected, "{profile}");
+        // without wheels a throttle's delay may not show: then it is not in force, and says so
+        let untimed = judged.verdicts.entries.iter().any(|e| e.untimed());
+        assert!(!untimed || profile == "satellite", "{profile}");
+        let missing: &[&str] = if untimed { &["throttle <- throttle"] } else { &[] };
+        assert_eq!(found.missing, missing, "{profile}");
+        assert_eq!(found.right + missing.len(), found.expected, "{profile}");
     }
 }
 

@@ -16,9 +16,12 @@ use roadbench::simulate::strapdown::{Receiver, Unit, crabbing, record, truth};
 use roadbench::simulate::track::{self, Track};
 use roadbench::statistics::random::Random;
 
+use super::channels_by_physics::truth::judged;
+
 const RATE: f64 = 100.0;
 const VELOCITY_Y: usize = 1;
 const ROLL: usize = 4;
+const YAW_RATE: usize = 9;
 const YAW: usize = 6;
 
 fn degrees(x: f64) -> f64 {
@@ -269,7 +272,8 @@ fn what_a_ride_lacks_is_said() {
     assert!(refused(&other).contains("m/s2"), "{}", refused(&other));
 }
 
-/// A box's CSV through its map: 25 Hz, speed without course, nothing known of the mounting.
+/// A box's CSV through its map: 25 Hz, speed without course, nothing known of the mounting; the map that `roadbench map` drafts gives
+/// speeds, lean and turn as well as the one written for it; without a lever arm its accelerations are the unit's own.
 #[test]
 fn a_strapped_on_box_becomes_a_session_of_the_level_frame() {
     let track = Track::load("track").expect("built in").expect("a track");
@@ -279,18 +283,34 @@ fn a_strapped_on_box_becomes_a_session_of_the_level_frame() {
     let path = folder.path().join(&foreign.file);
     std::fs::write(&path, &foreign.text).expect("written");
     let map = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/loggers/phone.toml");
-    let map = ChannelMap::read(&map).unwrap_or_else(|e| panic!("{e}"));
-    let raw = ingest::read(&path, &[map]).unwrap_or_else(|e| panic!("{e}"));
+    let written = ChannelMap::read(&map).unwrap_or_else(|e| panic!("{e}"));
+    let draft = judged(&path).draft;
+    let drafted = ChannelMap::parse(&draft, "draft").unwrap_or_else(|e| panic!("{e}\n{draft}"));
+    let motions: Vec<Motion> = ridden.ride.samples.iter().map(|s| s.motion).collect();
+    // a raw unit at 25 Hz: its aliased vibration is in the accelerations, and their sd says so
+    let common = [(0, 0.3), (1, 0.4), (ROLL, 0.03), (YAW_RATE, 0.05)];
+    let accelerations = [(2, 0.6), (3, 1.3)];
+    let unit_alone = accelerations.map(|(o, _)| (o, f64::INFINITY));
+    for (map, accelerations) in [(written, accelerations), (drafted, unit_alone)] {
+        let bars = [&common[..], &accelerations].concat();
+        brought_level(&path, map, &bars, (ridden.ride.session.rate, &truth(&motions)));
+    }
+}
+
+/// Reads a box's log by a map and holds the level frame against the truth.
+fn brought_level(
+    path: &Path,
+    map: ChannelMap,
+    bars: &[(usize, f64)],
+    (rate, true_ones): (f64, &[Vec<f64>]),
+) {
+    let raw = ingest::read(path, &[map]).unwrap_or_else(|e| panic!("{e}"));
     let (session, warnings) =
         ingest::run(raw, &Config::default()).unwrap_or_else(|e| panic!("{e}"));
     let told = warnings.iter().find(|w| w.code == "level_frame").expect("told");
     println!("{}", told.message);
-    let motions: Vec<Motion> = ridden.ride.samples.iter().map(|s| s.motion).collect();
-    let true_ones = truth(&motions);
-    let step = (ridden.ride.session.rate / session.rate).round() as usize;
-    // a raw unit at 25 Hz: its aliased vibration is in the accelerations, and their sd says so
-    let bars = [0.3, 0.4, 0.6, 1.3, 0.03];
-    for (o, bar) in bars.into_iter().enumerate() {
+    let step = (rate / session.rate).round() as usize;
+    for &(o, bar) in bars {
         let channel = Channel::from_name(NAMES[o]).expect("a channel");
         let sd = Channel::from_name(&format!("{}_sd", NAMES[o])).expect("a channel");
         let (x, sd) = (session.get(channel).expect("there"), session.get(sd).expect("there"));

@@ -1,7 +1,9 @@
 //! A session on the track from the files of four loggers to coefficients, nothing edited by hand: a small version of
 //! the study `examples/track_sessions`.
 
+use roadbench::contract::channel::Channel;
 use roadbench::contract::coefficient::Coefficient as C;
+use roadbench::ingest::propose::physics::Verdict;
 use roadbench::simulate::loggers::Profile;
 use roadbench::simulate::track;
 use roadbench::tables::rows::{Coefficient, Status};
@@ -11,7 +13,8 @@ use roadbench::tables::rows::{Coefficient, Status};
 mod case;
 use super::channels_by_physics::truth as channels;
 
-use case::{Asked, PROFILES, asked, read, segmented, varied};
+use case::{Asked, PROFILES, asked, drafted, read, segmented, varied};
+use channels::{Planted, check};
 
 /// Of the ride, and which of its sessions; the study reports on others.
 const SEED: u64 = 5150;
@@ -34,7 +37,10 @@ fn what_each_logger_can_carry_comes_out_and_no_channel_is_wrong() {
         let read = read(profile, &ridden, SEED, work.path());
         let score = channels::score(&read.judged, name);
         assert_eq!(score.wrong, Vec::<String>::new(), "{name}");
-        assert_eq!(score.missing, Vec::<String>::new(), "{name}");
+        let entries = &read.judged.verdicts.entries;
+        let untimed = entries.iter().any(|e| profile == Profile::Satellite && e.untimed());
+        let missing: &[&str] = if untimed { &["throttle <- throttle"] } else { &[] };
+        assert_eq!(score.missing, missing, "{name}");
         let outcome = read.outcome.unwrap_or_else(|why| panic!("{name}: {why}"));
         let seconds = segmented(&ridden, &outcome, read.earlier);
         assert!(seconds.as_rear_used < 0.05 * seconds.engine, "{name}: {seconds:?}");
@@ -74,4 +80,31 @@ fn what_each_logger_can_carry_comes_out_and_no_channel_is_wrong() {
             }
         }
     }
+}
+
+/// A satellite logger's throttle is in force with a delay that is right, or not in force: of these logs one shows it too
+/// badly.
+#[test]
+fn a_throttle_whose_delay_does_not_show_is_not_put_in_force() {
+    let work = tempfile::tempdir().expect("a folder");
+    let mut untimed = 0;
+    for (seed, number) in [(7102, 19), (7102, 2), (7103, 5)] {
+        let ridden = track::ride(&varied(seed), number).expect("comes round");
+        let drafted = drafted(Profile::Satellite, &ridden, seed, work.path());
+        let score = channels::score(&drafted.judged, "satellite");
+        assert_eq!(score.wrong, Vec::<String>::new(), "{seed} {number}");
+        let own = |e: &&Verdict| e.channel == Channel::Throttle;
+        let all = &drafted.judged.verdicts.entries;
+        let throttle = all.iter().find(own).expect("found");
+        let in_force = drafted.judged.draft.contains("\n[channel.throttle]");
+        assert_eq!(in_force, !throttle.untimed(), "{}", drafted.judged.draft);
+        untimed += usize::from(throttle.untimed());
+        // a delay that is 0.2 s wrong is found all the same, and a right map is not objected to
+        let late = Some(Planted::Delay(Channel::Throttle));
+        let checked = |planted| check(&drafted.judged, "satellite", drafted.circumference, planted);
+        let found = checked(late);
+        assert!(found.found && found.named && found.mended, "{seed} {number}: {found:?}");
+        assert_eq!(checked(None).false_alarms, 0, "{seed} {number}");
+    }
+    assert!((1..3).contains(&untimed), "{untimed} of 3");
 }

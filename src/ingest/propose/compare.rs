@@ -137,8 +137,8 @@ fn judge(
         find(Wrong::Kind, format!("`{name}` is no {channel}: {why}"), None);
         return true;
     };
-    if let Some(doubt) = own.doubt.as_ref().filter(|_| own.confirmed && !motion::lacks_radius(own))
-    {
+    let only_part = motion::lacks_radius(own) || own.untimed();
+    if let Some(doubt) = own.doubt.as_ref().filter(|_| own.confirmed && !only_part) {
         find(Wrong::Kind, format!("`{name}`: {doubt}"), None);
         return true;
     }
@@ -183,7 +183,8 @@ fn kept(verdict: &Verdict, entry: &Entry) -> Verdict {
     let doubt = verdict
         .doubt
         .clone()
-        .filter(|_| !(motion::lacks_radius(verdict) && entry.radius.is_some()));
+        .filter(|_| !(motion::lacks_radius(verdict) && entry.radius.is_some()))
+        .filter(|_| !verdict.untimed());
     Verdict { channel: entry.channel, radius: verdict.radius.and(radius), doubt, ..verdict.clone() }
 }
 

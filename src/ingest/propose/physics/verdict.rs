@@ -2,6 +2,10 @@
 
 use crate::contract::channel::Channel;
 
+/// Of a channel that is the column for sure, but whose delay shows too badly to be put in force.
+pub const UNTIMED: &str =
+    "how late it is shows too badly in this log; with a `delay` that you know it is right";
+
 /// What feeds a column, and what decided it.
 #[derive(Debug, Clone)]
 pub struct Verdict {
@@ -61,6 +65,11 @@ impl Verdict {
     pub fn because(mut self, why: impl Into<String>) -> Self {
         self.why.push(why.into());
         self
+    }
+
+    /// Whether only its delay is not sure.
+    pub fn untimed(&self) -> bool {
+        self.doubt.as_deref() == Some(UNTIMED)
     }
 
     /// Makes it a guess.
