@@ -10,9 +10,9 @@ use walkdir::WalkDir;
 
 use super::error::Error;
 use super::kind::Kind;
+use super::log_hash::hash_file;
 use super::marker::{self, Committed, Key};
 use super::parts;
-use super::plan::hash_file;
 use super::staged::{self, Staged};
 use crate::objects::url::Url;
 use crate::objects::{Location, Stat, client};

@@ -6,11 +6,11 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
-use super::distributed::What;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
 use super::store::Store;
+use super::what::What;
 use super::work::{Output, SessionFile, Work, encoded};
 use crate::diagnose::levels::{Member, Pooling, SharedCause};
 use crate::diagnose::{self, Diagnosis, Settings};

@@ -30,6 +30,7 @@ use super::session::{self, Ended};
 use super::settings::{Maps, Settings};
 use super::store::Store;
 use super::watch::State;
+pub use super::what::What;
 use super::work::Work;
 use crate::contract::bike::Bike;
 use crate::contract::session::Meta;
@@ -58,32 +59,13 @@ pub struct Terms {
     pub what: What,
 }
 
-/// What is done with each log.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub enum What {
-    /// As `roadbench run`.
-    Run {
-        /// Keep the estimated time series.
-        signals: bool,
-    },
-    /// As `roadbench diagnose`.
-    Diagnose {
-        /// Simulated nulls of each ride.
-        nulls: usize,
-        /// Simulate more riding for every cause that a ride says nothing of.
-        advise: bool,
-    },
+pub(super) fn run_work(signals: bool) -> RunWork {
+    RunWork { signals }
 }
 
-impl What {
-    pub(super) fn run_work(signals: bool) -> RunWork {
-        RunWork { signals }
-    }
-
-    pub(super) fn diagnose_work(nulls: usize, advise: bool) -> Result<DiagnoseWork, Error> {
-        let settings = diagnose::Settings { nulls, advise, ..diagnose::Settings::default() };
-        DiagnoseWork::new(settings).map_err(|e| Error::Usage(format!("nulls: {e}")))
-    }
+pub(super) fn diagnose_work(nulls: usize, advise: bool) -> Result<DiagnoseWork, Error> {
+    let settings = diagnose::Settings { nulls, advise, ..diagnose::Settings::default() };
+    DiagnoseWork::new(settings).map_err(|e| Error::Usage(format!("nulls: {e}")))
 }
 
 /// A bike file on its way to the workers.
@@ -177,9 +159,9 @@ impl Driver {
         what: What,
     ) -> Result<Self, Error> {
         match what {
-            What::Run { signals } => Self::with(settings, maps, &What::run_work(signals), what),
+            What::Run { signals } => Self::with(settings, maps, &run_work(signals), what),
             What::Diagnose { nulls, advise } => {
-                Self::with(settings, maps, &What::diagnose_work(nulls, advise)?, what)
+                Self::with(settings, maps, &diagnose_work(nulls, advise)?, what)
             }
         }
     }
@@ -378,10 +360,10 @@ impl Worker {
         };
         match self.terms.what {
             What::Run { signals } => {
-                answer.take(ended(&job, &settings, task.there, &What::run_work(signals))?);
+                answer.take(ended(&job, &settings, task.there, &run_work(signals))?);
             }
             What::Diagnose { nulls, advise } => {
-                let work = What::diagnose_work(nulls, advise)?;
+                let work = diagnose_work(nulls, advise)?;
                 answer.take(ended(&job, &settings, task.there, &work)?);
             }
         }

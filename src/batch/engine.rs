@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::contents::{Contents, Stale};
 use super::discover::inputs;
 use super::error::Error;
+use super::log_hash::hash_file;
 use super::marker::Key;
 use super::plan::{self, Job, Plan, Refused};
 use super::session::{self, Ended};
@@ -183,7 +184,7 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
         why: r.row.message,
     });
     let intended = |job: &Job| {
-        let hash = job.hash.clone().map_or_else(|| plan::hash_file(&job.location), Ok);
+        let hash = job.hash.clone().map_or_else(|| hash_file(&job.location), Ok);
         let (state, why) = match hash {
             Err(e) => (State::Rejected, format!("cannot read {}: {e}", job.log)),
             Ok(hash) if there.copied_from(&job.wanted(hash.clone())).is_some() => {

@@ -4,7 +4,7 @@ use arrow::array::RecordBatch;
 
 use super::bikes::BikeFile;
 use super::diagnose::DiagnoseWork;
-use super::plan::hash_file;
+use super::log_hash::hash_file;
 use super::run::note_unsafe_id;
 use super::settings::Maps;
 use super::work::guarded;

@@ -96,6 +96,15 @@ pub fn merge(there: &Contents, check: Check<'_>) -> Result<(), Error> {
     for (path, sum) in written.into_inner().unwrap_or_else(PoisonError::into_inner) {
         off.put(path, sum);
     }
+    // files of their own that stay
+    for path in concerned {
+        if let (None, Some(sum)) = (off.of(&path), list.of(&path)) {
+            let at = there.root().join(&path);
+            if at.exists().map_err(|e| Error::Output(format!("{at}: {e}")))? {
+                off.put(path, sum.to_owned());
+            }
+        }
+    }
     off.write(there.root())?;
     // what could not be taken in waits on, the rest is in
     let mut wait_on: BTreeSet<Key> = BTreeSet::new();

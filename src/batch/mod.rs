@@ -38,6 +38,7 @@ pub mod in_order;
 pub mod kind;
 pub mod local_copy;
 pub mod lock;
+pub mod log_hash;
 pub mod manifest;
 pub mod marker;
 pub mod merge;
@@ -56,6 +57,7 @@ pub mod summary;
 mod tyres;
 pub mod verify;
 pub mod watch;
+pub mod what;
 pub mod work;
 
 pub use engine::{Accounts, Intended};

@@ -1,7 +1,6 @@
 //! Before any samples are read: which session each log is, on which bike, and what is refused.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -10,6 +9,7 @@ use super::bikes::{BikeFile, BikeFiles, hash_settings};
 use super::contents::Contents;
 use super::discover::Found;
 use super::error::Error;
+use super::log_hash::hash_file;
 use super::marker::{Committed, Key};
 use super::settings::{Maps, Settings};
 use super::work::{Work, guarded};
@@ -233,24 +233,6 @@ pub fn row(
         input_hash,
         version: crate::VERSION.to_owned(),
     }
-}
-
-/// BLAKE3 of a file's bytes, as hexadecimal digits; of a log in an object store the store's own
-/// name for its bytes ([`source::identity`]).
-///
-/// # Errors
-/// It cannot be read.
-pub fn hash_file(file: &Location) -> std::io::Result<String> {
-    let path = match file {
-        Location::Remote(url) => return source::identity(url),
-        Location::Local(path) => path,
-    };
-    if !path.is_file() {
-        return Err(std::io::ErrorKind::InvalidInput.into()); // a pipe would never end
-    }
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path)?)?;
-    Ok(hasher.finalize().to_hex().to_string())
 }
 
 /// A log that the output was made from.

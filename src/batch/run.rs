@@ -2,11 +2,11 @@
 //! the report over all sessions of the output.
 
 use super::bikes::BikeFile;
-use super::distributed::What;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
 use super::store::Store;
+use super::what::What;
 use super::work::{Output, Work, encoded};
 use crate::pipeline::{self, Input, Outcome, Pipeline, Rejection};
 use crate::report::{self, Pages};

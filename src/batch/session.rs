@@ -1,6 +1,7 @@
 //! One log of a batch, from its bytes to its files or its row of `rejected`.
 
 use super::error::Error;
+use super::log_hash::hash_file;
 use super::marker::{Committed, Key};
 use super::parts;
 use super::plan::{self, Job};
@@ -49,7 +50,7 @@ pub fn run<W: Work>(
         return Ok(Ended::Unchanged);
     }
     // what is computed is hashed again: hours may lie between the plan and its turn
-    let input_hash = match plan::hash_file(&job.location) {
+    let input_hash = match hash_file(&job.location) {
         Ok(hash) => hash,
         Err(e) => {
             let message = format!("cannot read {}: {e}", job.log);

@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use arrow::array::RecordBatch;
 
 use super::bikes::BikeFile;
-use super::distributed::What;
 use super::kind::Kind;
+use super::what::What;
 use crate::contract::session::Meta;
 use crate::ingest;
 use crate::ingest::map::ChannelMap;

@@ -61,6 +61,7 @@ fn every_input_ends_as_a_session_or_a_rejection() {
     assert_eq!(
         names.iter().filter(|n| !n.starts_with("rejected/")).collect::<Vec<_>>(),
         [
+            ".roadbench/checksums.json",
             "coefficients/bike=b1/2026-05.parquet",
             "evidence/bike=b1/2026-05.parquet",
             "manoeuvres/bike=b1/2026-05.parquet",
@@ -197,7 +198,7 @@ fn a_session_moves_with_its_bike_and_others_stay() {
             (vec!["s-b".into()], vec!["s-a".into(), "s-c".into()])
         );
     }
-    assert_eq!(place.names().len(), 12);
+    assert_eq!(place.names().len(), 13, "and the checksums");
 }
 
 #[test]

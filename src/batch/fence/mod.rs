@@ -11,6 +11,7 @@
 //! `too_large` or `too_slow` and the limits that it had. As long as its bytes, the limits and roadbench are the same, it
 //! is not tried again ([`quarantine`]).
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -22,11 +23,11 @@ pub use self::limits::{Asked, Limits};
 use self::quarantine::Quarantine;
 use self::wire::{Answer, Place, Question, Setup};
 use super::bikes::BikeFile;
-use super::distributed::What;
 use super::error::Error;
 use super::kind::Kind;
-use super::plan::hash_file;
+use super::log_hash::hash_file;
 use super::settings::Settings;
+use super::what::What;
 use super::work::{Output, SessionFile, Work};
 use crate::contract::session::Meta;
 use crate::ingest::map::ChannelMap;
@@ -227,7 +228,7 @@ where
         }
         match pool.ask(&Question::Identify { log: Place::of(log) }, &limits, IDENTIFY)? {
             (Answer::Identified(meta), _) => Ok(meta),
-            (answer, _) => Err(answer.into_rejection(IDENTIFY, &limits)),
+            (answer, _) => Err(rejection(answer, IDENTIFY, &limits)),
         }
     }
 
@@ -260,9 +261,34 @@ where
                     serde_json::from_value(result).map_err(|e| unreadable(&e.to_string()))?;
                 Ok(Output { ident, samples, files, result })
             }
-            (answer, _) => Err(answer.into_rejection(stage, &limits)),
+            (answer, _) => Err(rejection(answer, stage, &limits)),
         }
     }
+}
+
+/// Why the log cannot be used, by an answer that has nothing else to say.
+fn rejection(answer: Answer, stage: &'static str, limits: &Limits) -> Rejection {
+    match answer {
+        Answer::Rejected { stage: own, code, message } => {
+            Rejection { stage: name(own), code: name(code), message, limits: None }
+        }
+        other => refused(Ended::Crash(format!("it answered {}", other.kind())), limits, stage),
+    }
+}
+
+/// A stage or code, for good: there are a few dozen. A worker that makes up more is not listened to.
+fn name(text: String) -> &'static str {
+    static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(there) = known.get(text.as_str()) {
+        return there;
+    }
+    if known.len() >= 1000 || text.len() > 100 {
+        return "internal_error";
+    }
+    let leaked: &'static str = Box::leak(text.into_boxed_str());
+    known.insert(leaked);
+    leaked
 }
 
 /// The files in the body of an answer.

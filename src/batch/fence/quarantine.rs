@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::Limits;
+use super::limits::Limits;
 use crate::objects::Location;
 use crate::pipeline::Rejection;
 use crate::tables::read;

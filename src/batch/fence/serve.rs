@@ -9,8 +9,9 @@ use serde::Serialize;
 use super::sandbox;
 use super::wire::{self, Answer, Asked, File, Question, Setup, Told};
 use crate::batch::bikes::BikeFile;
-use crate::batch::distributed::What;
+use crate::batch::distributed::{diagnose_work, run_work};
 use crate::batch::settings::Maps;
+use crate::batch::what::What;
 use crate::batch::work::{Work, guarded};
 use crate::contract::bike::Bike;
 use crate::objects::counts;
@@ -40,9 +41,9 @@ fn work() -> Result<(), String> {
     let pipeline = Pipeline::parse(&setup.pipeline, "pipeline")?;
     let maps = Maps::parse(&setup.maps)?;
     match setup.what {
-        What::Run { signals } => answers(&What::run_work(signals), &pipeline, &maps),
+        What::Run { signals } => answers(&run_work(signals), &pipeline, &maps),
         What::Diagnose { nulls, advise } => {
-            let work = What::diagnose_work(nulls, advise).map_err(|e| e.to_string())?;
+            let work = diagnose_work(nulls, advise).map_err(|e| e.to_string())?;
             answers(&work, &pipeline, &maps)
         }
     }

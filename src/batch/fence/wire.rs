@@ -6,12 +6,10 @@ use std::io::{self, Read, Write};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::super::distributed::What;
-use super::Limits;
+use crate::batch::what::What;
 use crate::contract::session::Meta;
 use crate::objects::Location;
 use crate::objects::counts::Counts;
-use crate::pipeline::Rejection;
 use crate::tables::rows::Ident;
 
 /// Longest head, bytes: the models of a large archive are in one.
@@ -84,21 +82,8 @@ pub struct File {
 }
 
 impl Answer {
-    /// Why the log cannot be used, by an answer that has nothing else to say.
-    pub fn into_rejection(self, stage: &'static str, limits: &Limits) -> Rejection {
-        match self {
-            Answer::Rejected { stage: own, code, message } => {
-                Rejection { stage: name(own), code: name(code), message, limits: None }
-            }
-            other => super::refused(
-                super::Ended::Crash(format!("it answered {}", other.kind())),
-                limits,
-                stage,
-            ),
-        }
-    }
-
-    fn kind(&self) -> &'static str {
+    /// What it is, in a word.
+    pub fn kind(&self) -> &'static str {
         match self {
             Answer::Ready { .. } => "ready",
             Answer::Identified(_) => "who",
@@ -106,23 +91,6 @@ impl Answer {
             Answer::Rejected { .. } => "rejected",
         }
     }
-}
-
-/// A stage or code, for good: there are a few dozen. A worker that makes up more is not listened to.
-fn name(text: String) -> &'static str {
-    use std::collections::BTreeSet;
-    use std::sync::{Mutex, PoisonError};
-    static KNOWN: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(there) = known.get(text.as_str()) {
-        return there;
-    }
-    if known.len() >= 1000 || text.len() > 100 {
-        return "internal_error";
-    }
-    let leaked: &'static str = Box::leak(text.into_boxed_str());
-    known.insert(leaked);
-    leaked
 }
 
 /// A location, whatever bytes its name has.
