@@ -182,7 +182,11 @@ impl Files<'_> {
         let mut changes = Vec::with_capacity(tables.len());
         for spec in tables {
             let at = self.at(spec);
-            let mut rows = self.sessions(spec, &at, &replaced)?;
+            // where nothing is kept it does not matter what is there
+            let mut rows = match kept.is_empty() {
+                true => BTreeMap::new(),
+                false => self.sessions(spec, &at, &replaced)?,
+            };
             rows.retain(|id, _| kept.contains(id));
             let is_always = spec.presence == Presence::Always;
             let exists = || at.exists().map_err(|e| Error::Output(format!("{at}: {e}")));
