@@ -181,6 +181,10 @@ impl<R> Watch<R> for Slowest {
 
 /// The maps that come with roadbench and those of the samples.
 fn maps() -> Maps {
+    Maps::read(&map_files()).expect("ours")
+}
+
+pub fn map_files() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut paths: Vec<PathBuf> = ["pipelines/maps", "fixtures/formats"]
         .into_iter()
@@ -189,7 +193,7 @@ fn maps() -> Maps {
         .filter(|path| path.extension().is_some_and(|e| e == "toml"))
         .collect();
     paths.sort();
-    Maps::read(&paths).expect("ours")
+    paths
 }
 
 #[test]

@@ -11,7 +11,7 @@ use rand_pcg::Pcg64;
 use roadbench::tables::read;
 use roadbench::tables::rows::Rejected;
 
-use crate::damage::{FOREIGN, RACING, damage, ride, whole};
+use crate::damage::{FOREIGN, RACING, damage, map_files, ride, whole};
 
 /// Logs of one batch.
 const TOGETHER: usize = 500;
@@ -118,11 +118,12 @@ fn mutants_cost_themselves_only() {
             "xsens" => "txt",
             other => other,
         };
-        formats.push((format.into(), extension.into(), whole(&ride, folder.path(), "m", format)));
+        formats.push((format.into(), extension.into(), whole(&ride, folder.path(), "", format)));
     }
     for (extension, name) in FOREIGN {
         formats.push((format!("other_{extension}"), extension.into(), sample(name)));
     }
+    let maps = map_files();
     let mut codes: BTreeMap<String, usize> = BTreeMap::new();
     let (mut inputs, mut done, began) = (0, 0, Instant::now());
     for (number, (format, extension, bytes)) in formats.iter().enumerate() {
@@ -151,6 +152,7 @@ fn mutants_cost_themselves_only() {
                 .arg(place.path().join("logs"))
                 .arg("--out")
                 .arg(&out)
+                .args(maps.iter().flat_map(|map| [Path::new("--map"), map]))
                 .args(["--memory-limit", "1", "--time-limit", "30", "--pages", "none"])
                 .output()
                 .expect("started");

@@ -22,7 +22,7 @@ impl Quarantine {
     pub fn read(out: &Location) -> Self {
         let listed = out.join("rejected").list().unwrap_or_default();
         let files: Vec<Location> =
-            listed.into_iter().map(|e| out.join(&format!("rejected/{}", e.key))).collect();
+            listed.into_iter().map(|e| out.join(format!("rejected/{}", e.key))).collect();
         let rows = |at: &Location| {
             let bytes = at.read().ok()?;
             read::rows_of::<Rejected>(at, bytes).ok()
