@@ -145,7 +145,8 @@ fn mutants_cost_themselves_only() {
             std::fs::create_dir_all(&bikes).expect("folder");
             let bike = Path::new(env!("CARGO_MANIFEST_DIR"))
                 .join("fixtures/archive/bikes/archive_01.toml");
-            std::fs::copy(bike, bikes.join("archive_01.toml")).expect("bike");
+            std::fs::copy(&bike, bikes.join("archive_01.toml")).expect("bike");
+            std::fs::copy(bike, bikes.join("b1.toml")).expect("bike"); // as the Parquet log says
             let out = place.path().join("out");
             let said = Command::new(env!("CARGO_BIN_EXE_roadbench"))
                 .arg("run")

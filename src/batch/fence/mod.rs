@@ -6,10 +6,10 @@
 //! ```
 //!
 //! [`Fenced`] does what the work in it does, in workers: processes of the same program that read logs and give back the
-//! files of a session through a pipe. They can write nothing and reach no network ([`sandbox`]). A worker that
+//! files of a session through a pipe. They can write nothing and reach no network (`sandbox`). A worker that
 //! crashes, or goes beyond its limits, costs the batch one log: a row of `rejected` with the code `crashed`,
 //! `too_large` or `too_slow` and the limits that it had. As long as its bytes, the limits and roadbench are the same, it
-//! is not tried again ([`quarantine`]).
+//! is not tried again (`quarantine`).
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
