@@ -50,14 +50,21 @@ impl Ground {
     pub fn new(session: &Session) -> Option<Self> {
         let (latitude, longitude) =
             (session.get(Channel::Latitude)?, session.get(Channel::Longitude)?);
-        let known = |(a, b): (&f64, &f64)| a.is_finite() && b.is_finite();
+        // a damaged log has places that are not on Earth
+        let known = |(a, b): (&f64, &f64)| a.abs() <= 90.0 && b.abs() <= 360.0;
         let finite = latitude.iter().zip(longitude).filter(|&(a, b)| known((a, b))).count();
         if 2 * finite < session.len {
             return None;
         }
         let origin = [median_of_finite(latitude)?, median_of_finite(longitude)?];
-        let raw: Vec<Point> =
-            latitude.iter().zip(longitude).map(|(a, b)| metres(origin, [*a, *b])).collect();
+        let raw: Vec<Point> = latitude
+            .iter()
+            .zip(longitude)
+            .map(|(a, b)| match known((a, b)) {
+                true => metres(origin, [*a, *b]),
+                false => [f64::NAN; 2],
+            })
+            .collect();
         let speed = held(session.get(Channel::VelocityX)?);
         let mut sum = 0.0;
         let ridden = speed

@@ -149,6 +149,10 @@ impl Line {
             let along = level + slope * (time - about) + ground.ridden_at(time) - at_line;
             time -= along / v;
         }
+        // positions that contradict the speed place nothing
+        if !((time - about).abs() <= 3.0 * HALF) {
+            time = about;
+        }
         let scatter: f64 =
             offsets.iter().map(|(t, r)| (r - level - slope * t).powi(2)).sum::<f64>();
         let own = if n > 2.0 { scatter / (n - 2.0) / n } else { 0.0 };

@@ -303,3 +303,39 @@ fn files_that_claim_without_bounds_end() {
         assert!(seconds < LONGEST, "{name} took {seconds} s");
     }
 }
+
+/// A place that is not on Earth, in a track that goes round: found by mutants (a lap's crossing before all time).
+#[test]
+fn a_place_off_the_earth_is_no_place() {
+    let folder = tempfile::tempdir().expect("folder");
+    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/formats/circle_garmin.gpx");
+    let text = std::fs::read_to_string(sample).expect("bundled");
+    let bike = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive/bikes/archive_01.toml");
+    let logs = folder.path().join("logs/bike=b1");
+    std::fs::create_dir_all(&logs).expect("folder");
+    std::fs::create_dir_all(folder.path().join("bikes")).expect("folder");
+    std::fs::copy(bike, folder.path().join("bikes/b1.toml")).expect("bike");
+    // one latitude in turn, of the whole first round and a bit more
+    let places: Vec<usize> = text.match_indices("lat=\"50.").map(|(at, _)| at + 5).collect();
+    assert!(places.len() > 200, "{}", places.len());
+    for (number, at) in places.iter().enumerate().step_by(3) {
+        let mut damaged = text.clone();
+        damaged.replace_range(*at..*at + 1, "99999999999999999999");
+        std::fs::write(logs.join(format!("d{number:03}.gpx")), damaged).expect("log");
+    }
+    let settings = Settings {
+        inputs: &[Location::from(folder.path().join("logs"))],
+        bikes: Some(&folder.path().join("bikes").into()),
+        out: &folder.path().join("out").into(),
+        pipeline: &Pipeline::onroad(),
+        maps: &maps(),
+        jobs: 2,
+        force: false,
+        since: None,
+    };
+    let (run, _) =
+        engine::run(&settings, &RunWork::default(), &(), &AtomicBool::new(false)).expect("run");
+    let internal: Vec<_> = run.rejected.iter().filter(|r| r.code == "internal_error").collect();
+    assert!(internal.is_empty(), "{internal:?}");
+    assert!(run.done > 30, "{} of {}", run.done, run.inputs);
+}
