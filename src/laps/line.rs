@@ -150,7 +150,7 @@ impl Line {
             time -= along / v;
         }
         // positions that contradict the speed place nothing
-        if !((time - about).abs() <= 3.0 * HALF) {
+        if !time.is_finite() || (time - about).abs() > 3.0 * HALF {
             time = about;
         }
         let scatter: f64 =
