@@ -30,10 +30,10 @@ pub enum Wrong {
     Missing,
     /// A table that cannot be read.
     Unreadable,
-    /// Rows of a session that has no commit marker, or a file of no session.
+    /// A file of no session.
     Orphan,
-    /// A session without rows in a table that always has some.
-    Incomplete,
+    /// Rows of sessions that have no commit marker, among others.
+    OrphanRows,
     /// What a killed run left.
     LeftOver,
     /// Sessions wait to be taken into the tables.
@@ -52,7 +52,7 @@ impl Wrong {
             Wrong::Missing => "missing",
             Wrong::Unreadable => "unreadable",
             Wrong::Orphan => "orphan",
-            Wrong::Incomplete => "incomplete",
+            Wrong::OrphanRows => "orphan_rows",
             Wrong::LeftOver => "left_over",
             Wrong::Waiting => "waiting",
             Wrong::LogMissing => "log_missing",
@@ -62,8 +62,8 @@ impl Wrong {
 
     /// Whether the output is damaged; else a run, or nobody, has to do something about it.
     pub fn is_damage(self) -> bool {
-        use Wrong::{Changed, Incomplete, Missing, Orphan, Unreadable};
-        matches!(self, Changed | Missing | Unreadable | Orphan | Incomplete)
+        use Wrong::{Changed, Missing, Orphan, OrphanRows, Unreadable};
+        matches!(self, Changed | Missing | Unreadable | Orphan | OrphanRows)
     }
 }
 
@@ -120,7 +120,9 @@ pub fn mend(out: &Location) -> Result<Vec<String>, Error> {
     let mut list = Manifest::read(out);
     let mut removed = BTreeSet::new();
     for finding in &found.findings {
-        if finding.wrong.is_damage() || finding.wrong == Wrong::LeftOver {
+        // a table with rows too many has good ones, too: the next change of its month drops the others
+        let stays = finding.wrong == Wrong::OrphanRows;
+        if (finding.wrong.is_damage() && !stays) || finding.wrong == Wrong::LeftOver {
             removed.insert(finding.place.clone());
         }
     }
@@ -284,7 +286,7 @@ fn rows(
         let [first, ..] = strange[..] else { return None };
         let detail =
             format!("rows of {} sessions that are not in the output ({first})", strange.len());
-        Some(Finding { wrong: Wrong::Orphan, place: path.clone(), detail })
+        Some(Finding { wrong: Wrong::OrphanRows, place: path.clone(), detail })
     };
     findings.extend(work.par_iter().filter_map(look).collect::<Vec<_>>());
     findings
