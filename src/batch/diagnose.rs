@@ -78,7 +78,7 @@ impl Work for DiagnoseWork {
             ident: d.ident,
             samples: 0,
             files,
-            result: Verdict { summary: d.summary, causes: d.causes },
+            result: Some(Verdict { summary: d.summary, causes: d.causes }),
         })
     }
 }
@@ -156,6 +156,7 @@ pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
         false => file::write_bytes(&at, effects.to_toml().as_bytes())?,
         true => at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?,
     }
+    store.let_readers_in();
     report::build(copy.folder(), Pages::Auto, false)?;
     copy.publish([POOLED, "report"])?;
     store.list_checksums(copy.folder(), &[POOLED])?;

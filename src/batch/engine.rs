@@ -97,6 +97,7 @@ pub fn run<W: Work>(
         stop,
         tally: Mutex::default(),
     };
+    work.planned(inputs);
     pool.broadcast(|_| shared.worker(work, watch));
     let tally = shared.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let accounts = tally.close(accounts, jobs.len())?;
@@ -281,7 +282,7 @@ impl Shared<'_> {
                 Ok(Ended::Done { samples, result, .. }) => {
                     tally.sessions.insert(job.key());
                     tally.done += 1;
-                    watch.finished(&Finished { samples, ..finished }, Some(result));
+                    watch.finished(&Finished { samples, ..finished }, result);
                 }
             }
         }

@@ -1,11 +1,11 @@
 //! Takes the sessions that wait ([`mod@staged`]) into the tables: each file of a motorcycle and month that they
-//! concern is written anew, whole, with its sessions in order of id; the commit markers last.
+//! concern is written anew, whole, with its sessions in order of id; then all of them are put in place at once ([`mod@switch`](super::switch)).
 //!
 //! What waits is removed only when all of it is in: whoever is killed over it leaves it to the next, which does the same
 //! once more. A file's bytes depend on the sessions in it only.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use arrow::array::{ArrayRef, AsArray, RecordBatch, StringArray};
 use arrow::compute::concat_batches;
@@ -18,9 +18,10 @@ use super::manifest::{self, Manifest};
 use super::marker::{Committed, Key};
 use super::parts;
 use super::staged::{self, Staged};
+use super::switch::{Changes, Next, Switching};
 use super::verify;
 use crate::objects::Location;
-use crate::objects::files::{read_many, remove_many};
+use crate::objects::files::read_many;
 use crate::tables::names::file_name;
 use crate::tables::registry::{Presence, TableSpec};
 use crate::tables::{file, read};
@@ -48,11 +49,12 @@ type Come<'a> = (&'a str, Rows);
 /// Whether the output is still ours to write.
 pub type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
 
-/// Takes in all that waits; `check` is asked before anything is written.
+/// Takes in all that waits; `check` is asked before anything is put in place. Gives back what keeps readers out until what
+/// is made over all sessions is there, too.
 ///
 /// # Errors
 /// A table cannot be read, or the output not be written: what waits goes on waiting.
-pub fn merge(there: &Contents, check: Check<'_>) -> Result<(), Error> {
+pub fn merge(there: &Contents, check: Check<'_>) -> Result<Option<Switching>, Error> {
     let mut waits: Vec<(&Location, &Staged)> = there.staged().collect();
     let mut groups: BTreeMap<(&str, &str), Group<'_>> = BTreeMap::new();
     let keys: BTreeSet<Key> = waits.iter().map(|(_, s)| s.key()).collect();
@@ -70,60 +72,51 @@ pub fn merge(there: &Contents, check: Check<'_>) -> Result<(), Error> {
     if !list.is_there {
         list = verify::adopt(there.root())?;
     }
-    let concerned = concerned(there, &groups, &old);
-    let mut off = list.clone();
-    off.take_off(concerned.iter().map(String::as_str));
-    check().map_err(|e| Error::Output(format!("{}: {e}", there.root())))?;
-    off.write(there.root())?;
-    let written = Mutex::new(Vec::new());
-    // before the markers change: they say where the files are
-    remove_own_files(there, &waits, &old)?;
+    let is_ours = || check().map_err(|e| Error::Output(format!("{}: {e}", there.root())));
+    is_ours()?;
+    let next = Next::begin(there.root(), list, || concerned(there, &groups, &old))?;
     let groups: Vec<_> = groups.into_iter().collect();
-    let merged: Vec<Result<(), Error>> = groups
+    let merged: Vec<Result<Changes, Error>> = groups
         .par_iter()
         .map(|((bike_id, part), Group { gone, come })| {
-            let files = Files { there, check, bike_id, part, list: &list, written: &written };
+            let files = Files { there, check, bike_id, part, next: &next };
+            let mut changes = Changes::new();
             // what comes with a later part of it stays until then
             let mut first = gone.clone();
             for (_, staged) in come.iter().skip(TOGETHER) {
                 first.remove(staged.session_id.as_str());
             }
             let mut chunks = come.chunks(TOGETHER);
-            files.take(&first, chunks.next().unwrap_or_default())?;
-            chunks.try_for_each(|some| files.take(&BTreeSet::new(), some))
+            files.take(&first, chunks.next().unwrap_or_default(), &mut changes)?;
+            chunks.try_for_each(|some| files.take(&BTreeSet::new(), some, &mut changes))?;
+            Ok(changes)
         })
         .collect();
-    for (path, sum) in written.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        off.put(path, sum);
-    }
-    // files of their own that stay
-    for path in concerned {
-        if let (None, Some(sum)) = (off.of(&path), list.of(&path)) {
-            let at = there.root().join(&path);
-            if at.exists().map_err(|e| Error::Output(format!("{at}: {e}")))? {
-                off.put(path, sum.to_owned());
+    // what could not be taken in waits on, the rest is in
+    let mut wait_on: BTreeSet<Key> = BTreeSet::new();
+    let mut changes = Changes::new();
+    let mut failed = None;
+    for (((bike_id, _), Group { gone, come }), merged) in groups.iter().zip(merged) {
+        match merged {
+            Ok(some) => changes.extend(some),
+            Err(e) => {
+                wait_on.extend(gone.iter().map(|id| Key::new(bike_id, id)));
+                wait_on.extend(come.iter().map(|(_, staged)| staged.key()));
+                failed.get_or_insert(e);
             }
         }
     }
-    off.write(there.root())?;
-    // what could not be taken in waits on, the rest is in
-    let mut wait_on: BTreeSet<Key> = BTreeSet::new();
-    let mut failed = None;
-    for (((bike_id, _), Group { gone, come }), merged) in groups.iter().zip(merged) {
-        if let Err(e) = merged {
-            wait_on.extend(gone.iter().map(|id| Key::new(bike_id, id)));
-            wait_on.extend(come.iter().map(|(_, staged)| staged.key()));
-            failed.get_or_insert(e);
-        }
-    }
     waits.retain(|(_, staged)| !wait_on.contains(&staged.key()));
+    old.retain(|row| !wait_on.contains(&row.key()));
+    for path in own_files_gone(there, &waits, &old) {
+        next.remove(path, &mut changes)?;
+    }
     let files: Vec<&Location> = waits.iter().map(|(at, _)| *at).collect();
-    check()
-        .and_then(|()| remove_many(&files))
-        .map_err(|e| Error::Output(format!("cannot remove what was taken in: {e}")))?;
+    is_ours()?;
+    let switching = next.commit(changes, &files)?;
     let bikes: BTreeSet<&str> = groups.iter().map(|((bike, _), _)| *bike).collect();
     remove_empty_folders(there, &bikes);
-    failed.map_or(Ok(()), Err)
+    failed.map_or(Ok(switching), Err)
 }
 
 /// The files of a motorcycle and month.
@@ -132,10 +125,7 @@ struct Files<'a> {
     check: Check<'a>,
     bike_id: &'a str,
     part: &'a str,
-    /// Checksums of what is there.
-    list: &'a Manifest,
-    /// Of what was written: paths and checksums.
-    written: &'a Mutex<Vec<(String, String)>>,
+    next: &'a Next<'a>,
 }
 
 /// The files that a merge may change, as the list of checksums has them.
@@ -165,32 +155,39 @@ fn concerned(
 
 impl Files<'_> {
     /// Takes some sessions in, and those that are gone out. Everything is read before anything is written.
-    fn take(&self, gone: &BTreeSet<&str>, come: &[(&Location, &Staged)]) -> Result<(), Error> {
+    fn take(
+        &self,
+        gone: &BTreeSet<&str>,
+        come: &[(&Location, &Staged)],
+        changes: &mut Changes,
+    ) -> Result<(), Error> {
         let kind = self.there.kind;
         let mut tables: Vec<&'static TableSpec> =
             kind.tables().filter(|spec| parts::shares(spec)).collect();
         tables.push(kind.marker);
-        let new = self.come(&tables, come)?;
+        let new = self.come(&tables, come, changes)?;
         let mut replaced = gone.clone();
         // one that could not be read stays as it was
         come.iter().for_each(|(_, staged)| _ = replaced.remove(staged.session_id.as_str()));
         replaced.extend(new.iter().map(|(id, _)| *id));
         // rows whose commit marker somebody has removed are nobody's
-        let marker = self.sessions(kind.marker, &self.at(kind.marker), &replaced)?;
+        let marker = self.sessions(kind.marker, &replaced, changes)?;
         let kept: BTreeSet<String> = marker.into_keys().collect();
         let mut is_lost = false;
-        let mut changes = Vec::with_capacity(tables.len());
+        let mut tables_now = Vec::with_capacity(tables.len());
         for spec in tables {
             let at = self.at(spec);
             // where nothing is kept it does not matter what is there
             let mut rows = match kept.is_empty() {
                 true => BTreeMap::new(),
-                false => self.sessions(spec, &at, &replaced)?,
+                false => self.sessions(spec, &replaced, changes)?,
             };
             rows.retain(|id, _| kept.contains(id));
             let is_always = spec.presence == Presence::Always;
-            let exists = || at.exists().map_err(|e| Error::Output(format!("{at}: {e}")));
-            is_lost |= is_always && !kept.is_empty() && rows.is_empty() && !exists()?;
+            is_lost |= is_always
+                && !kept.is_empty()
+                && rows.is_empty()
+                && self.read(&at, changes)?.is_none();
             if spec.is(kind.marker) && is_lost {
                 // a table of the month was removed: those that are not computed now are so next time
                 for batches in rows.values_mut() {
@@ -209,16 +206,16 @@ impl Files<'_> {
                 .map_err(|e| e.to_string())
                 .and_then(|all| file::typed(table, &all))
                 .map_err(|e| Error::Internal(format!("{at}: {e}")))?;
-            changes.push((at, (!is_empty && is_needed).then_some(all)));
+            tables_now.push((at, (!is_empty && is_needed).then_some(all)));
         }
-        for (at, all) in changes {
+        for (at, all) in tables_now {
             (self.check)().map_err(|e| Error::Output(format!("{at}: {e}")))?;
             match all {
                 Some(all) => {
                     let bytes = file::batch_to_bytes(&at.to_string(), &all)?;
-                    self.write(at, &bytes)?;
+                    self.next.write(self.path(&at)?, &bytes, changes)?;
                 }
-                None => remove(&at)?,
+                None => self.next.remove(self.path(&at)?, changes)?,
             }
         }
         Ok(())
@@ -230,13 +227,14 @@ impl Files<'_> {
         &self,
         tables: &[&'static TableSpec],
         come: &[(&Location, &'a Staged)],
+        changes: &mut Changes,
     ) -> Result<Vec<Come<'a>>, Error> {
         let mut new: Vec<Come<'a>> = Vec::with_capacity(come.len());
         for some in come.chunks(READ) {
             let files: Vec<&Location> = some.iter().map(|(at, _)| *at).collect();
             for ((at, staged), bytes) in some.iter().zip(read_many(&files)) {
                 let bytes = bytes.map_err(|e| Error::Output(format!("cannot read {at}: {e}")))?;
-                match self.session(tables, &staged.session_id, bytes)? {
+                match self.session(tables, &staged.session_id, bytes, changes)? {
                     Ok(rows) => new.push((&staged.session_id, rows)),
                     Err(e) => {
                         tracing::error!("{at}: {e}; removed, the next run computes the session");
@@ -255,6 +253,7 @@ impl Files<'_> {
         tables: &[&'static TableSpec],
         id: &str,
         bytes: Bytes,
+        changes: &mut Changes,
     ) -> Result<Result<Rows, String>, Error> {
         let files = match staged::files(bytes) {
             Ok(files) => files,
@@ -272,34 +271,27 @@ impl Files<'_> {
             if tables.iter().all(|spec| spec.name != folder) {
                 let at = self.there.file(folder, extension, self.bike_id, &file_name(id));
                 (self.check)().map_err(|e| Error::Output(format!("{at}: {e}")))?;
-                self.write(at, bytes)?;
+                self.next.write(self.path(&at)?, bytes, changes)?;
             }
         }
         Ok(Ok(rows))
     }
 
-    fn write(&self, at: Location, bytes: &[u8]) -> Result<(), Error> {
-        let path = manifest::below(self.there.root(), &at);
-        file::write_bytes(at, bytes)?;
-        if let Some(path) = path {
-            let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-            written.push((path, manifest::checksum(bytes)));
-        }
-        Ok(())
+    /// A file as the output names it.
+    fn path(&self, at: &Location) -> Result<String, Error> {
+        let path = manifest::below(self.there.root(), at);
+        path.ok_or_else(|| Error::Internal(format!("{at} is not in the output")))
     }
 
     /// Reads what is there of a table; not what another hand or a bad disk made of it.
-    fn read(&self, at: &Location) -> Result<Option<Vec<u8>>, Error> {
-        let bytes = match at.read() {
+    fn read(&self, at: &Location, changes: &Changes) -> Result<Option<Vec<u8>>, Error> {
+        let path = self.path(at)?;
+        let Some(place) = self.next.place(&path, changes) else { return Ok(None) };
+        let bytes = match place.read() {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             bytes => bytes.map_err(|e| Error::Output(format!("cannot read {at}: {e}")))?,
         };
-        let path = manifest::below(self.there.root(), at);
-        let own = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        let now =
-            own.iter().rev().find(|(p, _)| Some(p) == path.as_ref()).map(|(_, sum)| sum.as_str());
-        let sum = now.or_else(|| self.list.of(path.as_deref()?));
-        match sum {
+        match self.next.checksum(&path, changes) {
             Some(sum) if manifest::checksum(&bytes) != sum => Err(Error::Output(format!(
                 "{at} is not as it was written (a bad disk, or another program); remove it (`roadbench verify --mend`) and \
                  run again: its sessions are then computed anew"
@@ -312,12 +304,13 @@ impl Files<'_> {
     fn sessions(
         &self,
         spec: &TableSpec,
-        at: &Location,
         without: &BTreeSet<&str>,
+        changes: &Changes,
     ) -> Result<BTreeMap<String, Vec<RecordBatch>>, Error> {
         let mut out: BTreeMap<String, Vec<RecordBatch>> = BTreeMap::new();
-        let Some(bytes) = self.read(at)? else { return Ok(out) };
-        for batch in typed(spec, at, Bytes::from(bytes))? {
+        let at = self.at(spec);
+        let Some(bytes) = self.read(&at, changes)? else { return Ok(out) };
+        for batch in typed(spec, &at, Bytes::from(bytes))? {
             let ids = batch.column_by_name("session_id").and_then(|c| c.as_string_opt::<i32>());
             let Some(ids) = ids else { continue }; // every table of a session has it
             let mut from = 0;
@@ -369,12 +362,12 @@ pub(super) fn flat(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, S
     batches.iter().map(|batch| file::flat(spec.table(), batch)).collect()
 }
 
-/// Removes the files of their own that sessions had and have no more.
-fn remove_own_files(
+/// The files of their own that sessions had and have no more.
+fn own_files_gone(
     there: &Contents,
     waits: &[(&Location, &Staged)],
     old: &[&Committed],
-) -> Result<(), Error> {
+) -> Vec<String> {
     let kind = there.kind;
     let own = kind.tables().filter(|spec| !parts::shares(spec)).map(|spec| (spec.name, "parquet"));
     let own: Vec<(&str, &str)> = own.chain(kind.other_files.iter().copied()).collect();
@@ -387,15 +380,15 @@ fn remove_own_files(
             own.map(move |(folder, end)| there.file(folder, end, &made.bike_id, &name))
         })
         .collect();
-    for row in old {
-        for (folder, extension) in &own {
-            let at = there.file(folder, extension, &row.bike_id, &file_name(&row.session_id));
-            if !has.contains(&at) && there.may_have(&at) {
-                remove(&at)?;
-            }
-        }
-    }
-    Ok(())
+    let all = old.iter().flat_map(|row| {
+        own.iter().map(|(folder, extension)| {
+            there.file(folder, extension, &row.bike_id, &file_name(&row.session_id))
+        })
+    });
+    let gone = all.filter(|at| !has.contains(at) && there.may_have(at));
+    // of a folder nothing was listed, and to remove what is not there is a system call for each
+    let gone = gone.filter(|at| at.as_path().is_none_or(|path| path.exists()));
+    gone.filter_map(|at| manifest::below(there.root(), &at)).collect()
 }
 
 /// Removes the folders of motorcycles that have nothing in a table any more.

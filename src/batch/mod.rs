@@ -53,6 +53,7 @@ pub mod settings;
 pub mod staged;
 pub mod store;
 pub mod summary;
+pub mod switch;
 #[cfg(feature = "fleet")]
 mod tyres;
 pub mod verify;

@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use rayon::prelude::*;
 use walkdir::WalkDir;
 
+use super::switch::Reading;
 use crate::effects::extended_model::ExtendedModel;
 use crate::effects::models::Models;
 use crate::effects::pooled_effects::{self, PooledEffects};
@@ -36,6 +37,11 @@ pub fn read(at: &Location) -> Result<Models, String> {
 fn of_folder(given: &Location) -> Result<Models, String> {
     let fail = |e: std::io::Error| format!("--model {given}: {e}");
     let below = given.join(FOLDER);
+    let out = given.as_path().map(|path| match path.file_name().is_some_and(|n| n == FOLDER) {
+        true => path.parent().unwrap_or(path),
+        false => path,
+    });
+    let _reading = out.map(Reading::of).transpose().map_err(|e| e.to_string())?;
     let folder = if below.is_folder().map_err(fail)? { below } else { given.clone() };
     let names = names(&folder).map_err(fail)?;
     let of_sessions: Vec<&String> = names.iter().filter(|name| is_model(name)).collect();

@@ -33,6 +33,10 @@ impl Work for RunWork {
         Some(What::Run { signals: self.signals })
     }
 
+    fn is_result_wanted(&self, logs: usize) -> bool {
+        logs == 1
+    }
+
     fn is_requested(&self, table: &TableSpec) -> bool {
         self.signals && table.is(&registry::SIGNALS)
     }
@@ -59,7 +63,7 @@ pub fn output(mut outcome: Outcome) -> Result<Output<Outcome>, Rejection> {
         ident: outcome.session.ident.clone(),
         samples: outcome.session.n_samples,
         files,
-        result: Outcome { signals: None, ..outcome },
+        result: Some(Outcome { signals: None, ..outcome }),
     })
 }
 
@@ -97,11 +101,17 @@ pub fn finish(
     let copy = LocalCopy::of(store.root())?;
     #[cfg(feature = "fleet")]
     super::fleet::write(copy.folder())?;
+    let fleet: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
+    if !store.root().is_remote() {
+        store.list_checksums(copy.folder(), &fleet)?;
+        store.let_readers_in();
+    }
     report::build(copy.folder(), pages, false)?;
     also(&copy)?;
     copy.publish(registry::of_fleet().map(|spec| spec.name).chain(["report"]))?;
-    let fleet: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
-    store.list_checksums(copy.folder(), &fleet)?;
+    if store.root().is_remote() {
+        store.list_checksums(copy.folder(), &fleet)?; // it is there only now
+    }
     store.clear_behind()?;
     Ok(copy)
 }

@@ -22,8 +22,8 @@ pub enum Ended<R> {
         input_hash: String,
         /// Samples on the common clock.
         samples: i64,
-        /// What the work gave beside the files.
-        result: R,
+        /// What the work gave beside the files, where somebody looks at it.
+        result: Option<R>,
     },
     /// Was there already, made from the same.
     Unchanged,

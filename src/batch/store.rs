@@ -12,12 +12,12 @@
 //! ```
 //!
 //! Workers leave each session in one file ([`staged`]), which is there whole or not at all; at the end of the batch all
-//! that waits is taken into the tables ([`merge`]), also what a killed batch has left. Each table is replaced whole, so that
-//! whoever reads along always reads tables. Sessions of earlier batches that are no input of this one stay as they are:
+//! that waits is taken into the tables ([`merge`]), also what a killed batch has left. All tables are replaced at once
+//! ([`mod@switch`]), so that whoever reads along reads one state of them. Sessions of earlier batches that are no input of this one stay as they are:
 //! the folder is the fleet's archive. A session that is an input again is replaced.
 
 use std::collections::BTreeSet;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use walkdir::WalkDir;
 
@@ -28,6 +28,7 @@ use super::lock::Lock;
 use super::manifest::Manifest;
 use super::marker::{Committed, Key};
 use super::staged::{self, Staged};
+use super::switch::{self, Switching};
 use super::work::SessionFile;
 use super::{merge, migrate};
 use crate::objects::Location;
@@ -48,6 +49,8 @@ pub struct Store {
     behind: OnceLock<()>,
     /// The sessions that this batch's logs are.
     expected: OnceLock<BTreeSet<Key>>,
+    /// Keeps readers out from when the tables change until what is made over all sessions fits them.
+    switching: Mutex<Option<Switching>>,
 }
 
 impl Store {
@@ -66,12 +69,19 @@ impl Store {
     /// As [`Store::open`].
     pub fn open_again(before: &Contents) -> Result<Self, Error> {
         let lock = Lock::take(before.root())?;
+        switch::recover(before.root())?;
         remove_temporaries(before.root())?;
         let mut found = before.read_again()?;
         if migrate::migrate(&found)? {
             found = found.read_again()?;
         }
-        let mut store = Store { found, lock, behind: OnceLock::new(), expected: OnceLock::new() };
+        let mut store = Store {
+            found,
+            lock,
+            behind: OnceLock::new(),
+            expected: OnceLock::new(),
+            switching: Mutex::default(),
+        };
         // what a killed batch has left is settled before anything is staged over it
         match store.merge() {
             Ok(true) => store.found = store.found.read_again()?,
@@ -87,7 +97,13 @@ impl Store {
     pub fn join(kind: &'static Kind, root: &Location, there: Vec<Committed>) -> Self {
         let mut found = Contents::unknown(kind, root);
         there.into_iter().for_each(|row| found.add(row));
-        Store { found, lock: Lock::None, behind: OnceLock::new(), expected: OnceLock::new() }
+        Store {
+            found,
+            lock: Lock::None,
+            behind: OnceLock::new(),
+            expected: OnceLock::new(),
+            switching: Mutex::default(),
+        }
     }
 
     /// Removes what killed workers left half-written.
@@ -194,7 +210,15 @@ impl Store {
             return Ok(false);
         }
         self.mark_behind()?;
-        merge::merge(&now, &|| self.lock.check()).map(|()| true)
+        self.let_readers_in(); // a later merge takes the lock anew
+        let switching = merge::merge(&now, &|| self.lock.check())?;
+        *self.switching.lock().unwrap_or_else(PoisonError::into_inner) = switching;
+        Ok(true)
+    }
+
+    /// What is made over all sessions is there, but for the report: tables may be read.
+    pub fn let_readers_in(&self) {
+        *self.switching.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
     /// Writes the row of an input that could not be used.

@@ -14,7 +14,7 @@ use super::lock::Lock;
 use super::log_hash::hash_file;
 use super::manifest::{self, Manifest, checksum};
 use super::marker::Committed;
-use super::parts;
+use super::{parts, switch};
 use crate::effects::pooled_effects;
 use crate::objects::Location;
 use crate::tables::file::TEMPORARY;
@@ -106,6 +106,7 @@ pub struct Verified {
 /// The output cannot be read, or a run is writing into it.
 pub fn verify(out: &Location, logs: bool) -> Result<Verified, Error> {
     let _lock = Lock::take(out)?; // nothing changes meanwhile
+    switch::recover(out)?;
     look(out, logs)
 }
 
@@ -116,6 +117,7 @@ pub fn verify(out: &Location, logs: bool) -> Result<Verified, Error> {
 /// As [`verify`], or the output cannot be written.
 pub fn mend(out: &Location) -> Result<Vec<String>, Error> {
     let _lock = Lock::take(out)?;
+    switch::recover(out)?;
     let found = look(out, false)?;
     let mut list = Manifest::read(out);
     let mut removed = BTreeSet::new();

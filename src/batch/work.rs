@@ -48,6 +48,14 @@ pub trait Work: Sync {
         ingest::identify(log, maps).map_err(Rejection::from)
     }
 
+    /// Whether anybody looks at what a session gives beside its files, in a batch of so many logs.
+    fn is_result_wanted(&self, _logs: usize) -> bool {
+        true
+    }
+
+    /// How many logs there are, before the first is worked on.
+    fn planned(&self, _logs: usize) {}
+
     /// From a log to the files of its session.
     ///
     /// # Errors
@@ -69,8 +77,8 @@ pub struct Output<R> {
     pub samples: i64,
     /// Its files, the commit marker's among them.
     pub files: Vec<SessionFile>,
-    /// What else.
-    pub result: R,
+    /// What else, where somebody looks at it.
+    pub result: Option<R>,
 }
 
 /// One file of a session, or its share of one: `<folder>/bike=<bike_id>/`.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::ValueHint;
 
 use crate::batch::models;
+use crate::batch::switch::Reading;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::export::text::{Format, Request, Set, Tyre, text};
@@ -82,7 +83,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         load: arguments.load,
         models: models.as_ref(),
     };
+    let reading = Reading::of(&arguments.out).map_err(|e| Failure::Output(e.to_string()))?;
     let text = text(&request).map_err(Failure::Usage)?;
+    drop(reading);
     match &arguments.file {
         None => match std::io::stdout().write_all(text.as_bytes()) {
             // who reads has seen enough

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::batch::switch::Reading;
 use crate::cli::browser;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
@@ -97,6 +98,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if !out.is_dir() {
         return Err(Failure::Usage(format!("{} is not a folder", out.display())));
     }
+    let _reading = Reading::of(&out).map_err(|e| Failure::Output(e.to_string()))?;
     if let Some(file) = &arguments.bench {
         let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
         let text = read_text(file).map_err(|e| fail(e.to_string()))?;

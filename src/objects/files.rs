@@ -243,7 +243,10 @@ fn make_folder(folder: &Path) -> Result<()> {
 }
 
 /// A name that was given in a folder survives a power cut only when the folder is written down too.
-fn sync_folder(folder: &Path) -> Result<()> {
+///
+/// # Errors
+/// It is not there, or the disk fails.
+pub fn sync_folder(folder: &Path) -> Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 

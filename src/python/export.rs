@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::archive::read;
 use crate::batch::models;
+use crate::batch::switch::Reading;
 use crate::export::text::{Request, text};
 use crate::objects::Location;
 
@@ -50,7 +51,11 @@ pub fn export(py: Python<'_>, options: &str) -> PyResult<String> {
         load: options.load,
         models: models.as_ref(),
     };
-    py.detach(|| text(&request)).map_err(PyValueError::new_err)
+    py.detach(|| {
+        let _reading = Reading::of(request.out).map_err(|e| e.to_string())?;
+        text(&request)
+    })
+    .map_err(PyValueError::new_err)
 }
 
 /// One of an option's words.

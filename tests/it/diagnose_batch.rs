@@ -62,7 +62,9 @@ impl Archive {
         let root = self.path(out);
         let files = walkdir::WalkDir::new(&root).into_iter().map(|e| e.expect("entry"));
         files
-            .filter(|e| e.file_type().is_file() && e.file_name() != ".roadbench.lock")
+            .filter(|e| {
+                e.file_type().is_file() && !e.file_name().to_string_lossy().ends_with(".lock")
+            })
             .map(|e| {
                 let name = e.path().strip_prefix(&root).expect("below").to_string_lossy();
                 (name.replace('\\', "/"), std::fs::read(e.path()).expect("bytes"))

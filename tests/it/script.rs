@@ -284,7 +284,9 @@ impl Place {
         walkdir::WalkDir::new(&root)
             .into_iter()
             .map(|e| e.expect("entry"))
-            .filter(|e| e.file_type().is_file() && e.file_name() != ".roadbench.lock")
+            .filter(|e| {
+                e.file_type().is_file() && !e.file_name().to_string_lossy().ends_with(".lock")
+            })
             // fleet and report are the command's, not the batch's
             .filter(|e| e.file_name() != "behind")
             .map(|e| {

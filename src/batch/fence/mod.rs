@@ -13,6 +13,7 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use serde::Serialize;
@@ -73,6 +74,8 @@ pub struct Fenced<W> {
     work: W,
     /// None where logs are read in this process.
     pool: Option<Pool>,
+    /// Whether workers send what a session gives beside its files.
+    wants_results: AtomicBool,
 }
 
 /// Workers, started as they are needed.
@@ -119,12 +122,13 @@ impl<W: Work> Fenced<W> {
         };
         let idle = Mutex::new(vec![first]);
         let jobs = super::engine::threads(settings.jobs);
-        Ok(Fenced { work, pool: Some(Pool { setup, asked, jobs, idle, quarantine }) })
+        let pool = Some(Pool { setup, asked, jobs, idle, quarantine });
+        Ok(Fenced { pool, ..Fenced::open(work) })
     }
 
     /// Without a fence.
     pub fn open(work: W) -> Self {
-        Fenced { work, pool: None }
+        Fenced { work, pool: None, wants_results: AtomicBool::new(true) }
     }
 
     /// The work in it.
@@ -216,6 +220,10 @@ where
         self.work.is_requested(table)
     }
 
+    fn planned(&self, logs: usize) {
+        self.wants_results.store(self.work.is_result_wanted(logs), Ordering::Relaxed);
+    }
+
     fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Meta, Rejection> {
         let Some(pool) = &self.pool else { return self.work.identify(log, maps) };
         let limits = pool.limits(log);
@@ -251,14 +259,20 @@ where
             bike_id: bike.bike.bike_id.clone(),
             bike: bike.text.clone(),
             signals: input.signals,
+            result: self.wants_results.load(Ordering::Relaxed),
         };
         match pool.ask(&question, &limits, stage)? {
             (Answer::Done { ident, samples, files, result }, body) => {
                 let unreadable =
                     |how: &str| refused(Ended::Crash(format!("its answer {how}")), &limits, stage);
-                let files = cut(&files, body).ok_or_else(|| unreadable("has no whole files"))?;
-                let result =
-                    serde_json::from_value(result).map_err(|e| unreadable(&e.to_string()))?;
+                let whole = cut(&files, result, &body);
+                let (files, result) = whole.ok_or_else(|| unreadable("has no whole files"))?;
+                let result = match result {
+                    [] => None,
+                    json => {
+                        Some(serde_json::from_slice(json).map_err(|e| unreadable(&e.to_string()))?)
+                    }
+                };
                 Ok(Output { ident, samples, files, result })
             }
             (answer, _) => Err(rejection(answer, stage, &limits)),
@@ -291,9 +305,13 @@ fn name(text: String) -> &'static str {
     leaked
 }
 
-/// The files in the body of an answer.
-fn cut(files: &[wire::File], body: Vec<u8>) -> Option<Vec<SessionFile>> {
-    let mut rest = body.as_slice();
+/// The files in the body of an answer, and what is behind them.
+fn cut<'a>(
+    files: &[wire::File],
+    result: u64,
+    body: &'a [u8],
+) -> Option<(Vec<SessionFile>, &'a [u8])> {
+    let mut rest = body;
     let mut out = Vec::with_capacity(files.len());
     for file in files {
         let (bytes, behind) = rest.split_at_checked(usize::try_from(file.bytes).ok()?)?;
@@ -302,7 +320,7 @@ fn cut(files: &[wire::File], body: Vec<u8>) -> Option<Vec<SessionFile>> {
         let extension = ["parquet", "toml"].into_iter().find(|e| *e == file.extension)?;
         out.push(SessionFile { folder, extension, bytes: bytes.to_vec() });
     }
-    rest.is_empty().then_some(out)
+    (rest.len() as u64 == result).then_some((out, rest))
 }
 
 impl What {

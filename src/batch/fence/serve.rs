@@ -92,10 +92,10 @@ fn answer<W: Work<Result: Serialize>>(
             guarded("ingest", || work.identify(&log, maps.list()))
                 .map(|meta| (Answer::Identified(meta), Vec::new()))
         }
-        Question::Run { log, input_hash, pipeline_hash, bike_id, bike, signals } => {
+        Question::Run { log, input_hash, pipeline_hash, bike_id, bike, signals, result } => {
             let maps = maps.list();
             let input = Input { log: log.location(), maps, input_hash, pipeline_hash, signals };
-            guarded(work.kind().stage, || session(work, pipeline, &input, &bike_id, bike))
+            guarded(work.kind().stage, || session(work, pipeline, &input, (&bike_id, bike), result))
         }
     };
     done.unwrap_or_else(|why| {
@@ -109,8 +109,8 @@ fn session<W: Work<Result: Serialize>>(
     work: &W,
     pipeline: &Pipeline,
     input: &Input<'_>,
-    bike_id: &str,
-    bike: String,
+    (bike_id, bike): (&str, String),
+    wants_result: bool,
 ) -> Result<(Answer, Vec<Vec<u8>>), Rejection> {
     let own = |message: String| Rejection {
         stage: work.kind().stage,
@@ -122,13 +122,18 @@ fn session<W: Work<Result: Serialize>>(
     let bike =
         BikeFile { bike: parsed, text: bike, pipeline_hash: String::new() /* nobody asks */ };
     let output = work.run(input, &bike, pipeline)?;
-    let result = serde_json::to_value(&output.result).map_err(|e| own(e.to_string()))?;
+    let result = match output.result.filter(|_| wants_result) {
+        Some(result) => serde_json::to_vec(&result).map_err(|e| own(e.to_string()))?,
+        None => Vec::new(),
+    };
     let file = |f: &crate::batch::work::SessionFile| File {
         folder: f.folder.to_owned(),
         extension: f.extension.to_owned(),
         bytes: f.bytes.len() as u64,
     };
     let files = output.files.iter().map(file).collect();
-    let answer = Answer::Done { ident: output.ident, samples: output.samples, files, result };
-    Ok((answer, output.files.into_iter().map(|f| f.bytes).collect()))
+    let (ident, samples) = (output.ident, output.samples);
+    let answer = Answer::Done { ident, samples, files, result: result.len() as u64 };
+    let bodies = output.files.into_iter().map(|f| f.bytes).chain([result]);
+    Ok((answer, bodies.collect()))
 }

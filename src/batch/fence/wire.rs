@@ -50,6 +50,8 @@ pub enum Question {
         bike_id: String,
         bike: String,
         signals: bool,
+        /// Whether what it gives beside the files is asked for.
+        result: bool,
     },
 }
 
@@ -67,8 +69,9 @@ pub enum Answer {
     Ready { version: String, may: Vec<String> },
     /// Whose log it is.
     Identified(Meta),
-    /// The files of its session, which are the body, one after the other.
-    Done { ident: Ident, samples: i64, files: Vec<File>, result: serde_json::Value },
+    /// The files of its session, which are the body, one after the other; behind them, if it was asked for, what else it
+    /// gives: so many bytes of JSON.
+    Done { ident: Ident, samples: i64, files: Vec<File>, result: u64 },
     /// It cannot be used.
     Rejected { stage: String, code: String, message: String },
 }
