@@ -38,10 +38,11 @@ pub mod shell;
 pub mod simulate;
 pub mod tyre;
 pub mod verify;
+mod version;
 
 /// Motorcycle tyre coefficients, with honest uncertainty, from recorded riding logs.
 #[derive(Debug, Parser)]
-#[command(name = "roadbench", version, about, max_term_width = 100)]
+#[command(name = "roadbench", version, long_version = version::long(), about, max_term_width = 100)]
 #[command(after_help = examples::ROADBENCH)]
 struct Arguments {
     #[command(subcommand)]

@@ -4,7 +4,7 @@
 //! The grid covers the whole plane, so a single extreme has a cell to itself and is always kept;
 //! taking every n-th sample would lose it.
 
-use std::collections::HashMap;
+use ahash::AHashMap;
 
 /// Cells across the middle 98 % of a cloud, at first: finer than the dots of the page.
 const CELLS: f64 = 120.0;
@@ -31,7 +31,7 @@ pub fn downsample(x: &[f64], y: &[f64], kind: &dyn Fn(usize) -> bool, most: usiz
     let mut cells = CELLS;
     // coarser and coarser, each time of what the last grid left
     loop {
-        let mut taken: HashMap<(i64, i64, bool), Kept> = HashMap::new();
+        let mut taken: AHashMap<(i64, i64, bool), Kept> = AHashMap::new();
         for k in &kept {
             let cell = |v: f64, size: f64| (v / size * cells).floor() as i64;
             let at = (cell(x[k.place], width), cell(y[k.place], height), kind(k.place));

@@ -141,7 +141,7 @@ fn timeline(sheet: &mut Sheet<'_>, estimate: &Estimate) {
     for ridden in &estimate.riders {
         let rider = ridden.rider.name();
         for (name, force) in FORCES {
-            sheet.timeline(&format!("{name}_{rider}"), step, &|i| force(ridden, i));
+            sheet.timeline(format!("{name}_{rider}"), step, &|i| force(ridden, i));
         }
     }
 }

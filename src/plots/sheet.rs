@@ -1,5 +1,8 @@
 //! Collecting the rows of one session's plots.
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use super::downsample::downsample;
 use super::plot::{DATA, Plot, Series, TIMELINE};
 use crate::contract::session::Session;
@@ -16,6 +19,8 @@ pub const TIMELINE_BINS: usize = 1600;
 pub(super) struct Sheet<'a> {
     pub(super) session: &'a Session,
     pub(super) rows: Vec<PlotPoint>,
+    session_id: Arc<str>,
+    bike_id: Arc<str>,
 }
 
 /// Samples of a cloud, side by side; what is shorter than `x` is not known.
@@ -36,7 +41,9 @@ pub(super) type Ordinate = [Option<f64>; 3];
 
 impl<'a> Sheet<'a> {
     pub(super) fn new(session: &'a Session) -> Self {
-        Sheet { session, rows: Vec::new() }
+        let (session_id, bike_id) =
+            (session.meta.session_id.as_str().into(), session.meta.bike_id.as_str().into());
+        Sheet { session, rows: Vec::new(), session_id, bike_id }
     }
 
     /// The rows; clouds and time line, which are most of them, rounded to what a screen resolves: their numbers then
@@ -68,16 +75,22 @@ impl<'a> Sheet<'a> {
         self.push(plot.name, series.name, x, y);
     }
 
-    fn push(&mut self, plot: &str, series: &str, x: f64, y: Ordinate) {
+    fn push(
+        &mut self,
+        plot: &'static str,
+        series: impl Into<Cow<'static, str>>,
+        x: f64,
+        y: Ordinate,
+    ) {
         if !x.is_finite() {
             return;
         }
         let [y, y_low, y_high] = y.map(|v| v.filter(|v| v.is_finite()).map(single));
         self.rows.push(PlotPoint {
-            session_id: self.session.meta.session_id.clone(),
-            bike_id: self.session.meta.bike_id.clone(),
-            plot: plot.to_owned(),
-            series: series.to_owned(),
+            session_id: Arc::clone(&self.session_id),
+            bike_id: Arc::clone(&self.bike_id),
+            plot: Cow::Borrowed(plot),
+            series: series.into(),
             x: single(x),
             y,
             y_low,
@@ -119,8 +132,14 @@ impl<'a> Sheet<'a> {
     }
 
     /// A line of the time line: mean, least and largest value of every `step` samples of `f`.
-    pub(super) fn timeline(&mut self, series: &str, step: usize, f: &dyn Fn(usize) -> f64) {
+    pub(super) fn timeline(
+        &mut self,
+        series: impl Into<Cow<'static, str>>,
+        step: usize,
+        f: &dyn Fn(usize) -> f64,
+    ) {
         let session = self.session;
+        let series = series.into();
         for start in (0..session.len).step_by(step) {
             let end = (start + step).min(session.len);
             let (mut sum, mut count) = (0.0, 0.0);
@@ -137,7 +156,7 @@ impl<'a> Sheet<'a> {
             let time = session.time(start) + 0.5 * (end - start) as f64 / session.rate;
             let y =
                 if count > 0.0 { [Some(sum / count), Some(low), Some(high)] } else { [None; 3] };
-            self.push(TIMELINE, series, time, y);
+            self.push(TIMELINE, series.clone(), time, y);
         }
     }
 }

@@ -7,7 +7,6 @@ use arrow::array::{
 };
 use arrow::compute::cast;
 use arrow::datatypes::{DataType, SchemaRef};
-use arrow::json::ReaderBuilder;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::properties::WriterProperties;
@@ -17,6 +16,7 @@ use crate::contract::instant;
 use crate::contract::schema::{Column, Table};
 use crate::objects::Location;
 pub use crate::objects::files::TEMPORARY;
+use crate::tables::columns;
 use crate::tables::registry::Row;
 
 /// Why a table could not be written.
@@ -49,20 +49,8 @@ pub fn batch<R: Row>(rows: &[R]) -> Result<RecordBatch, Error> {
 }
 
 fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Error> {
-    let fail = |e: arrow::error::ArrowError| Error::Encode {
-        table: table.name.clone(),
-        message: e.to_string(),
-    };
-    let schema = table.texts();
-    let mut decoder = ReaderBuilder::new(Arc::clone(&schema))
-        .with_batch_size(rows.len().max(1))
-        .with_strict_mode(true)
-        .build_decoder()
-        .map_err(fail)?;
-    decoder.serialize(rows).map_err(fail)?;
-    let batch = decoder.flush().map_err(fail)?;
-    let batch = batch.unwrap_or_else(|| RecordBatch::new_empty(schema));
-    typed(table, &batch).map_err(|message| Error::Encode { table: table.name.clone(), message })
+    columns::batch(table, rows)
+        .map_err(|message| Error::Encode { table: table.name.clone(), message })
 }
 
 /// A batch in the types of its table's schema: of one whose categories and instants are texts, or that a roadbench of

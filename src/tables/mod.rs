@@ -2,6 +2,7 @@
 //! ([`mod@file`]) and read back ([`read`], [`by_session`]), and the [`names`] of their files.
 
 pub mod by_session;
+mod columns;
 pub mod file;
 mod ident;
 mod lap_rows;

@@ -3,6 +3,9 @@
 //! A struct here mirrors its schema file; a test holds each against the other. Which row belongs to
 //! which table is declared in [`registry`](super::registry).
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 pub use super::ident::Ident;
@@ -194,10 +197,11 @@ pub struct Rejected {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[allow(missing_docs)] // the schema file describes each field
 pub struct PlotPoint {
-    pub session_id: String,
-    pub bike_id: String,
-    pub plot: String,
-    pub series: String,
+    // there are tens of thousands of a session, all of few names
+    pub session_id: Arc<str>,
+    pub bike_id: Arc<str>,
+    pub plot: Cow<'static, str>,
+    pub series: Cow<'static, str>,
     pub x: f64,
     pub y: Option<f64>,
     pub y_low: Option<f64>,

@@ -188,10 +188,10 @@ fn plots(ident: &Ident) -> Vec<PlotPoint> {
     let mut rows = Vec::new();
     let mut put = |plot: &str, series: &str, x: f64, y: f64, half: Option<f64>, weight, m| {
         rows.push(PlotPoint {
-            session_id: ident.session_id.clone(),
-            bike_id: ident.bike_id.clone(),
-            plot: plot.into(),
-            series: series.into(),
+            session_id: ident.session_id.as_str().into(),
+            bike_id: ident.bike_id.as_str().into(),
+            plot: plot.to_owned().into(),
+            series: series.to_owned().into(),
             x,
             y: Some(y),
             y_low: half.map(|h| y - h),

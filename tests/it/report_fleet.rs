@@ -96,8 +96,8 @@ fn generate(out: &Path) {
             pooled_ci95_high: value + 0.02,
             shrinkage: 0.37,
         });
-        let point = |series: &str, x: f64, weight: Option<f64>| PlotPoint {
-            session_id: ident.session_id.clone(),
+        let point = |series: &'static str, x: f64, weight: Option<f64>| PlotPoint {
+            session_id: ident.session_id.as_str().into(),
             bike_id: bike.into(),
             plot: "friction_x_rear".into(),
             series: series.into(),

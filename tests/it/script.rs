@@ -160,8 +160,8 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
         }],
         plots: (0..200)
             .map(|i| PlotPoint {
-                session_id: session_id.to_owned(),
-                bike_id: bike_id.to_owned(),
+                session_id: session_id.into(),
+                bike_id: bike_id.into(),
                 plot: "coast_down".into(),
                 series: "data".into(),
                 x: f64::from(i),

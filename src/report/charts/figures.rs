@@ -113,7 +113,7 @@ fn panels(line: &[&PlotPoint]) -> Vec<Chart> {
         let own = of(&|name| panel.series.iter().any(|s| s.name == name));
         out.extend(chart(&plot, PANEL_PARTS, &own));
     }
-    let mut others: Vec<&str> = line.iter().map(|p| p.series.as_str()).collect();
+    let mut others: Vec<&str> = line.iter().map(|p| &*p.series).collect();
     others.sort_unstable();
     others.dedup();
     others.retain(|n| catalogue::panels().all(|p| p.series.iter().all(|s| s.name != *n)));
@@ -154,7 +154,7 @@ fn chart(plot: &Plot, parts: f64, points: &[&PlotPoint]) -> Option<Chart> {
         height: (plot.section == Section::Residual).then_some(RESIDUAL_HEIGHT),
         ..Chart::default()
     };
-    let mut series: Vec<&str> = points.iter().map(|p| p.series.as_str()).collect();
+    let mut series: Vec<&str> = points.iter().map(|p| &*p.series).collect();
     series.sort_unstable();
     series.dedup();
     for name in series {
@@ -232,10 +232,16 @@ fn line(plot: &Plot, name: &str, decimals: [usize; 2], mut points: Vec<&PlotPoin
 mod tests {
     use super::*;
 
-    fn point(plot: &str, series: &str, x: f64, y: f64, weight: Option<f64>) -> PlotPoint {
+    fn point(
+        plot: &'static str,
+        series: &'static str,
+        x: f64,
+        y: f64,
+        weight: Option<f64>,
+    ) -> PlotPoint {
         PlotPoint {
-            session_id: String::new(),
-            bike_id: String::new(),
+            session_id: "".into(),
+            bike_id: "".into(),
             plot: plot.into(),
             series: series.into(),
             x,
