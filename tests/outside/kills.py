@@ -2,12 +2,12 @@
 """Kills roadbench at random moments, and runs `report` beside `run`; see README.md."""
 
 import argparse
+import fcntl
 import glob
 import os
 import random
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import threading
@@ -17,7 +17,6 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 
-import common
 from common import Bench, contents, differences, put_logs, read, small_logs, tables, temporaries
 
 NULLS = "8"  # fewer are refused
@@ -56,7 +55,7 @@ class Stand:
         self.names = small_logs(options.archive, self.old, options.logs, options.share)
         small_logs(options.archive, self.new, options.logs, options.share * 0.9)
         self.bikes = Path(options.archive).resolve() / "bikes"
-        self.known = {}
+        self.known, self.seconds = {}, {}
 
     def versions(self, which):
         """Logs by version: `old`, `new`, or `one`, where only the first is new."""
@@ -98,7 +97,7 @@ class Stand:
             shutil.copytree(template, self.place, symlinks=True)
 
     def made(self, key, template, versions, command, wanted=(0,), change=None):
-        """The folder that an undisturbed command leaves, made once: template, contents, seconds."""
+        """The folder that an undisturbed command leaves, made once, and its contents."""
         if key not in self.known:
             self.use(template)
             self.versions(versions)
@@ -107,10 +106,11 @@ class Stand:
             code, words, seconds = self.bench.run(self.command(command))
             if code not in wanted:
                 sys.exit(f"undisturbed `{command}` ({key}) ended with {code}:\n{words}")
+            self.seconds[command] = seconds
             to = self.root / "undisturbed" / key
             shutil.rmtree(to, ignore_errors=True)
             shutil.copytree(self.place, to)
-            self.known[key] = (to, contents(to), seconds)
+            self.known[key] = (to, contents(to))
         return self.known[key]
 
 
@@ -158,6 +158,8 @@ def rounds(stand, options):
         add("report", "again", base, "old", "report", ["report"], reported)
     if weights["verify"]:
         add("verify", "whole", base, "old", "verify", ["verify"], old)
+        stand.made("verified", base, "old", "verify")
+        stand.made("mended", base, "old", "mend")
         add("verify", "mend", base, "old", "mend", ["mend", "run"], old, change=True)
     if weights["forget"]:
         for name in ["forget", "forget_bike"]:
@@ -241,7 +243,7 @@ def killing(stand, options):
         label = f"{kind['group']}/{kind['name']}"
         if kind["change"]:
             label += f" ({break_table(stand, rng)})"
-        _, wanted, seconds = kind["result"]
+        wanted = kind["result"][1]
         there = {p: os.path.relpath(p, stand.place) for p in tables(stand.out)}
         reader.must = {p for p, below in there.items() if below in wanted[0] and below in kind["between"]}
         faults = len(reader.faults)
@@ -249,7 +251,7 @@ def killing(stand, options):
         moments = []
         arguments = kind["command"]
         while True:
-            is_early, left, when = kill(stand, stand.command(arguments), seconds, rng)
+            is_early, left, when = kill(stand, stand.command(arguments), stand.seconds.get(arguments, stand.seconds["run"]), rng)
             moments.append(when if is_early else f"{when} (too late)")
             done += is_early
             count[f"kills of {kind['group']}" if is_early else "ended before they were killed"] += 1
@@ -276,7 +278,6 @@ def killing(stand, options):
         for fault in [] if kind["change"] else reader.faults[faults:][:3]:
             bug("tables unreadable or missing", f"{label}: {fault}", number)
         told = differences(contents(stand.place), wanted)
-        # verify says the same of an output with copies beside it or not
         if told:
             bug("outputs unequal", f"{label}: {len(told)}: {'; '.join(told[:4])}", number)
             # does the next night mend it?
@@ -319,6 +320,18 @@ def values(out):
         for row in table.to_pylist():
             found.setdefault(row["session_id"], []).append(str(row))
     return found
+
+
+def slow_reader(stand, is_over):
+    """Reads the tables until a run has waited for it a while: other reports come meanwhile."""
+    lock, waits = stand.out / ".roadbench" / "tables.lock", stand.out / ".roadbench" / "next.json"
+    if not lock.exists():
+        return
+    with open(lock, "rb") as file:
+        fcntl.flock(file, fcntl.LOCK_SH)
+        while not waits.exists() and not is_over.is_set():
+            time.sleep(0.02)
+        time.sleep(0.5)
 
 
 def together(stand, options):
@@ -368,9 +381,12 @@ def together(stand, options):
             thread.start()
         time.sleep(rng.uniform(0, 1))
         run = stand.command("run")
+        if rng.random() < options.slow:
+            threads.append(threading.Thread(target=slow_reader, args=(stand, until)))
+            threads[-1].start()
         begun = time.monotonic()
         if options.both_kill and rng.random() < options.both_kill:
-            is_early, _, when = kill(stand, run, stand.known[version][2], rng)
+            is_early, _, when = kill(stand, run, stand.seconds["run"], rng)
             count["runs killed" if is_early else "runs not killed in time"] += 1
             time.sleep(rng.uniform(0, 1))  # reports of what was left
         else:
@@ -434,6 +450,7 @@ def main():
     parser.add_argument("--both", type=int, metavar="N", help="no kills: N runs with reports beside them")
     parser.add_argument("--reporters", type=int, default=1, help="with --both: reports at the same time")
     parser.add_argument("--both-kill", type=float, metavar="SHARE", help="with --both: so many runs are killed")
+    parser.add_argument("--slow", type=float, default=0.3, metavar="SHARE", help="with --both: in so many rounds a reader is slow, and the run waits for it")
     parser.add_argument("--logs", type=int, default=3)
     parser.add_argument("--share", type=float, default=0.3, help="of each log's rows")
     parser.add_argument("--work", help="folder for all that is written; by default a temporary one")
