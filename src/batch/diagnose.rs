@@ -1,28 +1,22 @@
 //! The work of `roadbench diagnose`: each session's causes by [`diagnose::run`], then what several
 //! sessions share, and the report.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
+use super::pooled::FOLDER as POOLED;
+use super::settle;
 use super::store::Store;
 use super::what::What;
 use super::work::{Output, SessionFile, Work, encoded};
-use crate::diagnose::levels::{Member, Pooling, SharedCause};
 use crate::diagnose::{self, Diagnosis, Settings};
-use crate::effects::pooled_effects::{self, PooledEffects};
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::report::{self, Pages};
-use crate::tables::by_session::SessionFiles;
 use crate::tables::rows::{CauseRow, DiagnosisRow, Provenance};
-use crate::tables::{file, read, registry};
-
-/// Folder of the rows of `causes` that several sessions share, below the output.
-const POOLED: &str = "causes/bike=_pooled";
+use crate::tables::{file, registry};
 
 /// Diagnoses each session.
 #[derive(Debug, Default)]
@@ -140,41 +134,11 @@ impl DiagnoseWork {
 /// A table cannot be read, or the output not be written.
 pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
     let copy = LocalCopy::of(store.root())?;
-    let causes = pooled(copy.folder())?;
-    let effects = PooledEffects { pooled: causes.iter().filter_map(|c| c.effect()).collect() };
-    let rows: Vec<CauseRow> = causes.into_iter().map(|cause| cause.row).collect();
-    let path = copy.folder().join(POOLED).join("pooled.parquet");
-    match rows.is_empty() {
-        false => file::write(&path, &rows)?,
-        true if path.exists() => std::fs::remove_file(&path)
-            .map_err(|e| Error::Output(format!("cannot remove {}: {e}", path.display())))?,
-        true => {}
-    }
-    // its folder has the sessions' models, too, and is not published whole
-    let at = store.root().join(format!("models/{}", pooled_effects::FILE));
-    match effects.pooled.is_empty() {
-        false => file::write_bytes(&at, effects.to_toml().as_bytes())?,
-        true => at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?,
-    }
-    store.let_readers_in();
+    let rows = settle::pooled(store.root(), &copy)?;
+    store.let_readers_in()?;
     report::build(copy.folder(), Pages::Auto, false)?;
     copy.publish([POOLED, "report"])?;
-    store.list_checksums(copy.folder(), &[POOLED])?;
+    settle::list_again(store.root(), &copy, &[POOLED])?;
     store.clear_behind()?;
     Ok(rows)
-}
-
-/// What the sessions of an output share, from their own rows of `causes`.
-fn pooled(out: &Path) -> Result<Vec<SharedCause>, Error> {
-    let mut sessions: Vec<DiagnosisRow> = read::rows(out)?;
-    // sums depend on the order, in the last digit
-    sessions.sort_by(|a, b| Path::new(&a.path).cmp(Path::new(&b.path)));
-    let causes = SessionFiles::<CauseRow>::read(out)?;
-    let mut pooling = Pooling::default();
-    for session in sessions {
-        let DiagnosisRow { ident, site, poolable, .. } = session;
-        let causes = causes.rows(&ident)?;
-        pooling.add(Member { ident, site, sound: poolable }, &causes);
-    }
-    Ok(pooling.causes())
 }

@@ -15,6 +15,7 @@ use super::marker::Key;
 use super::plan::{self, Job, Plan, Refused};
 use super::session::{self, Ended};
 use super::settings::Settings;
+use super::settle;
 use super::store::Store;
 use super::watch::{Finished, State, Watch};
 use super::work::Work;
@@ -76,6 +77,7 @@ pub fn run<W: Work>(
     let plan = pool.install(|| plan::plan(found, &bikes, &before, settings, work))?;
     let bytes = plan.bytes();
     let store = Store::open_again(&before)?;
+    settle::after_kill(settings.out)?;
     let logs = names(&plan);
     watch.planned(&logs, bytes);
     let logs: BTreeSet<String> = logs.into_iter().collect();

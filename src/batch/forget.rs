@@ -6,6 +6,7 @@ use super::contents::Contents;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::marker::Key;
+use super::settle;
 use super::store::Store;
 use super::{diagnose, run};
 use crate::contract::schema::meant;
@@ -42,14 +43,19 @@ impl Forgotten {
     }
 }
 
-/// What would be taken out, in order of log; with `for_good` it is.
+/// What would be taken out, in order of log; with `for_good` it is. What a killed command has left is done first; a name that
+/// is gone by that is no error.
 ///
 /// # Errors
 /// A name that the output has not, another roadbench is writing, or the output cannot be written.
 pub fn forget(out: &Location, which: &Which, for_good: bool) -> Result<Vec<Forgotten>, Error> {
+    let is_carried_on = for_good && carry_on(out)?;
     let of_run = Contents::read(&kind::RUN, out)?;
     let of_diagnosis = Contents::read(&kind::DIAGNOSE, out)?;
-    known(&[&of_run, &of_diagnosis], which)?;
+    match known(&[&of_run, &of_diagnosis], which) {
+        Err(e) if is_carried_on => tracing::info!("{e}; a command that was killed has done it"),
+        known => known?,
+    }
     let mut found = BTreeSet::new();
     let mut logs = Logs::default();
     for row in of_run.sessions().chain(of_diagnosis.sessions()) {
@@ -73,10 +79,36 @@ pub fn forget(out: &Location, which: &Which, for_good: bool) -> Result<Vec<Forgo
         for (at, _) in &rejected {
             at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?;
         }
-        anew(out, &of_run, &of_diagnosis, found.is_empty() && rejected.is_empty())?;
+        if !found.is_empty() || !rejected.is_empty() {
+            anew(out)?;
+        }
     }
     found.extend(rejected.into_iter().map(|(_, forgotten)| forgotten));
     Ok(found.into_iter().collect())
+}
+
+/// Carries on what a killed command has left; whether there was anything.
+fn carry_on(out: &Location) -> Result<bool, Error> {
+    let mut is_left = false;
+    for kind in [&kind::DIAGNOSE, &kind::RUN] {
+        let there = Contents::read(kind, out)?;
+        let is_behind = || {
+            let mark = out.join(kind.behind);
+            mark.exists().map_err(|e| Error::Output(format!("{mark}: {e}")))
+        };
+        if there.staged().next().is_some()
+            || out.as_path().is_some_and(settle::is_unfinished)
+            || is_behind()?
+        {
+            let _open = Store::open(kind, out)?; // takes in what waits
+            settle::after_kill(out)?;
+            is_left = true;
+        }
+    }
+    if is_left {
+        anew(out)?;
+    }
+    Ok(is_left)
 }
 
 /// Every name is one of the output's.
@@ -173,23 +205,18 @@ fn take_out(out: &Location, there: &Contents, found: &BTreeSet<Forgotten>) -> Re
     store.merge().map(|_| ())
 }
 
-/// What is made over all sessions, of each command that has any.
-fn anew(
-    out: &Location,
-    of_run: &Contents,
-    of_diagnosis: &Contents,
-    nothing: bool,
-) -> Result<(), Error> {
-    let has = |c: &Contents| c.sessions().next().is_some();
-    if nothing {
-        return Ok(());
+/// What is made over all sessions, of each command that has any, or had.
+fn anew(out: &Location) -> Result<(), Error> {
+    let is_needed = |kind: &'static Kind| -> Result<bool, Error> {
+        let mark = out.join(kind.behind);
+        let is_behind = mark.exists().map_err(|e| Error::Output(format!("{mark}: {e}")))?;
+        Ok(is_behind || Contents::read(kind, out)?.sessions().next().is_some())
+    };
+    if is_needed(&kind::DIAGNOSE)? {
+        diagnose::finish(&Store::open(&kind::DIAGNOSE, out)?)?;
     }
-    let open = |kind: &'static Kind| Store::open(kind, out);
-    if has(of_diagnosis) {
-        diagnose::finish(&open(&kind::DIAGNOSE)?)?;
-    }
-    if has(of_run) {
-        run::finish(&open(&kind::RUN)?, Pages::Auto, |_| Ok(()))?;
+    if is_needed(&kind::RUN)? {
+        run::finish(&Store::open(&kind::RUN, out)?, Pages::Auto, |_| Ok(()))?;
     }
     Ok(())
 }

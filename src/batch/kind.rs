@@ -18,6 +18,8 @@ pub struct Kind {
     pub writing: &'static str,
     /// There while what is made over all sessions is older than the sessions.
     pub behind: &'static str,
+    /// There from when the tables are replaced until those that are made over all sessions fit them.
+    pub switched: &'static str,
     /// Files that are made over all sessions at the end of every batch, below the output.
     pub over_all: &'static [&'static str],
     /// Stage of a rejection that comes from no stage of its own: a panic.
@@ -61,6 +63,7 @@ pub static RUN: Kind = Kind {
     staged: ".roadbench/staged/run",
     writing: ".roadbench/writing",
     behind: ".roadbench/behind",
+    switched: ".roadbench/switched",
     over_all: &["report/index.html", "fleet/fleet.parquet"],
     stage: "pipeline",
     foreign_stages: &["diagnose"],
@@ -74,6 +77,7 @@ pub static DIAGNOSE: Kind = Kind {
     staged: ".roadbench/staged/diagnose",
     writing: ".roadbench/diagnosing",
     behind: ".roadbench/behind_diagnose",
+    switched: ".roadbench/switched_diagnose",
     over_all: &["report/index.html"],
     stage: "diagnose",
     foreign_stages: &["pipeline", "estimate"],

@@ -1,13 +1,17 @@
 //! One run at a time on an output: an advisory lock on a file, or a lock object with an end.
 
 use std::fs::{File, TryLockError};
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
+use std::time::Duration;
 
 use super::error::Error;
 use crate::objects::Location;
 use crate::objects::lease::{Lease, Refusal};
 use crate::objects::url::Url;
+
+/// What the file says while it is held for a moment only.
+const MOMENT: &[u8] = b"for a moment";
 
 /// Held while a run writes.
 #[derive(Debug)]
@@ -30,6 +34,18 @@ impl Lock {
             Location::Remote(url) => prefix(url),
             Location::Local(path) => folder(path).map(Lock::File),
         }
+    }
+
+    /// Locks an output for a moment, to do what a killed run has left: a run that begins meanwhile waits.
+    ///
+    /// # Errors
+    /// As [`Lock::take`].
+    pub fn take_over(root: &Location) -> Result<Lock, Error> {
+        let lock = Lock::take(root)?;
+        if let Lock::File(file) = &lock {
+            let _ = (&*file).write_all(MOMENT); // without it that run is refused
+        }
+        Ok(lock)
     }
 
     /// Whether it is still ours.
@@ -67,9 +83,18 @@ fn folder(root: &Path) -> Result<File, Error> {
     std::fs::create_dir_all(root).map_err(cannot)?;
     let path = root.join(".roadbench.lock");
     let file =
-        File::options().create(true).truncate(false).write(true).open(path).map_err(cannot)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
+        File::options().create(true).truncate(false).write(true).open(&path).map_err(cannot)?;
+    let is_for_a_moment = || std::fs::read(&path).is_ok_and(|text| text == MOMENT);
+    let mut taken = file.try_lock();
+    while matches!(taken, Err(TryLockError::WouldBlock)) && is_for_a_moment() {
+        std::thread::sleep(Duration::from_millis(50));
+        taken = file.try_lock();
+    }
+    match taken {
+        Ok(()) => {
+            let _ = file.set_len(0); // of one that was killed
+            Ok(file)
+        }
         Err(TryLockError::WouldBlock) => Err(Error::Usage(format!(
             "another roadbench is writing to {}; wait for it to end, or choose another --out",
             root.display()

@@ -74,7 +74,7 @@ pub fn merge(there: &Contents, check: Check<'_>) -> Result<Option<Switching>, Er
     }
     let is_ours = || check().map_err(|e| Error::Output(format!("{}: {e}", there.root())));
     is_ours()?;
-    let next = Next::begin(there.root(), list, || concerned(there, &groups, &old))?;
+    let next = Next::begin(there.kind, there.root(), list, || concerned(there, &groups, &old))?;
     let groups: Vec<_> = groups.into_iter().collect();
     let merged: Vec<Result<Changes, Error>> = groups
         .par_iter()

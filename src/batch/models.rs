@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use rayon::prelude::*;
 use walkdir::WalkDir;
 
-use super::switch::Reading;
+use super::reading::Reading;
 use crate::effects::extended_model::ExtendedModel;
 use crate::effects::models::Models;
 use crate::effects::pooled_effects::{self, PooledEffects};

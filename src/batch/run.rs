@@ -5,6 +5,7 @@ use super::bikes::BikeFile;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
+use super::settle;
 use super::store::Store;
 use super::what::What;
 use super::work::{Output, Work, encoded};
@@ -99,18 +100,14 @@ pub fn finish(
     also: impl FnOnce(&LocalCopy) -> Result<(), report::Error>,
 ) -> Result<LocalCopy, Error> {
     let copy = LocalCopy::of(store.root())?;
-    #[cfg(feature = "fleet")]
-    super::fleet::write(copy.folder())?;
-    let fleet: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
-    if !store.root().is_remote() {
-        store.list_checksums(copy.folder(), &fleet)?;
-        store.let_readers_in();
-    }
+    settle::fleet(store.root(), &copy)?;
+    store.let_readers_in()?;
     report::build(copy.folder(), pages, false)?;
     also(&copy)?;
-    copy.publish(registry::of_fleet().map(|spec| spec.name).chain(["report"]))?;
+    let fleet: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
+    copy.publish(fleet.iter().copied().chain(["report"]))?;
     if store.root().is_remote() {
-        store.list_checksums(copy.folder(), &fleet)?; // it is there only now
+        settle::list_again(store.root(), &copy, &fleet)?; // it is there only now
     }
     store.clear_behind()?;
     Ok(copy)

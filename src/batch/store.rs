@@ -17,6 +17,7 @@
 //! the folder is the fleet's archive. A session that is an input again is replaced.
 
 use std::collections::BTreeSet;
+use std::fs::TryLockError;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use walkdir::WalkDir;
@@ -25,7 +26,6 @@ use super::contents::{Contents, Stale};
 use super::error::Error;
 use super::kind::Kind;
 use super::lock::Lock;
-use super::manifest::Manifest;
 use super::marker::{Committed, Key};
 use super::staged::{self, Staged};
 use super::switch::{self, Switching};
@@ -89,6 +89,7 @@ impl Store {
             // at the end of the batch it is tried again, and the error is the batch's
             Err(e) => tracing::warn!("{e}"),
         }
+        store.release(); // what is made over all sessions follows: see `settle`
         Ok(store)
     }
 
@@ -210,15 +211,26 @@ impl Store {
             return Ok(false);
         }
         self.mark_behind()?;
-        self.let_readers_in(); // a later merge takes the lock anew
+        self.release(); // it is taken anew
         let switching = merge::merge(&now, &|| self.lock.check())?;
         *self.switching.lock().unwrap_or_else(PoisonError::into_inner) = switching;
         Ok(true)
     }
 
-    /// What is made over all sessions is there, but for the report: tables may be read.
-    pub fn let_readers_in(&self) {
+    fn release(&self) {
         *self.switching.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// What is made over all sessions is there, but for the report: tables may be read.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    pub fn let_readers_in(&self) -> Result<(), Error> {
+        if !self.root().is_remote() {
+            remove(&self.root().join(self.found.kind.switched))?;
+        }
+        self.release();
+        Ok(())
     }
 
     /// Writes the row of an input that could not be used.
@@ -282,20 +294,6 @@ impl Store {
         self.behind.get().is_some() || is_marked() || lacks()
     }
 
-    /// Lists the checksums of what was made over all sessions, from a local folder that has the same.
-    ///
-    /// # Errors
-    /// A file cannot be read, or the list not be written.
-    pub fn list_checksums(&self, folder: &std::path::Path, below: &[&str]) -> Result<(), Error> {
-        let before = Manifest::read(self.root());
-        let mut list = match before.is_there {
-            true => before.clone(),
-            false => super::verify::adopt(self.root())?,
-        };
-        list.list_again(folder, below)?;
-        if list == before { Ok(()) } else { list.write(self.root()) }
-    }
-
     /// All is made that this build makes: without the feature `fleet` its tables stay behind.
     ///
     /// # Errors
@@ -356,7 +354,8 @@ fn is_gone(path: &str) -> bool {
     Location::parse(path).is_ok_and(|at| at.exists().is_ok_and(|there| !there))
 }
 
-/// The lock on the folder is held: whatever is half-written in it is nobody's.
+/// The lock on the folder is held: whatever is half-written in it is nobody's, but for what a command that only reads the
+/// tables writes beside them.
 fn remove_temporaries(root: &Location) -> Result<(), Error> {
     let Some(root) = root.as_path() else { return Ok(()) }; // what is put is put whole
     let folders =
@@ -368,8 +367,13 @@ fn remove_temporaries(root: &Location) -> Result<(), Error> {
     for entry in files.filter(|e| e.file_type().is_file()) {
         let name = entry.file_name().to_string_lossy();
         if name.starts_with(file::TEMPORARY.0) && name.ends_with(file::TEMPORARY.1) {
-            tracing::debug!("removing {}, left by a run that was killed", entry.path().display());
-            remove(&entry.path().into())?;
+            // a report that is being written holds its own
+            let is_held = std::fs::File::open(entry.path())
+                .is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)));
+            if !is_held {
+                tracing::debug!("removing {}, left by who was killed", entry.path().display());
+                remove(&entry.path().into())?;
+            }
         }
     }
     Ok(())

@@ -3,7 +3,9 @@
 //! ```text
 //! <out>/.roadbench/next/<path>     files that a merge has made, each whole
 //! <out>/.roadbench/next.json       there from the moment on at which all of them are: what replaces what
-//! <out>/.roadbench/tables.lock     shared while a command reads the tables, exclusive while they are switched
+//! <out>/.roadbench/switched        from then on until what is made over all sessions fits the new tables
+//! <out>/.roadbench/tables.lock     shared while a command reads the tables ([`reading`](super::reading)), exclusive while
+//!                                  they are switched
 //! ```
 //!
 //! Whoever is killed before `next.json` is there has changed nothing; after that, whoever comes next carries on: every step
@@ -18,6 +20,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::error::Error;
+use super::kind::Kind;
 use super::manifest::{self, Manifest};
 use crate::objects::Location;
 use crate::objects::files::{remove_many, sync_folder};
@@ -26,40 +29,12 @@ use crate::tables::file;
 /// Folder of files that are to be put in place.
 const NEXT: &str = ".roadbench/next";
 /// What is to be done with them.
-const COMMIT: &str = ".roadbench/next.json";
+pub const COMMIT: &str = ".roadbench/next.json";
 /// Held by who reads the tables, and by who switches them.
-const LOCK: &str = ".roadbench/tables.lock";
+pub const LOCK: &str = ".roadbench/tables.lock";
 
 /// So long readers are waited for: a report of 100,000 sessions takes a minute, one that hangs must not stop the night.
-const PATIENCE: Duration = Duration::from_secs(600);
-
-/// The tables stay as they are while this is held.
-#[derive(Debug)]
-pub struct Reading(#[allow(dead_code)] Option<File>);
-
-impl Reading {
-    /// Of an output, waiting while its tables are switched; a switch that was killed is carried on. Where nothing was ever switched, or
-    /// the folder cannot be locked, there is nothing to wait for.
-    ///
-    /// # Errors
-    /// A switch was killed and cannot be carried on.
-    pub fn of(out: &Path) -> Result<Self, Error> {
-        loop {
-            let Ok(file) = File::open(out.join(LOCK)) else { return Ok(Reading(None)) };
-            if let Err(TryLockError::WouldBlock) = file.try_lock_shared() {
-                tracing::info!("{}: its tables are being replaced; waiting", out.display());
-                if let Err(e) = file.lock_shared() {
-                    tracing::debug!("{LOCK}: {e}");
-                }
-            }
-            if !out.join(COMMIT).is_file() {
-                return Ok(Reading(Some(file)));
-            }
-            drop(file);
-            Switching::begin(out)?; // who was at it was killed
-        }
-    }
-}
+pub const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Nobody reads while this is held.
 #[derive(Debug)]
@@ -134,6 +109,8 @@ pub type Changes = BTreeMap<String, Option<String>>;
 /// What `next.json` says.
 #[derive(Debug, Serialize, Deserialize)]
 struct Commit {
+    /// The mark that is there until what is made over all sessions fits.
+    mark: String,
     changes: Changes,
     /// What is removed when all is in place: the sessions that waited.
     then_remove: Vec<String>,
@@ -143,6 +120,7 @@ struct Commit {
 #[derive(Debug)]
 pub struct Next<'a> {
     root: &'a Location,
+    kind: &'static Kind,
     /// Checksums of what is in place.
     pub list: Manifest,
 }
@@ -153,6 +131,7 @@ impl<'a> Next<'a> {
     /// # Errors
     /// The output cannot be written.
     pub fn begin(
+        kind: &'static Kind,
         root: &'a Location,
         list: Manifest,
         concerned: impl FnOnce() -> Vec<String>,
@@ -162,7 +141,7 @@ impl<'a> Next<'a> {
             off.take_off(concerned().iter().map(String::as_str));
             off.write(root)?;
         }
-        Ok(Next { root, list })
+        Ok(Next { root, kind, list })
     }
 
     /// Where a file is, or waits to be put in place, given what a merge has changed so far.
@@ -234,7 +213,8 @@ impl<'a> Next<'a> {
         };
         self.list.write(&out.join(NEXT).into())?;
         let below = then_remove.iter().filter_map(|at| manifest::below(self.root, at));
-        let commit = Commit { changes, then_remove: below.collect() };
+        let mark = self.kind.switched.to_owned();
+        let commit = Commit { mark, changes, then_remove: below.collect() };
         let text =
             serde_json::to_string(&commit).map_err(|e| Error::Internal(format!("commit: {e}")))?;
         file::write_bytes(out.join(COMMIT), text.as_bytes())?;
@@ -253,12 +233,16 @@ fn apply(out: &Path) -> Result<(), Error> {
     };
     let commit: Commit = serde_json::from_slice(&bytes)
         .map_err(|e| Error::Output(format!("{}: {e}; remove it, and run again", path.display())))?;
+    file::write_bytes(below(out, &commit.mark)?, b"")?;
     let mut folders = std::collections::BTreeSet::new();
     for (path, sum) in &commit.changes {
         let to = below(out, path)?;
         match sum {
             Some(_) => _ = folders.extend(put(&out.join(NEXT).join(path), &to)?),
-            None => remove(&to)?,
+            None => {
+                remove(&to)?;
+                folders.extend(to.parent().filter(|folder| folder.is_dir()).map(Path::to_owned));
+            }
         }
     }
     let list = out.join(manifest::PATH);
@@ -307,6 +291,7 @@ fn remove(path: &Path) -> Result<(), Error> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::kind::RUN;
     use super::*;
 
     fn put_text(out: &Path, path: &str, text: &str) {
@@ -327,6 +312,7 @@ mod tests {
         put_text(out.path(), &format!("{NEXT}/{}", manifest::PATH), "{}");
         let changes = [("t/a".to_owned(), Some("sum".to_owned())), ("t/b".to_owned(), None)];
         let commit = Commit {
+            mark: RUN.switched.to_owned(),
             changes: changes.into_iter().collect(),
             then_remove: vec![".roadbench/staged/s".to_owned()],
         };
@@ -336,19 +322,19 @@ mod tests {
     }
 
     #[test]
-    fn a_switch_that_was_killed_is_carried_on_by_whoever_reads_next() {
+    fn a_switch_that_was_killed_is_carried_on() {
         let out = committed();
         // killed after the first file was in place
         let folder = out.path();
         std::fs::rename(folder.join(NEXT).join("t/a"), folder.join("t/a")).expect("renamed");
-        let reading = Reading::of(folder).expect("carried on");
+        recover(&folder.into()).expect("carried on");
         assert_eq!(text(folder, "t/a").as_deref(), Some("new"));
         assert_eq!(text(folder, manifest::PATH).as_deref(), Some("{}"));
         for gone in ["t/b", ".roadbench/staged/s", COMMIT, NEXT] {
             assert!(!folder.join(gone).exists(), "{gone} is still there");
         }
-        drop(reading);
-        Reading::of(folder).expect("twice is once");
+        assert!(folder.join(RUN.switched).is_file(), "the fleet's tables are of before");
+        recover(&folder.into()).expect("twice is once");
         assert_eq!(text(folder, "t/a").as_deref(), Some("new"));
     }
 
@@ -367,7 +353,8 @@ mod tests {
     fn a_commit_touches_nothing_outside_of_its_output() {
         let out = committed();
         let name = format!("{}-outside", Location::from(out.path()).file_name());
-        let evil = format!(r#"{{"changes": {{"../{name}": null}}, "then_remove": []}}"#);
+        let evil =
+            format!(r#"{{"mark": "m", "changes": {{"../{name}": null}}, "then_remove": []}}"#);
         put_text(out.path(), COMMIT, &evil);
         let outside = out.path().with_file_name(&name);
         std::fs::write(&outside, "not ours").expect("written");
@@ -375,35 +362,5 @@ mod tests {
         assert!(told.contains(&format!("`../{name}`")), "{told}");
         assert!(outside.exists());
         let _ = std::fs::remove_file(outside);
-    }
-
-    #[test]
-    fn tables_are_not_switched_under_a_reader() {
-        let out = tempfile::tempdir().expect("folder");
-        let folder = out.path();
-        put_text(folder, "t/a", "old");
-        put_text(folder, LOCK, "");
-        let reading = Reading::of(folder).expect("free");
-        let root = Location::from(folder);
-        std::thread::scope(|scope| {
-            let writer = scope.spawn(|| {
-                let next = Next::begin(&root, Manifest::empty(), Vec::new).expect("begun");
-                let mut changes = Changes::new();
-                next.write("t/a".to_owned(), b"new", &mut changes).expect("written");
-                next.commit(changes, &[]).expect("committed")
-            });
-            std::thread::sleep(Duration::from_millis(200));
-            assert_eq!(text(folder, "t/a").as_deref(), Some("old"), "somebody reads it");
-            drop(reading);
-            let switching = writer.join().expect("switched");
-            assert_eq!(text(folder, "t/a").as_deref(), Some("new"));
-            // the next reader waits for what is made over all sessions
-            let reader = scope.spawn(|| Reading::of(folder).map(|_| text(folder, "fleet")));
-            std::thread::sleep(Duration::from_millis(100));
-            put_text(folder, "fleet", "of the new tables");
-            drop(switching);
-            let read = reader.join().expect("read").expect("read");
-            assert_eq!(read.as_deref(), Some("of the new tables"));
-        });
     }
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::ValueHint;
 
 use crate::batch::models;
-use crate::batch::switch::Reading;
+use crate::batch::reading::Reading;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::export::text::{Format, Request, Set, Tyre, text};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::batch::switch::Reading;
+use crate::batch::reading::Reading;
 use crate::cli::browser;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;

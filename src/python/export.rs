@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::archive::read;
 use crate::batch::models;
-use crate::batch::switch::Reading;
+use crate::batch::reading::Reading;
 use crate::export::text::{Request, text};
 use crate::objects::Location;
 

@@ -7,6 +7,7 @@ use std::path::Path;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, Value, context};
 
+use crate::objects::files::sync_folder;
 use crate::report::assets::{self, SCRIPT, STYLE, Source, UPLOT_SCRIPT, UPLOT_STYLE};
 use crate::tables::rows::SessionRow;
 
@@ -105,6 +106,7 @@ pub(super) fn written(folder: &Path) -> BTreeSet<String> {
 pub(super) fn remove_stale(folder: &Path, pages: &[&str]) {
     let kept: BTreeSet<&str> = pages.iter().copied().collect();
     let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let mut is_changed = false;
     for entry in entries.flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
@@ -112,7 +114,11 @@ pub(super) fn remove_stale(folder: &Path, pages: &[&str]) {
             continue;
         }
         if std::fs::read(entry.path()).is_ok_and(|page| is_own(&page)) {
-            let _ = std::fs::remove_file(entry.path());
+            is_changed |= std::fs::remove_file(entry.path()).is_ok();
         }
+    }
+    if is_changed {
+        // the page of a session that was forgotten must not come back after a power cut
+        let _ = sync_folder(folder);
     }
 }
