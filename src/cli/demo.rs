@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     };
     let colours = colour::on_stdout();
     say!("{}\n", colour::bold("A motorcycle that never was, ridden by numbers", colours));
-    let rides = simulate::write_bike(&scenario, 0, &(&archive).into())
+    let rides = simulate::write_bike(&scenario, 0, &(&archive).into(), &|| ())
         .map_err(|e| Failure::Output(e.to_string()))?;
     let text = BUILTIN.iter().find(|(name, _)| *name == "demo").map_or("", |(_, text)| text);
     file::write_bytes(archive.join("scenario.toml"), text.as_bytes())

@@ -36,6 +36,7 @@ pub mod say;
 pub mod schema;
 pub mod shell;
 pub mod simulate;
+mod steps;
 pub mod tyre;
 pub mod verify;
 mod version;
@@ -113,10 +114,10 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     let result = match arguments.command {
         Command::Run(a) => run::run(a, bar),
         Command::Diagnose(a) => diagnose::run(a, bar),
-        Command::Plan(a) => plan::run(&a),
-        Command::Simulate(a) => simulate::run(a),
+        Command::Plan(a) => plan::run(&a, bar),
+        Command::Simulate(a) => simulate::run(a, bar),
         Command::Modes(a) => modes::run(&a),
-        Command::Replay(a) => replay::run(&a),
+        Command::Replay(a) => replay::run(&a, bar),
         Command::Tyre(a) => tyre::run(&a),
         Command::Inspect(a) => inspect::run(a),
         Command::Map(a) => map::run(a),

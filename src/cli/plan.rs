@@ -1,7 +1,10 @@
 //! `roadbench plan`.
 
+use indicatif::ProgressBar;
+
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
+use crate::cli::steps::Steps;
 use crate::diagnose::road::advice::ALIKE;
 use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
 use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan};
@@ -25,13 +28,15 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let pipeline = match &arguments.pipeline {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
-    let RidePlan { scenario, duration, effects, pairs } =
-        plan(&arguments.scenario, &pipeline).map_err(Failure::Usage)?;
+    let steps = Steps::begin(bar, crate::effects::ALL.len(), "effects on a simulated ride");
+    let planned = plan(&arguments.scenario, &pipeline);
+    drop(steps);
+    let RidePlan { scenario, duration, effects, pairs } = planned.map_err(Failure::Usage)?;
     if arguments.json {
         let lines = effects.iter().map(serde_json::to_string);
         for line in lines.chain(pairs.iter().map(serde_json::to_string)) {

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use clap::ValueHint;
+use indicatif::ProgressBar;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::say;
+use crate::cli::steps::Steps;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 use crate::effects::tyre_file;
@@ -53,7 +55,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let model = model(arguments)?;
     let (session, segments) = session(arguments)?;
     let brakings: Vec<&Segment> =
@@ -76,7 +78,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     say!("{:25} {:>17} {:>8} {:>17}", "", "measured / sim", "", "measured / sim");
     let mut rows = Vec::new();
     let mut drawn: Option<Replay> = None;
-    for braking in replay::brakings(&model, &steering, &session, &brakings) {
+    let steps = Steps::begin(bar, brakings.len(), "brakings of the log");
+    let braked = replay::brakings(&model, &steering, &session, &brakings);
+    drop(steps);
+    for braking in braked {
         print(&braking);
         rows.extend(braking.row(&session.meta));
         if drawn.is_none() && braking.kind == ManoeuvreKind::FrontBraking {
@@ -136,16 +141,24 @@ fn print(braking: &Braking) {
             return;
         }
     };
-    let error = |x: [f64; 2]| 100.0 * (x[1] / x[0] - 1.0);
+    // a log without a channel has no such peak
+    let shown = |x: f64, digits: usize| match x.is_finite() {
+        true => format!("{x:.digits$}"),
+        false => "-".to_owned(),
+    };
+    let error = |x: [f64; 2]| match shown(100.0 * (x[1] / x[0] - 1.0), 1) {
+        none if none == "-" => none,
+        percent => format!("{percent}%"),
+    };
     say!(
-        "{kind:16} {start:8.2} {:8.2} {:8.2} {:7.1}% {:8.3} {:8.3} {:7.1}% {:8.3}",
-        p.deceleration[0],
-        p.deceleration[1],
+        "{kind:16} {start:8.2} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        shown(p.deceleration[0], 2),
+        shown(p.deceleration[1], 2),
         error(p.deceleration),
-        p.slip[0],
-        p.slip[1],
+        shown(p.slip[0], 3),
+        shown(p.slip[1], 3),
         error(p.slip),
-        p.delay
+        shown(p.delay, 3)
     );
 }
 

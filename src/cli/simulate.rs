@@ -1,11 +1,13 @@
 //! `roadbench simulate`.
 
 use clap::ValueHint;
+use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::say;
+use crate::cli::steps::Steps;
 use crate::contract::session::Meta;
 use crate::effects::tyre_file;
 use crate::ingest::write_session;
@@ -54,17 +56,17 @@ pub struct Arguments {
 ///
 /// # Errors
 /// See [`Failure`].
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
+pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     if let Some(motocross) = Motocross::load(&arguments.scenario).map_err(Failure::Usage)? {
         refuse_tyres(&arguments)?;
-        return run_motocross(&motocross, &arguments);
+        return run_motocross(&motocross, &arguments, bar);
     }
     if let Some(track) = Track::load(&arguments.scenario).map_err(Failure::Usage)? {
         refuse_tyres(&arguments)?;
-        return run_track(track, &arguments);
+        return run_track(track, &arguments, bar);
     }
     if let Some(tour) = Tour::load(&arguments.scenario).map_err(Failure::Usage)? {
-        return run_tour(tour, &arguments);
+        return run_tour(tour, &arguments, bar);
     }
     refuse_tyres(&arguments)?;
     let mut scenario = Scenario::load(&arguments.scenario).map_err(Failure::Usage)?;
@@ -73,12 +75,15 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let pool = pool(arguments.jobs)?;
     let out = &arguments.out;
+    let many = scenario.fleet.bikes * scenario.fleet.sessions_per_bike;
+    let steps = Steps::begin(bar, many, "sessions to simulate");
     let written = pool.install(|| {
         (0..scenario.fleet.bikes)
             .into_par_iter()
-            .map(|bike| write_bike(&scenario, bike, out))
+            .map(|bike| write_bike(&scenario, bike, out, &|| steps.done()))
             .collect::<Result<Vec<usize>, file::Error>>()
     });
+    drop(steps);
     let sessions: usize = written.map_err(|e| Failure::Output(e.to_string()))?.iter().sum();
     if let Some((_, text)) = BUILTIN.iter().find(|(name, _)| *name == arguments.scenario) {
         file::write_bytes(out.join("scenario.toml"), text.as_bytes())
@@ -107,12 +112,17 @@ fn refuse_tyres(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Rides motocross: sessions, bike file, true forces.
-fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Failure> {
+fn run_motocross(
+    scenario: &Motocross,
+    arguments: &Arguments,
+    bar: ProgressBar,
+) -> Result<(), Failure> {
     let out = &arguments.out;
     let output = |e: file::Error| Failure::Output(e.to_string());
     let bike_id = &scenario.bike.bike_id;
     let file = out.join("bikes").join(format!("{bike_id}.toml"));
     file::write_bytes(&file, scenario.bike.to_toml().as_bytes()).map_err(output)?;
+    let steps = Steps::begin(bar, scenario.sessions, "sessions to simulate");
     let ridden = pool(arguments.jobs)?.install(|| {
         (0..scenario.sessions)
             .into_par_iter()
@@ -125,10 +135,12 @@ fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Fail
                 let Known { session, fall, .. } = known;
                 let duration = session.duration();
                 let fall = fall.map(|f| format!("{}: {f}", session.meta.session_id));
+                steps.done();
                 Ok((duration, spent, fall))
             })
             .collect::<Result<Vec<_>, file::Error>>()
     });
+    drop(steps);
     let ridden = ridden.map_err(output)?;
     let simulated: f64 = ridden.iter().map(|r| r.0).sum();
     let spent: f64 = ridden.iter().map(|r| r.1).sum();
@@ -145,11 +157,12 @@ fn run_motocross(scenario: &Motocross, arguments: &Arguments) -> Result<(), Fail
 }
 
 /// Rides on the track: sessions, bike files, truth, foreign logs.
-fn run_track(mut track: Track, arguments: &Arguments) -> Result<(), Failure> {
+fn run_track(mut track: Track, arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     if let Some(bikes) = arguments.bikes {
         track.sessions = bikes;
     }
     let (track, out) = (&track, &arguments.out);
+    let steps = Steps::begin(bar, track.sessions, "sessions to simulate");
     let ridden = pool(arguments.jobs)?.install(|| {
         (0..track.sessions)
             .into_par_iter()
@@ -162,10 +175,12 @@ fn run_track(mut track: Track, arguments: &Arguments) -> Result<(), Failure> {
                 };
                 let spent = begin.elapsed().as_secs_f64();
                 write_track(track, &ridden, out)?;
+                steps.done();
                 Ok((ridden.ride.session.duration(), spent, None))
             })
             .collect::<Result<Vec<_>, file::Error>>()
     });
+    drop(steps);
     let ridden = ridden.map_err(|e| Failure::Output(e.to_string()))?;
     let simulated: f64 = ridden.iter().map(|r| r.0).sum();
     let spent: f64 = ridden.iter().map(|r| r.1).sum();
@@ -232,7 +247,7 @@ fn pool(jobs: usize) -> Result<rayon::ThreadPool, Failure> {
 }
 
 /// Rides a tour of the nonlinear motorcycle: sessions, bike file, truth.
-fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
+fn run_tour(mut tour: Tour, arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let out = &arguments.out;
     let output = |e: file::Error| Failure::Output(e.to_string());
     let own = tour.clone();
@@ -248,6 +263,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
     let file = out.join("bikes").join(format!("{}.toml", tour.bike.bike_id));
     file::write_bytes(&file, tour.bike.to_toml().as_bytes()).map_err(output)?;
     let coefficients = tyre_truth::coefficients(&tour.model);
+    let steps = Steps::begin(bar, tour.sessions, "sessions to simulate");
     let ridden = pool(arguments.jobs)?.install(|| {
         (0..tour.sessions)
             .into_par_iter()
@@ -257,11 +273,13 @@ fn run_tour(mut tour: Tour, arguments: &Arguments) -> Result<(), Failure> {
                 let spent = begin.elapsed().as_secs_f64();
                 let known = tables::of_tour(&coefficients, ridden)?;
                 write(&known, tour.float32, out)?;
+                steps.done();
                 let Known { session, fall, .. } = known;
                 Ok((session.meta.session_id.clone(), session.duration(), spent, fall))
             })
             .collect::<Result<Vec<_>, file::Error>>()
     });
+    drop(steps);
     let ridden = ridden.map_err(output)?;
     let (mut simulated, mut spent, mut falls) = (0.0, 0.0, Vec::new());
     for (id, duration, seconds, fall) in &ridden {
@@ -365,6 +383,7 @@ pub(super) fn write_bike(
     scenario: &Scenario,
     bike: usize,
     out: &Location,
+    done: &dyn Fn(),
 ) -> Result<usize, file::Error> {
     let machine = scenario.machine(bike);
     let id = &machine.bike.bike_id;
@@ -374,6 +393,7 @@ pub(super) fn write_bike(
     for i in 0..count {
         let simulated = session(scenario, &machine, bike * count + i);
         write(&tables::of_fleet(&machine, simulated)?, scenario.float32, out)?;
+        done();
     }
     Ok(count)
 }

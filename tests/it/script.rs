@@ -288,10 +288,15 @@ impl Place {
                 e.file_type().is_file() && !e.file_name().to_string_lossy().ends_with(".lock")
             })
             // fleet and report are the command's, not the batch's
-            .filter(|e| e.file_name() != "behind")
+            .filter(|e| !["behind", "switched"].iter().any(|mark| e.file_name() == *mark))
             .map(|e| {
                 let name = e.path().strip_prefix(&root).expect("below").to_string_lossy();
                 (name.replace('\\', "/"), std::fs::read(e.path()).expect("bytes"))
+            })
+            .filter(|(name, _)| !is_of_fleet(name))
+            .map(|(name, bytes)| match name.ends_with("checksums.json") {
+                true => (name, without_fleet(&bytes)),
+                false => (name, bytes),
             })
             .collect()
     }
@@ -306,6 +311,18 @@ impl Place {
     pub fn names(&self) -> Vec<String> {
         self.tables("out").into_keys().collect()
     }
+}
+
+/// What a batch after a killed one makes first.
+fn is_of_fleet(name: &str) -> bool {
+    let folder = name.split('/').next().unwrap_or_default();
+    registry::of_fleet().any(|spec| spec.name == folder)
+}
+
+fn without_fleet(checksums: &[u8]) -> Vec<u8> {
+    let mut list: BTreeMap<String, String> = serde_json::from_slice(checksums).expect("a list");
+    list.retain(|name, _| !is_of_fleet(name));
+    serde_json::to_vec_pretty(&list).expect("text")
 }
 
 pub fn codes(run: &Accounts) -> Vec<&str> {

@@ -1,0 +1,38 @@
+//! Progress of commands that are no batch: how much there is to do, said before, and a bar at a terminal.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Pieces of work of one kind, done one after the other or side by side. The bar goes with it.
+#[derive(Debug)]
+pub struct Steps(ProgressBar);
+
+impl Steps {
+    /// Says how much there is to do; `what` is what a piece is called, many of them. `bar` is hidden still, and log events
+    /// step aside for it.
+    pub fn begin(bar: ProgressBar, many: usize, what: &str) -> Self {
+        tracing::info!("{many} {what}");
+        let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}  {eta} left");
+        if let Ok(style) = style {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_length(many as u64);
+        bar.set_message(what.to_owned());
+        bar.set_draw_target(ProgressDrawTarget::stderr()); // draws nothing on no terminal
+        bar.reset();
+        bar.enable_steady_tick(Duration::from_millis(250));
+        Steps(bar)
+    }
+
+    /// One more is done.
+    pub fn done(&self) {
+        self.0.inc(1);
+    }
+}
+
+impl Drop for Steps {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
