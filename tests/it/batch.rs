@@ -346,9 +346,9 @@ fn the_fleet_is_what_its_committed_sessions_say() {
     let alone = &rows[1];
     assert_eq!((alone.n_sessions, alone.robust_sd, alone.between_sd), (1, None, None));
     close(alone.median, 0.29);
-    let bytes = place.tables("out")["fleet/fleet.parquet"].clone();
+    let bytes = place.files("out")["fleet/fleet.parquet"].clone();
     batch::fleet::write(&place.path("out")).expect("fleet");
-    assert!(place.tables("out")["fleet/fleet.parquet"] == bytes);
+    assert!(place.files("out")["fleet/fleet.parquet"] == bytes);
 }
 
 #[cfg(feature = "fleet")]

@@ -24,7 +24,7 @@ fn naming(place: &Place, session: &str) -> Vec<String> {
         }
         false => String::from_utf8_lossy(&bytes).contains(session),
     };
-    let tables = place.tables("out").into_iter();
+    let tables = place.files("out").into_iter();
     tables
         .filter(|(name, bytes)| name.contains(session) || has(name, bytes.clone()))
         .map(|t| t.0)
@@ -41,13 +41,13 @@ fn what_is_forgotten_is_in_no_table_and_on_no_page() {
     ]);
     whole_run(&place);
     let out = place.path("out").into();
-    let before = place.tables("out");
+    let before = place.files("out");
     assert!(naming(&place, "s-beta").len() > 5);
     let by_id = Which { sessions: vec!["s-beta".into()], ..Which::default() };
     let told = forget(&out, &by_id, false).expect("listed");
     assert_eq!(told.len(), 1);
     assert!(told[0].log.ends_with("b.csv") && told[0].bike_id == "b1", "{told:?}");
-    assert!(place.tables("out") == before, "only listed");
+    assert!(place.files("out") == before, "only listed");
     assert_eq!(forget(&out, &by_id, true).expect("forgotten"), told);
     assert_eq!(naming(&place, "s-beta"), [""; 0]);
     assert_eq!(place.sessions(), ["b1/s-alpha", "b2/s-gamma"]);

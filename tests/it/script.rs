@@ -278,8 +278,18 @@ impl Place {
         self.run_with(&Script::default(), |_| {}).expect("run")
     }
 
-    /// Every file below the output, but for the lock, with its bytes.
+    /// As [`Place::files`], without the fleet's tables: these are the command's, and a batch after a killed one makes them first.
     pub fn tables(&self, out: &str) -> BTreeMap<String, Vec<u8>> {
+        let all = self.files(out).into_iter().filter(|(name, _)| !is_of_fleet(name));
+        all.map(|(name, bytes)| match name.ends_with("checksums.json") {
+            true => (name, without_fleet(&bytes)),
+            false => (name, bytes),
+        })
+        .collect()
+    }
+
+    /// Every file below the output, but for locks and marks, with its bytes.
+    pub fn files(&self, out: &str) -> BTreeMap<String, Vec<u8>> {
         let root = self.path(out);
         walkdir::WalkDir::new(&root)
             .into_iter()
@@ -287,16 +297,10 @@ impl Place {
             .filter(|e| {
                 e.file_type().is_file() && !e.file_name().to_string_lossy().ends_with(".lock")
             })
-            // fleet and report are the command's, not the batch's
             .filter(|e| !["behind", "switched"].iter().any(|mark| e.file_name() == *mark))
             .map(|e| {
                 let name = e.path().strip_prefix(&root).expect("below").to_string_lossy();
                 (name.replace('\\', "/"), std::fs::read(e.path()).expect("bytes"))
-            })
-            .filter(|(name, _)| !is_of_fleet(name))
-            .map(|(name, bytes)| match name.ends_with("checksums.json") {
-                true => (name, without_fleet(&bytes)),
-                false => (name, bytes),
             })
             .collect()
     }
@@ -313,7 +317,6 @@ impl Place {
     }
 }
 
-/// What a batch after a killed one makes first.
 fn is_of_fleet(name: &str) -> bool {
     let folder = name.split('/').next().unwrap_or_default();
     registry::of_fleet().any(|spec| spec.name == folder)

@@ -35,7 +35,7 @@ fn an_output_is_as_it_was_written_or_it_is_told_what_is_not() {
     let place = Place::new(&LOGS);
     whole_run(&place);
     assert_eq!(found(&place), []);
-    let whole = place.tables("out");
+    let whole = place.files("out");
 
     // one bit of every file in turn: told by name, and by nothing else
     let files: Vec<String> =
@@ -63,13 +63,13 @@ fn an_output_is_as_it_was_written_or_it_is_told_what_is_not() {
     assert_eq!((again.done, again.unchanged), (2, 1));
     whole_run(&place);
     assert_eq!(found(&place), []);
-    assert!(place.tables("out") == whole, "not as it was");
+    assert!(place.files("out") == whole, "not as it was");
 
     // so is a month's commit markers
     flip(&place, "out/sessions/bike=b1/2026-05.parquet");
     mend(&out).expect("mended");
     whole_run(&place);
-    assert!(place.tables("out") == whole, "not as it was");
+    assert!(place.files("out") == whole, "not as it was");
 }
 
 #[test]
