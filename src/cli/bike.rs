@@ -15,6 +15,7 @@ use crate::tables::names::is_plain;
 
 /// Write the bike file of a motorcycle or bicycle
 #[derive(Debug, clap::Args)]
+#[command(disable_help_subcommand = true)]
 pub struct Arguments {
     #[command(subcommand)]
     command: Command,
