@@ -245,7 +245,9 @@ fn main() {
     let found: Vec<Vec<Compared>> = match plant {
         None => (0..rides)
             .into_par_iter()
-            .map(|number| (number.to_string(), compared(number, seed, &pipeline, work.path(), &taken)))
+            .map(|number| {
+                (number.to_string(), compared(number, seed, &pipeline, work.path(), &taken))
+            })
             .filter_map(one)
             .collect(),
         Some(folder) => folders(&folder)

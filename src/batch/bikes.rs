@@ -113,7 +113,8 @@ impl<'a> BikeFiles<'a> {
             return Ok(BikeFiles { folder, settings, read: BTreeMap::new() });
         }
         Err(fail(
-            "there is no bike file (<bike_id>.toml) in it; `roadbench bike new NAME` writes one".to_owned(),
+            "there is no bike file (<bike_id>.toml) in it; `roadbench bike new NAME` writes one"
+                .to_owned(),
         ))
     }
 
@@ -156,7 +157,8 @@ impl<'a> BikeFiles<'a> {
         if text.as_ref().is_err_and(|e| e.kind() == ErrorKind::NotFound) {
             let default = self.folder.join(format!("{DEFAULT}.toml"));
             // with the bike's name in it the text is no other bike's, and says that it is none of its own
-            let found = read_text(&default).map(|t| format!("{STANDS_IN_FOR} = \"{bike_id}\"\n{t}"));
+            let found =
+                read_text(&default).map(|t| format!("{STANDS_IN_FOR} = \"{bike_id}\"\n{t}"));
             if found.as_ref().map_or_else(|e| e.kind() != ErrorKind::NotFound, |_| true) {
                 (at, text) = (default, found);
             }

@@ -133,7 +133,7 @@ pub struct Measure {
     pub measured_relative: Option<f64>,
     /// How.
     pub home: String,
-    /// What one standard deviation of a tenth of this number changes.
+    /// What an error of this number changes.
     #[serde(default)]
     pub costs: Vec<Cost>,
 }
@@ -144,7 +144,7 @@ pub struct Measure {
 pub struct Cost {
     /// The coefficient, with its tyre: `front mf_d`.
     pub of: String,
-    /// Its relative change over that of the number: elasticity.
+    /// Its relative change over that of the number, without sign.
     pub elasticity: f64,
 }
 

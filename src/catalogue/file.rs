@@ -62,7 +62,11 @@ fn head(portrait: &Portrait) -> String {
         format!("{}{said}", portrait.sizes[k].printed)
     });
     let mut out = String::new();
-    remark(&mut out, "", &format!("Written by `roadbench bike new`, {of}; tyres {front} and {rear}."));
+    remark(
+        &mut out,
+        "",
+        &format!("Written by `roadbench bike new`, {of}; tyres {front} and {rear}."),
+    );
     remark(
         &mut out,
         "",
@@ -79,8 +83,8 @@ fn entry(out: &mut String, number: &Number, schema: &KeyTable) {
     let declared = schema.keys.iter().find(|k| k.path == *key);
     let unit = declared.and_then(|k| k.unit.as_deref()).filter(|u| *u != "1").unwrap_or("");
     let what = declared.map_or("", |k| k.description.as_str());
-    let first = what.split_inclusive(['.', ';']).next().unwrap_or(what);
-    remark(out, "", first.trim_end_matches(['.', ';']));
+    let first = what.split([';', ':', '(']).next().unwrap_or(what).trim_end();
+    remark(out, "", first.trim_end_matches('.'));
     let width = match known.sd > 0.0 {
         true => format!("± {} {unit}", rounded(known.sd, known.sd)),
         false => "exact".to_owned(),
@@ -132,14 +136,14 @@ fn left_out(schema: &KeyTable, portrait: &Portrait, table: &str) -> String {
     };
     for key in schema.keys.iter().filter(missing) {
         let value = key.default.or(key.assumed);
-        let width = key.default_uncertainty.map(|sd| format!(" ± {sd}"));
-        let relative = key.default_relative_uncertainty.map(|s| format!(" ± {:.0} %", 100.0 * s));
+        let unit = key.unit.as_deref().filter(|u| *u != "1").map(|u| format!(" {u}"));
+        let width = key.default_uncertainty;
+        let width = width.map(|sd| format!("± {sd}{}", unit.unwrap_or_default()));
+        let relative = key.default_relative_uncertainty.map(|s| format!("± {:.0} %", 100.0 * s));
         let Some(width) = width.or(relative) else { continue };
         let value = value.map_or("from other numbers".to_owned(), |v| format!("{v:.3}"));
         let remedy = key.remedy.as_ref().map(|r| format!("; better: {r}")).unwrap_or_default();
-        let unit = key.unit.as_deref().filter(|u| *u != "1").unwrap_or("");
-        let said = format!("{} left out: {value}{width} {unit}", leaf(&key.path));
-        remark(&mut out, "", &format!("{}{remedy}", said.trim_end()));
+        remark(&mut out, "", &format!("{} left out: {value} {width}{remedy}", leaf(&key.path)));
     }
     if !out.is_empty() {
         out.push('\n');
@@ -158,8 +162,12 @@ fn leaf(key: &str) -> &str {
 /// A number with as many digits as its uncertainty makes sense of.
 pub fn rounded(value: f64, sd: f64) -> String {
     let scale = if sd > 0.0 { sd } else { value.abs().max(1e-12) * 1e-4 };
-    let digits = (1.0 - scale.log10().floor()).clamp(0.0, 12.0) as usize;
-    let text = format!("{value:.digits$}");
+    // two digits of the uncertainty
+    let place = scale.log10().floor() - 1.0;
+    let digits = (-place).clamp(0.0, 12.0) as usize;
+    let step = 10f64.powf(place.max(0.0));
+    let text = format!("{:.digits$}", (value / step).round() * step);
+    let text = if place > 0.0 { text } else { format!("{value:.digits$}") };
     // TOML's numbers of this file are decimals
     if text.contains('.') { text } else { format!("{text}.0") }
 }
@@ -213,7 +221,8 @@ mod tests {
     fn digits_are_those_of_the_uncertainty() {
         assert_eq!(rounded(260.04, 3.0), "260.0");
         assert_eq!(rounded(0.61705, 0.05), "0.617");
-        assert_eq!(rounded(127_345.0, 31_000.0), "127345.0");
+        assert_eq!(rounded(127_345.0, 31_859.0), "127000.0");
+        assert_eq!(rounded(31_859.0, 31_859.0), "32000.0");
         assert_eq!(rounded(0.3, 0.0), "0.30000");
     }
 }

@@ -91,8 +91,11 @@ impl Owner {
         };
         let value = parse(number)?;
         let unit = key.unit.as_deref().unwrap_or("1");
-        if let Some([low, high]) = key.range.filter(|[low, high]| !(*low..=*high).contains(&value)) {
-            return Err(format!("`{path}` = {value} {unit} is not between {low} and {high} {unit}"));
+        if let Some([low, high]) = key.range.filter(|[low, high]| !(*low..=*high).contains(&value))
+        {
+            return Err(format!(
+                "`{path}` = {value} {unit} is not between {low} and {high} {unit}"
+            ));
         }
         let sd = sd.map(parse).transpose()?;
         if sd.is_some_and(|sd| sd < 0.0) {
@@ -114,7 +117,8 @@ impl Owner {
             (None, Some(model)) => catalogue.class(&model.class).ok(),
             (None, None) => {
                 let names: Vec<&str> = catalogue.classes.iter().map(|c| c.name.as_str()).collect();
-                let unknown = self.model.as_ref().map(|m| format!("`{m}` is not in the catalogue: "));
+                let unknown =
+                    self.model.as_ref().map(|m| format!("`{m}` is not in the catalogue: "));
                 wrong.push(format!(
                     "{}give its class, one of {}",
                     unknown.unwrap_or_default(),
@@ -141,7 +145,8 @@ impl Owner {
         if self.lifted.is_some() && self.scales.is_none() {
             wrong.push("a lifted axle needs the scales on level ground, too".to_owned());
         }
-        let (Some(class), [Some(front), Some(rear)], true) = (class, sizes, wrong.is_empty()) else {
+        let (Some(class), [Some(front), Some(rear)], true) = (class, sizes, wrong.is_empty())
+        else {
             return Err(wrong.join("; "));
         };
         let sizes_said = [0, 1].map(|k| self.sizes[k].is_some() || model.is_some());
@@ -206,8 +211,7 @@ impl Draft<'_> {
         let length_sd = if model.is_some() { sheet.wheelbase } else { class.wheelbase.sd };
         let wheelbase_sd = self.catalogue.measure("wheelbase").map_or(length_sd, |m| m.sd(length));
         let measured = self.owner.measured.contains_key("wheelbase");
-        let known =
-            Known { value: length, sd: if measured { wheelbase_sd } else { length_sd } };
+        let known = Known { value: length, sd: if measured { wheelbase_sd } else { length_sd } };
         let weighed = self.owner.scales.map(|loads| two_scales(loads, known)).transpose()?;
         let mass = match (weighed, self.owner.weight, model) {
             (Some([mass, _]), ..) => self.put("mass", mass, Origin::Measured, "two scales"),
@@ -224,8 +228,13 @@ impl Draft<'_> {
             }
             (None, None, None) => self.guess("mass", &class.mass, 1.0),
         };
-        let wheelbase =
-            self.sheet("wheelbase", model.map(|m| m.wheelbase), sheet.wheelbase, &class.wheelbase, 1.0);
+        let wheelbase = self.sheet(
+            "wheelbase",
+            model.map(|m| m.wheelbase),
+            sheet.wheelbase,
+            &class.wheelbase,
+            1.0,
+        );
         match weighed {
             Some([_, arm]) => {
                 self.put("cg_to_front", arm, Origin::Measured, "two scales and the wheelbase")
@@ -283,7 +292,8 @@ impl Draft<'_> {
             let relative = of.stiffness_relative;
             let radius = size.radius() - SHARE * load[k] / stiffness;
             let sd = either(of.radius_relative, of.unknown_radius_relative) * radius;
-            let source = format!("{from}: {:.4} m without load, less a third of the sinking", size.radius());
+            let source =
+                format!("{from}: {:.4} m without load, less a third of the sinking", size.radius());
             self.put(&key("radius"), Known { value: radius, sd }, origin, &source);
             let sd = either(of.width_relative, of.unknown_width_relative) * size.width;
             let source = format!("{from}; crown radius about {:.0} mm", 1e3 * size.crown());

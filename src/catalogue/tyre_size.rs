@@ -166,8 +166,23 @@ mod tests {
     #[test]
     fn what_is_no_size_is_said_with_the_forms() {
         for text in [
-            "", "round", "120", "120/70", "120/70ZR", "120/70ZR40", "12/70-17", "37-", "700x", "x",
-            "5000-18", "3-18", "-", "120/70ZR17a".trim_end_matches("17a"), "ＺＲ17", "0x0", "1e9/1e9-17",
+            "",
+            "round",
+            "120",
+            "120/70",
+            "120/70ZR",
+            "120/70ZR40",
+            "12/70-17",
+            "37-",
+            "700x",
+            "x",
+            "5000-18",
+            "3-18",
+            "-",
+            "120/70ZR17a".trim_end_matches("17a"),
+            "ＺＲ17",
+            "0x0",
+            "1e9/1e9-17",
         ] {
             let e = TyreSize::parse(text).expect_err(text);
             assert!(e.contains("120/70ZR17") && e.contains("37-622"), "{e}");
@@ -176,7 +191,8 @@ mod tests {
 
     #[test]
     fn stiffness_is_of_the_published_order() {
-        let of = |size, pressure| TyreSize::parse(size).expect("a size").vertical_stiffness(pressure);
+        let of =
+            |size, pressure| TyreSize::parse(size).expect("a size").vertical_stiffness(pressure);
         // Sharp, Evangelou, Limebeer 2004 and a vendor's MF 6.2 set: 130 to 176 kN/m
         assert!((100e3..180e3).contains(&of("120/70ZR17", 2.5e5)));
         assert!((130e3..230e3).contains(&of("180/55ZR17", 2.9e5)));

@@ -112,7 +112,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         say!("\nBikes without a file of their own are now taken as this one, with a warning.");
     } else {
         say!("\nNext: roadbench run LOG --bikes {} --out out", new.out.display());
-        say!("A log that does not say that it is of {name}: roadbench convert LOG --bike {name} --out ride.parquet");
+        say!(
+            "A log that does not say that it is of {name}: roadbench convert LOG --bike {name} --out ride.parquet"
+        );
     }
     Ok(())
 }
@@ -258,7 +260,8 @@ impl Asked<'_> {
                 continue;
             }
             let usual = usual[k];
-            let question = format!("{} tyre, as printed on it (empty: unknown, {usual})", axle.name());
+            let question =
+                format!("{} tyre, as printed on it (empty: unknown, {usual})", axle.name());
             let size = self.until(&question, TyreSize::parse)?;
             owner.sizes[k] = size.map(|s| s.printed);
         }
@@ -271,13 +274,15 @@ impl Asked<'_> {
             owner.weight = self.until(question, number)?;
         }
         if owner.scales.is_some() && owner.lifted.is_none() {
-            let question = "Rear axle lifted by m, front load then kg, as 0.35,140 (empty: not lifted)";
+            let question =
+                "Rear axle lifted by m, front load then kg, as 0.35,140 (empty: not lifted)";
             owner.lifted = self.until(question, list::<2>)?;
         }
         let schema = schema();
         let mut more = owner.clone();
         loop {
-            let question = "Another number that you measured, as wheelbase=1.43 (empty: write the file)";
+            let question =
+                "Another number that you measured, as wheelbase=1.43 (empty: write the file)";
             let Some(text) = self.line(question)?.filter(|a| !a.is_empty()) else { break };
             if let Err(why) = more.set(&text, &schema) {
                 writeln!(self.output, "  {why}")?;
