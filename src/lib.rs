@@ -60,6 +60,8 @@ pub mod objects;
 
 pub mod contract;
 
+pub mod catalogue;
+
 pub mod tables;
 
 pub mod filter;

@@ -1,4 +1,4 @@
-//! Do the intervals of `run` hold the truth? Rides of the population of machines, each read with what three
+//! Do the intervals of `run` hold the truth? Rides of the population of machines, each read with what four
 //! owners know of their motorcycle.
 //!
 //! ```text
@@ -35,6 +35,9 @@ struct Arguments {
     /// Seed of the population.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Only with these bike files; may be repeated.
+    #[arg(long = "file")]
+    files: Vec<String>,
     /// Prints what is to be added to the intervals instead: `[fit.model_error]` of the pipeline.
     #[arg(long)]
     learn: bool,
@@ -153,6 +156,7 @@ fn compared(
     seed: u64,
     pipeline: &Pipeline,
     work: &Path,
+    files: &[BikeFile],
 ) -> Result<Vec<Compared>, Failure> {
     let case = ride::case(seed, number, Kind::Null, [1.0, 1.0]);
     let ridden = ride::ride(&case, BikeFile::Full)?;
@@ -164,7 +168,7 @@ fn compared(
     let Ridden { machine, .. } = &ridden;
     let usual = machine.motorcycle(&ModelError::default())?;
     let mut cells = Vec::new();
-    for file in BikeFile::ALL {
+    for &file in files {
         let bike = bike::bike(machine, &usual, file)?;
         cells.extend(characterised(&log, &bike, pipeline, file, &truth)?);
     }
@@ -198,8 +202,10 @@ fn folders(of: &Path) -> Vec<PathBuf> {
 }
 
 fn main() {
-    let Arguments { rides, seed, learn: learns, verbose, machines, logs, plant } =
+    let Arguments { rides, seed, files, learn: learns, verbose, machines, logs, plant } =
         Arguments::parse();
+    let mut taken = BikeFile::ALL.to_vec();
+    taken.retain(|f| files.is_empty() || files.iter().any(|name| name == f.name()));
     if machines {
         (0..rides).into_par_iter().for_each(|number| println!("{}", described(number, seed)));
         return;
@@ -239,7 +245,9 @@ fn main() {
     let found: Vec<Vec<Compared>> = match plant {
         None => (0..rides)
             .into_par_iter()
-            .map(|number| (number.to_string(), compared(number, seed, &pipeline, work.path())))
+            .map(|number| {
+                (number.to_string(), compared(number, seed, &pipeline, work.path(), &taken))
+            })
             .filter_map(one)
             .collect(),
         Some(folder) => folders(&folder)

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::error::Error;
 use super::settings::{Maps, content};
-use crate::contract::bike::{self, Bike};
+use crate::contract::bike::{self, Bike, DEFAULT, STANDS_IN_FOR};
 use crate::effects::Who;
 use crate::ingest::UNREACHABLE;
 use crate::objects::Location;
@@ -112,7 +112,10 @@ impl<'a> BikeFiles<'a> {
         if names.iter().any(is_toml) {
             return Ok(BikeFiles { folder, settings, read: BTreeMap::new() });
         }
-        Err(fail("there is no bike file (<bike_id>.toml) in it".to_owned()))
+        Err(fail(
+            "there is no bike file (<bike_id>.toml) in it; `roadbench bike new NAME` writes one"
+                .to_owned(),
+        ))
     }
 
     /// The bike of that id; its file is read once.
@@ -134,7 +137,8 @@ impl<'a> BikeFiles<'a> {
             return Err(refuse(
                 "no_bike_id",
                 "the log does not say which bike it was ridden on; put it in a folder bike=<id>/, \
-                 in the file's metadata (bike_id) or under [meta] in its channel map"
+                 in the file's metadata (bike_id), under [meta] in its channel map, or have it written: \
+                 `roadbench convert LOG --bike NAME --out FILE`"
                     .to_owned(),
             ));
         }
@@ -148,18 +152,19 @@ impl<'a> BikeFiles<'a> {
                 ),
             ));
         }
-        let at = self.folder.join(format!("{bike_id}.toml"));
-        let text = at.read().and_then(|bytes| {
-            String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8 text"))
-        });
+        let mut at = self.folder.join(format!("{bike_id}.toml"));
+        let mut text = read_text(&at);
+        if text.as_ref().is_err_and(|e| e.kind() == ErrorKind::NotFound) {
+            let default = self.folder.join(format!("{DEFAULT}.toml"));
+            // with the bike's name in it the text is no other bike's, and says that it is none of its own
+            let found =
+                read_text(&default).map(|t| format!("{STANDS_IN_FOR} = \"{bike_id}\"\n{t}"));
+            if found.as_ref().map_or_else(|e| e.kind() != ErrorKind::NotFound, |_| true) {
+                (at, text) = (default, found);
+            }
+        }
         let text = text.map_err(|e| match e.kind() {
-            ErrorKind::NotFound => refuse(
-                "no_bike_file",
-                format!(
-                    "there is no bike file {at}: write one (`roadbench schema bike` lists its \
-                     keys), or correct the log's bike_id"
-                ),
-            ),
+            ErrorKind::NotFound => refuse("no_bike_file", no_file(bike_id, &at, self.folder)),
             _ if at.is_remote() => refuse(UNREACHABLE, format!("cannot read the bike file: {e}")),
             _ => refuse("bad_bike_file", format!("cannot read {at}: {e}")),
         })?;
@@ -168,4 +173,20 @@ impl<'a> BikeFiles<'a> {
             .map_err(|e| refuse("bad_bike_file", e.to_string()))?;
         Ok(Arc::new(bike))
     }
+}
+
+fn read_text(at: &Location) -> std::io::Result<String> {
+    let bytes = at.read()?;
+    String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8 text"))
+}
+
+/// What to type where a bike has no file.
+fn no_file(bike_id: &str, at: &Location, folder: &Location) -> String {
+    let folder = folder.to_string();
+    let out = if folder == "bikes" { String::new() } else { format!(" --out {folder}") };
+    format!(
+        "there is no bike file {at}: `roadbench bike new {bike_id} --class CLASS --front SIZE --rear SIZE --weight \
+         KG{out}` writes it from class, tyre sizes and weight with rider; `roadbench bike new {DEFAULT} --class \
+         CLASS{out}` writes one for every bike without; or correct the log's bike_id"
+    )
 }

@@ -55,7 +55,9 @@ pub fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), Error> 
     }
     let beside = bikes_beside(settings.inputs)?;
     let bikes = settings.bikes.cloned().or(beside).ok_or_else(|| {
-        Error::Usage("which bikes? Give the folder of bike files with --bikes DIR".to_owned())
+        let message = "which bikes? Give the folder of bike files with --bikes DIR; `roadbench bike new NAME` \
+                       writes a bike file into the folder `bikes`";
+        Error::Usage(message.to_owned())
     })?;
     Ok((found, bikes))
 }

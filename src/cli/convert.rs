@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 
+use crate::cli::bike::bad_name;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::{put, say, tell};
@@ -30,6 +31,9 @@ pub struct Arguments {
     /// CAN database that the log's frames are read by; may be repeated.
     #[arg(long, value_name = "FILE")]
     dbc: Vec<PathBuf>,
+    /// Bike id that the written log carries, whatever the log says.
+    #[arg(long, value_name = "ID")]
+    bike: Option<String>,
     /// The Parquet file to write.
     #[arg(long, value_name = "FILE", required_unless_present = "dry_run")]
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
@@ -68,7 +72,13 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         *slot = value;
     }
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
-    let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
+    if let Some(message) = arguments.bike.as_deref().and_then(bad_name) {
+        return Err(Failure::Usage(format!("--bike: {message}")));
+    }
+    let mut raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
+    if let Some(bike) = arguments.bike {
+        raw.meta.bike_id = bike;
+    }
     if arguments.dry_run {
         let map = ingest::map_for(&arguments.log, &maps).map_err(rejected)?;
         for warning in &raw.warnings {

@@ -56,6 +56,14 @@ pub const INSPECT: &str = "\
 Example:
   roadbench inspect ride.parquet --bikes bikes";
 
+/// Of `bike`.
+pub const BIKE: &str = "\
+Examples:
+  roadbench bike new                                      asks
+  roadbench bike new mine --class naked --front 120/70ZR17 --rear 180/55ZR17 --weight 260
+  roadbench bike new mine --model MT-07 --scales 128,134 --lifted 0.35,146 --set wheelbase=1.403
+  roadbench bike new default --class naked                for bikes that have no file";
+
 /// Of `map`.
 pub const MAP: &str = "\
 Examples:

@@ -12,6 +12,7 @@ use crate::batch::fence;
 use logging::LogFormat;
 
 pub mod batch;
+pub mod bike;
 pub mod browser;
 pub mod colour;
 pub mod convert;
@@ -74,6 +75,8 @@ enum Command {
     Tyre(tyre::Arguments),
     #[command(after_help = examples::INSPECT)]
     Inspect(inspect::Arguments),
+    #[command(after_help = examples::BIKE)]
+    Bike(bike::Arguments),
     #[command(after_help = examples::MAP)]
     Map(map::Arguments),
     #[command(after_help = examples::CONVERT)]
@@ -120,6 +123,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Command::Replay(a) => replay::run(&a, bar),
         Command::Tyre(a) => tyre::run(&a),
         Command::Inspect(a) => inspect::run(a),
+        Command::Bike(a) => bike::run(a),
         Command::Map(a) => map::run(a),
         Command::Convert(a) => convert::run(a),
         Command::Report(a) => report::run(a),

@@ -41,10 +41,15 @@ pub fn completions(arguments: &Completions, mut command: Command) -> Result<(), 
 pub fn man(arguments: &Man, command: Command) -> Result<(), Failure> {
     let dir = &arguments.dir;
     let command = command.disable_help_subcommand(true);
-    let pages = 1 + command.get_subcommands().count();
+    let pages = pages(&command);
     std::fs::create_dir_all(dir).and_then(|()| clap_mangen::generate_to(command, dir)).map_err(
         |e| Failure::Output(format!("cannot write manual pages to {}: {e}", dir.display())),
     )?;
     say!("{pages} pages in {}", dir.display());
     Ok(())
+}
+
+/// Manual pages of a command with those below it.
+fn pages(command: &Command) -> usize {
+    1 + command.get_subcommands().map(pages).sum::<usize>()
 }

@@ -32,6 +32,11 @@ pub const USUAL_WHEEL_INERTIA: [f64; 2] = [0.45, 0.60];
 /// Trail where the file has none, m: `assumed` in the schema.
 pub const USUAL_TRAIL: f64 = 0.1;
 
+/// Name of the file, without its ending, that stands in for bikes that have none.
+pub const DEFAULT: &str = "default";
+/// Key that names the bike that the default file stands in for; the program puts it in.
+pub const STANDS_IN_FOR: &str = "stands_in_for";
+
 /// What can be wrong with a bike file.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -142,6 +147,8 @@ pub struct Bike {
     pub uncertainty: BTreeMap<String, f64>,
     /// Measured curves by key: pairs of abscissa and ordinate.
     pub curves: BTreeMap<String, Vec<[f64; 2]>>,
+    /// Whether this is the folder's `default.toml`, for a bike that has no file of its own.
+    pub stands_in: bool,
     keys: BTreeMap<String, f64>,
     /// Of keys that the file does not have. Apart from `uncertainty`: simulations draw the truth
     /// around that, and a default is none of theirs.
@@ -198,7 +205,9 @@ impl Bike {
                 linkage[k][0]
             )));
         }
+        let stands_in = values.text.contains_key(STANDS_IN_FOR);
         let mut bike = Self::assemble(bike_id, values.text, values.number, uncertainty);
+        bike.stands_in = stands_in;
         bike.curves = values.curve;
         bike.prior = bike.priors(&schema, &values.defaulted);
         if bike.cg_to_front >= bike.wheelbase {
@@ -226,7 +235,7 @@ impl Bike {
             }
         }
         let bike = Self::assemble(&self.bike_id, text, keys, self.uncertainty.clone());
-        Bike { curves: self.curves.clone(), prior, ..bike }
+        Bike { curves: self.curves.clone(), prior, stands_in: self.stands_in, ..bike }
     }
 
     /// The same bike with one numeric key known anew: varied by its standard deviation, and missing where it was.
@@ -446,6 +455,7 @@ impl Bike {
             velocity_sensor_z: get("sensors.velocity_z"),
             uncertainty,
             curves: BTreeMap::new(),
+            stands_in: false,
             keys,
             prior: BTreeMap::new(),
         }

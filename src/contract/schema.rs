@@ -187,6 +187,8 @@ pub struct KeyTable {
     pub version: u32,
     /// What the file is.
     pub description: String,
+    /// What to do where keys are missing.
+    pub hint: Option<String>,
     /// Its keys.
     #[serde(rename = "key")]
     pub keys: Vec<Key>,
@@ -277,6 +279,7 @@ impl KeyTable {
             }
             values.number.insert(path, number);
         }
+        let mut missing = Vec::new();
         for key in &self.keys {
             if values.number.contains_key(&key.path)
                 || values.text.contains_key(&key.path)
@@ -286,19 +289,25 @@ impl KeyTable {
                 continue;
             }
             if key.required {
-                return Err(format!(
-                    "missing key `{}` ({}{})",
+                missing.push(format!(
+                    "`{}` ({}{})",
                     key.path,
                     key.description.trim_end_matches('.'),
                     key.unit.as_ref().map(|u| format!(", {u}")).unwrap_or_default()
                 ));
+                continue;
             }
             if let Some(default) = key.default {
                 values.number.insert(key.path.clone(), default);
                 values.defaulted.insert(key.path.clone());
             }
         }
-        Ok(values)
+        if missing.is_empty() {
+            return Ok(values);
+        }
+        let keys = if missing.len() == 1 { "key" } else { "keys" };
+        let hint = self.hint.as_ref().map(|h| format!("; {h}")).unwrap_or_default();
+        Err(format!("missing {keys} {}{hint}", missing.join(", ")))
     }
 
     /// Checks the numbers of a file that its own reader takes apart: each is finite, and where there is a key of that

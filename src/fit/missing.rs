@@ -1,9 +1,10 @@
-//! What the numbers cost that the bike file does not have.
+//! What the numbers cost that the bike file does not have or is not sure of.
 
 use super::coefficients::estimate;
 use super::solution::{Solution, Upstream};
 use crate::contract::bike;
 use crate::contract::coefficient::{Coefficient as C, Id};
+use crate::contract::schema::Key;
 use crate::statistics::interval::t95;
 
 /// Most keys that are named.
@@ -11,7 +12,7 @@ const MOST: usize = 3;
 /// A key is named from this widening of an interval on.
 const LEAST: f64 = 1.2;
 
-/// What one key that the bike file does not have costs.
+/// What one key costs that the bike file does not have, or gives with an uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cost {
     /// The key; without `front.` and `rear.`, which are taken together.
@@ -22,15 +23,18 @@ pub struct Cost {
     pub relative: f64,
     /// The same if the key were exact.
     pub relative_without: f64,
+    /// Whether the bike file gives it, with an uncertainty.
+    pub given: bool,
     /// How the number is found.
     pub remedy: String,
 }
 
 impl std::fmt::Display for Cost {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Cost { key, id, relative, relative_without, remedy } = self;
+        let Cost { key, id, relative, relative_without, given, remedy } = self;
         let [now, then] = [relative, relative_without].map(|share| percent(*share));
-        write!(f, "{key} not given: {id} ±{now} % instead of ±{then} %; {remedy}")
+        let how = if *given { "is uncertain" } else { "not given" };
+        write!(f, "{key} {how}: {id} ±{now} % instead of ±{then} %; {remedy}")
     }
 }
 
@@ -40,13 +44,16 @@ fn percent(share: f64) -> String {
     if percent < 9.95 { format!("{percent:.1}") } else { format!("{percent:.0}") }
 }
 
-/// The keys whose want costs most, at most three, the most costly first.
+/// The keys whose want or uncertainty costs most, at most three, the most costly first.
 pub fn costs(solution: &Solution) -> Vec<Cost> {
+    let declared: Vec<Key> = bike::schema().keys;
+    let is_key = |u: &&Upstream| declared.iter().any(|k| k.path == u.source.name);
     let mut keys: Vec<&str> =
-        solution.upstream.iter().filter_map(|u| Some(leaf(u.missing.as_deref()?))).collect();
+        solution.upstream.iter().filter(is_key).map(|u| leaf(&u.source.name)).collect();
     keys.sort_unstable();
     keys.dedup();
-    let mut costs: Vec<Cost> = keys.into_iter().filter_map(|key| cost(solution, key)).collect();
+    let of_key = |key: &str| cost(solution, key, declared.iter().find(|k| leaf(&k.path) == key)?);
+    let mut costs: Vec<Cost> = keys.into_iter().filter_map(of_key).collect();
     let ratio = |c: &Cost| c.relative / c.relative_without;
     costs.sort_by(|a, b| ratio(b).total_cmp(&ratio(a)));
     costs.truncate(MOST);
@@ -59,11 +66,11 @@ fn leaf(key: &str) -> &str {
 }
 
 /// The coefficient that a key widens most; `None` where it widens none enough.
-fn cost(solution: &Solution, key: &str) -> Option<Cost> {
+fn cost(solution: &Solution, key: &str, declared: &Key) -> Option<Cost> {
     // those that may well be zero have no relative width
     let sized =
         |id: &Id| !matches!(id.coefficient, C::MfE1 | C::MfE2 | C::SlipCamberC1 | C::SlipCamberC3);
-    let of_key = |u: &&Upstream| u.missing.as_deref().is_some_and(|k| leaf(k) == key);
+    let of_key = |u: &&Upstream| leaf(&u.source.name) == key;
     let others: Vec<Upstream> = solution.upstream.iter().filter(|u| !of_key(u)).cloned().collect();
     let widened = Id::onroad().filter(sized).filter_map(|id| {
         if solution.uncertainty(id).quality.n_samples == 0 {
@@ -79,9 +86,9 @@ fn cost(solution: &Solution, key: &str) -> Option<Cost> {
     });
     let (id, relative, relative_without) =
         widened.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
-    let declared = bike::schema().keys.into_iter().find(|k| leaf(&k.path) == key)?;
-    let remedy = declared.remedy.unwrap_or_else(|| "measure it".to_owned());
-    Some(Cost { key: key.to_owned(), id, relative, relative_without, remedy })
+    let given = solution.upstream.iter().filter(of_key).all(|u| u.missing.is_none());
+    let remedy = declared.remedy.clone().unwrap_or_else(|| "measure it".to_owned());
+    Some(Cost { key: key.to_owned(), id, relative, relative_without, given, remedy })
 }
 
 /// Half of a 95 % interval over the value, with what is upstream.
@@ -103,11 +110,14 @@ mod tests {
             id: Id::from((Part::Rear, C::OverturningStiffness)),
             relative: 0.381,
             relative_without: 0.0512,
+            given: false,
             remedy: "swing the wheel".into(),
         };
         let want = "wheel_inertia not given: rear overturning_stiffness ±38 % instead of ±5.1 %; \
                     swing the wheel";
         assert_eq!(cost.to_string(), want);
+        let uncertain = Cost { given: true, ..cost }.to_string();
+        assert_eq!(uncertain, want.replace("not given", "is uncertain"));
         assert_eq!(leaf("rear.wheel_inertia"), "wheel_inertia");
         assert_eq!(leaf("trail"), "trail");
     }

@@ -9,7 +9,7 @@
 
 use super::outcome::{Input, Rejection};
 use super::settings::Pipeline;
-use crate::contract::bike::Bike;
+use crate::contract::bike::{Bike, DEFAULT};
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
@@ -57,11 +57,28 @@ pub fn prepare_raw(
 ) -> Result<(Session, Vec<Warning>), Rejection> {
     let (mut session, mut warnings) =
         ingest::run(raw, &pipeline.ingest).map_err(Rejection::from)?;
+    warnings.extend(default_bike(bike));
     if pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
         warnings
             .extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(Rejection::from)?);
     }
     Ok((session, warnings))
+}
+
+/// Says that a session was read with a bike file that is not its motorcycle's.
+fn default_bike(bike: &Bike) -> Option<Warning> {
+    bike.stands_in.then(|| Warning {
+        stage: "ingest",
+        code: "default_bike",
+        channel: None,
+        count: 1,
+        time: None,
+        message: format!(
+            "there is no bike file for `{id}`: {DEFAULT}.toml stands in, and its uncertainties widen the intervals; \
+             `roadbench bike new {id}` writes one",
+            id = bike.bike_id
+        ),
+    })
 }
 
 /// Filters a session in place and finds its manoeuvres.

@@ -87,12 +87,12 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
     out
 }
 
-/// What the numbers cost that the bike file does not have; nothing where it has all that matter.
+/// What the numbers cost that the bike file does not have or is not sure of; nothing where it knows all that matter.
 pub fn costs(costs: &[String]) -> String {
     let mut out = String::new();
     if !costs.is_empty() {
         line(&mut out, "");
-        line(&mut out, "What the bike file does not have costs most");
+        line(&mut out, "What the bike file lacks or is not sure of costs most");
     }
     for cost in costs {
         let lines = wrap(&clean(cost), WIDTH - 4);

@@ -261,7 +261,16 @@ fn commands_are_those_of_the_program() {
     let mut text =
         format!("# Commands\n\nWhat `--help` says.\n\n## roadbench\n\n```text\n{top}```\n");
     for name in commands {
-        let _ = write!(text, "\n## roadbench {name}\n\n```text\n{}```\n", help(&[name]));
+        let own = help(&[name]);
+        // commands of a command, two blanks deep below their heading
+        let below = own.lines().skip_while(|l| !l.starts_with("Commands:")).skip(1);
+        let below = below.take_while(|l| !l.is_empty()).filter_map(|l| l.split_whitespace().next());
+        let below: Vec<String> = below.map(str::to_owned).collect();
+        let _ = write!(text, "\n## roadbench {name}\n\n```text\n{own}```\n");
+        for under in below {
+            let own = help(&[name, &under]);
+            let _ = write!(text, "\n## roadbench {name} {under}\n\n```text\n{own}```\n");
+        }
     }
     page("commands.md", &text);
 }

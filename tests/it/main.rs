@@ -2,6 +2,7 @@
 
 mod advice;
 mod batch;
+mod bike_new;
 mod book;
 mod channels_by_physics;
 mod cli;

@@ -17,11 +17,14 @@ pub enum BikeFile {
     Tutorial,
     /// The required numbers.
     Minimal,
+    /// What `roadbench bike new` makes of class, tyre sizes and weight.
+    Wizard,
 }
 
 impl BikeFile {
     /// All of them.
-    pub const ALL: [BikeFile; 3] = [BikeFile::Full, BikeFile::Tutorial, BikeFile::Minimal];
+    pub const ALL: [BikeFile; 4] =
+        [BikeFile::Full, BikeFile::Tutorial, BikeFile::Minimal, BikeFile::Wizard];
 
     /// In a table.
     pub fn name(self) -> &'static str {
@@ -29,6 +32,7 @@ impl BikeFile {
             BikeFile::Full => "full",
             BikeFile::Tutorial => "tutorial",
             BikeFile::Minimal => "minimal",
+            BikeFile::Wizard => "wizard",
         }
     }
 }
@@ -39,6 +43,9 @@ impl BikeFile {
 /// # Errors
 /// A number is outside the schema's range (a defect that a test would find).
 pub fn bike(machine: &Machine, usual: &Motorcycle, file: BikeFile) -> Result<Bike, String> {
+    if file == BikeFile::Wizard {
+        return super::wizard::bike(machine);
+    }
     let Machine { seed, number, attempt, plant, .. } = machine;
     let mut random = Random::new(*seed, &format!("bike file {number} attempt {attempt}"));
     // key, truth, standard deviation of the measurement
@@ -83,7 +90,7 @@ pub fn bike(machine: &Machine, usual: &Motorcycle, file: BikeFile) -> Result<Bik
         let said = match file {
             BikeFile::Full => !nominal,
             BikeFile::Tutorial => key == "mass",
-            BikeFile::Minimal => false,
+            BikeFile::Minimal | BikeFile::Wizard => false,
         };
         if said {
             uncertain += &format!("\"{key}\" = {sd:.7}\n");

@@ -14,6 +14,7 @@ mod draw;
 mod machine;
 pub mod ride;
 pub mod tyre;
+pub mod wizard;
 
 pub use build::Springs;
 pub use machine::Machine;
@@ -81,6 +82,8 @@ mod tests {
             let minimal = bike(&hidden, BikeFile::Minimal);
             assert!(minimal.mass == full.mass && minimal.uncertainty.is_empty());
             assert!(minimal.value("trail").is_none() && full.value("trail").is_some());
+            let wizard = bike(&hidden, BikeFile::Wizard);
+            assert!(wizard.mass != full.mass && wizard.uncertainty["cg_height"] > 0.03);
             let tutorial = bike(&hidden, BikeFile::Tutorial);
             assert_eq!(tutorial.uncertainty.keys().collect::<Vec<_>>(), ["mass"]);
         }

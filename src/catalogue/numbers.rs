@@ -1,0 +1,56 @@
+//! A number of a bike file, how well it is known and where from.
+
+/// A number and its standard deviation, both in the unit of its key.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// The number.
+    pub value: f64,
+    /// Standard deviation; zero is exact.
+    pub sd: f64,
+}
+
+/// Where a number is from, from the best to the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    /// The owner measured it.
+    Measured,
+    /// The owner said it.
+    Said,
+    /// The model's data sheet.
+    DataSheet,
+    /// It follows from the tyre's size.
+    TyreSize,
+    /// A guess: usual of the class.
+    Class,
+}
+
+impl Origin {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Origin::Measured => "measured by you",
+            Origin::Said => "said by you",
+            Origin::DataSheet => "data sheet",
+            Origin::TyreSize => "from the tyre size",
+            Origin::Class => "guess from the class",
+        }
+    }
+
+    /// Whether nobody measured it on this motorcycle.
+    pub fn is_guess(self) -> bool {
+        !matches!(self, Origin::Measured | Origin::Said)
+    }
+}
+
+/// A number of a bike file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Number {
+    /// Its key, dotted.
+    pub key: String,
+    /// Value and standard deviation.
+    pub known: Known,
+    /// Where it is from.
+    pub origin: Origin,
+    /// The same in more words.
+    pub source: String,
+}

@@ -1,0 +1,337 @@
+//! `roadbench bike new`: a bike file from what its owner knows.
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::ValueHint;
+
+use crate::catalogue::file::{cost_of, rounded, text};
+use crate::catalogue::owner::Portrait;
+use crate::catalogue::{Catalogue, Owner, TyreSize};
+use crate::cli::failure::Failure;
+use crate::cli::say::say;
+use crate::contract::bike::{Axle, schema};
+use crate::tables::names::is_plain;
+
+/// Write the bike file of a motorcycle or bicycle
+#[derive(Debug, clap::Args)]
+#[command(disable_help_subcommand = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    New(New),
+}
+
+/// Write a bike file from class, tyre sizes and weight; on a terminal it asks for what is not given
+#[derive(Debug, clap::Args)]
+pub struct New {
+    /// The bike id that logs carry; the file is DIR/NAME.toml. `default` is taken for bikes that have no file.
+    name: Option<String>,
+    /// Class: sports, naked, touring, off-road, scooter, bicycle, e-bike.
+    #[arg(long, value_name = "CLASS")]
+    class: Option<String>,
+    /// Make and model; a few are known with their data sheets, the others need a class.
+    #[arg(long, value_name = "MODEL")]
+    model: Option<String>,
+    /// Front tyre as printed: 120/70ZR17, 90/90-21, 3.50-18, 37-622.
+    #[arg(long, value_name = "SIZE")]
+    front: Option<String>,
+    /// Rear tyre as printed.
+    #[arg(long, value_name = "SIZE")]
+    rear: Option<String>,
+    /// Weight of motorcycle and rider in gear, kg.
+    #[arg(long, value_name = "KG")]
+    weight: Option<f64>,
+    /// Loads of front and rear wheel on scales, rider seated, kg: gives mass and place of the mass centre.
+    #[arg(long, value_name = "FRONT,REAR", value_parser = list::<2>)]
+    scales: Option<[f64; 2]>,
+    /// How far the rear axle was lifted, m, and the front wheel's load then, kg: gives the mass centre's height.
+    #[arg(long, value_name = "LIFT,FRONT", value_parser = list::<2>)]
+    lifted: Option<[f64; 2]>,
+    /// Front wheel swung about a bar inside its rim: mass kg, bar to axle m, period s; gives its spin inertia.
+    #[arg(long, value_name = "MASS,ARM,PERIOD", value_parser = list::<3>)]
+    swung_front: Option<[f64; 3]>,
+    /// The same of the rear wheel.
+    #[arg(long, value_name = "MASS,ARM,PERIOD", value_parser = list::<3>)]
+    swung_rear: Option<[f64; 3]>,
+    /// A key of the bike file that you know, with its standard deviation or without: cg_height=0.60+-0.02; may be
+    /// repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Folder of bike files.
+    #[arg(long, value_name = "DIR", default_value = "bikes", value_hint = ValueHint::DirPath)]
+    out: PathBuf,
+    /// Write over a file that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Numbers with commas between them.
+fn list<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
+    let finite = numbers.iter().all(|x| x.is_finite()) && text.split(',').count() == N;
+    let all = <[f64; N]>::try_from(numbers).ok().filter(|_| finite);
+    all.ok_or_else(|| format!("write {N} numbers with commas between them"))
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let Command::New(new) = arguments.command;
+    let catalogue = Catalogue::builtin();
+    let (mut owner, mut wrong) = known(&new);
+    let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    let mut name = new.name.clone();
+    let asks = terminal && wrong.is_empty() && (name.is_none() || lacks(&owner, catalogue));
+    if asks {
+        let (input, output) = (std::io::stdin(), std::io::stdout());
+        let mut asked = Asked { input: &mut input.lock(), output: &mut output.lock() };
+        asked
+            .about(&mut name, &mut owner, catalogue)
+            .map_err(|e| Failure::Output(format!("cannot ask: {e}")))?;
+    }
+    match &name {
+        None => wrong.push("give the NAME that the logs know the bike by".to_owned()),
+        Some(name) => wrong.extend(bad_name(name)),
+    }
+    let portrait = owner.portrait(catalogue).map_err(|e| wrong.push(e)).ok();
+    let (Some(portrait), Some(name), true) = (portrait, name, wrong.is_empty()) else {
+        return Err(Failure::Usage(wrong.join("; ")));
+    };
+    let text = text(&portrait, &name).map_err(Failure::Usage)?;
+    let path = new.out.join(format!("{name}.toml"));
+    write(&path, &text, new.force)?;
+    summary(&portrait, &path);
+    if name == "default" {
+        say!("\nBikes without a file of their own are now taken as this one, with a warning.");
+    } else {
+        say!("\nNext: roadbench run LOG --bikes {} --out out", new.out.display());
+        say!(
+            "A log that does not say that it is of {name}: roadbench convert LOG --bike {name} --out ride.parquet"
+        );
+    }
+    Ok(())
+}
+
+/// What the options say, and what is wrong with them.
+fn known(new: &New) -> (Owner, Vec<String>) {
+    let mut owner = Owner {
+        class: new.class.clone(),
+        model: new.model.clone(),
+        sizes: [new.front.clone(), new.rear.clone()],
+        weight: new.weight,
+        scales: new.scales,
+        lifted: new.lifted,
+        swung: [new.swung_front, new.swung_rear],
+        ..Owner::default()
+    };
+    let schema = schema();
+    let wrong = new.set.iter().filter_map(|text| owner.set(text, &schema).err()).collect();
+    if let (Some(model), false) = (&new.model, owner.texts.contains_key("name")) {
+        owner.texts.insert("name".to_owned(), model.clone());
+    }
+    (owner, wrong)
+}
+
+/// Whether something is left to ask for.
+fn lacks(owner: &Owner, catalogue: &Catalogue) -> bool {
+    let model = owner.model.as_deref().and_then(|m| catalogue.model(m));
+    let weighed = owner.weight.is_some() || owner.scales.is_some();
+    let sized = model.is_some() || owner.sizes.iter().all(Option::is_some);
+    (owner.class.is_none() && model.is_none()) || !sized || !weighed
+}
+
+/// What is wrong with a bike id, if anything is.
+pub(super) fn bad_name(name: &str) -> Option<String> {
+    let good = is_plain(name) && !name.is_empty() && name.len() <= 100;
+    (!good).then(|| {
+        let name = name.escape_debug();
+        format!("`{name}` cannot be a bike id: letters, digits, `.`, `_` and `-`, at most 100")
+    })
+}
+
+fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
+    let at = path.display();
+    let failed = |e: std::io::Error| Failure::Output(format!("cannot write {at}: {e}"));
+    if path.exists() && !force {
+        return Err(Failure::Usage(format!("{at} is there already; --force writes over it")));
+    }
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(failed)?;
+    }
+    std::fs::write(path, text).map_err(failed)
+}
+
+/// Every number in a line, and what the guesses cost.
+fn summary(portrait: &Portrait, path: &Path) {
+    let schema = schema();
+    for n in &portrait.numbers {
+        let key = schema.keys.iter().find(|k| k.path == n.key);
+        let unit = key.and_then(|k| k.unit.as_deref()).filter(|u| *u != "1").unwrap_or("");
+        let value = rounded(n.known.value, n.known.sd);
+        let sd = if n.known.sd > 0.0 { rounded(n.known.sd, n.known.sd) } else { "0".into() };
+        let cost = if n.origin.is_guess() { cost_of(n) } else { None };
+        let cost = cost.map(|c| format!("; costs {c}")).unwrap_or_default();
+        let (key, origin) = (&n.key, n.origin.name());
+        say!("{key:31} {value:>10} ± {sd:<9} {unit:7} {origin}{cost}");
+    }
+    let guesses = portrait.numbers.iter().filter(|n| n.origin.is_guess()).count();
+    let all = portrait.numbers.len();
+    say!("\n{guesses} of {all} numbers are guesses; {} says how to measure each", path.display());
+}
+
+/// A conversation.
+struct Asked<'a> {
+    input: &'a mut dyn BufRead,
+    output: &'a mut dyn Write,
+}
+
+impl Asked<'_> {
+    /// One answer; `None` at the end of the input.
+    fn line(&mut self, question: &str) -> std::io::Result<Option<String>> {
+        write!(self.output, "{question}: ")?;
+        self.output.flush()?;
+        let mut line = String::new();
+        let read = self.input.read_line(&mut line)?;
+        Ok((read > 0).then(|| line.trim().to_owned()))
+    }
+
+    /// Asks until an answer is good or empty.
+    fn until<T>(
+        &mut self,
+        question: &str,
+        good: impl Fn(&str) -> Result<T, String>,
+    ) -> std::io::Result<Option<T>> {
+        loop {
+            let Some(answer) = self.line(question)?.filter(|a| !a.is_empty()) else {
+                return Ok(None);
+            };
+            match good(&answer) {
+                Ok(answer) => return Ok(Some(answer)),
+                Err(why) => writeln!(self.output, "  {why}")?,
+            }
+        }
+    }
+
+    /// Asks for all that is not known yet.
+    fn about(
+        &mut self,
+        name: &mut Option<String>,
+        owner: &mut Owner,
+        catalogue: &'static Catalogue,
+    ) -> std::io::Result<()> {
+        let number = |text: &str| {
+            let number = text.replace(',', ".").parse::<f64>().ok().filter(|x| x.is_finite());
+            number.ok_or_else(|| format!("`{text}` is no number"))
+        };
+        if name.is_none() {
+            *name = self.until("Name of the bike, as in the logs (bike_id)", |a| {
+                bad_name(a).map_or(Ok(a.to_owned()), Err)
+            })?;
+        }
+        if owner.class.is_none() && owner.model.is_none() {
+            for class in &catalogue.classes {
+                writeln!(self.output, "  {:10} {}", class.name, class.description)?;
+            }
+            let answer = self.until("Make and model, or a class", |a| {
+                match (catalogue.model(a), catalogue.class(a)) {
+                    (Some(model), _) => Ok((Some(model.name.clone()), None)),
+                    (None, Ok(class)) => Ok((None, Some(class.name.clone()))),
+                    (None, Err(_)) => Err(format!("`{a}` is not in the catalogue: give its class")),
+                }
+            })?;
+            (owner.model, owner.class) = answer.unwrap_or((None, None));
+        }
+        let model = owner.model.as_deref().and_then(|m| catalogue.model(m));
+        let class = owner.class.as_deref().and_then(|c| catalogue.class(c).ok());
+        let usual = match (model, class) {
+            (Some(m), _) => [m.front.as_str(), m.rear.as_str()],
+            (None, Some(c)) => [c.front.as_str(), c.rear.as_str()],
+            (None, None) => [""; 2],
+        };
+        for (k, axle) in Axle::BOTH.into_iter().enumerate() {
+            if owner.sizes[k].is_some() {
+                continue;
+            }
+            let usual = usual[k];
+            let question =
+                format!("{} tyre, as printed on it (empty: unknown, {usual})", axle.name());
+            let size = self.until(&question, TyreSize::parse)?;
+            owner.sizes[k] = size.map(|s| s.printed);
+        }
+        if owner.scales.is_none() {
+            let question = "Loads of front and rear wheel on scales, rider seated, kg, as 125,135 (empty: not weighed)";
+            owner.scales = self.until(question, list::<2>)?;
+        }
+        if owner.weight.is_none() && owner.scales.is_none() {
+            let question = "Weight of motorcycle and rider in gear, kg (empty: unknown)";
+            owner.weight = self.until(question, number)?;
+        }
+        if owner.scales.is_some() && owner.lifted.is_none() {
+            let question =
+                "Rear axle lifted by m, front load then kg, as 0.35,140 (empty: not lifted)";
+            owner.lifted = self.until(question, list::<2>)?;
+        }
+        let schema = schema();
+        let mut more = owner.clone();
+        loop {
+            let question =
+                "Another number that you measured, as wheelbase=1.43 (empty: write the file)";
+            let Some(text) = self.line(question)?.filter(|a| !a.is_empty()) else { break };
+            if let Err(why) = more.set(&text, &schema) {
+                writeln!(self.output, "  {why}")?;
+            }
+        }
+        *owner = more;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn talk(answers: &str) -> (Option<String>, Owner, String) {
+        let (mut name, mut owner) = (None, Owner::default());
+        let mut said = Vec::new();
+        let mut asked = Asked { input: &mut answers.as_bytes(), output: &mut said };
+        asked.about(&mut name, &mut owner, Catalogue::builtin()).expect("a conversation");
+        (name, owner, String::from_utf8(said).expect("UTF-8"))
+    }
+
+    #[test]
+    fn a_conversation_asks_again_what_it_does_not_understand() {
+        let (name, owner, said) = talk(
+            "my bike\nmine\ncruiser\nnaked\nwide\n120/70ZR17\n180/55ZR17\n\n260\nwheelbase=14\nwheelbase=1.44\n\n",
+        );
+        assert_eq!(name.as_deref(), Some("mine"));
+        assert_eq!(owner.class.as_deref(), Some("naked"));
+        assert_eq!(owner.sizes[0].as_deref(), Some("120/70ZR17"));
+        assert_eq!(owner.weight, Some(260.0));
+        assert_eq!(owner.measured["wheelbase"].value, 1.44);
+        for part in ["cannot be a bike id", "not in the catalogue", "no tyre size", "not between"] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+
+    #[test]
+    fn a_conversation_that_ends_early_leaves_the_rest_unknown() {
+        let (name, owner, _) = talk("mine\nMT-07\n");
+        assert_eq!((name.as_deref(), owner.model.as_deref()), (Some("mine"), Some("Yamaha MT-07")));
+        assert!(owner.weight.is_none() && owner.sizes[1].is_none());
+    }
+
+    #[test]
+    fn lists_have_their_length() {
+        assert_eq!(list::<2>("125, 135"), Ok([125.0, 135.0]));
+        for text in ["125", "125,135,1", "a,b", "125,", "inf,1"] {
+            assert!(list::<2>(text).is_err(), "{text}");
+        }
+    }
+}
