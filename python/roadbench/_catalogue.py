@@ -26,6 +26,7 @@ class Plot(NamedTuple):
     colour: Axis | None = Axis("wheel load", "N")
     turns_back: bool = False
     equal_scales: bool = False
+    from_zero: bool = False
 
 
 class Panel(NamedTuple):
@@ -50,7 +51,7 @@ _OF_A_TYRE = {
     "friction_y_slip": Plot("lateral friction over slip angle", _ALPHA, _MU_Y, turns_back=True),
     "slip_angle": Plot("slip angle", _CAMBER, _ALPHA),
     "friction_y": Plot("lateral friction over camber", _CAMBER, _MU_Y),
-    "stiffness": Plot("stiffness", _CAMBER, Axis("stiffness per load", "1/rad")),
+    "stiffness": Plot("stiffness", _CAMBER, Axis("stiffness per load", "1/rad"), from_zero=True),
 }
 
 PLOTS: dict[str, Plot] = {
@@ -66,6 +67,15 @@ PLOTS: dict[str, Plot] = {
     "roll_over_lateral": Plot("Roll over lateral acceleration", _LATERAL, _ROLL, _SPEED),
 }
 """By their names in the table, in the order of a session's page."""
+
+COVARIATES = {
+    "speed": _SPEED,
+    "load": Axis("wheel load", "N"),
+    "camber": _CAMBER,
+    "temperature": Axis("temperature", "°C"),
+    "time": Axis("time", "s"),
+}
+"""What residuals are drawn over."""
 
 SERIES = {
     "fit": "fit",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from roadbench._catalogue import PANELS, PLOTS, SERIES, Axis, Panel, Plot
+from roadbench._catalogue import COVARIATES, PANELS, PLOTS, SERIES, Axis, Panel, Plot
 from roadbench._read import Tables
 
 if TYPE_CHECKING:
@@ -147,9 +147,13 @@ def _all_there(wanted: Iterable[str], by_plot: Mapping[str, Rows]) -> None:
 
 
 def _of(name: str) -> Plot:
-    """What is known of a plot; off the road and of residuals only the name is."""
-    words = name.replace("_", " ")
-    return PLOTS.get(name) or Plot(words[:1].upper() + words[1:], Axis("x (SI)"), Axis("y (SI)"), colour=None)
+    """What is known of a plot; off the road only the name is."""
+    words = name.replace("_", " ").capitalize()
+    fit, _, covariate = name.removeprefix("residual_").rpartition("_over_")
+    if name.startswith("residual_") and fit in PLOTS and covariate in COVARIATES:
+        y = PLOTS[fit].y
+        return Plot(words, COVARIATES[covariate], y._replace(label=f"residual, {y.label}"), colour=None)
+    return PLOTS.get(name) or Plot(words, Axis("x", "SI"), Axis("y", "SI"), colour=None)
 
 
 def _plot(ax: Axes, name: str, rows: Rows) -> None:
@@ -181,7 +185,7 @@ def _plot(ax: Axes, name: str, rows: Rows) -> None:
         low, high = line["y_low"] * plot.y.scale, line["y_high"] * plot.y.scale
         label = SERIES.get(series, series.replace("_", " "))
         if np.isfinite(low).any():
-            label += ", 95 %"
+            label += ", 95 % band"
             if plot.turns_back:
                 ok = np.isfinite(low) & np.isfinite(high)
                 edge = np.r_[x[ok], x[ok][::-1]], np.r_[low[ok], high[ok][::-1]]
@@ -191,6 +195,8 @@ def _plot(ax: Axes, name: str, rows: Rows) -> None:
         ax.plot(x, y, color=colour, linewidth=1.8, label=label)
     ax.set(title=plot.title, xlabel=str(plot.x), ylabel=str(plot.y))
     ax.grid(alpha=0.25)
+    if plot.from_zero:
+        ax.set_ylim(bottom=0.0)
     if plot.equal_scales:
         ax.set_aspect("equal", adjustable="datalim")
     if ax.get_legend_handles_labels()[0]:
