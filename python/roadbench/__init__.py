@@ -8,31 +8,40 @@ Example:
     >>> tables = roadbench.run_session("ride.parquet", bike="bikes/mt07.toml")
     >>> pl.DataFrame(tables["coefficients"]).filter(pl.col("status") == "ok")
 
-Over whole archives: :func:`run` and :func:`diagnose`; on a Spark cluster :func:`roadbench.spark.run`.
+Over whole archives: :func:`run` and :func:`diagnose`; on a Spark cluster :func:`roadbench.spark.run`. Their
+tables as frames: :func:`read`; a session as a figure: :func:`plot`.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
-from roadbench import _roadbench
+from roadbench import _plot, _roadbench
 from roadbench._errors import Rejected
+from roadbench._read import Frames, NoTable, Tables
 from roadbench._roadbench import Schema, Table, __version__
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = [
     "Diagnosed",
+    "NoTable",
     "Rejected",
     "Schema",
     "Simulated",
     "Table",
+    "Tables",
     "__version__",
     "diagnose",
     "diagnose_session",
     "export",
     "plan",
+    "plot",
+    "read",
     "run",
     "run_session",
     "schema",
@@ -319,6 +328,74 @@ def export(
         "load": load,
     }
     return _roadbench.export(json.dumps(options))
+
+
+@overload
+def read(out: _Path, table: None = None, *, frames: Frames | None = None) -> Tables: ...
+@overload
+def read(out: _Path, table: str, *, frames: Frames | None = None) -> Any: ...
+def read(out: _Path, table: str | None = None, *, frames: Frames | None = None) -> Any:
+    """The tables of an output folder as frames, with their units.
+
+    Runs may write to the folder meanwhile: a table is read as a whole, of before or of after.
+
+    Args:
+        out: what :func:`run` or :func:`diagnose` wrote to: a folder, or a URL (``s3://``, ``gs://``) where pyarrow
+            is installed.
+        table: read this one at once.
+        frames: ``polars``, ``pandas`` or ``arrow``; ``None`` takes the first of them that is installed.
+
+    Returns:
+        The table; or, where none is named, a :class:`Tables`: a mapping that reads a table when it is asked for,
+        with ``.units``, ``.descriptions`` and ``.describe()``. Motorcycle and session are the columns ``bike_id`` and
+        ``session_id``; a pandas frame has its units in ``.attrs["units"]``, a pyarrow table in its fields' metadata.
+
+    Raises:
+        NoTable: there is no such table (a ``KeyError``); the message says which there are.
+        FileNotFoundError: there is no such folder.
+        ImportError: the library that was asked for is not installed.
+
+    Example:
+        >>> tables = roadbench.read("/tables")
+        >>> tables["coefficients"].filter(polars.col("status") == "ok")
+        >>> tables.units["sessions"]["duration"]
+        's'
+        >>> tables.describe("coefficients")
+        >>> roadbench.read("/tables", "manoeuvres", frames="pandas")
+    """
+    tables = Tables(out, frames)
+    return tables if table is None else tables[table]
+
+
+def plot(
+    source: _Path | Tables | Mapping[str, Any],
+    session: str | None = None,
+    *,
+    bike: str | None = None,
+    plots: str | Sequence[str] | None = None,
+    figure: Figure | None = None,
+) -> Figure:
+    """A session as a matplotlib figure, with what its page of the report shows.
+
+    Args:
+        source: the folder that :func:`run` wrote, what :func:`read` gives of it, or the tables of
+            :func:`run_session`.
+        session: the session's id; not needed where there is only one.
+        bike: its motorcycle, where two have a session of that name.
+        plots: names in the table ``plots``, such as ``friction_x_front``, ``slip_angle_rear`` or ``timeline``; ``None``
+            draws friction over slip and over camber, stiffness over camber, coast-down, g-g diagram and time line.
+        figure: draw into this one, for instance of ``pyplot.figure()``; else a new one is made, which belongs to no
+            window: notebooks show it, ``figure.savefig("ride.png")`` writes it.
+
+    Raises:
+        ImportError: matplotlib is not installed (``pip install roadbench[plot]``).
+        ValueError: there is no such session or plot; the message says which there are.
+
+    Example:
+        >>> roadbench.plot("/tables", "ride_01").savefig("ride_01.png")
+        >>> roadbench.plot(roadbench.run_session("ride.parquet", bike="bikes/mt07.toml"), plots="stiffness_rear")
+    """
+    return _plot.draw(source, session, bike, plots, figure)
 
 
 class Simulated(NamedTuple):
