@@ -7,6 +7,8 @@ use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 
+use super::chart::numbered_anew;
+
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
@@ -64,7 +66,7 @@ pub fn panels(panels: &[Panel], columns: usize) -> String {
         plots.push(drawn);
     }
     let figure = Figure::new(rows, columns).with_plots(plots).with_layouts(layouts);
-    SvgBackend.render_scene(&figure.render())
+    numbered_anew(&SvgBackend.render_scene(&figure.render()))
 }
 
 fn draw(series: &Series) -> Option<Plot> {
