@@ -30,7 +30,8 @@ def chosen(frames: Frames | None) -> Frames:
     """The library asked for, or the first of polars, pandas and pyarrow that is installed."""
     if frames is not None and frames not in _LIBRARY:
         raise ValueError(f"frames: {frames!r} is none of {', '.join(_LIBRARY)}")
-    for kind in [frames] if frames else _LIBRARY:
+    kinds: Sequence[Frames] = [frames] if frames else ["polars", "pandas", "arrow"]
+    for kind in kinds:
         # pandas reads Parquet by pyarrow
         needs = {_LIBRARY[kind], "pyarrow"} if kind == "pandas" else {_LIBRARY[kind]}
         missing = sorted(name for name in needs if importlib.util.find_spec(name) is None)
