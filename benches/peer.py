@@ -351,8 +351,8 @@ def compare(given, work):
         both.append([(session, *row) for session, found in answer.items() for row in found])
     columns = [score(rows, truth), score(both[0], truth), score(both[0], truth, determined), score(both[1], truth)]
     n = len(truth)
-    version = subprocess.run([given.roadbench, "--version"], capture_output=True, text=True, check=False).stdout.strip()
-    print(f"{n} sessions, seed {given.seed}; {version}\n")
+    version = subprocess.run([given.roadbench, "--version"], capture_output=True, text=True, check=False).stdout
+    print(f"{n} sessions, seed {given.seed}; {', '.join(version.splitlines())}\n")
     print("| | roadbench | script | script, drawing the bike file too |\n|---|---|---|---|")
     print(f"| processor time of a session | {ours / n:.2f} s | {theirs / n:.2f} s | {theirs_drawn / n:.2f} s |\n")
     print("| coefficient | roadbench: error | cover | determined | script: error | error* | cover | given | cover, bike drawn |")

@@ -173,7 +173,8 @@ def _plot(ax: Axes, name: str, rows: Rows) -> None:
             bar = ax.figure.colorbar(points, ax=ax, pad=0.01, aspect=30)
             bar.set_label(str(plot.colour), fontsize="small")
             bar.ax.tick_params(labelsize="small")
-            bar.solids.set_alpha(1.0)
+            if bar.solids:
+                bar.solids.set_alpha(1.0)
         else:
             ax.scatter(x[~out], y[~out], color="#5b7f9b", s=9, alpha=0.5, linewidths=0)
         if out.any():

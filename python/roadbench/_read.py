@@ -30,7 +30,8 @@ def chosen(frames: Frames | None) -> Frames:
     """The library asked for, or the first of polars, pandas and pyarrow that is installed."""
     if frames is not None and frames not in _LIBRARY:
         raise ValueError(f"frames: {frames!r} is none of {', '.join(_LIBRARY)}")
-    for kind in [frames] if frames else _LIBRARY:
+    kinds: Sequence[Frames] = [frames] if frames else ["polars", "pandas", "arrow"]
+    for kind in kinds:
         # pandas reads Parquet by pyarrow
         needs = {_LIBRARY[kind], "pyarrow"} if kind == "pandas" else {_LIBRARY[kind]}
         missing = sorted(name for name in needs if importlib.util.find_spec(name) is None)
@@ -76,13 +77,13 @@ class Tables(Mapping[str, Any]):
         return contextlib.nullcontext() if self._held else self._folder.still()
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._folder.tables())
+        return iter(self._folder.names())
 
     def __len__(self) -> int:
-        return len(self._folder.tables())
+        return len(self._folder.names())
 
     def __contains__(self, name: object) -> bool:
-        return name in self._folder.tables()
+        return isinstance(name, str) and bool(self._folder.files(name))
 
     def __getitem__(self, name: str) -> Any:
         return self.read(name)
@@ -111,9 +112,9 @@ class Tables(Mapping[str, Any]):
         return list(self._files(name))
 
     def _files(self, name: str) -> list[str]:
-        tables = self._folder.tables()
-        if name in tables:
-            return tables[name]
+        if files := self._folder.files(name):
+            return files
+        tables = list(self)
         there = f"there are {', '.join(tables)}" if tables else "there is none"
         raise NoTable(f"{self.out} has no table `{name}`; {there}")
 
@@ -201,17 +202,23 @@ class _Local:
     def __init__(self, out: Path) -> None:
         self.out = out
 
-    def tables(self) -> dict[str, list[str]]:
+    def names(self) -> list[str]:
         if not self.out.is_dir():
             raise FileNotFoundError(f"{self.out}: no such folder")
-        found = {}
-        for folder in sorted(self.out.iterdir()):
-            if folder.name.startswith(".") or not folder.is_dir():
-                continue  # what is below .roadbench is not in place yet
-            below = (p for p in folder.rglob("*.parquet") if not _hidden(p.relative_to(folder).parts))
-            if files := sorted(map(str, below)):
-                found[folder.name] = files
-        return found
+        folders = (folder.name for folder in self.out.iterdir() if folder.is_dir())
+        return sorted(name for name in folders if next(self._files(name), None))
+
+    def files(self, name: str) -> list[str]:
+        if not self.out.is_dir():
+            raise FileNotFoundError(f"{self.out}: no such folder")
+        return sorted(map(str, self._files(name)))
+
+    def _files(self, name: str) -> Iterator[Path]:
+        if _hidden([name]) or Path(name).name != name:
+            return  # what is below .roadbench is not in place yet
+        for path in (self.out / name).rglob("*.parquet"):
+            if not _hidden(path.relative_to(self.out).parts):
+                yield path
 
     @contextlib.contextmanager
     def still(self) -> Iterator[None]:
@@ -265,7 +272,13 @@ class _Remote:
         self.store, path = fs.FileSystem.from_uri(url)
         self.path = path.rstrip("/")
 
-    def tables(self) -> dict[str, list[str]]:
+    def names(self) -> list[str]:
+        return sorted(self._tables())
+
+    def files(self, name: str) -> list[str]:
+        return sorted(self._tables().get(name, []))
+
+    def _tables(self) -> dict[str, list[str]]:
         from pyarrow import fs
 
         found: dict[str, list[str]] = {}
@@ -273,7 +286,7 @@ class _Remote:
             parts = info.path.removeprefix(self.path + "/").split("/")
             if info.is_file and len(parts) > 1 and parts[-1].endswith(".parquet") and not _hidden(parts):
                 found.setdefault(parts[0], []).append(info.path)
-        return {name: sorted(found[name]) for name in sorted(found)}
+        return found
 
     def still(self) -> contextlib.AbstractContextManager[None]:
         return contextlib.nullcontext()
