@@ -238,7 +238,7 @@ fn apply(out: &Path) -> Result<(), Error> {
     for (path, sum) in &commit.changes {
         let to = below(out, path)?;
         match sum {
-            Some(_) => _ = folders.extend(put(&out.join(NEXT).join(path), &to)?),
+            Some(_) => folders.extend(put(&out.join(NEXT).join(path), &to)?),
             None => {
                 remove(&to)?;
                 folders.extend(to.parent().filter(|folder| folder.is_dir()).map(Path::to_owned));
