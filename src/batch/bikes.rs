@@ -50,31 +50,32 @@ impl BikeFile {
     }
 
     /// The hash of all that goes into one of the bike's sessions besides the log: that of every session,
-    /// with what the models take out of this one. A session that they leave alone keeps the hash.
-    pub fn hash_of(&self, pipeline: &Pipeline, who: &Who<'_>) -> String {
+    /// with the channel map ([`Maps::hash_of`](super::Maps::hash_of)) and what the models take out of this one. A session
+    /// that they leave alone keeps the hash.
+    pub fn hash_of(&self, pipeline: &Pipeline, who: &Who<'_>, map: &str) -> String {
         let own = pipeline.models.as_ref().map(|models| models.text_of(who)).unwrap_or_default();
-        if own.is_empty() {
+        if own.is_empty() && map.is_empty() {
             return self.pipeline_hash.clone();
         }
         let mut hasher = blake3::Hasher::new();
-        // of one length: it cannot run into what follows
+        // of one length: neither can run into what follows
         hasher.update(self.pipeline_hash.as_bytes());
+        hasher.update(map.as_bytes());
         hasher.update(own.as_bytes());
         hasher.finalize().to_hex().to_string()
     }
 }
 
-/// What every session's pipeline hash starts from: the hashes of the pipeline, of the channel maps and,
-/// where there are any, of the command's own settings. Each part is hashed by itself so that none can
-/// run into the next. Models are no part of it: they differ by session ([`BikeFile::hash_of`]).
+/// What every session's pipeline hash starts from: the hashes of the pipeline and, where there are any, of the
+/// command's own settings. Each part is hashed by itself so that none can run into the next. Channel maps and models
+/// are no part of it: they differ by session ([`BikeFile::hash_of`]).
 ///
 /// # Errors
 /// The pipeline cannot be written as text: our own mistake.
-pub fn hash_settings(pipeline: &Pipeline, maps: &Maps, own: &str) -> Result<Vec<u8>, Error> {
+pub fn hash_settings(pipeline: &Pipeline, own: &str) -> Result<Vec<u8>, Error> {
     let text = toml::to_string(&Pipeline { models: None, ..pipeline.clone() })
         .map_err(|e| Error::Usage(format!("pipeline {}: {e}", pipeline.name)))?;
     let mut hashes = blake3::hash(text.as_bytes()).as_bytes().to_vec();
-    hashes.extend_from_slice(maps.hash().as_bytes());
     if !own.is_empty() {
         hashes.extend_from_slice(blake3::hash(own.as_bytes()).as_bytes());
     }

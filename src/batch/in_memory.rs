@@ -96,7 +96,8 @@ fn with_input<T>(
     if raw.meta.bike_id.is_empty() {
         raw.meta.bike_id.clone_from(&bike.bike.bike_id);
     }
-    let pipeline_hash = bike.hash_of(pipeline, &Who::from(&raw.meta));
+    let map = maps.hash_of(raw.map.as_deref());
+    let pipeline_hash = bike.hash_of(pipeline, &Who::from(&raw.meta), &map);
     then(raw, Input { log: at, maps: maps.list(), input_hash, pipeline_hash, signals: false })
 }
 

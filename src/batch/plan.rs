@@ -15,6 +15,7 @@ use super::settings::{Maps, Settings};
 use super::work::{Work, guarded};
 use crate::contract::session::Meta;
 use crate::effects::Who;
+use crate::ingest::Identified;
 use crate::objects::{Location, source};
 use crate::pipeline::{Pipeline, Rejection};
 use crate::tables::rows::Rejected;
@@ -97,20 +98,22 @@ pub fn plan(
     settings: &Settings<'_>,
     work: &impl Work,
 ) -> Result<Plan, Error> {
-    let hashes = hash_settings(settings.pipeline, settings.maps, &work.settings())?;
+    let hashes = hash_settings(settings.pipeline, &work.settings())?;
     let mut bikes = BikeFiles::new(bikes, hashes)?;
-    let known = known(&found, before, &mut bikes, settings.pipeline);
-    let identified: Vec<Result<Meta, Rejection>> = found
+    let maps = settings.maps.hashes();
+    let known = known(&found, before, &mut bikes, settings.pipeline, &maps);
+    let identified: Vec<Result<(Meta, String), Rejection>> = found
         .par_iter()
         .map(|f| match known.get(&f.location) {
-            Some(known) => Ok(known.meta.clone()),
-            None => identify(f, settings.maps, work),
+            Some(known) => Ok((known.meta.clone(), known.map.clone())),
+            None => identify(f, settings.maps, work)
+                .map(|who| (who.meta, maps.get(&who.map).cloned().unwrap_or_default())),
         })
         .collect();
     // a session that is there stays with its log, whatever else says to be it
     let mut first: BTreeMap<Key, String> = BTreeMap::new();
     for (found, meta) in found.iter().zip(&identified) {
-        let (log, Ok(meta)) = (name(&found.location), meta) else { continue };
+        let (log, Ok((meta, _))) = (name(&found.location), meta) else { continue };
         let key = Key::new(&meta.bike_id, &meta.session_id);
         if before.made_from(&log).contains(&key) {
             first.entry(key).or_insert(log);
@@ -128,8 +131,8 @@ pub fn plan(
             let hash = found.problem.is_none().then(|| hash_file(&location).ok()).flatten();
             Refused { row: row(log, meta, why, hash), bytes }
         };
-        let meta = match meta {
-            Ok(meta) => meta,
+        let (meta, map) = match meta {
+            Ok(identified) => identified,
             Err(why) => {
                 plan.refused.push(refuse(log, None, why));
                 continue;
@@ -138,7 +141,7 @@ pub fn plan(
         match claim(&mut first, &meta, &log).and_then(|()| bikes.get(&meta.bike_id)) {
             Ok(bike) => {
                 let hash = known.get(&location).map(|k| k.hash.clone());
-                let pipeline_hash = bike.hash_of(settings.pipeline, &Who::from(&meta));
+                let pipeline_hash = bike.hash_of(settings.pipeline, &Who::from(&meta), &map);
                 plan.jobs.push(Job { location, log, bytes, meta, bike, pipeline_hash, hash });
             }
             Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
@@ -238,6 +241,8 @@ pub fn row(
 /// A log that the output was made from.
 struct Known {
     meta: Meta,
+    /// The hash of its channel map.
+    map: String,
     hash: String,
 }
 
@@ -247,6 +252,7 @@ fn known(
     before: &Contents,
     bikes: &mut BikeFiles<'_>,
     pipeline: &Pipeline,
+    maps: &BTreeMap<Option<String>, String>,
 ) -> BTreeMap<Location, Known> {
     let by_path: BTreeMap<&str, &Committed> =
         before.sessions().map(|c| (c.path.as_str(), c)).collect();
@@ -256,27 +262,26 @@ fn known(
         let (session_id, bike_id) = (&*there.session_id, &*there.bike_id);
         // the output does not say where and when; where that matters the log is opened
         let who = Who { session_id, bike_id, ..Who::default() };
-        let hash = bikes.get(bike_id).map(|bike| bike.hash_of(pipeline, &who));
-        let is_same = there.version == crate::VERSION
-            // it has the channel maps in it, which may name sessions and bikes
-            && hash.is_ok_and(|hash| hash == there.pipeline_hash);
-        if is_same {
-            candidates.push((&found.location, there));
+        let Ok(bike) = bikes.get(bike_id) else { continue };
+        // the hash has the channel map in it, which may name sessions and bikes
+        let made_by = |map: &&String| bike.hash_of(pipeline, &who, map) == there.pipeline_hash;
+        if let (true, Some(map)) = (there.version == crate::VERSION, maps.values().find(made_by)) {
+            candidates.push((&found.location, there, map));
         }
     }
-    let recognised = candidates.into_par_iter().filter_map(|(location, there)| {
+    let recognised = candidates.into_par_iter().filter_map(|(location, there, map)| {
         let hash = hash_file(location).ok().filter(|hash| *hash == there.input_hash)?;
         let meta = Meta {
             session_id: there.session_id.clone(),
             bike_id: there.bike_id.clone(),
             ..Meta::default()
         };
-        Some((location.clone(), Known { meta, hash }))
+        Some((location.clone(), Known { meta, map: map.clone(), hash }))
     });
     recognised.collect()
 }
 
-fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Meta, Rejection> {
+fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Identified, Rejection> {
     if let Some(problem) = &found.problem {
         return Err(problem.clone());
     }

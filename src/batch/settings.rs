@@ -1,9 +1,11 @@
 //! What a batch is asked to do, whatever its work is.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::SystemTime;
 
 use crate::ingest::map::ChannelMap;
+use crate::ingest::map::file::or_shipped;
 use crate::objects::Location;
 use crate::pipeline::Pipeline;
 
@@ -34,15 +36,12 @@ pub fn content(text: &str) -> String {
     table.and_then(|t| toml::to_string(&t).ok()).unwrap_or_else(|| text.to_owned())
 }
 
-/// Channel maps, with the text that they were read from: it is part of what the tables are
-/// made from.
+/// Channel maps, with the text that they were read from.
 #[derive(Debug, Default)]
 pub struct Maps {
     /// Their names and texts.
     texts: Vec<(String, String)>,
     list: Vec<ChannelMap>,
-    /// The hashes of the files, one after the other.
-    hashes: Vec<u8>,
 }
 
 impl Maps {
@@ -56,9 +55,31 @@ impl Maps {
         &self.texts
     }
 
-    /// BLAKE3 of all of them together.
-    pub fn hash(&self) -> blake3::Hash {
-        blake3::hash(&self.hashes)
+    /// What a log depends on that is read by the map of this name: what that map says, and by what the maps before it
+    /// are told, which might take the log instead. Empty where no map is needed.
+    pub fn hash_of(&self, taken: Option<&str>) -> String {
+        let list = or_shipped(&self.list).list;
+        // of several with one name, all
+        let Some(place) = taken.and_then(|name| list.iter().rposition(|m| m.name == name)) else {
+            return String::new();
+        };
+        let map = &list[place];
+        let mut hasher = blake3::Hasher::new();
+        for before in list[..=place].iter().filter(|m| m.format == map.format) {
+            let what = match before.name == map.name {
+                true => content(&before.text),
+                false => format!("{:?} {:?}", before.detect, before.csv),
+            };
+            hasher.update(blake3::hash(what.as_bytes()).as_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// [`Maps::hash_of`] of everything that may be taken, and of nothing.
+    pub fn hashes(&self) -> BTreeMap<Option<String>, String> {
+        let names = or_shipped(&self.list).list.iter().map(|m| Some(m.name.clone()));
+        let all = std::iter::once(None).chain(names);
+        all.map(|taken| (taken.clone(), self.hash_of(taken.as_deref()))).collect()
     }
 
     /// Reads map files.
@@ -86,7 +107,6 @@ impl Maps {
         let mut maps = Maps { texts: texts.to_vec(), ..Maps::default() };
         for (name, text) in texts {
             maps.list.push(ChannelMap::parse(text, name)?);
-            maps.hashes.extend_from_slice(blake3::hash(content(text).as_bytes()).as_bytes());
         }
         Ok(maps)
     }

@@ -7,9 +7,8 @@ use arrow::array::RecordBatch;
 use super::bikes::BikeFile;
 use super::kind::Kind;
 use super::what::What;
-use crate::contract::session::Meta;
-use crate::ingest;
 use crate::ingest::map::ChannelMap;
+use crate::ingest::{self, Identified};
 use crate::objects::Location;
 use crate::pipeline::{Input, Pipeline, Rejection};
 use crate::tables::file;
@@ -40,11 +39,11 @@ pub trait Work: Sync {
         false
     }
 
-    /// Session, bike and start of a log.
+    /// Session, bike, start and channel map of a log.
     ///
     /// # Errors
     /// The log cannot be read that far.
-    fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Meta, Rejection> {
+    fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Identified, Rejection> {
         ingest::identify(log, maps).map_err(Rejection::from)
     }
 

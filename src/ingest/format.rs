@@ -23,7 +23,7 @@ use crate::ingest::fit::{fit, is_for};
 use crate::ingest::ident;
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::map::{ChannelMap, Maps, ShippedMap};
-use crate::ingest::raw::Raw;
+use crate::ingest::raw::{Identified, Raw};
 use crate::objects::Location;
 
 /// A log format: everything that the rest of the program has to know of it.
@@ -44,7 +44,7 @@ pub struct LogFormat {
     /// Whether a file is of this format, from its name and first bytes.
     pub sniff: fn(&Head<'_>) -> bool,
     /// Session, bike and start time, without decoding samples.
-    pub identify: fn(&Location, Maps<'_>) -> Result<Meta, Error>,
+    pub identify: fn(&Location, Maps<'_>) -> Result<Identified, Error>,
     /// The whole log.
     pub read: fn(&Location, Maps<'_>) -> Result<Raw, Error>,
     /// The channel map that `read` goes through, if it needs one.
@@ -172,9 +172,9 @@ fn choose<F: Format>(log: &Location, maps: Maps<'_>) -> Result<(ChannelMap, List
     ))
 }
 
-fn identify<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Meta, Error> {
+fn identify<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Identified, Error> {
     let (map, listing) = choose::<F>(log, maps)?;
-    Ok(who(log, &listing, &map))
+    Ok(Identified { meta: who(log, &listing, &map), map: Some(map.name) })
 }
 
 /// The log's word first, then its path's, then the map's.
@@ -201,6 +201,7 @@ fn read<F: Format>(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         euler_yaw: map.euler_yaw,
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
+        map: Some(map.name),
     })
 }
 

@@ -52,7 +52,7 @@ pub use config::Config;
 pub use detect::format_of;
 pub use error::{Error, UNREACHABLE};
 pub use extent::extent;
-pub use raw::{Column, Imu, Raw, Track};
+pub use raw::{Column, Identified, Imu, Raw, Track};
 pub use switches::{CHECKS, Check, Effect, Switches};
 pub use table::read_table;
 pub use write::{session_batch, write_session};
@@ -60,17 +60,17 @@ pub use write::{session_batch, write_session};
 use map::ChannelMap;
 use map::file::or_shipped;
 
-/// Session, bike and start time, without reading the samples.
+/// Session, bike, start time and channel map, without reading the samples.
 ///
 /// `maps` are the channel maps to choose from; an empty slice means [`map::file::shipped`].
 ///
 /// # Errors
 /// The file cannot be read or is of no known kind, or it names itself in a way that cannot be
 /// a file name (`bad_bike_id`, `bad_session_id`).
-pub fn identify(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Meta, Error> {
+pub fn identify(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Identified, Error> {
     let log = &log.into();
-    let meta = (format_of(log)?.identify)(log, or_shipped(maps))?;
-    ident::checked(meta)
+    let Identified { meta, map } = (format_of(log)?.identify)(log, or_shipped(maps))?;
+    Ok(Identified { meta: ident::checked(meta)?, map })
 }
 
 /// Reads a log of any known format.
@@ -111,7 +111,7 @@ pub fn map_for(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Option<C
 /// # Errors
 /// Nothing usable is left: `no_time`, `too_short`.
 pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> {
-    let Raw { meta, tracks, mut warnings, euler_yaw, imu, wheel_scale_sd } = raw;
+    let Raw { meta, tracks, mut warnings, euler_yaw, imu, wheel_scale_sd, .. } = raw;
     let mut tracks = clock::repair(tracks, &mut warnings)?;
     // before faults are looked for: a course jumps by a whole turn
     let receiver = inertial::take_receiver(&mut tracks);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::contract::channel::Channel;
 use crate::contract::session::Meta;
@@ -20,11 +20,22 @@ pub struct Track {
     pub values: Vec<f64>,
 }
 
+/// Whose log it is, and by which channel map.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Identified {
+    /// Session, bike, start time.
+    pub meta: Meta,
+    /// Name of the channel map that is taken for it; none where it is `session.v1` already.
+    pub map: Option<String>,
+}
+
 /// A log as read: units are SI, the clocks are still the source's.
 #[derive(Debug, Clone, Default)]
 pub struct Raw {
     /// Session, bike, start time.
     pub meta: Meta,
+    /// Name of the channel map that it was read by; none where it is `session.v1` already.
+    pub map: Option<String>,
     /// The channels.
     pub tracks: Vec<Track>,
     /// Damage and doubts that the reader found.

@@ -37,7 +37,7 @@ pub fn run_session<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let pipeline = errors::pipeline(&pipeline)?;
     let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
-    let bike = bike_file(bike, &hash_settings(&pipeline, &maps, "")?)?;
+    let bike = bike_file(bike, &hash_settings(&pipeline, "")?)?;
     let source = Source::of(path_or_table)?;
     let found =
         py.detach(|| in_memory::run(source.log(session_id)?, &bike, &pipeline, &maps, signals));
@@ -62,7 +62,7 @@ pub fn diagnose_session<'py>(
     let (nulls, advise) = settings;
     let work = DiagnoseWork::new(Settings { nulls, advise, ..Settings::default() })
         .map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
-    let bike = bike_file(bike, &hash_settings(&pipeline, &maps, &work.settings())?)?;
+    let bike = bike_file(bike, &hash_settings(&pipeline, &work.settings())?)?;
     let source = Source::of(path_or_table)?;
     let found =
         py.detach(|| in_memory::diagnose(source.log(session_id)?, &bike, &pipeline, &maps, &work));

@@ -91,7 +91,8 @@ fn exchanged_names_lose_nothing() {
 #[test]
 fn remarks_change_nothing() {
     let map = |text: &str| {
-        Maps::parse(&[("mine.toml".to_owned(), text.to_owned())]).expect("a map").hash()
+        let maps = Maps::parse(&[("mine.toml".to_owned(), text.to_owned())]).expect("a map");
+        maps.hash_of(Some(&maps.list()[0].name))
     };
     let text = include_str!("../../pipelines/maps/racebox.toml");
     let bare: Vec<&str> = text.lines().filter(|l| !l.starts_with('#') && !l.is_empty()).collect();
@@ -110,4 +111,39 @@ fn remarks_change_nothing() {
     place.put("bikes/b1.toml", &BIKE.replace("260.0", "261.0"));
     let run = place.run_with(&Script::default(), |_| {}).expect("run");
     assert_eq!((run.done, run.unchanged), (1, 1));
+}
+
+/// A log depends on the channel map that it is read by, and on what might take it instead; on no other.
+#[test]
+fn a_map_concerns_the_logs_that_are_read_by_it() {
+    let place =
+        Place::new(&[("a", "s-a|b1|ok map=one"), ("b", "s-b|b1|ok map=two"), ("c", "s-c|b2|ok")]);
+    let text = |name: &str, format: &str, detect: &str, from: &str| {
+        format!(
+            "name = \"{name}\"\nformat = \"{format}\"\n[detect]\ncolumns = [\"{detect}\"]\n[time]\ncolumn = \"t\"\n\
+             unit = \"s\"\n[channel.velocity_x]\nfrom = \"{from}\"\n"
+        )
+    };
+    let night = |maps: &[(&str, String)]| {
+        for (name, text) in maps {
+            place.put(&format!("{name}.toml"), text);
+        }
+        let paths = maps.iter().map(|(name, _)| place.path(&format!("{name}.toml"))).collect();
+        let run = place.run_with(&Script::default(), |s| s.maps = paths).expect("run");
+        adds_up(&run);
+        (run.done, run.unchanged)
+    };
+    let one = |from| ("one", text("one", "csv", "u", from));
+    let two = |detect, from| ("two", text("two", "csv", detect, from));
+    assert_eq!(night(&[one("v"), two("w", "v")]), (3, 0));
+    assert_eq!(night(&[one("v"), two("w", "v")]), (0, 3));
+    assert_eq!(night(&[one("v"), two("w", "speed")]), (1, 2), "the log of map two");
+    assert_eq!(night(&[one("speed"), two("w", "speed")]), (1, 2), "the log of map one");
+    // a map behind them, and one of another format in front, take nothing from them
+    let (last, other) = (text("last", "csv", "x", "v"), text("other", "mdf4", "x", "v"));
+    let more = [("other", other), one("speed"), two("w", "speed"), ("last", last)];
+    assert_eq!(night(&more), (0, 3));
+    // one in front may: whoever could be taken is looked at again
+    let first = ("first", text("first", "csv", "x", "v"));
+    assert_eq!(night(&[first, one("speed"), two("w", "speed")]), (2, 1));
 }

@@ -104,7 +104,7 @@ fn what_is_written_is_read_back_bit_for_bit() {
         };
         assert_eq!(bits(&session), bits(&back), "{channel}");
     }
-    assert_eq!(ingest::identify(&path, &[]).expect("known").bike_id, "b1");
+    assert_eq!(ingest::identify(&path, &[]).expect("known").meta.bike_id, "b1");
 }
 
 #[test]

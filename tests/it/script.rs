@@ -11,6 +11,7 @@ use roadbench::batch::kind::{self, Kind};
 use roadbench::batch::work::Output;
 use roadbench::batch::{Accounts, Error, Maps, Settings, State, Watch, Work, engine, run};
 use roadbench::contract::session::Meta;
+use roadbench::ingest::Identified;
 use roadbench::ingest::map::ChannelMap;
 use roadbench::objects::Location;
 use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
@@ -21,6 +22,7 @@ pub const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_h
     caster_angle = 0.43\n[front]\nradius = 0.3\nwidth = 0.12\n[rear]\nradius = 0.31\nwidth = 0.18\n";
 
 /// A log is `<session id>|<bike id>|<what happens>`; the id `*` is the file's name, as of logs that do not say theirs.
+/// What is read by a channel map ends with ` map=<name>`.
 #[derive(Default)]
 pub struct Script {
     pub runs: AtomicUsize,
@@ -40,7 +42,7 @@ impl Work for Script {
         self.signals && table.is(&registry::SIGNALS)
     }
 
-    fn identify(&self, log: &Location, _: &[ChannelMap]) -> Result<Meta, Rejection> {
+    fn identify(&self, log: &Location, _: &[ChannelMap]) -> Result<Identified, Rejection> {
         self.identified.fetch_add(1, Ordering::Relaxed);
         let text = std::fs::read_to_string(log.as_path().expect("a file"))
             .map_err(|e| rejection_of("unreadable", e.to_string()))?;
@@ -49,11 +51,13 @@ impl Work for Script {
             return Err(rejection_of("unknown_format", "not a script".into()));
         };
         assert_ne!(what, "panic early", "as the script says");
-        Ok(Meta {
+        let meta = Meta {
             session_id: named(session_id, log),
             bike_id: bike_id.to_owned(),
             ..Meta::default()
-        })
+        };
+        let map = what.split(' ').find_map(|word| word.strip_prefix("map="));
+        Ok(Identified { meta, map: map.map(str::to_owned) })
     }
 
     fn run(

@@ -30,7 +30,7 @@ use super::log_hash::hash_file;
 use super::settings::Settings;
 use super::what::What;
 use super::work::{Output, SessionFile, Work};
-use crate::contract::session::Meta;
+use crate::ingest::Identified;
 use crate::ingest::map::ChannelMap;
 use crate::objects::{Location, source};
 use crate::pipeline::{Input, Pipeline, Rejection};
@@ -224,7 +224,7 @@ where
         self.wants_results.store(self.work.is_result_wanted(logs), Ordering::Relaxed);
     }
 
-    fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Meta, Rejection> {
+    fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Identified, Rejection> {
         let Some(pool) = &self.pool else { return self.work.identify(log, maps) };
         let limits = pool.limits(log);
         if !pool.quarantine.is_empty()
@@ -235,7 +235,7 @@ where
             return Err(known);
         }
         match pool.ask(&Question::Identify { log: Place::of(log) }, &limits, IDENTIFY)? {
-            (Answer::Identified(meta), _) => Ok(meta),
+            (Answer::Identified(who), _) => Ok(who),
             (answer, _) => Err(rejection(answer, IDENTIFY, &limits)),
         }
     }

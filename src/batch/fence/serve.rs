@@ -90,7 +90,7 @@ fn answer<W: Work<Result: Serialize>>(
         Question::Identify { log } => {
             let log = log.location();
             guarded("ingest", || work.identify(&log, maps.list()))
-                .map(|meta| (Answer::Identified(meta), Vec::new()))
+                .map(|who| (Answer::Identified(who), Vec::new()))
         }
         Question::Run { log, input_hash, pipeline_hash, bike_id, bike, signals, result } => {
             let maps = maps.list();

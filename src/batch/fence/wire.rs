@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::batch::what::What;
-use crate::contract::session::Meta;
+use crate::ingest::Identified;
 use crate::objects::Location;
 use crate::objects::counts::Counts;
 use crate::tables::rows::Ident;
@@ -68,7 +68,7 @@ pub enum Answer {
     /// It is ready; what it still may do beyond reading, as it tried.
     Ready { version: String, may: Vec<String> },
     /// Whose log it is.
-    Identified(Meta),
+    Identified(Identified),
     /// The files of its session, which are the body, one after the other; behind them, if it was asked for, what else it
     /// gives: so many bytes of JSON.
     Done { ident: Ident, samples: i64, files: Vec<File>, result: u64 },

@@ -20,7 +20,7 @@ use crate::ingest::format::{Head, LogFormat};
 use crate::ingest::ident;
 use crate::ingest::map::{ChannelMap, Maps, shipped_map};
 use crate::ingest::raw::Column;
-use crate::ingest::raw::Raw;
+use crate::ingest::raw::{Identified, Raw};
 use crate::ingest::warning::warning;
 use crate::objects::{Location, source};
 
@@ -66,8 +66,10 @@ fn choose<'a>(log: &Location, maps: Maps<'a>) -> Result<&'a ChannelMap, Error> {
     })
 }
 
-fn identify(log: &Location, maps: Maps<'_>) -> Result<Meta, Error> {
-    Ok(ident::or(ident::from_path(log), choose(log, maps)?.meta.clone()))
+fn identify(log: &Location, maps: Maps<'_>) -> Result<Identified, Error> {
+    let map = choose(log, maps)?;
+    let meta = ident::or(ident::from_path(log), map.meta.clone());
+    Ok(Identified { meta, map: Some(map.name.clone()) })
 }
 
 fn map(log: &Location, maps: Maps<'_>) -> Result<Option<ChannelMap>, Error> {
@@ -79,12 +81,13 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
     let bytes = source::read(log).map_err(|e| Error::unreadable(log, &e))?;
     let (columns, broken) = decode(&String::from_utf8_lossy(&bytes));
     let mut raw = Raw {
-        meta: identify(log, maps)?,
+        meta: identify(log, maps)?.meta,
         tracks: map.apply(columns)?,
         warnings: Vec::new(),
         euler_yaw: map.euler_yaw,
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
+        map: Some(map.name.clone()),
     };
     if broken > 0 {
         let message = format!("{broken} lines of a known kind are broken off; taken as missing");

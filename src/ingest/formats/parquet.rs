@@ -24,7 +24,7 @@ use crate::ingest::error::Error;
 use crate::ingest::format::{Head, LogFormat};
 use crate::ingest::ident;
 use crate::ingest::map::{ChannelMap, Maps, TimeSource};
-use crate::ingest::raw::{Column, Raw, Track};
+use crate::ingest::raw::{Column, Identified, Raw, Track};
 use crate::ingest::session_schema::{session_table, wheel_scale_sd};
 use crate::ingest::units::{self, Conversion};
 use crate::ingest::warning::warning;
@@ -58,9 +58,10 @@ fn sniff(head: &Head<'_>) -> bool {
     head.bytes.starts_with(MAGIC) || head.has_extension("parquet")
 }
 
-fn identify(log: &Location, _maps: Maps<'_>) -> Result<Meta, Error> {
+fn identify(log: &Location, maps: Maps<'_>) -> Result<Identified, Error> {
     let (_, metadata) = open(log)?;
-    Ok(meta_of(log, metadata.metadata()))
+    let map = choose(&names_of(&metadata), maps).map(|map| map.name);
+    Ok(Identified { meta: meta_of(log, metadata.metadata()), map })
 }
 
 fn map(log: &Location, maps: Maps<'_>) -> Result<Option<ChannelMap>, Error> {
@@ -187,6 +188,7 @@ fn read_mapped(
         euler_yaw: map.euler_yaw,
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
+        map: Some(map.name.clone()),
     })
 }
 

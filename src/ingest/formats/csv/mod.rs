@@ -11,7 +11,7 @@ use crate::ingest::format::{HEAD_LEN, Head, LogFormat};
 use crate::ingest::ident;
 use crate::ingest::listing::{Listing, SourceChannel};
 use crate::ingest::map::{ChannelMap, CsvLayout, Maps, TimeSource, shipped_map};
-use crate::ingest::raw::Raw;
+use crate::ingest::raw::{Identified, Raw};
 use crate::ingest::units;
 use crate::ingest::warning::warning;
 use crate::objects::Location;
@@ -50,7 +50,7 @@ fn sniff(head: &Head<'_>) -> bool {
     text::is_utf16(head.bytes) || head.bytes.iter().all(plain)
 }
 
-fn identify(log: &Location, maps: Maps<'_>) -> Result<Meta, Error> {
+fn identify(log: &Location, maps: Maps<'_>) -> Result<Identified, Error> {
     let (map, header) = choose(log, maps)?;
     let mut meta = ident::or(ident::from_path(log), map.meta.clone());
     if let TimeSource::Column { name, factor, epoch: true } = &map.time {
@@ -63,7 +63,7 @@ fn identify(log: &Location, maps: Maps<'_>) -> Result<Meta, Error> {
             meta.start_time = stamp.and_then(|t| start_time(t * factor)).or(meta.start_time);
         }
     }
-    Ok(meta)
+    Ok(Identified { meta, map: Some(map.name.clone()) })
 }
 
 /// Unix seconds as RFC 3339, to the millisecond.
@@ -149,12 +149,13 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         ));
     }
     Ok(Raw {
-        meta: identify(log, maps)?,
+        meta: identify(log, maps)?.meta,
         tracks: map.apply(columns)?,
         warnings,
         euler_yaw: map.euler_yaw,
         wheel_scale_sd: map.wheel_scale_sd(),
         imu: map.imu,
+        map: Some(map.name),
     })
 }
 
