@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::error::Error;
-use super::settings::{Maps, content};
+use super::settings::content;
 use crate::contract::bike::{self, Bike, DEFAULT, STANDS_IN_FOR};
 use crate::effects::Who;
 use crate::ingest::UNREACHABLE;

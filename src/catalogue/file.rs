@@ -161,7 +161,7 @@ fn leaf(key: &str) -> &str {
 
 /// A number with as many digits as its uncertainty makes sense of.
 pub fn rounded(value: f64, sd: f64) -> String {
-    let scale = if sd > 0.0 { sd } else { value.abs().max(1e-12) * 1e-4 };
+    let scale = if sd > 0.0 { sd } else { value.abs().max(1e-12) * 1e-3 };
     // two digits of the uncertainty
     let place = scale.log10().floor() - 1.0;
     let digits = (-place).clamp(0.0, 12.0) as usize;

@@ -8,6 +8,7 @@ use clap::ValueHint;
 use crate::catalogue::file::{cost_of, rounded, text};
 use crate::catalogue::owner::Portrait;
 use crate::catalogue::{Catalogue, Owner, TyreSize};
+use crate::cli::examples::BIKE;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::contract::bike::{Axle, schema};
@@ -23,10 +24,11 @@ pub struct Arguments {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
+    #[command(after_help = BIKE)]
     New(New),
 }
 
-/// Write a bike file from class, tyre sizes and weight; on a terminal it asks for what is not given
+/// Write a bike file from class, tyre sizes and weight; asks for the rest
 #[derive(Debug, clap::Args)]
 pub struct New {
     /// The bike id that logs carry; the file is DIR/NAME.toml. `default` is taken for bikes that have no file.

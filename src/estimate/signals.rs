@@ -329,14 +329,21 @@ impl Inputs {
     }
 
     /// Kinematic slip angles (29) of one sample, and how its front wheel stands (30, 31); `phi`
-    /// is sine and cosine of roll.
-    fn angles(&self, x: &Samples, i: usize, v: f64, phi: (f64, f64)) -> ([f64; 2], FrontWheel) {
+    /// is sine and cosine of roll, `caster` of the caster angle.
+    fn angles(
+        &self,
+        x: &Samples,
+        i: usize,
+        v: f64,
+        phi: (f64, f64),
+        caster: (f64, f64),
+    ) -> ([f64; 2], FrontWheel) {
         let b = &self.bike;
         let z = &self.zeros;
         let turn = x.yaw_rate[i] - z.yaw_rate;
         let (sin_phi, cos_phi) = phi;
         let handlebar = self.handlebar(x, i, v, phi);
-        let front = front_wheel(handlebar, phi, b.caster_angle.sin_cos(), self.formulation);
+        let front = front_wheel(handlebar, phi, caster, self.formulation);
         // of a handlebar that follows from equal slips no slip follows
         let delta = if x.steer[i].is_finite() { front.steer() } else { f64::NAN };
         let height = b.cg_height + b.velocity_sensor_z;
@@ -375,11 +382,44 @@ impl Inputs {
     /// Lateral signals of cornering samples. `rate` is that of the samples, Hz; `front_k_x` the front
     /// tyre's overturning stiffness (m), where it is known already.
     pub fn corner(&self, x: &Samples, rate: f64, front_k_x: Option<f64>) -> Signals {
-        let mut out = Signals::with_room(x.len());
         let mut lag = SlipLag::new(self.relaxation_lengths(), rate);
+        self.corner_with(x, front_k_x, |i, speed, kinematic| lag.next(x, i, speed, kinematic))
+    }
+
+    /// How far the slip angles of some cornering samples lag behind the kinematic ones. Out of their context their own
+    /// lag is not known any more; this one goes with them.
+    pub fn held_lag(&self, x: &Samples, rate: f64, some: &[usize]) -> HeldLag {
+        let whole = self.corner(x, rate, None);
+        let kinematic = self.corner_with(&x.select(some), None, |_, _, kinematic| kinematic);
+        let behind = |k: usize| {
+            let pairs = some.iter().zip(&kinematic.slip_angle[k]);
+            pairs.map(|(&i, kinematic)| whole.slip_angle[k][i] - kinematic).collect()
+        };
+        HeldLag { relaxation: self.relaxation_lengths(), behind: [behind(0), behind(1)] }
+    }
+
+    /// As [`Inputs::corner`] of samples out of their context, for inputs that differ a little from those of the lag: in
+    /// quasi-static corners it is proportional to the relaxation length, and hardly depends on anything else.
+    pub fn corner_with_lag(&self, x: &Samples, lag: &HeldLag, front_k_x: Option<f64>) -> Signals {
+        let now = self.relaxation_lengths();
+        let share = [0, 1].map(|k| now[k] / lag.relaxation[k]);
+        self.corner_with(x, front_k_x, |i, _, kinematic| {
+            [0, 1].map(|k| kinematic[k] + share[k] * lag.behind[k][i])
+        })
+    }
+
+    /// `lagged` makes the slip angles of a sample from its speed and the kinematic ones.
+    fn corner_with(
+        &self,
+        x: &Samples,
+        front_k_x: Option<f64>,
+        mut lagged: impl FnMut(usize, f64, [f64; 2]) -> [f64; 2],
+    ) -> Signals {
+        let mut out = Signals::with_room(x.len());
+        let fixed = Fixed::of(&self.bike);
         for i in 0..x.len() {
-            let state = self.corner_state(x, i, &mut lag);
-            let force = self.lateral_forces(x, i, &state, front_k_x);
+            let state = self.corner_state(x, i, &fixed, &mut lagged);
+            let force = self.lateral_forces(x, i, &state, &fixed, front_k_x);
             for k in 0..2 {
                 out.slip_angle[k].push(state.slip_angle[k]);
                 out.camber[k].push(state.camber[k]);
@@ -389,7 +429,7 @@ impl Inputs {
             }
             out.speed.push(state.speed);
             out.roll.push(state.roll);
-            out.overturning.push(self.overturning(x, i, &state));
+            out.overturning.push(self.overturning(x, i, &state, &fixed));
             out.overturning_lever.push(self.overturning_lever(&state));
             out.total_x.push(state.total_x);
         }
@@ -397,15 +437,20 @@ impl Inputs {
     }
 
     /// How the motorcycle moves in one corner sample.
-    fn corner_state(&self, x: &Samples, i: usize, lag: &mut SlipLag) -> CornerState {
+    fn corner_state(
+        &self,
+        x: &Samples,
+        i: usize,
+        fixed: &Fixed,
+        lagged: &mut impl FnMut(usize, f64, [f64; 2]) -> [f64; 2],
+    ) -> CornerState {
         let b = &self.bike;
         let speed = self.speed(x, i);
         let roll = self.roll(x, i);
         let turn = x.yaw_rate[i] - self.zeros.yaw_rate;
         let (sin_roll, cos_roll) = roll.sin_cos();
-        let (kinematic, front) = self.angles(x, i, speed, (sin_roll, cos_roll));
-        let slip_angle =
-            if self.is_corrected() { lag.next(x, i, speed, kinematic) } else { kinematic };
+        let (kinematic, front) = self.angles(x, i, speed, (sin_roll, cos_roll), fixed.caster);
+        let slip_angle = if self.is_corrected() { lagged(i, speed, kinematic) } else { kinematic };
         let a = x.acceleration_x[i] - self.zeros.acceleration_x;
         let total_x = b.mass * a + self.drag * speed * speed;
         // leaning in the mass centre sinks, leaning out it rises: the printed form is static
@@ -458,6 +503,7 @@ impl Inputs {
         x: &Samples,
         i: usize,
         s: &CornerState,
+        fixed: &Fixed,
         front_k_x: Option<f64>,
     ) -> [f64; 2] {
         let b = &self.bike;
@@ -480,7 +526,7 @@ impl Inputs {
         let slip_force = s.total_x - front_x * cos_d + self.rolling * s.load[1];
         let pull = rear_k_x * slip_force * s.camber[1].tan();
         // a bend taken slower and slower is not steady: the bike's own yaw inertia
-        let yaw = if corrected { b.yaw_inertia() * x.yaw_acceleration[i] } else { 0.0 };
+        let yaw = if corrected { fixed.yaw_inertia * x.yaw_acceleration[i] } else { 0.0 };
         let yaw = if yaw.is_finite() { yaw } else { 0.0 };
         let moment = twist + along + pull + lf * front_x * sin_d - yaw;
         let force = side - front_x * sin_d;
@@ -492,7 +538,7 @@ impl Inputs {
     }
 
     /// Total overturning moment (34), N m.
-    fn overturning(&self, x: &Samples, i: usize, s: &CornerState) -> f64 {
+    fn overturning(&self, x: &Samples, i: usize, s: &CornerState, fixed: &Fixed) -> f64 {
         let b = &self.bike;
         let (m, h) = (b.mass, b.cg_height);
         match self.formulation {
@@ -505,7 +551,7 @@ impl Inputs {
                     .sum();
                 // the steered front wheel stands beside the frame's plane by its trail, to the right
                 // in a left corner: its load rights the bike less than the crown does
-                let aside = b.normal_trail() * x.steer[i].sin() * s.load[0] / s.cos_roll;
+                let aside = fixed.normal_trail * x.steer[i].sin() * s.load[0] / s.cos_roll;
                 let steered = if aside.is_finite() { aside } else { 0.0 };
                 -m * h * (GRAVITY * (1.0 + s.lift) * s.sin_roll + s.lateral * s.cos_roll)
                     - spin * s.turn * s.cos_roll // (34a)
@@ -537,6 +583,35 @@ impl Inputs {
             Formulation::Paper => b.mass * GRAVITY * s.roll.tan(), // (35) as printed
         }
     }
+}
+
+/// What of a bike file is looked up or computed once for all samples.
+struct Fixed {
+    /// Sine and cosine of the caster angle.
+    caster: (f64, f64),
+    /// kg m².
+    yaw_inertia: f64,
+    /// m.
+    normal_trail: f64,
+}
+
+impl Fixed {
+    fn of(bike: &Bike) -> Self {
+        Fixed {
+            caster: bike.caster_angle.sin_cos(),
+            yaw_inertia: bike.yaw_inertia(),
+            normal_trail: bike.normal_trail(),
+        }
+    }
+}
+
+/// See [`Inputs::held_lag`].
+#[derive(Debug, Clone)]
+pub struct HeldLag {
+    /// Relaxation lengths that it is of, m.
+    relaxation: [f64; 2],
+    /// Lagged less kinematic slip angles, front and rear, by sample, rad.
+    behind: [Vec<f64>; 2],
 }
 
 /// How the motorcycle moves in a corner sample, and what it weighs on its tyres.

@@ -12,7 +12,7 @@ use super::config::Config;
 use super::cornering::{self, K_X};
 use super::data::Data;
 use super::friction::{self, Friction, Rows};
-use super::refit::Refit;
+use super::refit::{MOST_CORNER, Refit};
 use super::rows::{friction_rows, front_overturning, lateral_rows};
 use super::selection;
 use super::slip_stiffness_load::{self, Gain, STEP};
@@ -52,7 +52,8 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
         if let Some(known) = gain_known(&inputs, axle, fits.friction[k].as_ref(), rows) {
             inputs.bike = known;
             samples.friction[k] = rows(&inputs);
-            fits.friction[k] = friction::fit(&samples.friction[k], &config.friction);
+            let before = fits.friction[k].take();
+            fits.friction[k] = before.and_then(|f| friction::fit_near(&samples.friction[k], &f));
         }
         samples.keep_straight[k] = keep;
         inputs.rolling_front = rolling_front(data, &fits, formulation);
@@ -75,16 +76,9 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
     let found = fits.parameters().assemble(&inputs);
     let nominal =
         Inputs { rolling_front: inputs.rolling_front, bike: inputs.bike.clone(), ..nominal };
-    let refit = Refit::new(data, &nominal, &fits, &samples, config);
-    let varied = variations(bike, &data.zeros, &fits.coasting, formulation).into_iter();
-    let upstream = varied
-        .map(|variation| Upstream {
-            change: refit.with(&variation).minus(&found),
-            source: variation.source,
-            missing: variation.missing,
-        })
-        .chain(model_errors(&found, formulation, config))
-        .collect();
+    let refit = Refit::new(data, [&nominal, &inputs], &fits, &samples, config, MOST_CORNER);
+    let mut upstream = refit.changes(variations(bike, &data.zeros, &fits.coasting, formulation));
+    upstream.extend(model_errors(&found, formulation, config));
     Solution { found, upstream, fits, samples, inputs }
 }
 

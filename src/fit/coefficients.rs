@@ -18,11 +18,12 @@ pub fn rows(
     ident: &Ident,
     provenance: &Provenance,
 ) -> Vec<Coefficient> {
+    let upstream: Vec<&Upstream> = solution.upstream.iter().collect();
     Id::onroad()
         .map(|id| {
             let value = solution.found.values[id];
             let own = solution.uncertainty(id);
-            let estimate = estimate(solution, &solution.upstream, bike, id, &own);
+            let estimate = estimate(solution, &upstream, bike, id, &own);
             let interval = estimate.interval;
             let case = Case { solution, config, id, own: &own, interval };
             let (status, reason) = case.verdict(missing(id));
@@ -76,7 +77,7 @@ fn of_rule(value: f64) -> Estimate {
 }
 
 /// Sum of squares of the upstream changes of a coefficient.
-fn upstream_variance(upstream: &[Upstream], id: Id) -> f64 {
+fn upstream_variance(upstream: &[&Upstream], id: Id) -> f64 {
     let changes = upstream.iter().map(|u| u.change.values[id]);
     changes.filter(|d| d.is_finite()).map(|d| d * d).sum()
 }
@@ -84,7 +85,7 @@ fn upstream_variance(upstream: &[Upstream], id: Id) -> f64 {
 /// Standard error and interval of a coefficient, with what is upstream of it.
 pub(super) fn estimate(
     solution: &Solution,
-    upstream: &[Upstream],
+    upstream: &[&Upstream],
     bike: &Bike,
     id: Id,
     own: &Uncertainty,
@@ -119,7 +120,7 @@ fn together(own: &Uncertainty, outside: f64) -> (f64, f64) {
 /// is Fieller's, which opens where the denominator may vanish.
 fn stiffness(
     solution: &Solution,
-    upstream: &[Upstream],
+    upstream: &[&Upstream],
     bike: &Bike,
     id: Id,
     own: &Uncertainty,

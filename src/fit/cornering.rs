@@ -176,6 +176,23 @@ pub fn fit(rows: &Rows) -> Lateral {
     }
 }
 
+impl Lateral {
+    /// The same fits to refit to some of their samples, by place.
+    pub fn with_weights_of(&self, places: &[usize]) -> Lateral {
+        let of = |fitted: &Option<Fitted>| {
+            let fitted = fitted.as_ref()?;
+            let weights = places.iter().map(|&p| fitted.weights[p]).collect();
+            Some(Fitted { weights, ..fitted.clone() })
+        };
+        Lateral {
+            slip: of(&self.slip),
+            friction: of(&self.friction),
+            compliance: of(&self.compliance),
+            max_camber: self.max_camber,
+        }
+    }
+}
+
 /// Fitted numbers of one tyre; `None` where there is no fit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Parameters {

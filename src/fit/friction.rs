@@ -289,24 +289,34 @@ const STARTS: [(f64, f64, f64); 4] =
 /// Bounds of the parameters in their order.
 const BOUNDS: [(f64, f64); MOST] = [(1.0, 80.0), (1.0, 2.4), (0.1, 2.5), (-6.0, 1.0), (-4.0, 4.0)];
 
+/// Residuals are in units of their expected error: less than half of it is never an outlier.
+const OPTIONS: Options = Options { scale_floor: 0.5, ..Options::DEFAULT };
+
 /// Fits eq. 28; `None` where the samples cannot carry it.
 pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
     let p = rows.parameters();
-    if rows.samples() < 10 * p {
-        return None;
-    }
     let mut sizes: Vec<f64> = rows.friction.iter().map(|m| m.abs()).collect();
     let peak = quantile(&mut sizes, 0.98)?.clamp(0.2, 2.0);
     let starts: Vec<Vec<f64>> =
         STARTS.iter().map(|&(b, c, e)| vec![b, c, peak, e, 0.0][..p].to_vec()).collect();
-    // residuals are in units of their expected error: less than half of it is never an outlier
-    let options = Options {
-        search_iterations: config.search_iterations,
-        scale_floor: 0.5,
-        ..Options::default()
-    };
-    let fit = nonlinear::fit(rows, &starts, Some(&BOUNDS[..p]), &options).ok()?;
-    let other = other_valley(rows, &fit, &options);
+    let options = Options { search_iterations: config.search_iterations, ..OPTIONS };
+    fit_from(rows, &starts, &options)
+}
+
+/// The same of samples that have changed little since a fit: from its curve, without a search.
+pub fn fit_near(rows: &Rows, before: &Friction) -> Option<Friction> {
+    let mut start = before.theta.clone();
+    start.resize(rows.parameters(), 0.0);
+    fit_from(rows, &[start], &Options { search_iterations: 0, ..OPTIONS })
+}
+
+fn fit_from(rows: &Rows, starts: &[Vec<f64>], options: &Options) -> Option<Friction> {
+    let p = rows.parameters();
+    if rows.samples() < 10 * p {
+        return None;
+    }
+    let fit = nonlinear::fit(rows, starts, Some(&BOUNDS[..p]), options).ok()?;
+    let other = other_valley(rows, &fit, options);
     let scores = Scores {
         jacobian: &fit.jacobian,
         residuals: &fit.residuals,

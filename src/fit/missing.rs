@@ -1,10 +1,11 @@
 //! What the numbers cost that the bike file does not have or is not sure of.
 
-use super::coefficients::estimate;
+use super::coefficients::{Estimate, estimate};
 use super::solution::{Solution, Upstream};
 use crate::contract::bike;
 use crate::contract::coefficient::{Coefficient as C, Id};
 use crate::contract::schema::Key;
+use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::t95;
 
 /// Most keys that are named.
@@ -52,7 +53,9 @@ pub fn costs(solution: &Solution) -> Vec<Cost> {
         solution.upstream.iter().filter(is_key).map(|u| leaf(&u.source.name)).collect();
     keys.sort_unstable();
     keys.dedup();
-    let of_key = |key: &str| cost(solution, key, declared.iter().find(|k| leaf(&k.path) == key)?);
+    let widths = widths(solution);
+    let of_key =
+        |key: &str| cost(solution, &widths, key, declared.iter().find(|k| leaf(&k.path) == key)?);
     let mut costs: Vec<Cost> = keys.into_iter().filter_map(of_key).collect();
     let ratio = |c: &Cost| c.relative / c.relative_without;
     costs.sort_by(|a, b| ratio(b).total_cmp(&ratio(a)));
@@ -65,24 +68,44 @@ fn leaf(key: &str) -> &str {
     key.strip_prefix("front.").or_else(|| key.strip_prefix("rear.")).unwrap_or(key)
 }
 
-/// The coefficient that a key widens most; `None` where it widens none enough.
-fn cost(solution: &Solution, key: &str, declared: &Key) -> Option<Cost> {
-    // those that may well be zero have no relative width
+/// How wide a fitted coefficient's interval is with everything upstream.
+struct Width {
+    id: Id,
+    own: Uncertainty,
+    estimate: Estimate,
+    /// Half the interval over the value.
+    relative: f64,
+}
+
+/// Of every coefficient that was fitted, but for those that may well be zero: they have no relative width.
+fn widths(solution: &Solution) -> Vec<Width> {
     let sized =
         |id: &Id| !matches!(id.coefficient, C::MfE1 | C::MfE2 | C::SlipCamberC1 | C::SlipCamberC3);
-    let of_key = |u: &&Upstream| leaf(&u.source.name) == key;
-    let others: Vec<Upstream> = solution.upstream.iter().filter(|u| !of_key(u)).cloned().collect();
-    let widened = Id::onroad().filter(sized).filter_map(|id| {
-        if solution.uncertainty(id).quality.n_samples == 0 {
+    let all: Vec<&Upstream> = solution.upstream.iter().collect();
+    let width = |id: Id| {
+        let own = solution.uncertainty(id);
+        if own.quality.n_samples == 0 {
             return None;
         }
-        let relative = relative_of(solution, &solution.upstream, id);
-        let relative_without = relative_of(solution, &others, id);
-        (relative.is_finite() && relative > LEAST * relative_without).then_some((
-            id,
-            relative,
-            relative_without,
-        ))
+        let estimate = estimate(solution, &all, &solution.inputs.bike, id, &own);
+        let relative = relative(solution, id, &estimate);
+        relative.is_finite().then_some(Width { id, own, estimate, relative })
+    };
+    Id::onroad().filter(sized).filter_map(width).collect()
+}
+
+/// The coefficient that a key widens most; `None` where it widens none enough.
+fn cost(solution: &Solution, widths: &[Width], key: &str, declared: &Key) -> Option<Cost> {
+    let of_key = |u: &&Upstream| leaf(&u.source.name) == key;
+    let others: Vec<&Upstream> = solution.upstream.iter().filter(|u| !of_key(u)).collect();
+    let widened = widths.iter().filter_map(|with| {
+        let without = estimate(solution, &others, &solution.inputs.bike, with.id, &with.own);
+        // its degrees of freedom are fewer, so its quantile is larger: the intervals differ by less than the errors
+        if with.estimate.std_error <= LEAST * without.std_error {
+            return None;
+        }
+        let without = relative(solution, with.id, &without);
+        (with.relative > LEAST * without).then_some((with.id, with.relative, without))
     });
     let (id, relative, relative_without) =
         widened.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
@@ -91,10 +114,8 @@ fn cost(solution: &Solution, key: &str, declared: &Key) -> Option<Cost> {
     Some(Cost { key: key.to_owned(), id, relative, relative_without, given, remedy })
 }
 
-/// Half of a 95 % interval over the value, with what is upstream.
-fn relative_of(solution: &Solution, upstream: &[Upstream], id: Id) -> f64 {
-    let (bike, own) = (&solution.inputs.bike, solution.uncertainty(id));
-    let found = estimate(solution, upstream, bike, id, &own);
+/// Half of a 95 % interval over the value.
+fn relative(solution: &Solution, id: Id, found: &Estimate) -> f64 {
     t95(found.dof) * found.std_error / solution.found.values[id].abs()
 }
 

@@ -1,19 +1,26 @@
 //! The chain run again with one upstream quantity moved, every robust weight held.
+//!
+//! METHOD: the change of a coefficient is a mean over the samples of what each sample changes by, and that is smooth over
+//! a ride: of many corner samples every n-th gives it ([`MOST_CORNER`]; a test holds the changes to those of all samples).
+//! It is the difference of two fits to the same samples, with and without the move.
 
 use super::assemble::{Assembled, Curve, Parameters};
 use super::coasting;
 use super::config::Config;
-use super::cornering::{self, K_X};
+use super::cornering::{self, K_X, Lateral};
 use super::data::Data;
 use super::rows::{friction_rows, front_overturning, lateral_rows};
-use super::solution::{Fits, FittedSamples};
+use super::solution::{Fits, FittedSamples, Upstream};
 use super::variation::Variation;
 use crate::contract::bike::Axle;
 use crate::estimate::samples::Samples;
-use crate::estimate::signals::Inputs;
+use crate::estimate::signals::{HeldLag, Inputs};
 use crate::statistics::clustered_fit;
 
-/// What every refit shares: the samples that the fits kept, and no more.
+/// Most corner samples of a refit.
+pub const MOST_CORNER: usize = 1000;
+
+/// What every refit shares: of the samples that the fits kept those that it needs.
 pub struct Refit<'a> {
     nominal: &'a Inputs,
     fits: &'a Fits,
@@ -22,24 +29,39 @@ pub struct Refit<'a> {
     data: Data,
     /// Of the kept straight samples: all of them.
     straight: [Vec<usize>; 2],
-    /// The steady corner samples. Out of their context their lagged slip angles mean nothing,
-    /// but the overturning moment does not depend on them.
+    /// Of the kept corner samples, all that `data` has, how the slip angles lag.
+    lag: HeldLag,
+    /// The lateral fits' weights of the same samples, and their indices.
+    lateral: [Lateral; 2],
+    corner: Vec<usize>,
+    /// The steady corner samples, and the overturning fit's weights. Out of their context their lagged slip angles mean
+    /// nothing, but the overturning moment does not depend on them.
     steady: Samples,
+    steady_weights: Vec<f64>,
     /// Slip of the friction peaks, and its gradient.
     peak: [Option<(f64, Vec<f64>)>; 2],
 }
 
 impl<'a> Refit<'a> {
-    /// `nominal` are the inputs before coasting changed them.
+    /// `nominal` are the inputs before coasting changed them, `found` after; at most about `most` corner samples take part.
     pub fn new(
         data: &Data,
-        nominal: &'a Inputs,
+        [nominal, found]: [&'a Inputs; 2],
         fits: &'a Fits,
         samples: &'a FittedSamples,
         config: &'a Config,
+        most: usize,
     ) -> Self {
         let keep = &samples.keep_straight;
         let actions = |k: usize| keep[k].iter().map(|&i| data.action[k][i]).collect();
+        let places =
+            |all: usize| (0..all).step_by(all.div_ceil(most).max(1)).collect::<Vec<usize>>();
+        let of =
+            |all: &[usize], places: &[usize]| places.iter().map(|&p| all[p]).collect::<Vec<_>>();
+        let thinned = places(samples.keep_corner.len());
+        let corner = of(&samples.keep_corner, &thinned);
+        let steady = places(samples.keep_steady.len());
+        let weights = fits.overturning.as_ref().map_or(&[][..], |fitted| &fitted.weights);
         Refit {
             nominal,
             fits,
@@ -50,32 +72,47 @@ impl<'a> Refit<'a> {
                 action: [actions(0), actions(1)],
                 coast: data.coast.clone(),
                 front_rolling: data.front_rolling.clone(),
-                corner: data.corner.clone(),
+                corner: data.corner.select(&corner),
                 ..*data
             },
+            lag: found.held_lag(&data.corner, data.corner_rate, &corner),
+            lateral: [0, 1].map(|k| fits.lateral[k].with_weights_of(&thinned)),
+            corner: (0..corner.len()).collect(),
+            steady_weights: steady.iter().filter_map(|&p| weights.get(p).copied()).collect(),
+
             straight: [0, 1].map(|k| (0..keep[k].len()).collect()),
-            steady: data.corner.select(&samples.keep_steady),
+            steady: data.corner.select(&of(&samples.keep_steady, &steady)),
             peak: [0, 1].map(|k| fits.friction[k].as_ref().and_then(|f| f.peak_slip())),
         }
     }
 
+    /// The changes of the coefficients by some variations.
+    pub fn changes(&self, variations: Vec<Variation>) -> Vec<Upstream> {
+        let still = self.with(&Variation::default());
+        let change = |variation: Variation| Upstream {
+            change: self.with(&variation).minus(&still),
+            source: variation.source,
+            missing: variation.missing,
+        };
+        variations.into_iter().map(change).collect()
+    }
+
     /// The coefficients with one input moved. A variation of what coasting gave is not fed back into
     /// coasting's own coefficients: their own sandwich has it.
-    pub fn with(&self, variation: &Variation) -> Assembled {
+    fn with(&self, variation: &Variation) -> Assembled {
         let (inputs, radius, resistance) = self.moved(variation);
         let data = &self.data;
         let friction = [0, 1].map(|k| self.friction(&inputs, k));
-        let overturning = self.fits.overturning.as_ref().and_then(|fitted| {
+        let overturning = self.fits.overturning.as_ref().and_then(|_| {
             let signals = inputs.corner(&self.steady, data.corner_rate, None);
             let (lever, moment) = (&signals.overturning_lever, &signals.overturning);
-            clustered_fit::refit(&[lever], moment, &fitted.weights).map(|t| t[K_X])
+            clustered_fit::refit(&[lever], moment, &self.steady_weights).map(|t| t[K_X])
         });
         let front = front_overturning(overturning, &inputs);
-        let signals = inputs.corner(&data.corner, data.corner_rate, front);
+        let signals = inputs.corner_with_lag(&data.corner, &self.lag, front);
         let lateral = Axle::BOTH.map(|axle| {
-            let keep = &self.samples.keep_corner;
-            let rows = lateral_rows(data, &signals, &inputs.bike, keep, axle);
-            cornering::refit(&rows, &self.fits.lateral[axle as usize])
+            let rows = lateral_rows(data, &signals, &inputs.bike, &self.corner, axle);
+            cornering::refit(&rows, &self.lateral[axle as usize])
         });
         Parameters { radius, resistance, friction, lateral, overturning }.assemble(&inputs)
     }

@@ -10,7 +10,7 @@
 //! wanted channels of it) and one line in [`formats::FORMATS`]. A new source of a known format is one
 //! channel map ([`map`]), no code; [`propose`] drafts one.
 
-use crate::contract::session::{Meta, Session};
+use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::objects::{Location, source};
 

@@ -8,6 +8,8 @@ use ahash::AHashMap;
 
 /// Cells across the middle 98 % of a cloud, at first: finer than the dots of the page.
 const CELLS: f64 = 120.0;
+/// Samples that the range of a cloud is taken of.
+const SAMPLES_OF_RANGE: usize = 4096;
 
 /// One kept sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,40 +23,99 @@ pub struct Kept {
 /// At most about `most` samples, in their order. Samples of different `kind` (an outlier and one
 /// with weight) never stand for each other; samples that are not finite are left out.
 pub fn downsample(x: &[f64], y: &[f64], kind: &dyn Fn(usize) -> bool, most: usize) -> Vec<Kept> {
-    let finite: Vec<usize> =
-        (0..x.len().min(y.len())).filter(|&i| x[i].is_finite() && y[i].is_finite()).collect();
-    if finite.len() <= most {
-        return finite.into_iter().map(|place| Kept { place, n: 1 }).collect();
+    let mut kept: Vec<Kept> = (0..x.len().min(y.len()))
+        .filter(|&i| x[i].is_finite() && y[i].is_finite())
+        .map(|place| Kept { place, n: 1 })
+        .collect();
+    if kept.len() <= most {
+        return kept;
     }
-    let (width, height) = (bulk(x, &finite), bulk(y, &finite));
-    let mut kept: Vec<Kept> = finite.into_iter().map(|place| Kept { place, n: 1 }).collect();
+    let middle = [x, y].map(|values| Middle::of(values, &kept));
     let mut cells = CELLS;
+    let mut taken = Taken::default();
     // coarser and coarser, each time of what the last grid left
     loop {
-        let mut taken: AHashMap<(i64, i64, bool), Kept> = AHashMap::new();
-        for k in &kept {
-            let cell = |v: f64, size: f64| (v / size * cells).floor() as i64;
-            let at = (cell(x[k.place], width), cell(y[k.place], height), kind(k.place));
-            taken.entry(at).or_insert(Kept { place: k.place, n: 0 }).n += k.n;
+        taken.clear(&middle, cells);
+        // in place: what is kept stands at or before what is looked at
+        let mut count = 0;
+        for i in 0..kept.len() {
+            let k = kept[i];
+            let cell = [middle[0].cell(x[k.place], cells), middle[1].cell(y[k.place], cells)];
+            let first = taken.first(cell, kind(k.place), count);
+            if first == count {
+                kept[count] = k;
+                count += 1;
+            } else {
+                kept[first].n += k.n;
+            }
         }
-        kept = taken.into_values().collect();
-        kept.sort_unstable_by_key(|k| k.place);
-        if kept.len() <= most || cells < 4.0 {
+        kept.truncate(count);
+        if count <= most || cells < 4.0 {
             return kept;
         }
         cells *= 0.85;
     }
 }
 
-/// Range of the middle 98 %, which sets the size of a cell; never 0.
-fn bulk(values: &[f64], places: &[usize]) -> f64 {
-    let mut values: Vec<f64> = places.iter().map(|&i| values[i]).collect();
-    let skip = values.len() / 100;
-    let last = values.len() - 1 - skip;
-    let low = *values.select_nth_unstable_by(skip, f64::total_cmp).1;
-    let high = *values.select_nth_unstable_by(last, f64::total_cmp).1;
-    let range = high - low;
-    if range > 0.0 { range } else { 1.0 }
+/// The middle 98 % of a cloud along one axis, whose range sets the size of a cell.
+struct Middle {
+    low: f64,
+    high: f64,
+    /// Never 0.
+    range: f64,
+}
+
+impl Middle {
+    /// Of every n-th of many samples: the size of a cell need not be exact.
+    fn of(values: &[f64], kept: &[Kept]) -> Self {
+        let step = kept.len().div_ceil(SAMPLES_OF_RANGE);
+        let mut values: Vec<f64> = kept.iter().step_by(step).map(|k| values[k.place]).collect();
+        let skip = values.len() / 100;
+        let last = values.len() - 1 - skip;
+        let low = *values.select_nth_unstable_by(skip, f64::total_cmp).1;
+        let high = *values.select_nth_unstable_by(last, f64::total_cmp).1;
+        Middle { low, high, range: if high > low { high - low } else { 1.0 } }
+    }
+
+    fn cell(&self, value: f64, cells: f64) -> i64 {
+        (value / self.range * cells).floor() as i64
+    }
+}
+
+/// Which sample each cell has: by place in a table for the middle of the cloud, by name for the rest of the plane.
+#[derive(Default)]
+struct Taken {
+    table: Vec<u32>,
+    origin: [i64; 2],
+    size: [i64; 2],
+    beyond: AHashMap<(i64, i64, bool), u32>,
+}
+
+/// No sample.
+const NONE: u32 = u32::MAX;
+
+impl Taken {
+    fn clear(&mut self, middle: &[Middle; 2], cells: f64) {
+        self.origin = [0, 1].map(|k| middle[k].cell(middle[k].low, cells));
+        self.size = [0, 1].map(|k| middle[k].cell(middle[k].high, cells) - self.origin[k] + 1);
+        self.table.clear();
+        self.table.resize(2 * (self.size[0] * self.size[1]) as usize, NONE);
+        self.beyond.clear();
+    }
+
+    /// The sample of a cell: `next` where there is none yet.
+    fn first(&mut self, cell: [i64; 2], kind: bool, next: usize) -> usize {
+        let [column, row] = [0, 1].map(|k| cell[k].wrapping_sub(self.origin[k]));
+        let inside = (0..self.size[0]).contains(&column) && (0..self.size[1]).contains(&row);
+        let slot = match inside {
+            true => &mut self.table[2 * (row * self.size[0] + column) as usize + usize::from(kind)],
+            false => self.beyond.entry((cell[0], cell[1], kind)).or_insert(NONE),
+        };
+        if *slot == NONE {
+            *slot = next as u32;
+        }
+        *slot as usize
+    }
 }
 
 #[cfg(test)]

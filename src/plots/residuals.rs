@@ -201,39 +201,51 @@ fn covariates(
 
 /// Mean abscissa, mean residual and half the width of its 95 % interval in each bin.
 fn trend(x: &[f64], residuals: &Residuals<'_>) -> Vec<(f64, f64, Option<f64>)> {
-    let mut order: Vec<usize> = (0..x.len().min(residuals.values.len()))
+    let mut order: Vec<(f64, usize)> = (0..x.len().min(residuals.values.len()))
         .filter(|&i| x[i].is_finite() && residuals.values[i].is_finite())
         .filter(|&i| residuals.weights.get(i).is_none_or(|w| *w > 0.0))
+        .map(|i| (x[i], i))
         .collect();
-    order.sort_by(|&a, &b| x[a].total_cmp(&x[b]));
     let count = (order.len() / SAMPLES_PER_BIN).min(BINS);
     if count < 2 {
         return Vec::new();
     }
-    let bin = |b: usize| &order[b * order.len() / count..(b + 1) * order.len() / count];
-    let mean = |v: &mut dyn Iterator<Item = f64>| {
-        let (sum, n) = v.fold((0.0, 0.0), |(s, n), x| (s + x, n + 1.0));
-        sum / n
-    };
-    (0..count)
-        .map(|b| {
-            let places = bin(b);
-            let middle = mean(&mut places.iter().map(|&i| x[i]));
-            let level = mean(&mut places.iter().map(|&i| residuals.values[i]));
-            let mut by_manoeuvre: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-            for &i in places {
-                by_manoeuvre.entry(residuals.clusters[i]).or_default().push(residuals.values[i]);
-            }
-            let means: Vec<f64> =
-                by_manoeuvre.values().map(|r| mean(&mut r.iter().copied())).collect();
-            let n = means.len() as f64;
-            let centre = mean(&mut means.iter().copied());
-            let variance = means.iter().map(|m| (m - centre).powi(2)).sum::<f64>() / (n - 1.0);
-            let half =
-                (means.len() >= MANOEUVRES_PER_BAND).then(|| t95(n - 1.0) * (variance / n).sqrt());
-            (middle, level, half)
-        })
-        .collect()
+    let (all, mut rest, mut start) = (order.len(), order.as_mut_slice(), 0);
+    let mut bins = Vec::with_capacity(count);
+    for b in 1..=count {
+        let end = b * all / count;
+        // what belongs to a bin counts, not its order within
+        if end < all {
+            let by_abscissa =
+                |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+            rest.select_nth_unstable_by(end - start, by_abscissa);
+        }
+        let (bin, after) = rest.split_at_mut(end - start);
+        bins.push(of_bin(bin, residuals));
+        (rest, start) = (after, end);
+    }
+    bins
+}
+
+/// The same of one bin: abscissae and places of its samples.
+fn of_bin(bin: &[(f64, usize)], residuals: &Residuals<'_>) -> (f64, f64, Option<f64>) {
+    let mut by_manoeuvre: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+    let (mut abscissae, mut level) = (0.0, 0.0);
+    for &(x, i) in bin {
+        abscissae += x;
+        level += residuals.values[i];
+        let (sum, n) = by_manoeuvre.entry(residuals.clusters[i]).or_default();
+        *sum += residuals.values[i];
+        *n += 1.0;
+    }
+    let n = by_manoeuvre.len() as f64;
+    let means = by_manoeuvre.values().map(|(sum, n)| sum / n);
+    let centre = means.clone().sum::<f64>() / n;
+    let variance = means.map(|m| (m - centre).powi(2)).sum::<f64>() / (n - 1.0);
+    let half =
+        (by_manoeuvre.len() >= MANOEUVRES_PER_BAND).then(|| t95(n - 1.0) * (variance / n).sqrt());
+    let samples = bin.len() as f64;
+    (abscissae / samples, level / samples, half)
 }
 
 #[cfg(test)]

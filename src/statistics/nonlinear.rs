@@ -124,16 +124,21 @@ pub struct Options {
     pub finalists: usize,
 }
 
+impl Options {
+    /// The usual ones.
+    pub const DEFAULT: Options = Options {
+        tuning: TUNING,
+        scale_floor: 0.0,
+        max_iterations: 60,
+        tolerance: 1e-5,
+        search_iterations: 150,
+        finalists: 2,
+    };
+}
+
 impl Default for Options {
     fn default() -> Self {
-        Options {
-            tuning: TUNING,
-            scale_floor: 0.0,
-            max_iterations: 60,
-            tolerance: 1e-5,
-            search_iterations: 150,
-            finalists: 2,
-        }
+        Options::DEFAULT
     }
 }
 

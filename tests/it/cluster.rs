@@ -164,7 +164,7 @@ fn a_session_in_memory_is_what_is_written() {
     let at = settings(&inputs, &folder_of_bikes, &output, &pipeline, &maps);
     engine::run(&at, &RunWork { signals: true }, &(), &stop).expect("run");
 
-    let hashes = hash_settings(&pipeline, &maps, "").expect("hashes");
+    let hashes = hash_settings(&pipeline, "").expect("hashes");
     let path = bikes.join("archive_01.toml");
     let text = std::fs::read_to_string(&path).expect("read");
     let bike = BikeFile::parse(text, "archive_01", &path, &hashes).expect("bike");

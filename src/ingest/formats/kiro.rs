@@ -14,7 +14,6 @@
 
 use std::sync::Arc;
 
-use crate::contract::session::Meta;
 use crate::ingest::error::Error;
 use crate::ingest::format::{Head, LogFormat};
 use crate::ingest::ident;

@@ -17,6 +17,7 @@ use crate::report::charts::chart::{Chart, Cloud, Label, Line};
 use crate::report::charts::figures::Segment;
 use crate::report::fleet::comparison::Boxes;
 use crate::report::kinds;
+use crate::report::static_figures::clips::numbered_anew;
 use crate::report::static_figures::panels::COLOURS;
 
 /// Colours from little to much, as on the page.
@@ -41,27 +42,6 @@ const SCALE: f32 = 3.0;
 /// A figure as an SVG document.
 pub fn svg(figure: &Scene) -> String {
     numbered_anew(&SvgBackend.render_scene(figure))
-}
-
-/// How the names of clipping paths begin that the library counts over all figures of a process.
-const CLIP: &str = "kuva-clip-";
-
-/// A drawing whose clipping paths are counted from 0: the same tables then give the same bytes, whichever figure is drawn
-/// first.
-pub fn numbered_anew(svg: &str) -> String {
-    let mut known: Vec<&str> = Vec::new();
-    let mut pieces = svg.split(CLIP);
-    let mut out = pieces.next().unwrap_or_default().to_owned();
-    for piece in pieces {
-        let digits = piece.len() - piece.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-        let (number, rest) = piece.split_at(digits);
-        let place = known.iter().position(|n| *n == number).unwrap_or_else(|| {
-            known.push(number);
-            known.len() - 1
-        });
-        out.push_str(&format!("{CLIP}{place}{rest}"));
-    }
-    out
 }
 
 /// A figure as a PNG file. Its font is DejaVu Sans, which `kuva` carries: those of the machine are
@@ -416,7 +396,7 @@ mod tests {
             svg(&timeline(&[chart(), chart()], &[]))
         };
         let first = drawn();
-        assert!(first.contains(&format!("{CLIP}0")) && first.contains(&format!("{CLIP}1")));
+        assert!(first.contains("kuva-clip-0") && first.contains("kuva-clip-1"));
         assert_eq!(first, drawn());
     }
 }

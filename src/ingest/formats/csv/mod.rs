@@ -4,7 +4,6 @@ use std::io::{BufRead, BufReader, Read};
 
 use ::csv::{ByteRecord, ReaderBuilder};
 
-use crate::contract::session::Meta;
 use crate::ingest::error::Error;
 use crate::ingest::fit::fit;
 use crate::ingest::format::{HEAD_LEN, Head, LogFormat};
