@@ -154,7 +154,8 @@ fn concerned(
 }
 
 impl Files<'_> {
-    /// Takes some sessions in, and those that are gone out. Everything is read before anything is written.
+    /// Takes some sessions in, and those that are gone out: table by table, so that one is in memory at a time beside the
+    /// rows that come. What is written is not in place yet: where a later table cannot be read none of it will be.
     fn take(
         &self,
         gone: &BTreeSet<&str>,
@@ -165,7 +166,7 @@ impl Files<'_> {
         let mut tables: Vec<&'static TableSpec> =
             kind.tables().filter(|spec| parts::shares(spec)).collect();
         tables.push(kind.marker);
-        let new = self.come(&tables, come, changes)?;
+        let mut new = self.come(&tables, come, changes)?;
         let mut replaced = gone.clone();
         // one that could not be read stays as it was
         come.iter().for_each(|(_, staged)| _ = replaced.remove(staged.session_id.as_str()));
@@ -174,7 +175,6 @@ impl Files<'_> {
         let marker = self.sessions(kind.marker, &replaced, changes)?;
         let kept: BTreeSet<String> = marker.into_keys().collect();
         let mut is_lost = false;
-        let mut tables_now = Vec::with_capacity(tables.len());
         for spec in tables {
             let at = self.at(spec);
             // where nothing is kept it does not matter what is there
@@ -194,28 +194,30 @@ impl Files<'_> {
                     *batches = batches.iter().map(without_input).collect::<Result<_, _>>()?;
                 }
             }
-            for (id, of_session) in &new {
-                let batches = of_session.get(spec.name).cloned().unwrap_or_default();
+            for (id, of_session) in &mut new {
+                let batches = of_session.remove(spec.name).unwrap_or_default();
                 rows.entry((*id).to_owned()).or_default().extend(batches);
             }
-            let batches: Vec<RecordBatch> = rows.into_values().flatten().collect();
+            // a batch per session, however its rows were read: the file's bytes must not tell
+            let schema = spec.table().flat();
+            let whole = |some: Vec<RecordBatch>| match <[RecordBatch; 1]>::try_from(some) {
+                Ok([batch]) => Ok(batch),
+                Err(some) => concat_batches(&schema, &some),
+            };
+            let batches: Vec<RecordBatch> = rows
+                .into_values()
+                .map(whole)
+                .collect::<Result<_, _>>()
+                .map_err(|e| Error::Internal(format!("{at}: {e}")))?;
             let is_empty = kept.is_empty() && new.is_empty();
             let is_needed = is_always || batches.iter().any(|b| b.num_rows() > 0);
-            let table = spec.table();
-            let all = concat_batches(&table.flat(), &batches)
-                .map_err(|e| e.to_string())
-                .and_then(|all| file::typed(table, &all))
-                .map_err(|e| Error::Internal(format!("{at}: {e}")))?;
-            tables_now.push((at, (!is_empty && is_needed).then_some(all)));
-        }
-        for (at, all) in tables_now {
             (self.check)().map_err(|e| Error::Output(format!("{at}: {e}")))?;
-            match all {
-                Some(all) => {
-                    let bytes = file::batch_to_bytes(&at.to_string(), &all)?;
+            match !is_empty && is_needed {
+                true => {
+                    let bytes = file::batches_to_bytes(spec.table(), &batches)?;
                     self.next.write(self.path(&at)?, &bytes, changes)?;
                 }
-                None => self.next.remove(self.path(&at)?, changes)?,
+                false => self.next.remove(self.path(&at)?, changes)?,
             }
         }
         Ok(())

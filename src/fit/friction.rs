@@ -50,7 +50,7 @@ pub fn is_of_curve(coefficient: Coefficient) -> bool {
 }
 
 /// Samples of one tyre.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Rows {
     /// Slip ratio.
     pub slip: Vec<f64>,
@@ -366,7 +366,8 @@ fn other_valley(rows: &Rows, fit: &NonlinearFit, options: &Options) -> Option<Ve
     start[0] *= b;
     start[1] = (start[1] * c).clamp(1.05, 2.3);
     start[CURVATURE] = e;
-    let options = Options { search_iterations: 0, ..*options };
+    // half the way there is all that is asked
+    let options = Options { search_iterations: 0, tolerance: 1e-3, ..*options };
     let bounds = &BOUNDS[..rows.parameters()];
     let other = nonlinear::fit(rows, &[start], Some(bounds), &options).ok()?;
     let mut scratch = vec![0.0; rows.len()];

@@ -9,6 +9,7 @@ use super::coasting;
 use super::config::Config;
 use super::cornering::{self, K_X, Lateral};
 use super::data::Data;
+use super::friction::Rows;
 use super::rows::{friction_rows, front_overturning, lateral_rows};
 use super::solution::{Fits, FittedSamples, Upstream};
 use super::variation::Variation;
@@ -20,6 +21,19 @@ use crate::statistics::clustered_fit;
 /// Most corner samples of a refit.
 pub const MOST_CORNER: usize = 1000;
 
+/// Straight samples that tell whether an input moves a friction curve.
+const PROBE: usize = 24;
+
+/// At most about `most` of so many places, evenly.
+fn evenly(all: usize, most: usize) -> Vec<usize> {
+    (0..all).step_by(all.div_ceil(most).max(1)).collect()
+}
+
+/// What of some values is at some places.
+fn of<T: Copy>(all: &[T], places: &[usize]) -> Vec<T> {
+    places.iter().filter_map(|&p| all.get(p).copied()).collect()
+}
+
 /// What every refit shares: of the samples that the fits kept those that it needs.
 pub struct Refit<'a> {
     nominal: &'a Inputs,
@@ -27,8 +41,9 @@ pub struct Refit<'a> {
     samples: &'a FittedSamples,
     config: &'a Config,
     data: Data,
-    /// Of the kept straight samples: all of them.
-    straight: [Vec<usize>; 2],
+    /// A few of the straight samples, and their rows with nothing moved.
+    probe: Data,
+    still_probe: [Rows; 2],
     /// Of the kept corner samples, all that `data` has, how the slip angles lag.
     lag: HeldLag,
     /// The lateral fits' weights of the same samples, and their indices.
@@ -52,38 +67,38 @@ impl<'a> Refit<'a> {
         config: &'a Config,
         most: usize,
     ) -> Self {
-        let keep = &samples.keep_straight;
-        let actions = |k: usize| keep[k].iter().map(|&i| data.action[k][i]).collect();
-        let places =
-            |all: usize| (0..all).step_by(all.div_ceil(most).max(1)).collect::<Vec<usize>>();
-        let of =
-            |all: &[usize], places: &[usize]| places.iter().map(|&p| all[p]).collect::<Vec<_>>();
-        let thinned = places(samples.keep_corner.len());
+        let thinned = evenly(samples.keep_corner.len(), most);
         let corner = of(&samples.keep_corner, &thinned);
-        let steady = places(samples.keep_steady.len());
+        let steady = evenly(samples.keep_steady.len(), most);
         let weights = fits.overturning.as_ref().map_or(&[][..], |fitted| &fitted.weights);
-        Refit {
+        let straight = |keep: [&[usize]; 2], corner: Samples| Data {
+            straight: [0, 1].map(|k| data.straight[k].select(keep[k])),
+            action: [0, 1].map(|k| keep[k].iter().map(|&i| data.action[k][i]).collect()),
+            coast: data.coast.clone(),
+            front_rolling: data.front_rolling.clone(),
+            corner,
+            ..*data
+        };
+        let keep = samples.keep_straight.each_ref().map(Vec::as_slice);
+        let few = keep.map(|keep| of(keep, &evenly(keep.len(), PROBE)));
+        let mut refit = Refit {
             nominal,
             fits,
             samples,
             config,
-            data: Data {
-                straight: [0, 1].map(|k| data.straight[k].select(&keep[k])),
-                action: [actions(0), actions(1)],
-                coast: data.coast.clone(),
-                front_rolling: data.front_rolling.clone(),
-                corner: data.corner.select(&corner),
-                ..*data
-            },
+            data: straight(keep, data.corner.select(&corner)),
+            probe: straight(few.each_ref().map(Vec::as_slice), Samples::default()),
+            still_probe: Default::default(),
             lag: found.held_lag(&data.corner, data.corner_rate, &corner),
             lateral: [0, 1].map(|k| fits.lateral[k].with_weights_of(&thinned)),
             corner: (0..corner.len()).collect(),
-            steady_weights: steady.iter().filter_map(|&p| weights.get(p).copied()).collect(),
-
-            straight: [0, 1].map(|k| (0..keep[k].len()).collect()),
+            steady_weights: of(weights, &steady),
             steady: data.corner.select(&of(&samples.keep_steady, &steady)),
             peak: [0, 1].map(|k| fits.friction[k].as_ref().and_then(|f| f.peak_slip())),
-        }
+        };
+        let (still, ..) = refit.moved(&Variation::default());
+        refit.still_probe = [0, 1].map(|k| refit.rows(&refit.probe, &still, k));
+        refit
     }
 
     /// The changes of the coefficients by some variations.
@@ -149,21 +164,25 @@ impl<'a> Refit<'a> {
         (inputs, radius, resistance)
     }
 
-    fn friction(&self, inputs: &Inputs, k: usize) -> Option<Curve> {
-        let (fitted, data) = (self.fits.friction[k].as_ref()?, &self.data);
+    /// The friction rows of all straight samples of some data.
+    fn rows(&self, data: &Data, inputs: &Inputs, k: usize) -> Rows {
         let signals = inputs.straight(&data.straight[k], &data.action[k]);
-        let all = &self.straight[k];
-        let mut rows = friction_rows(
-            data,
-            inputs,
-            &signals,
-            k,
-            all,
-            &self.fits.coasting,
-            &self.config.friction,
-        );
-        rows.both_signs = self.samples.friction[k].both_signs;
-        let theta = fitted.refit_with_fixed_weights(&rows);
+        let all: Vec<usize> = (0..data.straight[k].len()).collect();
+        let (coasting, config) = (&self.fits.coasting, &self.config.friction);
+        friction_rows(data, inputs, &signals, k, &all, coasting, config)
+    }
+
+    fn friction(&self, inputs: &Inputs, k: usize) -> Option<Curve> {
+        let fitted = self.fits.friction[k].as_ref()?;
+        // most inputs move some of the fits only: a few samples tell
+        let moves = self.rows(&self.probe, inputs, k) != self.still_probe[k];
+        let theta = if moves {
+            let mut rows = self.rows(&self.data, inputs, k);
+            rows.both_signs = self.samples.friction[k].both_signs;
+            fitted.refit_with_fixed_weights(&rows)
+        } else {
+            fitted.theta.clone()
+        };
         // a curve without a peak still has its factors
         let peak_slip = self.peak[k].as_ref().map(|(peak, gradient)| {
             let changes = theta.iter().zip(&fitted.theta).zip(gradient);

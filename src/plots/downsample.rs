@@ -78,7 +78,10 @@ impl Middle {
     }
 
     fn cell(&self, value: f64, cells: f64) -> i64 {
-        (value / self.range * cells).floor() as i64
+        let at = value / self.range * cells;
+        // the floor, without a call
+        let towards_zero = at as i64;
+        towards_zero.saturating_sub(i64::from((towards_zero as f64) > at))
     }
 }
 

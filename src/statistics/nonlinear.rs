@@ -16,6 +16,8 @@
 //!
 //! Bounds are kept by a smooth change of variables ([`super::bounds`]).
 
+use std::cell::RefCell;
+
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -339,7 +341,7 @@ impl Work<'_> {
         let solver = if self.robust() {
             // the weights change anyway: a rough solve per reweighting, the last ones are exact
             // because little remains to be done
-            LevenbergMarquardt::new().with_ftol(1e-4).with_xtol(1e-7).with_patience(10)
+            LevenbergMarquardt::new().with_ftol(1e-2).with_xtol(1e-7).with_patience(10)
         } else {
             LevenbergMarquardt::new().with_patience(400)
         };
@@ -349,19 +351,22 @@ impl Work<'_> {
                     *w = weight(r / scale, self.options.tuning).sqrt();
                 }
             }
+            let cap = 1e3 * scale.max(self.r.iter().fold(0.0, |m, r| r.abs().max(m)));
             let problem = Weighted {
                 model: self.model,
                 map: self.map,
                 theta: theta.clone(),
                 z: z.clone(),
                 root_weights: &root_weights,
-                cap: 1e3 * scale.max(self.r.iter().fold(0.0, |m, r| r.abs().max(m))),
+                known: RefCell::new((theta.clone(), std::mem::take(&mut self.r))),
+                cap,
             };
             let (problem, report) = solver.minimize(problem);
             evaluations += report.number_of_evaluations;
+            problem.know();
             z = problem.z;
-            self.map.outer_into(z.as_slice(), &mut theta);
-            self.model.residuals(&theta, &mut self.r);
+            theta = problem.theta;
+            self.r = problem.known.into_inner().1;
             if !self.r.iter().all(|r| r.is_finite()) {
                 return None;
             }
@@ -406,8 +411,21 @@ struct Weighted<'a> {
     theta: Vec<f64>,
     z: DVector<f64>,
     root_weights: &'a [f64],
+    /// Residuals, and of which parameters: the solver begins and ends where they are known.
+    known: RefCell<(Vec<f64>, Vec<f64>)>,
     /// Stands for a residual that is not finite, so that the step is refused, not the fit.
     cap: f64,
+}
+
+impl Weighted<'_> {
+    /// Sees to it that the residuals are those of the parameters.
+    fn know(&self) {
+        let (at, r) = &mut *self.known.borrow_mut();
+        if *at != self.theta {
+            self.model.residuals(&self.theta, r);
+            at.copy_from_slice(&self.theta);
+        }
+    }
 }
 
 impl LeastSquaresProblem<f64, Dyn, Dyn> for Weighted<'_> {
@@ -425,8 +443,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Weighted<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let mut out = DVector::zeros(self.root_weights.len());
-        self.model.residuals(&self.theta, out.as_mut_slice());
+        self.know();
+        let mut out = DVector::from_column_slice(&self.known.borrow().1);
         for (r, w) in out.iter_mut().zip(self.root_weights) {
             // a row without weight has no information, whatever its residual has become
             *r = if *w == 0.0 {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use arrow::array::{
     Array, ArrayRef, AsArray, RecordBatch, TimestampMicrosecondArray, new_null_array,
 };
-use arrow::compute::cast;
+use arrow::compute::{cast, concat_batches};
 use arrow::datatypes::{DataType, SchemaRef};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
@@ -126,7 +126,23 @@ pub fn to_bytes<R: Row>(rows: &[R]) -> Result<Vec<u8>, Error> {
 /// # Errors
 /// Parquet cannot hold it: our own mistake.
 pub fn batch_to_bytes(table: &str, batch: &RecordBatch) -> Result<Vec<u8>, Error> {
-    encode(batch).map_err(|message| Error::Encode { table: table.to_owned(), message })
+    encode(batch.schema(), [Ok(batch.clone())])
+        .map_err(|message| Error::Encode { table: table.to_owned(), message })
+}
+
+/// Batches one after the other, flat ones too, as the bytes of one Parquet file of their table.
+///
+/// # Errors
+/// A batch does not fit the table.
+pub fn batches_to_bytes(table: &Table, batches: &[RecordBatch]) -> Result<Vec<u8>, Error> {
+    // what follows another is put together first, as far as it is small: a batch of one row costs as much as one of many
+    let chunks = batches.chunk_by(|_, next| next.num_rows() < SMALL);
+    let typed = chunks.flat_map(|some| some.chunks(TOGETHER)).map(|some| {
+        let all = concat_batches(&table.flat(), some).map_err(|e| e.to_string())?;
+        typed(table, &all)
+    });
+    encode(table.arrow(), typed)
+        .map_err(|message| Error::Encode { table: table.name.clone(), message })
 }
 
 /// Writes rows as one Parquet file of their table, whole or not at all.
@@ -146,12 +162,19 @@ pub fn write_bytes(to: impl Into<Location>, bytes: &[u8]) -> Result<(), Error> {
     to.write(bytes).map_err(|source| Error::Io { path: to, source })
 }
 
+/// Rows from which a batch is written by itself.
+const SMALL: usize = 4096;
+/// Most small batches that are put together.
+const TOGETHER: usize = 256;
 /// Rows of a page: so many are decoded at least where one session is looked up in a month's file.
 const PAGE_ROWS: usize = 4096;
 /// Rows of a row group: fewer make the footer a large part of the file, more the least that is read.
 const GROUP_ROWS: usize = 1 << 17;
 
-fn encode(batch: &RecordBatch) -> Result<Vec<u8>, String> {
+fn encode(
+    schema: SchemaRef,
+    batches: impl IntoIterator<Item = Result<RecordBatch, String>>,
+) -> Result<Vec<u8>, String> {
     let level = ZstdLevel::try_new(3).map_err(|e| e.to_string())?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(level))
@@ -161,9 +184,11 @@ fn encode(batch: &RecordBatch) -> Result<Vec<u8>, String> {
         .set_max_row_group_row_count(Some(GROUP_ROWS))
         .build();
     let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties))
-        .map_err(|e| e.to_string())?;
-    writer.write(batch).map_err(|e| e.to_string())?;
+    let mut writer =
+        ArrowWriter::try_new(&mut bytes, schema, Some(properties)).map_err(|e| e.to_string())?;
+    for batch in batches {
+        writer.write(&batch?).map_err(|e| e.to_string())?;
+    }
     writer.close().map_err(|e| e.to_string())?;
     Ok(bytes)
 }

@@ -7,6 +7,8 @@ use roadbench::contract::bike::Axle;
 use roadbench::contract::coefficient::{Coefficient as C, Id, Part, Values};
 use roadbench::fit::chain::solve;
 use roadbench::fit::friction::Rows;
+use roadbench::fit::refit::Refit;
+use roadbench::fit::variation::variations;
 use roadbench::fit::{self, coasting, cornering};
 use roadbench::fit::{Data, Solution, coefficients};
 use roadbench::simulate::scenario::{Machine, Scenario};
@@ -14,6 +16,7 @@ use roadbench::simulate::{Simulated, session, truth};
 use roadbench::statistics::order::upper_median_of;
 use roadbench::tables::rows::{Coefficient, Status};
 use roadbench::{
+    estimate::signals::Inputs,
     estimate::{Config, zeros},
     model::formulation::Formulation,
 };
@@ -330,5 +333,49 @@ fn study_of_200_sessions() {
     for plan in ["paper", "naturalistic"] {
         println!("{plan}");
         print(&tally(&Scenario::builtin(plan).expect("scenario"), 200));
+    }
+}
+
+/// What moves when an upstream quantity does: by a few of the corner samples as by all of them, and as the whole chain,
+/// robust weights and all, has it with another bike file.
+#[test]
+fn changes_by_some_samples_are_those_by_all_and_those_of_the_chain() {
+    let scenario = Scenario::builtin("naturalistic").expect("scenario");
+    let Study { machine, data, solution, .. } = study(&scenario, 0, Formulation::Corrected);
+    let (fits, samples, inputs) = (&solution.fits, &solution.samples, &solution.inputs);
+    assert!(samples.keep_corner.len() > 1500, "{}", samples.keep_corner.len());
+    let nominal = Inputs {
+        rolling_front: inputs.rolling_front,
+        ..Inputs::nominal(&inputs.bike, inputs.formulation, data.zeros)
+    };
+    let settings = fit::Config::default();
+    let changes = |most: usize| {
+        let refit = Refit::new(&data, [&nominal, inputs], fits, samples, &settings, most);
+        refit.changes(variations(&inputs.bike, &data.zeros, &fits.coasting, inputs.formulation))
+    };
+    let (all, some) = (changes(usize::MAX), changes(500));
+    let own = |id| solution.uncertainty(id).variance.sqrt();
+    let mut compared = 0;
+    for (all, some) in all.iter().zip(&some) {
+        for id in Id::onroad().filter(|id| own(*id) > 0.0) {
+            let [a, s] = [all, some].map(|u| u.change.values[id]);
+            let small = 0.03 * own(id);
+            if a.abs() > small {
+                compared += 1;
+            }
+            assert!((a - s).abs() < 0.05 * a.abs() + small, "{} {id}: {s}, {a}", all.source.name);
+        }
+    }
+    assert!(compared > 60, "{compared}");
+
+    for key in ["mass", "cg_height", "cg_to_front", "front.width", "front.side_force_ratio"] {
+        let by_key = some.iter().find(|u| u.source.name == key).expect("is varied");
+        let [value, sd] = by_key.source.taken.expect("a number");
+        let moved = machine.bike.with(key, value + sd);
+        let whole = solve(&data, &moved, Formulation::Corrected, &settings).found;
+        for id in Id::onroad().filter(|id| own(*id) > 0.0) {
+            let [a, s] = [whole.minus(&solution.found).values[id], by_key.change.values[id]];
+            assert!((a - s).abs() < 0.2 * a.abs() + 0.15 * own(id), "{key} {id}: {s}, chain {a}");
+        }
     }
 }
