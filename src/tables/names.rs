@@ -10,13 +10,13 @@ const LONGEST: usize = 120;
 /// Letters, digits, `.`, `_` and `-` stay; every other byte, and every leading dot, becomes
 /// `%XX`, so that two ids never share a name. A name that would be too long for common file
 /// systems is cut and ends in a hash of the whole id; so is one that is just as long as those that are cut, so that no id
-/// is written like another's cut name.
+/// is written like another's cut name. Names of devices, which Windows takes for no file, begin with `%XX`, too.
 pub fn file_name(id: &str) -> String {
     let mut name = String::with_capacity(id.len());
     let dots = id.bytes().take_while(|&b| b == b'.').count();
     for (i, byte) in id.bytes().enumerate() {
         let plain = byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'_' | b'-');
-        if plain && i >= dots {
+        if plain && i >= dots && !(i == 0 && is_device(id)) {
             name.push(char::from(byte));
         } else {
             let _ = write!(name, "%{byte:02X}"); // writing to a String cannot fail
@@ -32,6 +32,14 @@ pub fn file_name(id: &str) -> String {
         name.push_str(&hash[..16]);
     }
     name
+}
+
+/// Whether Windows takes a file of this name, whatever its extension, for a device.
+fn is_device(id: &str) -> bool {
+    let stem = id.split('.').next().unwrap_or_default().to_ascii_uppercase();
+    let numbered =
+        |port: &str| stem.strip_prefix(port).is_some_and(|n| matches!(n.as_bytes(), [b'0'..=b'9']));
+    matches!(stem.as_str(), "CON" | "PRN" | "AUX" | "NUL") || numbered("COM") || numbered("LPT")
 }
 
 /// Whether an id can be a file or folder name as it is.
@@ -58,6 +66,12 @@ mod tests {
         assert_eq!(file_name("a\0b\nc"), "a%00b%0Ac");
         assert_eq!(file_name("Fahrt Süd"), "Fahrt%20S%C3%BCd");
         assert_eq!(file_name(""), "%");
+    }
+
+    #[test]
+    fn no_name_is_a_device() {
+        let names = ["CON", "con.monday", "Com1", "COM", "console", "lpt0.x"].map(file_name);
+        assert_eq!(names, ["%43ON", "%63on.monday", "%43om1", "COM", "console", "%6Cpt0.x"]);
     }
 
     #[test]

@@ -17,7 +17,7 @@ use crate::report::charts::chart::{Chart, Cloud, Label, Line};
 use crate::report::charts::figures::Segment;
 use crate::report::fleet::comparison::Boxes;
 use crate::report::kinds;
-use crate::report::static_figures::clips::numbered_anew;
+use crate::report::static_figures::drawing::finished;
 use crate::report::static_figures::panels::COLOURS;
 
 /// Colours from little to much, as on the page.
@@ -41,7 +41,7 @@ const SCALE: f32 = 3.0;
 
 /// A figure as an SVG document.
 pub fn svg(figure: &Scene) -> String {
-    numbered_anew(&SvgBackend.render_scene(figure))
+    finished(&SvgBackend.render_scene(figure))
 }
 
 /// A figure as a PNG file. Its font is DejaVu Sans, which `kuva` carries: those of the machine are

@@ -1,6 +1,6 @@
 //! Figures as SVG and PNG files, for papers, READMEs and continuous integration. Drawn by `kuva`.
 
 pub mod chart;
-pub mod clips;
+pub mod drawing;
 pub mod panels;
 pub mod write;

@@ -7,7 +7,7 @@ use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 
-use super::clips::numbered_anew;
+use super::drawing::finished;
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +66,7 @@ pub fn panels(panels: &[Panel], columns: usize) -> String {
         plots.push(drawn);
     }
     let figure = Figure::new(rows, columns).with_plots(plots).with_layouts(layouts);
-    numbered_anew(&SvgBackend.render_scene(&figure.render()))
+    finished(&SvgBackend.render_scene(&figure.render()))
 }
 
 fn draw(series: &Series) -> Option<Plot> {

@@ -1,11 +1,11 @@
-//! Names of clipping paths that are the same each time.
+//! The text of a drawing: the same bytes each time, and no characters that XML forbids.
 
 /// How the names of clipping paths begin that the library counts over all figures of a process.
 const CLIP: &str = "kuva-clip-";
 
 /// A drawing whose clipping paths are counted from 0: the same tables then give the same bytes, whichever figure is drawn
-/// first.
-pub fn numbered_anew(svg: &str) -> String {
+/// first. Control characters, which a log's names may have, are blanks.
+pub fn finished(svg: &str) -> String {
     let mut known: Vec<&str> = Vec::new();
     let mut pieces = svg.split(CLIP);
     let mut out = pieces.next().unwrap_or_default().to_owned();
@@ -18,5 +18,19 @@ pub fn numbered_anew(svg: &str) -> String {
         });
         out.push_str(&format!("{CLIP}{place}{rest}"));
     }
-    out
+    let forbidden = |c: char| {
+        (c.is_control() && !matches!(c, '\n' | '\t')) || matches!(c, '\u{fffe}' | '\u{ffff}')
+    };
+    if out.contains(forbidden) { out.replace(forbidden, " ") } else { out }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_characters_of_names_do_not_break_the_drawing() {
+        let svg = format!("<text>a\u{1}b\u{7f}c\u{ffff}</text>\n<g clip=\"{CLIP}17\"/>");
+        assert_eq!(finished(&svg), format!("<text>a b c </text>\n<g clip=\"{CLIP}0\"/>"));
+    }
 }
