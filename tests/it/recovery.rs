@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use roadbench::contract::bike::Axle;
 use roadbench::contract::coefficient::{Coefficient as C, Id, Part, Values};
 use roadbench::fit::chain::solve;
-use roadbench::fit::friction::Rows;
-use roadbench::fit::refit::Refit;
+use roadbench::fit::friction::{Rows, is_of_curve};
+use roadbench::fit::refit::{MOST_CORNER, Refit};
 use roadbench::fit::variation::variations;
 use roadbench::fit::{self, coasting, cornering};
 use roadbench::fit::{Data, Solution, coefficients};
@@ -353,13 +353,14 @@ fn changes_by_some_samples_are_those_by_all_and_those_of_the_chain() {
         let refit = Refit::new(&data, [&nominal, inputs], fits, samples, &settings, most);
         refit.changes(variations(&inputs.bike, &data.zeros, &fits.coasting, inputs.formulation))
     };
-    let (all, some) = (changes(usize::MAX), changes(500));
+    let (all, some) = (changes(usize::MAX), changes(MOST_CORNER));
     let own = |id| solution.uncertainty(id).variance.sqrt();
     let mut compared = 0;
     for (all, some) in all.iter().zip(&some) {
         for id in Id::onroad().filter(|id| own(*id) > 0.0) {
             let [a, s] = [all, some].map(|u| u.change.values[id]);
-            let small = 0.03 * own(id);
+            // so much of an own error adds a thousandth to it
+            let small = 0.05 * own(id);
             if a.abs() > small {
                 compared += 1;
             }
@@ -368,12 +369,15 @@ fn changes_by_some_samples_are_those_by_all_and_those_of_the_chain() {
     }
     assert!(compared > 60, "{compared}");
 
-    for key in ["mass", "cg_height", "cg_to_front", "front.width", "front.side_force_ratio"] {
+    let keys = ["mass", "cg_height", "cg_to_front", "front.width", "front.side_force_ratio"];
+    for key in keys.into_iter().chain(["front.relaxation_length", "rear.relaxation_length"]) {
         let by_key = some.iter().find(|u| u.source.name == key).expect("is varied");
         let [value, sd] = by_key.source.taken.expect("a number");
         let moved = machine.bike.with(key, value + sd);
         let whole = solve(&data, &moved, Formulation::Corrected, &settings).found;
-        for id in Id::onroad().filter(|id| own(*id) > 0.0) {
+        // a friction curve may end in the other of its two valleys
+        let told = |id: &Id| own(*id) > 0.0 && !is_of_curve(id.coefficient);
+        for id in Id::onroad().filter(told) {
             let [a, s] = [whole.minus(&solution.found).values[id], by_key.change.values[id]];
             assert!((a - s).abs() < 0.2 * a.abs() + 0.15 * own(id), "{key} {id}: {s}, chain {a}");
         }
