@@ -369,9 +369,11 @@ fn changes_by_some_samples_are_those_by_all_and_those_of_the_chain() {
     }
     assert!(compared > 60, "{compared}");
 
-    let keys = ["mass", "cg_height", "cg_to_front", "front.width", "front.side_force_ratio"];
+    let keys = ["mass", "cg_height", "cg_to_front", "yaw_inertia", "front.side_force_ratio"];
     for key in keys.into_iter().chain(["front.relaxation_length", "rear.relaxation_length"]) {
-        let by_key = some.iter().find(|u| u.source.name == key).expect("is varied");
+        let by_key = some.iter().find(|u| u.source.name == key);
+        let names = || some.iter().map(|u| u.source.name.as_str()).collect::<Vec<_>>();
+        let by_key = by_key.unwrap_or_else(|| panic!("{key} is none of {:?}", names()));
         let [value, sd] = by_key.source.taken.expect("a number");
         let moved = machine.bike.with(key, value + sd);
         let whole = solve(&data, &moved, Formulation::Corrected, &settings).found;
