@@ -5,6 +5,7 @@
 //! | [`fitted`] | `toml`: every coefficient with interval, status and reason, ranges, provenance |
 //! | [`motorcycle`] | `tir`: Magic Formula property file, the motorcycle set, fitted over the ranges |
 //! | [`reduced`] | `tir`: the few coefficients of MF 6.2 that follow at small angles |
+//! | [`tydex`] | `tydex`: sweeps of the tyre as a bench would measure them |
 //! | [`csv`] | `csv`: look-up tables |
 //! | [`header`] | `c`: a header that evaluates the tyre |
 //!
@@ -25,4 +26,5 @@ pub mod over_load;
 pub mod ranges;
 pub mod reduced;
 pub mod text;
+pub mod tydex;
 pub mod tyre;

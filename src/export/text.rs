@@ -8,7 +8,7 @@ use super::effects::{Named, Place};
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
-use super::{csv, header, motorcycle, reduced};
+use super::{csv, header, motorcycle, reduced, tydex};
 use crate::contract::bike::{Axle, Bike};
 use crate::effects::models::Models;
 use crate::effects::tyre_file::CROWN;
@@ -25,6 +25,8 @@ pub enum Format {
     Csv,
     /// C99 header that evaluates the tyre.
     C,
+    /// TYDEX file of what a bench would measure of it.
+    Tydex,
     /// The tyre as `roadbench simulate --front-tyre` and `--rear-tyre` take it.
     Simulator,
 }
@@ -132,6 +134,11 @@ pub fn text(request: &Request<'_>) -> Result<String, String> {
             fitted.to_toml(axle.map(Axle::name), if bike.is_some() { &all } else { &[] })
         }
         Format::Csv => Ok(csv::write(&fitted, &tyres()?)),
+        Format::Tydex => {
+            let axle = one()?;
+            needs("a TYDEX file")?;
+            tydex::write(&fitted, &Characterised::new(&fitted, axle, &setting)?)
+        }
         Format::C => {
             needs("a C header")?;
             header::write(&fitted, &tyres()?)
