@@ -7,6 +7,21 @@ const WIDTH: usize = 10;
 /// Words for a value that was not measured.
 const MISSING: [&str; 6] = ["NOTAVAIL", "NAN", "NA", "N/A", "-", "--"];
 
+/// Beyond this a number is no measurement.
+const NO_MEASUREMENT: f64 = 1e20;
+
+/// Whether a number is a mark of a missing value: a row of nines (-9999, 99999.0), which benches write where the word
+/// does not fit. Positive ones need five: 9999 may be a load in N.
+fn is_mark(word: &str) -> bool {
+    let negative = word.starts_with('-');
+    let (whole, after) = word.split_once(['.', ',']).unwrap_or((word, ""));
+    let whole = whole.trim_start_matches(['-', '+']);
+    let nines = |part: &str| part.chars().all(|c| c == '9');
+    let zeros = |part: &str| part.chars().all(|c| c == '0');
+    let least = if negative { 4 } else { 5 };
+    whole.len() >= least && nines(whole) && (nines(after) || zeros(after))
+}
+
 /// Collects the values of points from lines.
 #[derive(Debug)]
 pub struct Rows {
@@ -97,10 +112,10 @@ fn values(words: &[&str]) -> Result<Vec<Option<f64>>, String> {
 fn value(word: &str) -> Result<Option<f64>, String> {
     let is_missing =
         MISSING.contains(&word.to_ascii_uppercase().as_str()) || word.chars().all(|c| c == '*');
-    if is_missing {
+    if is_missing || is_mark(word) {
         return Ok(None); // also of a blank column
     }
-    number(word).map(Some).ok_or_else(|| {
+    number(word).map(|x| (x.abs() < NO_MEASUREMENT).then_some(x)).ok_or_else(|| {
         format!("`{word}` is not a number; write NOTAVAIL for a value that was not measured")
     })
 }
