@@ -74,6 +74,8 @@ pub mod multibody;
 
 pub mod model;
 
+pub mod tydex;
+
 pub mod effects;
 
 pub mod motorcycle;

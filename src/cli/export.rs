@@ -27,15 +27,15 @@ pub struct Arguments {
     /// What to write.
     #[arg(long, value_enum)]
     format: Format,
-    /// Which tyre; a tir or simulator file holds one, the others both where this is not given.
+    /// Which tyre; a tir, tydex or simulator file holds one, the others both where this is not given.
     #[arg(long, value_enum)]
     tyre: Option<Tyre>,
-    /// Folder of bike files: dimensions, static load, and what no ride gives. A c or simulator file
-    /// needs it; a tir file has placeholders and no combined slip without it.
+    /// Folder of bike files: dimensions, static load, and what no ride gives. A c, tydex or simulator
+    /// file needs it; a tir file has placeholders and no combined slip without it.
     #[arg(long)]
     bikes: Option<PathBuf>,
     /// Which set of coefficients a tir file has; the reduced one where the ride gave half of a tyre.
-    #[arg(long, value_enum, default_value = "motorcycle")]
+    #[arg(long, value_enum, default_value = "5.2")]
     set: Set,
     /// Road friction of the ride.
     #[arg(long, default_value_t = 1.0)]

@@ -39,6 +39,7 @@ pub mod shell;
 pub mod simulate;
 mod steps;
 pub mod tyre;
+pub mod tyre_measured;
 pub mod verify;
 mod version;
 

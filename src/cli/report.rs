@@ -6,11 +6,13 @@ use crate::batch::reading::Reading;
 use crate::cli::browser;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
+use crate::contract::bike::Axle;
 use crate::objects::files::read_text;
-use crate::report::session::bench_values;
+use crate::report::session::{bench_points, bench_values};
 use crate::report::static_figures::write::{self, Format};
 use crate::report::{self, Error, summary};
 use crate::tables::file;
+use crate::tydex;
 
 /// Rebuild the HTML report from the tables
 #[derive(Debug, clap::Args)]
@@ -18,9 +20,11 @@ pub struct Arguments {
     /// The folder that `roadbench run --out` wrote.
     out: PathBuf,
     /// Values of a tyre bench to show beside the estimates, as CSV with the columns tyre, coefficient,
-    /// value and if known std_error, camber, bike_id; kept in the folder as bench.csv.
-    #[arg(long, value_name = "FILE")]
-    bench: Option<PathBuf>,
+    /// value and if known std_error, camber, bike_id; kept in the folder as bench.csv. Or points that a bench
+    /// measured, as TYDEX files: front=FILE.tdx,rear=FILE.tdx, drawn with the friction of every session; kept as
+    /// bench_front.tdx and bench_rear.tdx.
+    #[arg(long, value_name = "FILE|TYRE=FILE.tdx", value_delimiter = ',')]
+    bench: Vec<String>,
     #[command(flatten)]
     pages: Pages,
     #[command(flatten)]
@@ -99,12 +103,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{} is not a folder", out.display())));
     }
     let _reading = Reading::of(&out).map_err(|e| Failure::Output(e.to_string()))?;
-    if let Some(file) = &arguments.bench {
-        let fail = |message: String| Failure::Usage(format!("{}: {message}", file.display()));
-        let text = read_text(file).map_err(|e| fail(e.to_string()))?;
-        bench_values::parse(&text).map_err(fail)?;
-        file::write_bytes(out.join(bench_values::FILE), text.as_bytes())
-            .map_err(|e| Failure::Output(e.to_string()))?;
+    for bench in &arguments.bench {
+        keep_bench(&out, bench)?;
     }
     let kind = arguments.pages.kind;
     if let Some(session) = &arguments.open {
@@ -121,6 +121,37 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         .map_err(failure)?;
     say!("{}", out.join("report").join("index.html").display());
     Ok(())
+}
+
+/// Reads bench values, or bench points of a tyre (`front=FILE.tdx`), and keeps them in the folder.
+fn keep_bench(out: &Path, bench: &str) -> Result<(), Failure> {
+    let tyre = bench.split_once('=').and_then(|(tyre, path)| {
+        Some((Axle::BOTH.into_iter().find(|axle| axle.name() == tyre)?, Path::new(path)))
+    });
+    let (name, bytes) = match tyre {
+        Some((axle, path)) => {
+            let fail = |message: String| Failure::Usage(message);
+            let bytes = std::fs::read(path)
+                .map_err(|e| fail(format!("cannot read {}: {e}", path.display())))?;
+            let found = bench_points::check(&bytes, path).map_err(fail)?;
+            for remark in &found.remarks {
+                tracing::warn!("{}: {remark}", path.display());
+            }
+            (bench_points::file_name(axle), bytes)
+        }
+        None if tydex::is_name(bench) => {
+            return Err(Failure::Usage(format!(
+                "--bench {bench}: which tyre was measured? say front={bench} or rear={bench}"
+            )));
+        }
+        None => {
+            let fail = |message: String| Failure::Usage(format!("{bench}: {message}"));
+            let text = read_text(Path::new(bench)).map_err(|e| fail(e.to_string()))?;
+            bench_values::parse(&text).map_err(fail)?;
+            (bench_values::FILE.to_owned(), text.into_bytes())
+        }
+    };
+    file::write_bytes(out.join(name), &bytes).map_err(|e| Failure::Output(e.to_string()))
 }
 
 fn failure(e: Error) -> Failure {

@@ -1,10 +1,13 @@
 //! `roadbench tyre`.
 
+use std::path::Path;
+
 use clap::ValueHint;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::{put, say};
+use crate::cli::tyre_measured::against_measured;
 use crate::effects::tyre_file;
 use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
@@ -12,16 +15,18 @@ use crate::simulate::lateral_bench::LateralBench;
 use crate::simulate::tyre_truth::{Bench, bench};
 use crate::tables::file;
 use crate::tables::rows::BenchRow;
+use crate::tydex;
 
 /// Put a tyre on the bench: stiffnesses, lateral friction over slip and camber; against another
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// A published set, or a .tir or .toml file.
     tyre: String,
-    /// Another tyre to compare it with.
-    #[arg(long, value_name = "TYRE")]
+    /// Another tyre to compare it with, or what a bench measured: a TYDEX file (.tdx), at whose points
+    /// the tyre is then evaluated.
+    #[arg(long, value_name = "TYRE|FILE.tdx")]
     against: Option<String>,
-    /// Load, N.
+    /// Load, N; bench data have their own.
     #[arg(long, default_value_t = 1300.0)]
     load: f64,
     /// Friction of the bench.
@@ -50,6 +55,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let read = |name: &str| tyre_file::load(name).map_err(|e| Failure::Usage(e.to_string()));
     let mut tyres = vec![(arguments.tyre.clone(), read(&arguments.tyre)?)];
+    if let Some(name) = arguments.against.as_deref().filter(|name| tydex::is_name(name)) {
+        let (name, tyre) = (Path::new(name), tyres[0].1.as_ref());
+        return against_measured((&arguments.tyre, tyre), name, friction, arguments.out.as_ref());
+    }
     if let Some(name) = &arguments.against {
         tyres.push((name.clone(), read(name)?));
     }

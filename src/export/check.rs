@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::grid;
+use super::grid::Grid;
 use super::tyre::Characterised;
 use crate::model::tir;
 use crate::model::tyre::{Input, Output};
 
-/// Largest differences over the ridden ranges, over the largest value there.
+/// Largest differences over some ranges, over the largest value there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LargestErrors {
     /// Longitudinal force in pure slip.
@@ -22,7 +22,7 @@ pub struct LargestErrors {
     pub moment_z: Option<f64>,
 }
 
-/// Reads a property file's text and compares it at the nominal load and the ends of the loads.
+/// Reads a property file's text and compares it at the nominal load and the ends of the loads, over what was ridden.
 ///
 /// # Errors
 /// A sentence: the text is no tyre.
@@ -31,13 +31,34 @@ pub fn largest_errors(
     tyre: &Characterised,
     with_combined: bool,
 ) -> Result<LargestErrors, String> {
+    over(text, tyre, &Grid::ridden(tyre), with_combined)
+}
+
+/// The same over all of the file's ranges where the estimated tyre's side force is believed: up to the peak friction.
+///
+/// # Errors
+/// A sentence: the text is no tyre.
+pub fn largest_errors_beyond(
+    text: &str,
+    tyre: &Characterised,
+    with_combined: bool,
+) -> Result<LargestErrors, String> {
+    over(text, tyre, &Grid::extended(tyre), with_combined)
+}
+
+fn over(
+    text: &str,
+    tyre: &Characterised,
+    grid: &Grid,
+    with_combined: bool,
+) -> Result<LargestErrors, String> {
     let read = tir::parse(text, Path::new("the exported file")).map_err(|e| e.to_string())?;
-    let [low, high] = grid::Ends::of(tyre).load;
+    let [low, high] = grid.ends.load;
     let loads = [low, tyre.load(), high];
-    let over = |points: fn(&Characterised, f64) -> Vec<Input>, of: fn(&Output) -> f64| {
+    let over = |points: Points, of: fn(&Output) -> f64| {
         let (mut largest, mut off) = (0.0_f64, 0.0_f64);
         for load in loads {
-            for input in points(tyre, load) {
+            for input in points(grid, tyre, load) {
                 let wanted = of(&tyre.forces(&input)) / load;
                 let found = of(&read.forces(&Input { friction: 1.0, ..input })) / load;
                 largest = largest.max(wanted.abs());
@@ -50,15 +71,18 @@ pub fn largest_errors(
     let y = |o: &Output| o.force_y;
     let both = tyre.longitudinal && tyre.lateral && with_combined;
     Ok(LargestErrors {
-        force_x: tyre.longitudinal.then(|| over(grid::longitudinal, x)).flatten(),
-        force_y: tyre.lateral.then(|| over(grid::lateral, y)).flatten(),
+        force_x: tyre.longitudinal.then(|| over(Grid::longitudinal, x)).flatten(),
+        force_y: tyre.lateral.then(|| over(Grid::lateral, y)).flatten(),
         combined: both
-            .then(|| Some(over(grid::combined, x)?.max(over(grid::combined, y)?)))
+            .then(|| Some(over(Grid::combined, x)?.max(over(Grid::combined, y)?)))
             .flatten(),
-        moment_x: tyre.lateral.then(|| over(grid::lateral, |o| o.moment_x)).flatten(),
-        moment_z: tyre.lateral.then(|| over(grid::lateral, |o| o.moment_z)).flatten(),
+        moment_x: tyre.lateral.then(|| over(Grid::lateral, |o| o.moment_x)).flatten(),
+        moment_z: tyre.lateral.then(|| over(Grid::lateral, |o| o.moment_z)).flatten(),
     })
 }
+
+/// Points of a grid at a load.
+type Points = fn(&Grid, &Characterised, f64) -> Vec<Input>;
 
 impl LargestErrors {
     /// The pure-slip forces' worst.

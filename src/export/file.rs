@@ -7,9 +7,10 @@
 
 use std::fmt::Write as _;
 
+use super::check::LargestErrors;
 use super::fitted::Fitted;
-use super::grid::Ends;
 use super::tyre::{Characterised, Setting};
+use super::validity::Validity;
 use crate::contract::coefficient::Coefficient as C;
 use crate::report::number_format;
 use crate::tables::rows::{Coefficient, Status};
@@ -96,7 +97,7 @@ pub fn head(file: &mut File, fitted: &Fitted, c: &Characterised, model: &str) {
     );
     file.comment("fitted: from the ride, with the 95 % interval; assumed: from the bike file;");
     file.comment(
-        "shaped: fitted to the characterised tyre over the ranges below; set: follows from the",
+        "shaped: fitted to the characterised tyre over what was ridden; set: follows from the",
     );
     file.comment("model; placeholder: not from this tyre, replace it.");
 }
@@ -197,43 +198,89 @@ pub fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting: &Setti
     file.number("FREFF", 0.0, "set");
 }
 
-/// The ridden ranges, which are those in which the file holds.
+/// What the head says of the differences from the estimated tyre, read back.
+pub fn differences(
+    file: &mut File,
+    c: &Characterised,
+    ridden: &LargestErrors,
+    all: &LargestErrors,
+) {
+    file.comment(
+        "Largest differences from the characterised tyre over what was ridden, read back:",
+    );
+    for line in ridden.lines() {
+        file.comment(&line);
+    }
+    let peak = Validity::of(c).peak;
+    file.comment(
+        "and over all ranges of this file, as far as the characterised tyre's side force is no",
+    );
+    file.comment(&format!(
+        "larger than {peak:.2} of the load (it is linear in the slip angle for ever):"
+    ));
+    for line in all.lines() {
+        file.comment(&line);
+    }
+}
+
+/// What the head says of the lateral peak.
+pub fn peak(file: &mut File, c: &Characterised, peak: f64) {
+    let why = match c.longitudinal {
+        true => "mf_d or more",
+        false => "a stand-in",
+    };
+    file.comment(&format!(
+        "No ride reaches the lateral peak: PDY1 = {peak:.3} is taken from the longitudinal one ({why})."
+    ));
+}
+
+/// The ranges in which the file may be used: wider than what was ridden, see [`super::validity`].
 pub fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
-    let ends = Ends::of(c);
+    let validity = Validity::of(c);
+    let ends = validity.ends;
     let r = &c.ranges;
-    let note = |range: Option<[f64; 2]>, both: bool| match range {
-        None => "placeholder: not ridden".to_owned(),
+    let beyond = "extrapolated beyond as the estimated tyre is";
+    let note = |range: Option<[f64; 2]>, both: bool, beyond: &str| match range {
+        None => format!("not ridden, {beyond}"),
         Some([low, high]) => {
-            let sym = if both { "; the model is symmetric" } else { "" };
-            format!("ridden {low:.4} to {high:.4}{sym}")
+            let symmetric = if both { ", both sides alike" } else { "" };
+            format!("ridden {low:.4} to {high:.4}{symmetric}; {beyond}")
         }
     };
+    file.comment("Ranges to simulate in, wider than what was ridden: each says where it was.");
     file.section("LONG_SLIP_RANGE");
-    let note_text = note(r.slip_ratio, false);
-    file.number("KPUMIN", ends.slip_ratio[0], &note_text);
-    file.number("KPUMAX", ends.slip_ratio[1], &note_text);
+    let text = note(r.slip_ratio, false, beyond);
+    file.number("KPUMIN", ends.slip_ratio[0], &text);
+    file.number("KPUMAX", ends.slip_ratio[1], &text);
     file.section("SLIP_ANGLE_RANGE");
-    let note_text = note(r.slip_angle, true);
-    file.number("ALPMIN", -ends.slip_angle, &note_text);
-    file.number("ALPMAX", ends.slip_angle, &note_text);
+    let linear = validity.peak_angle.min(ends.slip_angle);
+    let text = note(
+        r.slip_angle,
+        true,
+        &format!("{beyond} to {linear:.3} (upright), then the form's own peak"),
+    );
+    file.number("ALPMIN", -ends.slip_angle, &text);
+    file.number("ALPMAX", ends.slip_angle, &text);
     file.section("INCLINATION_ANGLE_RANGE");
-    let note_text = note(r.camber, true);
-    file.number("CAMMIN", -ends.camber, &note_text);
-    file.number("CAMMAX", ends.camber, &note_text);
+    let text = note(r.camber, true, beyond);
+    file.number("CAMMIN", -ends.camber, &text);
+    file.number("CAMMAX", ends.camber, &text);
     file.section("VERTICAL_FORCE_RANGE");
-    let note_text = match (with_bike, r.acceleration_x) {
-        (true, Some([low, high])) => {
-            format!("from the ridden accelerations, {low:.1} to {high:.1} m/s2, and the bike file")
-        }
-        (true, None) => "placeholder: the static load".to_owned(),
-        (false, _) => "placeholder: half to twice the nominal load; give --bikes".to_owned(),
+    let [low, high] = c.loads;
+    let text = match (with_bike, r.acceleration_x) {
+        (true, Some([slowest, fastest])) => format!(
+            "ridden {low:.0} to {high:.0} (accelerations of {slowest:.1} to {fastest:.1} m/s2 and the bike file); \
+             {beyond}"
+        ),
+        (true, None) => format!("ridden at the static load; {beyond}"),
+        (false, _) => format!("not known what was ridden, give --bikes; {beyond}"),
     };
-    file.number("FZMIN", ends.load[0], &note_text);
-    file.number("FZMAX", ends.load[1], &note_text);
+    file.number("FZMIN", ends.load[0], &text);
+    file.number("FZMAX", ends.load[1], &text);
     if c.lateral {
         let most = c.ridden_side();
         file.comment(&format!(
-            "side force was ridden up to {most:.2} of the load; beyond it the file is a guess"
+            "side force was ridden up to {most:.2} of the load; beyond it the file is extrapolated"
         ));
     }
 }

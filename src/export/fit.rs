@@ -2,25 +2,25 @@
 //!
 //! The longitudinal curve carries over as it is. The lateral one does not: the characterised tyre
 //! is linear in the slip angle and its stiffness follows camber by eq. 39, the Magic Formula
-//! bends; and combined slip is weighed by other functions. Those are fitted by least squares
-//! over the ridden ranges, then by fourth powers, which spreads what is left evenly. What the side force
-//! per load gains with load follows in closed form, to first order.
+//! bends and has a peak; and combined slip is weighed by other functions. Those are shaped
+//! ([`super::shape`]). What the side force per load gains with load follows in closed form, to first order.
 
-use super::grid;
+use super::grid::{self, Grid};
 use super::over_load::OverLoad;
+use super::shape::{Apply, Force, Shape, solve};
 use super::tyre::Characterised;
+use super::validity::Validity;
 use crate::model::mf_mc::MfMc;
-use crate::model::tyre::{Input, Output, trail_0};
+use crate::model::tyre::trail_0;
 use crate::model::tyre_model::TyreModel;
-use crate::statistics::nonlinear::{self, Model, Options};
 
 /// `pKy3`: so large that the stiffness is proportional to load, as the characterised tyre has it
 /// (within 0.2 % up to three times the nominal load).
 const PKY3: f64 = 50.0;
 /// Shape of the trail over slip.
-const QCZ1: f64 = 1.1;
-/// Share of the peak lateral friction above what was ridden, which no ride has shown.
-const PEAK: [f64; 2] = [1.15, 1.8];
+pub const QCZ1: f64 = 1.1;
+/// How far the lateral peak may lie above the one that is assumed ([`Validity::peak`]): no ride has shown it.
+pub const PEAK: f64 = 1.3;
 
 /// The motorcycle set of a characterised tyre.
 ///
@@ -55,10 +55,7 @@ fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
     let trails = [(trail + more) / (radius * side), -(0.5 * trail + more) / (radius * side)];
     let [friction, slope] = over_load.friction.map(|share| mf.d * share);
     let [slip_stiffness, gained] = over_load.slip_stiffness_of(mf.stiffness());
-    let angle = grid::Ends::of(c).slip_angle;
-    // cos(QCZ1 atan(QBZ1 alpha)) meets eq. 11 at the largest slip angle ridden
-    let left = (1.0 - k_alpha / (3.0 * t.reference_friction) * angle.tan()).clamp(0.0, 1.0);
-    let shrink = (left.acos() / QCZ1).min(1.5).tan() / angle;
+    let shrink = trail_shrinks(c, |angle| angle);
     MfMc {
         Fz0: load,
         R0: radius,
@@ -108,6 +105,21 @@ fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
     }
 }
 
+/// `QBZ1` with which `cos(QCZ1 atan(QBZ1 alpha))` stays closest to how slip shortens the trail (eq. 11), over all
+/// slip angles of the file; `of` is what the form has for the slip angle.
+pub fn trail_shrinks(c: &Characterised, of: fn(f64) -> f64) -> f64 {
+    let t = &c.tyre.tyre;
+    let k_alpha = t.stiffness.k_alpha(0.0, t.side_force_ratio);
+    let left = |a: f64| (1.0 - k_alpha / (3.0 * t.reference_friction) * a.tan()).max(0.0);
+    let angles = grid::steps([0.0, Validity::of(c).ends.slip_angle], 101);
+    let off = |b: f64| {
+        let off = |a: &f64| ((QCZ1 * (b * of(*a)).atan()).cos() - left(*a)).abs();
+        angles.iter().map(off).fold(0.0, f64::max)
+    };
+    let shrinks = grid::steps([0.1, 60.0], 600);
+    shrinks.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(1.0)
+}
+
 /// The slope of the line that stays closest to `tan` up to an angle: the form is linear in camber.
 pub fn linear(most: f64) -> f64 {
     let off = |slope: f64| {
@@ -138,12 +150,10 @@ fn lateral(c: &Characterised, set: &mut MfMc, over_load: &OverLoad) -> Result<()
 
 /// At the nominal load.
 fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
-    let inputs = grid::lateral(c, c.load());
-    let ends = grid::Ends::of(c);
-    let most = c.ridden_side().max(c.tyre.tyre.friction.d / PEAK[0]);
-    let g2 = ends.camber * ends.camber;
+    let validity = Validity::of(c);
+    let (peak, g2) = (validity.peak, validity.ends.camber.powi(2));
     let stiffness = set.pKy[0];
-    let apply: Apply = |set, x| {
+    let apply: Apply<MfMc> = |set, x| {
         set.pCy = [x[0], x[7]];
         set.pDy = [x[1], set.pDy[1], x[10]];
         set.pEy = [x[2], x[3], x[4], x[8]];
@@ -152,113 +162,46 @@ fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
         set.pKy[5] = x[9];
     };
     let bounds = [
-        (0.5, 2.0),
-        (0.999 * PEAK[0] * most, PEAK[1] * most),
+        // from 1 on the peak is reached, and beyond it the force falls little
+        (1.0, 1.6),
+        (peak, PEAK * peak),
         (-60.0, 1.0),
         (-60.0 / g2.max(1.0), 60.0),
         (-25.0, 25.0),
         (3.0 * stiffness, 0.3 * stiffness),
-        (-0.9 / g2, 6.0),
+        (-0.6 / g2, 6.0),
         (0.4, 2.0),
         (-100.0, 1.0),
         (3.0 * set.pKy[5], 0.3 * set.pKy[5]),
-        (-0.5 / g2, 3.0),
+        // no camber has a larger peak than the upright wheel
+        (0.0, 3.0),
     ];
-    let camber = set.pKy[5];
+    let (camber, peak) = (set.pKy[5], 1.1 * peak);
     let starts = [
-        vec![1.0, 1.4 * most, -1.5, 0.0, -3.0, stiffness, 0.0, 1.5, -5.0, camber, 0.0],
-        vec![1.2, 1.2 * most, -4.0, 0.0, 0.0, stiffness, 0.0, 0.6, -0.5, camber, 0.0],
+        vec![1.1, peak, -1.5, 0.0, -3.0, stiffness, 0.0, 1.5, -5.0, camber, 0.05],
+        vec![1.4, peak, -1.0, 1.0, 3.0, stiffness, -0.1, 1.5, -5.0, camber, 0.05],
+        vec![1.2, peak, -4.0, 0.0, 0.0, stiffness, 0.0, 0.6, -0.5, camber, 0.05],
     ];
-    solve(c, set, &inputs, SIDE, apply, &bounds, &starts)
+    solve(c, set, Grid::lateral, &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts })
 }
 
 fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
-    let inputs = grid::combined(c, c.load());
-    let apply_x: Apply = |set, x| {
+    let apply: Apply<MfMc> = |set, x| {
         set.rBx = [x[0], x[1]];
         set.rCx1 = x[2];
     };
-    let bounds_x = [(0.0, 60.0), (0.0, 60.0), (0.2, 1.6)];
-    solve(c, set, &inputs, ALONG, apply_x, &bounds_x, &[vec![8.0, 8.0, 1.0]])?;
-    let apply_y: Apply = |set, x| {
+    let starts = [vec![8.0, 8.0, 0.95], vec![30.0, 30.0, 0.95]];
+    let along = Shape { force: ALONG, apply, bounds: &COMBINED, starts: &starts };
+    solve(c, set, Grid::combined, &along)?;
+    let apply: Apply<MfMc> = |set, x| {
         set.rBy = [x[0], x[1], 0.0];
         set.rCy1 = x[2];
     };
-    let bounds_y = [(0.0, 60.0), (0.0, 60.0), (0.2, 1.6)];
-    solve(c, set, &inputs, SIDE, apply_y, &bounds_y, &[vec![10.0, 8.0, 1.0]])
+    solve(c, set, Grid::combined, &Shape { force: SIDE, apply, bounds: &COMBINED, starts: &starts })
 }
 
-/// Puts parameters into a set.
-type Apply = fn(&mut MfMc, &[f64]);
+/// Of the weighting functions: a cosine whose argument stays below a right angle turns no force's sign.
+pub const COMBINED: [(f64, f64); 3] = [(0.0, 100.0), (0.0, 100.0), (0.2, 1.0)];
 
-struct Curve<'a> {
-    set: MfMc,
-    apply: Apply,
-    of: fn(&MfMc, &Input) -> f64,
-    inputs: &'a [Input],
-    wanted: &'a [f64],
-    /// Over load.
-    peak: f64,
-    parameters: usize,
-    /// Fourth powers instead of squares.
-    even: bool,
-}
-
-impl Model for Curve<'_> {
-    fn parameters(&self) -> usize {
-        self.parameters
-    }
-
-    fn len(&self) -> usize {
-        self.inputs.len()
-    }
-
-    fn residuals(&self, theta: &[f64], out: &mut [f64]) {
-        let mut set = self.set;
-        (self.apply)(&mut set, theta);
-        for (o, (input, wanted)) in out.iter_mut().zip(self.inputs.iter().zip(self.wanted)) {
-            let e = ((self.of)(&set, input) - wanted) / (self.peak * input.load);
-            *o = if self.even { 1e3 * e * e.abs() } else { e };
-        }
-    }
-}
-
-/// A force of a set by itself, and that of a tyre.
-type Force = (fn(&MfMc, &Input) -> f64, fn(&Output) -> f64);
-const ALONG: Force = (MfMc::force_x, |o| o.force_x);
-const SIDE: Force = (MfMc::force_y, |o| o.force_y);
-
-/// Fits one force of a set to the characterised tyre and leaves the parameters in the set.
-fn solve(
-    c: &Characterised,
-    set: &mut MfMc,
-    inputs: &[Input],
-    (of, wanted): Force,
-    apply: Apply,
-    bounds: &[(f64, f64)],
-    starts: &[Vec<f64>],
-) -> Result<(), String> {
-    let wanted: Vec<f64> = inputs.iter().map(|i| wanted(&c.forces(i))).collect();
-    let shares = wanted.iter().zip(inputs).map(|(x, input)| x.abs() / input.load);
-    let peak = shares.fold(1e-12, f64::max);
-    let mut curve = Curve {
-        set: *set,
-        apply,
-        of,
-        inputs,
-        wanted: &wanted,
-        peak,
-        parameters: bounds.len(),
-        even: false,
-    };
-    let options = Options { tuning: f64::INFINITY, max_iterations: 40, ..Options::default() };
-    let fail = |e: nonlinear::Error| format!("the property file's fit failed: {e}");
-    let fit = |curve: &Curve<'_>, starts: &[Vec<f64>]| {
-        nonlinear::fit(curve, starts, Some(bounds), &options).map_err(fail)
-    };
-    let first = fit(&curve, starts)?.theta;
-    curve.even = true;
-    let best = fit(&curve, std::slice::from_ref(&first))?.theta;
-    apply(set, &best);
-    Ok(())
-}
+const ALONG: Force<MfMc> = (MfMc::force_x, |o| o.force_x);
+const SIDE: Force<MfMc> = (MfMc::force_y, |o| o.force_y);

@@ -5,7 +5,7 @@
 //! and Pacejka (1998). The longitudinal curve carries over exactly, with
 //! `PCX1 = c, PDX1 = d, PKX1 = b c d, PEX1 = e1, PEX4 = -e2/e1`; the lateral one and combined slip
 //! are shaped to the characterised tyre ([`super::fit`]). The file tells how far its reader ends up
-//! from the characterised tyre, read back and compared over the ranges in the file.
+//! from the characterised tyre, read back and compared over what was ridden and over the ranges in the file.
 
 use super::check::{self, LargestErrors};
 use super::file::{self, File, NO_LOAD, origin, short};
@@ -28,12 +28,11 @@ pub fn write(
     let set = fit::motorcycle(c)?;
     let body = body(fitted, c, setting, &set);
     let worst = check::largest_errors(&body, c, c.with_bike)?;
+    let beyond = check::largest_errors_beyond(&body, c, c.with_bike)?;
     let mut top = File::default();
-    file::head(&mut top, fitted, c, "motorcycle Magic Formula");
-    top.comment("Largest differences from the characterised tyre over these ranges, read back:");
-    for line in worst.lines() {
-        top.comment(&line);
-    }
+    file::head(&mut top, fitted, c, "motorcycle Magic Formula 5.2");
+    file::differences(&mut top, c, &worst, &beyond);
+    file::peak(&mut top, c, set.pDy[0]);
     file::effects(&mut top, c);
     Ok((top.0 + &body, worst))
 }
@@ -125,7 +124,7 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> Strin
     f.comment(&format!("     side_force_ratio {}", c.noted(&ratio, "side_force_ratio_rear")));
     let t = &c.tyre.tyre;
     let k = t.stiffness.k_alpha(0.0, t.side_force_ratio);
-    let peak = "shaped; the ride does not reach the peak";
+    let peak = "shaped, mf_d to 1.3 mf_d; no ride reaches the peak";
     let is_shaped = c.error.stiffness_load != 0.0;
     let shaped = |else_: &str| match is_shaped {
         true => c.noted("set: to first order in load", "stiffness_load"),
@@ -136,7 +135,7 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> Strin
         ("PCY2", set.pCy[1], "shaped"),
         ("PDY1", set.pDy[0], peak),
         ("PDY2", set.pDy[1], &shaped("set")),
-        ("PDY3", set.pDy[2], peak),
+        ("PDY3", set.pDy[2], "shaped"),
         ("PEY1", set.pEy[0], "shaped"),
         ("PEY2", set.pEy[1], "shaped"),
         ("PEY3", 0.0, "set: both sides alike"),
@@ -170,7 +169,7 @@ fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(C) -> Stri
     f.section("ALIGNING_COEFFICIENTS");
     let trail = "set: eq. 12 with the bike file's vertical stiffness";
     f.number("QCZ1", set.qCz1, "set");
-    f.number("QBZ1", set.qBz[0], "set: eq. 11, how slip shortens the trail");
+    f.number("QBZ1", set.qBz[0], "shaped to eq. 11, how slip shortens the trail");
     for key in ["QBZ2", "QBZ5", "QBZ6", "QBZ9", "QBZ10"] {
         f.number(key, 0.0, "set");
     }

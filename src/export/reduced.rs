@@ -20,6 +20,7 @@
 use super::check::{self, LargestErrors};
 use super::file::{self, File, NO_LOAD, origin, short};
 use super::fit::proportional;
+use super::fit_62::PKY2;
 use super::fitted::Fitted;
 use super::over_load::OverLoad;
 use super::tyre::{Characterised, Setting};
@@ -27,9 +28,6 @@ use crate::contract::coefficient::{Coefficient as C, Part};
 
 /// Where `PKX2` comes from.
 pub const GAIN: &str = "PKX1 times slip_stiffness_load";
-/// `PKY2`: so large that the stiffness is proportional to load, as the fitted model has it
-/// (within 1 % up to twice the nominal load).
-const PKY2: f64 = 20.0;
 
 /// The property file of one tyre, and, where it holds both halves, how well it gives the tyre back.
 ///
@@ -47,10 +45,10 @@ pub fn write(
     let worst = if whole { Some(check::largest_errors(&body, c, false)?) } else { None };
     if let Some(worst) = &worst {
         top.comment(
-            "Largest differences from the characterised tyre over these ranges, read back (the",
+            "Largest differences from the characterised tyre over what was ridden, read back (the",
         );
         top.comment(
-            "lateral part is right at small angles only; the motorcycle set is right over all):",
+            "lateral part is right at small angles only; the sets 5.2 and 6.2 are right over all):",
         );
         for line in worst.lines() {
             top.comment(&line);

@@ -8,7 +8,7 @@ use super::effects::{Named, Place};
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
-use super::{csv, header, motorcycle, reduced};
+use super::{csv, header, magic_formula_62, motorcycle, reduced, tydex};
 use crate::contract::bike::{Axle, Bike};
 use crate::effects::models::Models;
 use crate::effects::tyre_file::CROWN;
@@ -17,7 +17,7 @@ use crate::effects::{ALL, Effect};
 /// What is written, for whom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// Magic Formula property file, fitted over the ridden ranges.
+    /// Magic Formula property file.
     Tir,
     /// Coefficients with intervals, status and ranges.
     Toml,
@@ -25,6 +25,8 @@ pub enum Format {
     Csv,
     /// C99 header that evaluates the tyre.
     C,
+    /// TYDEX file of what a bench would measure of it.
+    Tydex,
     /// The tyre as `roadbench simulate --front-tyre` and `--rear-tyre` take it.
     Simulator,
 }
@@ -32,9 +34,13 @@ pub enum Format {
 /// Which set of coefficients a tir file has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Set {
-    /// Motorcycle Magic Formula (FITTYP 52, PAC_MC): right over the ridden camber.
+    /// Motorcycle Magic Formula 5.2 (FITTYP 52, PAC_MC), fitted over the ridden camber.
+    #[value(name = "5.2", alias = "motorcycle")]
     Motorcycle,
-    /// A few coefficients of MF 6.2 (FITTYP 62): right at small angles, known to more readers.
+    /// Magic Formula 6.2 (FITTYP 62), fitted over the ridden camber, known to more readers.
+    #[value(name = "6.2")]
+    MagicFormula62,
+    /// A few coefficients of Magic Formula 6.2 in closed form: right at small angles.
     Reduced,
 }
 
@@ -132,6 +138,11 @@ pub fn text(request: &Request<'_>) -> Result<String, String> {
             fitted.to_toml(axle.map(Axle::name), if bike.is_some() { &all } else { &[] })
         }
         Format::Csv => Ok(csv::write(&fitted, &tyres()?)),
+        Format::Tydex => {
+            let axle = one()?;
+            needs("a TYDEX file")?;
+            tydex::write(&fitted, &Characterised::new(&fitted, axle, &setting)?)
+        }
         Format::C => {
             needs("a C header")?;
             header::write(&fitted, &tyres()?)
@@ -171,6 +182,10 @@ fn property_file(
     let (text, worst) = match (set, tyre.missing_half()) {
         (Set::Motorcycle, None) => {
             let (text, worst) = motorcycle::write(fitted, tyre, setting)?;
+            (text, Some(worst))
+        }
+        (Set::MagicFormula62, None) => {
+            let (text, worst) = magic_formula_62::write(fitted, tyre, setting)?;
             (text, Some(worst))
         }
         _ => reduced::write(fitted, tyre, setting)?,

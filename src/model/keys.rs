@@ -15,6 +15,12 @@ pub struct Keys {
 }
 
 impl Keys {
+    /// Of numbers alone.
+    pub fn of(numbers: &[(&str, f64)]) -> Self {
+        let numbers = numbers.iter().map(|(key, x)| ((*key).to_owned(), *x)).collect();
+        Keys { numbers, texts: BTreeMap::new() }
+    }
+
     /// A number.
     ///
     /// # Errors

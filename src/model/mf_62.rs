@@ -15,55 +15,55 @@ use super::tyre::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 /// Coefficients of one letter and direction; index 0 is the source's 1. Absent ones are zero.
-type List<const M: usize> = [f64; M];
+pub type List<const M: usize> = [f64; M];
 
 /// One tyre at one inflation pressure.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)] // the source's names
 pub struct Mf62 {
-    Fz0: f64,
-    R0: f64,
-    V0: f64,
+    pub Fz0: f64,
+    pub R0: f64,
+    pub V0: f64,
     /// Pressure over nominal, less one; and their ratio.
-    dpi: f64,
-    pressure: f64,
-    carcass: Carcass,
-    stiffness: [f64; 2],
-    pcfx: List<3>,
-    pcfy: List<3>,
-    pCx: List<1>,
-    pDx: List<3>,
-    pEx: List<4>,
-    pKx: List<3>,
-    pHx: List<2>,
-    pVx: List<2>,
-    ppx: List<4>,
-    rBx: List<3>,
-    rCx: List<1>,
-    rEx: List<2>,
-    rHx: List<1>,
-    pCy: List<1>,
-    pDy: List<3>,
-    pEy: List<5>,
-    pKy: List<7>,
-    pHy: List<2>,
-    pVy: List<4>,
-    ppy: List<5>,
-    rBy: List<4>,
-    rCy: List<1>,
-    rEy: List<2>,
-    rHy: List<2>,
-    rVy: List<6>,
-    qBz: List<10>,
-    qCz: List<1>,
-    qDz: List<11>,
-    qEz: List<5>,
-    qHz: List<4>,
-    ppz: List<2>,
-    ssz: List<4>,
-    qsx: List<14>,
-    ppMx: List<1>,
-    qsy: List<8>,
+    pub dpi: f64,
+    pub pressure: f64,
+    pub carcass: Carcass,
+    pub stiffness: [f64; 2],
+    pub pcfx: List<3>,
+    pub pcfy: List<3>,
+    pub pCx: List<1>,
+    pub pDx: List<3>,
+    pub pEx: List<4>,
+    pub pKx: List<3>,
+    pub pHx: List<2>,
+    pub pVx: List<2>,
+    pub ppx: List<4>,
+    pub rBx: List<3>,
+    pub rCx: List<1>,
+    pub rEx: List<2>,
+    pub rHx: List<1>,
+    pub pCy: List<1>,
+    pub pDy: List<3>,
+    pub pEy: List<5>,
+    pub pKy: List<7>,
+    pub pHy: List<2>,
+    pub pVy: List<4>,
+    pub ppy: List<5>,
+    pub rBy: List<4>,
+    pub rCy: List<1>,
+    pub rEy: List<2>,
+    pub rHy: List<2>,
+    pub rVy: List<6>,
+    pub qBz: List<10>,
+    pub qCz: List<1>,
+    pub qDz: List<11>,
+    pub qEz: List<5>,
+    pub qHz: List<4>,
+    pub ppz: List<2>,
+    pub ssz: List<4>,
+    pub qsx: List<14>,
+    pub ppMx: List<1>,
+    pub qsy: List<8>,
     scale: Scale,
 }
 
@@ -245,6 +245,47 @@ impl Mf62 {
         })
     }
 
+    /// Longitudinal force alone, N: what `forces` gives.
+    pub fn force_x(&self, input: &Input) -> f64 {
+        match self.slips(input) {
+            Some(at) => self.longitudinal(&at, self.Kxk(at.Fz)),
+            None => 0.0,
+        }
+    }
+
+    /// Side force alone, N: what `forces` gives.
+    pub fn force_y(&self, input: &Input) -> f64 {
+        self.slips(input).map_or(0.0, |at| self.side(&at).0)
+    }
+
+    /// What the formulas take; nothing off the ground.
+    fn slips(&self, input: &Input) -> Option<Slips> {
+        let Input { slip_ratio, slip_angle, camber, load: Fz, friction } = *input;
+        if Fz <= 0.0 {
+            return None;
+        }
+        Some(Slips {
+            Fz,
+            dfz: self.dfz(Fz),
+            k: slip_ratio.clamp(-1.0, 1e3),
+            a: slip_angle.clamp(-1.5, 1.5).tan(),
+            g: camber.sin(),
+            mu: friction.max(1e-3), // ice has some
+        })
+    }
+
+    /// Side force under combined slip, N, and what pure slip gives (4.E58 to 4.E67).
+    fn side(&self, at: &Slips) -> (f64, Lateral) {
+        let &Slips { Fz, dfz, k, a, g, mu } = at;
+        let y = self.lateral(Fz, a, g, mu);
+        let DVyk = y.mu
+            * Fz
+            * (self.rVy[0] + self.rVy[1] * dfz + self.rVy[2] * g)
+            * (self.rVy[3] * a).atan().cos();
+        let SVyk = DVyk * (self.rVy[4] * (self.rVy[5] * k).atan()).sin() * self.scale.vyka;
+        (self.weight_y(dfz, a, g, k) * y.Fy0 + SVyk, y)
+    }
+
     /// Longitudinal force under combined slip, N (4.E9 to 4.E18, 4.E50 to 4.E57).
     fn longitudinal(&self, at: &Slips, Kxk: f64) -> f64 {
         let &Slips { Fz, dfz, k, a, g, mu } = at;
@@ -407,28 +448,14 @@ impl Mf62 {
 
 impl TyreModel for Mf62 {
     fn forces(&self, input: &Input) -> Output {
-        let Input { slip_ratio, slip_angle, camber, load: Fz, friction: mu } = *input;
-        if Fz <= 0.0 {
+        let Some(at) = self.slips(input) else {
             return Output::default(); // off the ground
-        }
-        let (s, dfz) = (&self.scale, self.dfz(Fz));
-        let k = slip_ratio.clamp(-1.0, 1e3);
-        let mu = mu.max(1e-3); // ice has some
-        let a = slip_angle.clamp(-1.5, 1.5).tan();
-        let g = camber.sin();
-        let at = Slips { Fz, dfz, k, a, g, mu };
-
-        let Kxk = self.Kxk(Fz);
+        };
+        let Kxk = self.Kxk(at.Fz);
         let Fx = self.longitudinal(&at, Kxk);
-        let y = self.lateral(Fz, a, g, mu);
-        let DVyk = y.mu
-            * Fz
-            * (self.rVy[0] + self.rVy[1] * dfz + self.rVy[2] * g)
-            * (self.rVy[3] * a).atan().cos();
-        let SVyk = DVyk * (self.rVy[4] * (self.rVy[5] * k).atan()).sin() * s.vyka;
-        let Fy = self.weight_y(dfz, a, g, k) * y.Fy0 + SVyk;
+        let (Fy, y) = self.side(&at);
         let Mz = self.aligning(&at, Kxk, &y, [Fx, Fy]);
-        let Mx = self.overturning(Fz, Fy, camber);
+        let Mx = self.overturning(at.Fz, Fy, input.camber);
         Output { force_x: Fx, force_y: Fy, moment_x: Mx, moment_z: Mz }
     }
 

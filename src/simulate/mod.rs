@@ -10,6 +10,7 @@
 //!
 //! Seeded and deterministic: a session depends on the scenario and its own number only.
 
+pub mod bench_points;
 mod builtin;
 pub mod compare;
 pub mod hidden;

@@ -2,11 +2,13 @@
 
     python3 motorcycle_tir.py TYRE.tir COEFFICIENTS.toml TABLES.csv front|rear
 
-Nothing here comes from roadbench: the reader of the file and the motorcycle Magic Formula are
-written from Pacejka (2012), Tire and Vehicle Dynamics, 3rd ed., section 11.6 and de Vries and
-Pacejka (1998); the fitted tyre from the paper's eqs. 22, 28 and 39 with the coefficients of the
-TOML export, and, for moments and combined slip, from the look-up tables. Prints one JSON object:
-largest differences over the ranges that the file states, over the largest value there.
+Nothing here comes from roadbench: the reader of the file and the Magic Formulas are written from
+Pacejka (2012), Tire and Vehicle Dynamics, 3rd ed. - the motorcycle set 5.2 (FITTYP 52) from
+section 11.6 and de Vries and Pacejka (1998), version 6.2 (FITTYP 62) from section 4.3.2, equations
+4.E1 to 4.E78 without turn slip and pressure; the fitted tyre from the paper's eqs. 22, 28 and 39
+with the coefficients of the TOML export, and, for moments and combined slip, from the look-up
+tables. Prints one JSON object: largest differences over what was ridden and over the ranges that
+the file states, over the largest value there, and whether the file behaves over all of its ranges.
 
 No package on PyPI was found that reads such a file: `pacejka` 0.1.0 evaluates four constants.
 """
@@ -15,7 +17,7 @@ import csv
 import json
 import sys
 import tomllib
-from math import atan, cos, copysign, exp, sin, tan
+from math import atan, cos, copysign, exp, pi, sin, tan
 
 
 def read(path):
@@ -95,6 +97,108 @@ class Motorcycle:
         return fx, fy, mx, mz
 
 
+class MagicFormula62:
+    """Version 6.2 in the W axes; a coefficient that the file has not is zero."""
+
+    def __init__(self, sections):
+        assert sections["MODEL"]["FITTYP"] == 62, "not version 6.2"
+        units = sections["UNITS"]
+        assert (units["LENGTH"], units["FORCE"], units["ANGLE"]) == ("meter", "newton", "radians")
+        self.p = {k: v for s in sections.values() for k, v in s.items()}
+        scales = [k for k, v in self.p.items() if k.startswith("L") and v != 1.0]
+        known = ["LENGTH", "LONGVL", "LONGITUDINAL_STIFFNESS", "LATERAL_STIFFNESS"]
+        assert set(scales) <= set(known), "no scaling factors are written"
+
+    def forces(self, kappa, alpha, gamma, load):
+        def p(name):
+            return self.p.get(name, 0.0)
+
+        def sgn(x):
+            return 0.0 if x == 0 else copysign(1.0, x)
+
+        def curved(b, e, x):  # the argument that E bends
+            return b * x - e * (b * x - atan(b * x))
+
+        fz0, r0 = p("FNOMIN"), p("UNLOADED_RADIUS")
+        dfz = (load - fz0) / fz0  # 4.E2a
+        astar, gstar = tan(alpha), sin(gamma)  # 4.E3, 4.E4
+
+        # longitudinal, pure: 4.E9 to 4.E18
+        kx = kappa + p("PHX1") + p("PHX2") * dfz
+        mux = (p("PDX1") + p("PDX2") * dfz) * (1 - p("PDX3") * gamma**2)
+        ex = (p("PEX1") + p("PEX2") * dfz + p("PEX3") * dfz**2) * (1 - p("PEX4") * sgn(kx))
+        kxk = load * (p("PKX1") + p("PKX2") * dfz) * exp(p("PKX3") * dfz)
+        bx = kxk / (p("PCX1") * mux * load)
+        fx0 = mux * load * sin(p("PCX1") * atan(curved(bx, ex, kx)))
+        fx0 += load * (p("PVX1") + p("PVX2") * dfz)
+
+        # lateral, pure: 4.E19 to 4.E30
+        def lateral(gstar):
+            kya = p("PKY1") * fz0 * (1 - p("PKY3") * abs(gstar))
+            kya *= sin(p("PKY4") * atan(load / fz0 / (p("PKY2") + p("PKY5") * gstar**2)))
+            kyg = load * (p("PKY6") + p("PKY7") * dfz)
+            svyg = load * (p("PVY3") + p("PVY4") * dfz) * gstar
+            svy = load * (p("PVY1") + p("PVY2") * dfz) + svyg
+            shy = p("PHY1") + p("PHY2") * dfz + (kyg * gstar - svyg) / kya
+            ay = astar + shy
+            muy = (p("PDY1") + p("PDY2") * dfz) * (1 - p("PDY3") * gstar**2)
+            ey = (p("PEY1") + p("PEY2") * dfz) * (
+                1 + p("PEY5") * gstar**2 - (p("PEY3") + p("PEY4") * gstar) * sgn(ay)
+            )
+            by = kya / (p("PCY1") * muy * load)
+            fy0 = muy * load * sin(p("PCY1") * atan(curved(by, min(ey, 1.0), ay))) + svy
+            return fy0, kya, by * p("PCY1"), shy + svy / kya, muy
+
+        fy0, kya, bcy, shf, muy = lateral(gstar)
+
+        # combined: 4.E50 to 4.E67
+        def falls(c, b, e, shift, x):
+            at = [cos(c * atan(curved(b, e, y))) for y in (x + shift, shift)]
+            return at[0] / at[1]
+
+        bxa = (p("RBX1") + p("RBX3") * gstar**2) * cos(atan(p("RBX2") * kappa))
+        exa = p("REX1") + p("REX2") * dfz
+        fx = fx0 * falls(p("RCX1"), bxa, exa, p("RHX1"), astar)
+
+        def gyk(gstar):
+            byk = (p("RBY1") + p("RBY4") * gstar**2) * cos(atan(p("RBY2") * (astar - p("RBY3"))))
+            shift = p("RHY1") + p("RHY2") * dfz
+            return falls(p("RCY1"), byk, p("REY1") + p("REY2") * dfz, shift, kappa)
+
+        dvyk = muy * load * (p("RVY1") + p("RVY2") * dfz + p("RVY3") * gstar)
+        dvyk *= cos(atan(p("RVY4") * astar))
+        fy = gyk(gstar) * fy0 + dvyk * sin(p("RVY5") * atan(p("RVY6") * kappa))
+
+        # overturning moment: 4.E69
+        side = fy / fz0
+        mx = p("QSX1") - p("QSX2") * gamma - p("QSX12") * gamma * abs(gamma) + p("QSX3") * side
+        mx += p("QSX10") * atan(p("QSX11") * load / fz0) * gamma
+        mx = r0 * load * mx + r0 * fy * (p("QSX13") + p("QSX14") * abs(gamma))
+
+        # aligning moment: 4.E31 to 4.E49 and 4.E71 to 4.E78
+        upright, *_ = lateral(0.0)
+        at = astar + p("QHZ1") + p("QHZ2") * dfz + (p("QHZ3") + p("QHZ4") * dfz) * gstar
+        ar = astar + shf
+        equivalent = [sgn(x) * (x**2 + (kxk / kya * kappa) ** 2) ** 0.5 for x in (at, ar)]
+        bt = (p("QBZ1") + p("QBZ2") * dfz + p("QBZ3") * dfz**2) * (
+            1 + p("QBZ5") * abs(gstar) + p("QBZ6") * gstar**2
+        )
+        dt = load * r0 / fz0 * (p("QDZ1") + p("QDZ2") * dfz)
+        dt *= 1 + p("QDZ3") * abs(gstar) + p("QDZ4") * gstar**2
+        et = p("QEZ1") + p("QEZ2") * dfz + p("QEZ3") * dfz**2
+        et *= 1 + (p("QEZ4") + p("QEZ5") * gstar) * 2 / pi * atan(bt * p("QCZ1") * at)
+        trail = dt * cos(p("QCZ1") * atan(curved(bt, et, equivalent[0]))) * cos(alpha)
+        br = p("QBZ9") + p("QBZ10") * bcy
+        dr = p("QDZ6") + p("QDZ7") * dfz + (p("QDZ8") + p("QDZ9") * dfz) * gstar
+        dr += (p("QDZ10") + p("QDZ11") * dfz) * gstar * abs(gstar)
+        residual = load * r0 * dr * cos(alpha) * cos(atan(br * equivalent[1]))
+        arm = r0 * (p("SSZ1") + p("SSZ2") * side + (p("SSZ3") + p("SSZ4") * dfz) * gstar)
+        return fx, fy, mx, -trail * gyk(0.0) * upright + residual + arm * fx
+
+
+SETS = {52: Motorcycle, 62: MagicFormula62}
+
+
 def fitted(tyre, ranges, at_rest, effects):
     """Fx/Fz over slip ratio and Fy/Fz over slip angle and camber, as fitted (eqs. 28, 39, 22).
 
@@ -149,9 +253,41 @@ class Worst:
         return self.off / self.largest if self.largest else None
 
 
+def behaves(tyre):
+    """What a simulator needs of all the ranges of the file, whatever tyre it is of."""
+    p = tyre.p
+    peak, camber, angle = p["PDY1"], p["CAMMAX"], p["ALPMAX"]
+    most, reached = 0.0, 0.0
+    for load in (p["FZMIN"], p["FNOMIN"], p["FZMAX"]):
+        dfz = load / p["FNOMIN"] - 1
+        at_load = exp(p["PDY2"] * dfz) * peak if p["FITTYP"] == 52 else peak + p["PDY2"] * dfz
+        for gamma in steps(-camber, camber, 21):
+            pulls = []
+            for alpha in steps(-angle, angle, 41):
+                _, fy, _, _ = tyre.forces(0.0, alpha, gamma, load)
+                most = max(most, abs(fy) / load / at_load)
+                pulls.append(-fy / load / at_load)
+            # a larger slip angle never pulls much less, and both ends pull to their own side
+            for k in range(1, 41):
+                assert pulls[k] > pulls[k - 1] - 0.05, (load, gamma, k, pulls)
+            assert pulls[0] < -0.2 and pulls[-1] > 0.2, (load, gamma, pulls)
+        upright = [abs(tyre.forces(0.0, a, 0.0, load)[1]) for a in steps(0.0, angle, 351)]
+        reached = max(reached, abs(max(upright) / load / at_load - 1))
+        for kappa in steps(p["KPUMIN"], p["KPUMAX"], 41):
+            for alpha in steps(-angle, angle, 15):
+                for gamma in steps(-camber, camber, 7):
+                    fx, fy, mx, mz = tyre.forces(kappa, alpha, gamma, load)
+                    assert fx * kappa >= 0, ("Fx pushes against the slip", kappa, alpha, gamma)
+                    free = tyre.forces(0.0, alpha, gamma, load)[1]
+                    assert fy * free >= 0, ("braking turns the side force", kappa, alpha, gamma)
+                    assert abs(fy) <= abs(free) * (1 + 1e-9), (kappa, alpha, gamma)
+                    assert abs(mx) < 0.3 * load and abs(mz) < 0.2 * load, (mx, mz)
+    return {"most": most, "peak off": reached}
+
+
 def main(tir, coefficients, tables, end):
     sections = read(tir)
-    tyre = Motorcycle(sections)
+    tyre = SETS[int(sections["MODEL"]["FITTYP"])](sections)
     with open(coefficients, "rb") as file:
         document = tomllib.load(file)
     effects = {
@@ -160,24 +296,40 @@ def main(tir, coefficients, tables, end):
         if one["place"].get(end) == "added"
     }
     at_rest = document.get("mf_d_at_rest", {}).get(end)
-    friction_x, friction_y, ct = fitted(
-        document[end], document["ranges"][end], at_rest, effects
-    )
+    ridden = document["ranges"][end]
+    friction_x, friction_y, ct = fitted(document[end], ridden, at_rest, effects)
     gain = document[end]["slip_stiffness_load"]["value"]
     p = tyre.p
+
+    def size(name):
+        return max(abs(x) for x in ridden[name])
+
+    # the ranges of the file hold what was ridden, and more
+    angle, camber = size("slip_angle"), size("camber")
+    assert p["ALPMAX"] >= 0.3 > angle and p["CAMMAX"] >= camber and -p["ALPMIN"] == p["ALPMAX"]
+    assert p["KPUMIN"] <= ridden["slip_ratio"][0] and p["KPUMAX"] > 0.3
     loads = [p["FZMIN"], p["FNOMIN"], p["FZMAX"]]
-    x, y = Worst(), Worst()
+    assert loads[0] < 0.5 * loads[1] and loads[2] > 1.5 * loads[1], loads
+    side = ct * tan(camber)  # the side force that was ridden
+    x, y, beyond = Worst(), Worst(), Worst()
     for load in loads:
         extra = load / p["FNOMIN"] - 1
+        stiffer = 1 + gain * extra
         for slip in steps(p["KPUMIN"], p["KPUMAX"], 201):
-            stiffer = 1 + gain * extra
             x.see(tyre.forces(slip, 0.0, 0.0, load)[0] / load, friction_x(stiffer * slip, extra))
-        for gamma in steps(p["CAMMIN"], p["CAMMAX"], 61):
-            for alpha in steps(p["ALPMIN"], p["ALPMAX"], 41):
-                wanted = friction_y(alpha, gamma, extra)
-                if abs(wanted) <= ct * tan(p["CAMMAX"]):  # the side force that was ridden
-                    y.see(tyre.forces(0.0, alpha, gamma, load)[1] / load, wanted)
+    for load in [0.4 * p["FNOMIN"], p["FNOMIN"], 1.8 * p["FNOMIN"]]:
+        extra = load / p["FNOMIN"] - 1
+        for worst, gammas, alphas, most in (
+            (y, camber, angle, side),
+            (beyond, p["CAMMAX"], p["ALPMAX"], p["PDX1"]),
+        ):
+            for gamma in steps(-gammas, gammas, 61):
+                for alpha in steps(-alphas, alphas, 41):
+                    wanted = friction_y(alpha, gamma, extra)
+                    if abs(wanted) <= most:
+                        worst.see(tyre.forces(0.0, alpha, gamma, load)[1] / load, wanted)
     said = {"Fx": x.share(), "Fy": y.share(), "points": x.points + y.points}
+    said["beyond"] = {"Fy": beyond.share(), **behaves(tyre)}
     in_tables = {}
     with open(tables, encoding="utf-8") as file:
         for row in csv.DictReader(line for line in file if not line.startswith("#")):

@@ -62,4 +62,5 @@ mod slip_angles;
 mod superbike;
 mod suspicions;
 mod track_sessions;
+mod tydex;
 mod verify;

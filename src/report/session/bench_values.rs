@@ -1,4 +1,5 @@
-//! Values of a tyre bench beside the estimates: `bench.csv` in the output folder.
+//! Values of a tyre bench beside the estimates: `bench.csv` in the output folder, and points of TYDEX files
+//! ([`super::bench_points`]).
 //!
 //! ```csv
 //! bike_id,tyre,coefficient,camber,value,std_error
@@ -17,6 +18,7 @@ use crate::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
 use crate::report::charts::chart::{Chart, Cloud};
 use crate::report::error::Error;
 use crate::report::number_format::{self, fixed, typeset};
+use crate::report::session::bench_points::BenchPoints;
 use crate::tables::read;
 
 /// File name in the output folder.
@@ -26,7 +28,9 @@ pub const FILE: &str = "bench.csv";
 #[derive(Debug, Default, Clone, PartialEq)]
 pub struct BenchValues {
     values: Vec<Value>,
-    /// The file's bytes, for telling whether a page is made of just these.
+    /// Points of the front and the rear tyre.
+    points: BenchPoints,
+    /// The files' bytes, for telling whether a page is made of just these.
     pub text: String,
 }
 
@@ -46,12 +50,16 @@ struct Value {
 /// The file cannot be read, or a row is wrong: which, and what to do.
 pub fn read(out: &Path) -> Result<BenchValues, Error> {
     let path = out.join(FILE);
-    if !path.is_file() {
-        return Ok(BenchValues::default());
+    let mut bench = BenchValues::default();
+    if path.is_file() {
+        let fail =
+            |message: String| -> Error { read::Error { path: path.clone(), message }.into() };
+        let text = read_text(&path).map_err(|e| fail(e.to_string()))?;
+        bench = parse(&text).map_err(fail)?;
     }
-    let fail = |message: String| -> Error { read::Error { path: path.clone(), message }.into() };
-    let text = read_text(&path).map_err(|e| fail(e.to_string()))?;
-    parse(&text).map_err(fail)
+    bench.points = BenchPoints::read(out)?;
+    bench.text += &bench.points.text;
+    Ok(bench)
 }
 
 /// Reads the text of such a file.
@@ -113,7 +121,7 @@ pub fn parse(text: &str) -> Result<BenchValues, String> {
             std_error: number("std_error")?,
         });
     }
-    Ok(BenchValues { values, text: text.to_owned() })
+    Ok(BenchValues { values, points: BenchPoints::default(), text: text.to_owned() })
 }
 
 impl BenchValues {
@@ -152,8 +160,9 @@ impl BenchValues {
         Some(typeset(&text))
     }
 
-    /// Puts the bench's stiffnesses into the charts of stiffness over camber.
+    /// Puts the bench's stiffnesses into the charts of stiffness over camber, and its points into those of friction.
     pub fn draw(&self, bike: &str, charts: &mut [Chart]) {
+        self.points.draw(charts);
         for (axle, plot) in Axle::BOTH.into_iter().zip(&STIFFNESS) {
             let cloud = self.stiffness(bike, axle);
             let chart = charts.iter_mut().find(|c| c.name == plot.name);

@@ -1,5 +1,6 @@
 //! The page of one session.
 
+pub mod bench_points;
 pub mod bench_values;
 pub mod forces;
 pub mod laps;

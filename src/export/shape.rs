@@ -1,0 +1,119 @@
+//! Coefficients of a Magic Formula shaped to the characterised tyre.
+//!
+//! By least squares over what was ridden, then by fourth powers, which spreads what is left evenly. Beyond what was
+//! ridden the wish is the estimated tyre up to its peak friction and that peak from there on, with a weight
+//! ([`BEYOND`]) that decides the shape there and costs little within.
+
+use super::grid::Grid;
+use super::tyre::Characterised;
+use super::validity::Validity;
+use crate::model::tyre::{Input, Output};
+use crate::statistics::nonlinear::{self, Model, Options};
+
+/// Weight of all points beyond what was ridden together, over that of all ridden ones: of residuals.
+const BEYOND: f64 = 0.006;
+
+/// Puts parameters into a set.
+pub type Apply<S> = fn(&mut S, &[f64]);
+
+/// A force of a set by itself, and that of a tyre.
+pub type Force<S> = (fn(&S, &Input) -> f64, fn(&Output) -> f64);
+
+/// What is shaped, and within which bounds.
+pub struct Shape<'a, S> {
+    /// Which force.
+    pub force: Force<S>,
+    /// Where the parameters go.
+    pub apply: Apply<S>,
+    /// Of each parameter.
+    pub bounds: &'a [(f64, f64)],
+    /// From where the search begins.
+    pub starts: &'a [Vec<f64>],
+}
+
+/// Which points a shape is fitted to.
+pub type Points = fn(&Grid, &Characterised, f64) -> Vec<Input>;
+
+struct Curve<'a, S> {
+    set: &'a S,
+    shape: &'a Shape<'a, S>,
+    inputs: &'a [Input],
+    wanted: &'a [f64],
+    /// Weight over the largest ridden force.
+    scale: &'a [f64],
+    /// Largest ridden force, N.
+    largest: f64,
+    /// Fourth powers instead of squares.
+    even: bool,
+}
+
+impl<S: Clone> Model for Curve<'_, S> {
+    fn parameters(&self) -> usize {
+        self.shape.bounds.len()
+    }
+
+    fn len(&self) -> usize {
+        self.inputs.len()
+    }
+
+    fn residuals(&self, theta: &[f64], out: &mut [f64]) {
+        let mut set = self.set.clone();
+        (self.shape.apply)(&mut set, theta);
+        let points = self.inputs.iter().zip(self.wanted).zip(self.scale);
+        for (o, ((input, wanted), scale)) in out.iter_mut().zip(points) {
+            let e = (self.shape.force.0)(&set, input) - wanted;
+            *o = if self.even { 1e3 * scale * e * e.abs() / self.largest } else { e * scale };
+        }
+    }
+}
+
+/// Fits one force of a set to the characterised tyre at the nominal load and leaves the parameters in the set.
+///
+/// # Errors
+/// A sentence: the fit does not come to an end.
+pub fn solve<S: Clone>(
+    c: &Characterised,
+    set: &mut S,
+    points: Points,
+    shape: &Shape<'_, S>,
+) -> Result<(), String> {
+    let load = c.load();
+    let peak = Validity::of(c).peak * load;
+    let of = shape.force.1;
+    let ridden = points(&Grid::ridden(c), c, load);
+    let beyond = points(&Grid::whole(c), c, load);
+    let most = |inputs: &[Input]| {
+        inputs.iter().map(|i| of(&c.forces(i)).abs()).fold(1e-9 * load, f64::max)
+    };
+    let largest = most(&ridden);
+    let share = (ridden.len() as f64 / beyond.len().max(1) as f64).sqrt();
+    let weights = [1.0, BEYOND * share];
+    let (mut wanted, mut scale, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
+    for (points, weight) in [(ridden, weights[0]), (beyond, weights[1])] {
+        for input in points {
+            wanted.push(of(&c.forces(&input)).clamp(-peak, peak));
+            scale.push(weight / largest);
+            inputs.push(input);
+        }
+    }
+    let before = set.clone();
+    let mut curve = Curve {
+        set: &before,
+        shape,
+        inputs: &inputs,
+        wanted: &wanted,
+        scale: &scale,
+        largest,
+        even: false,
+    };
+    let options = Options { tuning: f64::INFINITY, max_iterations: 40, ..Options::default() };
+    let fit = |curve: &Curve<'_, S>, starts: &[Vec<f64>]| {
+        nonlinear::fit(curve, starts, Some(shape.bounds), &options)
+            .map_err(|e| format!("the property file's fit failed: {e}"))
+    };
+    let first = fit(&curve, shape.starts)?.theta;
+    curve.even = true;
+    let best = fit(&curve, std::slice::from_ref(&first))?.theta;
+    (shape.apply)(set, &best);
+    Ok(())
+}
