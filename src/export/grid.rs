@@ -68,7 +68,7 @@ impl Grid {
 
     /// All that a file's ranges hold.
     pub fn whole(tyre: &Characterised) -> Self {
-        Grid { side: f64::INFINITY, ..Grid::extended(tyre) }
+        Grid { side: f64::INFINITY, lateral: [17, 13], ..Grid::extended(tyre) }
     }
 
     /// Pure longitudinal slip, upright.
