@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::ends::{Ends, steps};
 use super::file::one_line;
 use super::fitted::Fitted;
-use super::grid::{Ends, steps};
 use super::tyre::{Characterised, effects_of};
 
 /// Effects that change nothing in the tables.

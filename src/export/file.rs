@@ -225,13 +225,13 @@ pub fn differences(
 
 /// What the head says of the lateral peak.
 pub fn peak(file: &mut File, c: &Characterised, peak: f64) {
-    let why = match c.longitudinal {
-        true => "mf_d or more",
-        false => "a stand-in",
-    };
+    let assumed = Validity::of(c).peak;
     file.comment(&format!(
-        "No ride reaches the lateral peak: PDY1 = {peak:.3} is taken from the longitudinal one ({why})."
+        "No ride reaches the lateral peak: PDY1 = {peak:.3} is shaped between 1.0 and 1.3 times {assumed:.3},"
     ));
+    file.comment(
+        "the larger of the longitudinal peak mf_d and 1.15 times the side force that was ridden.",
+    );
 }
 
 /// The ranges in which the file may be used: wider than what was ridden, see [`super::validity`].

@@ -5,7 +5,8 @@
 //! bends and has a peak; and combined slip is weighed by other functions. Those are shaped
 //! ([`super::shape`]). What the side force per load gains with load follows in closed form, to first order.
 
-use super::grid::{self, Grid};
+use super::ends::{Ends, steps};
+use super::grid::Grid;
 use super::over_load::OverLoad;
 use super::shape::{Apply, Force, Shape, solve};
 use super::tyre::Characterised;
@@ -46,13 +47,9 @@ fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
     // the form has the odd part as a share of the even one
     let e1 = if mf.e1.abs() < 1e-6 { 1e-6 } else { mf.e1 };
     let k_alpha = t.stiffness.k_alpha(0.0, t.side_force_ratio);
-    let trail = trail_0(radius, t.vertical_stiffness, load);
-    // more trail does not depend on load
-    let more = c.error.relative_trail(0.0) * t.trail_0(c.tyre.nominal_load);
     let (side, gain) = (over_load.side_force[0], over_load.side_force_gain());
     let pky3 = proportional(gain);
-    // the file's trail acts on its side force, which changes with load
-    let trails = [(trail + more) / (radius * side), -(0.5 * trail + more) / (radius * side)];
+    let trails = trail_over_load(c, over_load).map(|t| t / radius);
     let [friction, slope] = over_load.friction.map(|share| mf.d * share);
     let [slip_stiffness, gained] = over_load.slip_stiffness_of(mf.stiffness());
     let shrink = trail_shrinks(c, |angle| angle);
@@ -88,8 +85,7 @@ fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
         rCy1: 1.0,
         qCz1: QCZ1,
         qBz: [shrink, 0.0, 0.0, 0.0, 0.0, 0.0],
-        // the trail grows with the root of the load
-        qDz: [trails[0], trails[1] - gain * trails[0], 0.0, 0.0],
+        qDz: [trails[0], trails[1], 0.0, 0.0],
         qDzr: [-t.twisting_stiffness / radius, 0.0, 0.0, 0.0],
         qEz: [0.0; 3],
         qHz: [0.0; 2],
@@ -99,7 +95,7 @@ fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
         rolling_speed: c.error.rolling_resistance(0.0, 1.0),
         camber_scale: 1.0,
         overturning: Some({
-            let arm = linear(grid::Ends::of(c).camber) * t.overturning_stiffness / radius;
+            let arm = linear(Ends::of(c).camber) * t.overturning_stiffness / radius;
             [arm, 0.0, arm]
         }),
     }
@@ -111,13 +107,43 @@ pub fn trail_shrinks(c: &Characterised, of: fn(f64) -> f64) -> f64 {
     let t = &c.tyre.tyre;
     let k_alpha = t.stiffness.k_alpha(0.0, t.side_force_ratio);
     let left = |a: f64| (1.0 - k_alpha / (3.0 * t.reference_friction) * a.tan()).max(0.0);
-    let angles = grid::steps([0.0, Validity::of(c).ends.slip_angle], 101);
+    let angles = steps([0.0, Validity::of(c).ends.slip_angle], 101);
     let off = |b: f64| {
         let off = |a: &f64| ((QCZ1 * (b * of(*a)).atan()).cos() - left(*a)).abs();
         angles.iter().map(off).fold(0.0, f64::max)
     };
-    let shrinks = grid::steps([0.1, 60.0], 600);
+    let shrinks = steps([0.1, 60.0], 600);
     shrinks.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(1.0)
+}
+
+/// `QDZ1 R0` and `QDZ2 R0`, m: the trail grows with the root of the load (eq. 12), which the form's
+/// `load (QDZ1 + QDZ2 dfz)` has right at the nominal load, and as close as it can over the ridden loads and, with a
+/// third of the weight, over those of the file.
+pub fn trail_over_load(c: &Characterised, over_load: &OverLoad) -> [f64; 2] {
+    let t = &c.tyre.tyre;
+    let trail = |load: f64| trail_0(t.rolling_radius, t.vertical_stiffness, load);
+    // more trail does not depend on load
+    let more = c.error.relative_trail(0.0) * t.trail_0(c.tyre.nominal_load);
+    let (side, gain) = (over_load.side_force[0], over_load.side_force_gain());
+    // the file's trail acts on its side force, which changes with load
+    let wanted =
+        |dfz: f64| (trail(c.load() * (1.0 + dfz)) + more) / (side * (1.0 + gain * dfz).max(0.2));
+    let first = wanted(0.0);
+    let both = [(c.loads, 1.0), (Validity::of(c).ends.load, 0.3)];
+    let points: Vec<[f64; 2]> = both
+        .into_iter()
+        .flat_map(|(loads, weight)| steps(loads, 21).into_iter().map(move |l| [l, weight]))
+        .collect();
+    let off = |second: f64| {
+        let off = |[load, weight]: &[f64; 2]| {
+            let dfz = load / c.load() - 1.0;
+            weight * ((1.0 + dfz) * (first + second * dfz) - wanted(dfz)).abs()
+        };
+        points.iter().map(off).fold(0.0, f64::max)
+    };
+    let seconds = steps([-1.5 * first, 0.5 * first], 401);
+    let second = seconds.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b)));
+    [first, second.unwrap_or(-0.5 * first)]
 }
 
 /// The slope of the line that stays closest to `tan` up to an angle: the form is linear in camber.
@@ -182,7 +208,12 @@ fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
         vec![1.4, peak, -1.0, 1.0, 3.0, stiffness, -0.1, 1.5, -5.0, camber, 0.05],
         vec![1.2, peak, -4.0, 0.0, 0.0, stiffness, 0.0, 0.6, -0.5, camber, 0.05],
     ];
-    solve(c, set, Grid::lateral, &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts })
+    solve(
+        c,
+        set,
+        Grid::lateral,
+        &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts, beyond: LATERAL },
+    )
 }
 
 fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
@@ -191,15 +222,25 @@ fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
         set.rCx1 = x[2];
     };
     let starts = [vec![8.0, 8.0, 0.95], vec![30.0, 30.0, 0.95]];
-    let along = Shape { force: ALONG, apply, bounds: &COMBINED, starts: &starts };
+    let along =
+        Shape { force: ALONG, apply, bounds: &COMBINED, starts: &starts, beyond: COMBINED_BEYOND };
     solve(c, set, Grid::combined, &along)?;
     let apply: Apply<MfMc> = |set, x| {
         set.rBy = [x[0], x[1], 0.0];
         set.rCy1 = x[2];
     };
-    solve(c, set, Grid::combined, &Shape { force: SIDE, apply, bounds: &COMBINED, starts: &starts })
+    solve(
+        c,
+        set,
+        Grid::combined,
+        &Shape { force: SIDE, apply, bounds: &COMBINED, starts: &starts, beyond: COMBINED_BEYOND },
+    )
 }
 
+/// Weight of side forces beyond what was ridden: little, the ridden ones are known.
+pub const LATERAL: f64 = 0.004;
+/// Weight of combined slip beyond: nobody rides it, so that small slips count no more than large ones.
+pub const COMBINED_BEYOND: f64 = 0.5;
 /// Of the weighting functions: a cosine whose argument stays below a right angle turns no force's sign.
 pub const COMBINED: [(f64, f64); 3] = [(0.0, 100.0), (0.0, 100.0), (0.2, 1.0)];
 

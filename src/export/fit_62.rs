@@ -5,15 +5,17 @@
 //! share of its own (`PVY3`), the cornering stiffness follows camber (`PKY3`, `PKY5`), and so does the weighting by
 //! the other slip (`RBX3`, `RBY4`). Camber is its sine throughout, but for the overturning moment.
 
-use super::fit::{COMBINED, PEAK, QCZ1, proportional, trail_shrinks};
-use super::grid::{Ends, Grid, steps};
+use super::ends::{Ends, steps};
+use super::fit::{
+    COMBINED, COMBINED_BEYOND, LATERAL, PEAK, QCZ1, proportional, trail_over_load, trail_shrinks,
+};
+use super::grid::Grid;
 use super::over_load::OverLoad;
 use super::shape::{Apply, Force, Shape, solve};
 use super::tyre::Characterised;
 use super::validity::Validity;
 use crate::model::keys::Keys;
 use crate::model::mf_62::Mf62;
-use crate::model::tyre::trail_0;
 use crate::model::tyre_model::TyreModel;
 
 /// `PKY2`: so large that the stiffness is proportional to load (within 1 % up to twice the nominal load).
@@ -53,11 +55,7 @@ fn start(c: &Characterised, over_load: &OverLoad) -> Result<Mf62, String> {
     let (side, gain) = (over_load.side_force[0], over_load.side_force_gain());
     let pky2 = PKY2.min(proportional(gain));
     let share = (2.0 * (1.0 / pky2).atan()).sin();
-    let trail = trail_0(radius, t.vertical_stiffness, load);
-    // more trail does not depend on load
-    let more = c.error.relative_trail(0.0) * t.trail_0(c.tyre.nominal_load);
-    // the file's trail acts on its side force, which changes with load
-    let trails = [(trail + more) / (radius * side), -(0.5 * trail + more) / (radius * side)];
+    let trails = trail_over_load(c, over_load).map(|t| t / radius);
     let [friction, slope] = over_load.friction.map(|share| mf.d * share);
     let [slip_stiffness, gained] = over_load.slip_stiffness_of(mf.stiffness());
     // camber is its sine in the yaw moment, an angle in the overturning moment
@@ -92,7 +90,7 @@ fn start(c: &Characterised, over_load: &OverLoad) -> Result<Mf62, String> {
         ("QBZ1", trail_shrinks(c, f64::tan)),
         ("QCZ1", QCZ1),
         ("QDZ1", trails[0]),
-        ("QDZ2", trails[1] - gain * trails[0]),
+        ("QDZ2", trails[1]),
         ("QDZ8", twist[0]),
         ("QDZ10", twist[1]),
         ("SSZ3", arm * t.overturning_stiffness / radius),
@@ -158,7 +156,12 @@ fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
         vec![1.5, d, 0.05, -3.0, 0.0, 1.0, stiffness, -0.3, 0.0, camber, 0.2],
         vec![1.3, d, 0.05, -1.0, 2.0, 0.0, stiffness, -0.3, 0.0, camber, -0.2],
     ];
-    solve(c, set, Grid::lateral, &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts })
+    solve(
+        c,
+        set,
+        Grid::lateral,
+        &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts, beyond: LATERAL },
+    )
 }
 
 /// The camber's share is relative: the weighting keeps its sense at every camber.
@@ -171,14 +174,20 @@ fn combined(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
         set.rCx = [x[2]];
         set.rEx = [x[4], 0.0];
     };
-    let along = Shape { force: ALONG, apply, bounds: &bounds, starts: &starts };
+    let along =
+        Shape { force: ALONG, apply, bounds: &bounds, starts: &starts, beyond: COMBINED_BEYOND };
     solve(c, set, Grid::combined, &along)?;
     let apply: Apply<Mf62> = |set, x| {
         set.rBy = [x[0], x[1], 0.0, x[0] * x[3]];
         set.rCy = [x[2]];
         set.rEy = [x[4], 0.0];
     };
-    solve(c, set, Grid::combined, &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts })
+    solve(
+        c,
+        set,
+        Grid::combined,
+        &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts, beyond: COMBINED_BEYOND },
+    )
 }
 
 const ALONG: Force<Mf62> = (Mf62::force_x, |o| o.force_x);

@@ -1,46 +1,9 @@
 //! The points at which an export is fitted, checked and tabulated: the ridden ranges, and how far a file goes beyond.
 
-use super::ranges::Ranges;
+use super::ends::{Ends, steps};
 use super::tyre::Characterised;
 use super::validity::Validity;
 use crate::model::tyre::Input;
-
-/// What a ride without samples of a kind is given.
-const SLIP: [f64; 2] = [-0.2, 0.0];
-const ANGLE: f64 = 0.02;
-const CAMBER: f64 = 0.5;
-
-/// Ends of the ranges, as a property file states them: angles go both ways.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ends {
-    /// Slip ratio.
-    pub slip_ratio: [f64; 2],
-    /// Slip angle, rad.
-    pub slip_angle: f64,
-    /// Camber, rad.
-    pub camber: f64,
-    /// Load, N.
-    pub load: [f64; 2],
-}
-
-impl Ends {
-    /// Of a tyre.
-    pub fn of(tyre: &Characterised) -> Self {
-        let ranges = &tyre.ranges;
-        let [low, high] = ranges.slip_ratio.unwrap_or(SLIP);
-        Ends {
-            slip_ratio: [low.clamp(-0.95, 0.0), high.max(0.0)],
-            slip_angle: Ranges::both_ways(ranges.slip_angle).unwrap_or(ANGLE).clamp(0.005, 0.5),
-            camber: Ranges::both_ways(ranges.camber).unwrap_or(CAMBER).clamp(0.1, 1.2),
-            load: tyre.loads,
-        }
-    }
-}
-
-/// Values from end to end, `n` of them.
-pub fn steps([low, high]: [f64; 2], n: usize) -> Vec<f64> {
-    (0..n).map(|i| low + (high - low) * i as f64 / (n - 1) as f64).collect()
-}
 
 /// The points of some ranges at which a tyre is compared.
 #[derive(Debug, Clone, Copy)]
@@ -68,7 +31,7 @@ impl Grid {
 
     /// All that a file's ranges hold.
     pub fn whole(tyre: &Characterised) -> Self {
-        Grid { side: f64::INFINITY, ..Grid::extended(tyre) }
+        Grid { side: f64::INFINITY, lateral: [17, 13], ..Grid::extended(tyre) }
     }
 
     /// Pure longitudinal slip, upright.

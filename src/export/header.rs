@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::ends::Ends;
 use super::file::one_line;
 use super::fitted::Fitted;
-use super::grid::Ends;
 use super::tyre::{Characterised, effects_of};
 
 const TEMPLATE: &str = include_str!("tyre.h");

@@ -131,7 +131,7 @@ fn lateral(f: &mut File, c: &Characterised, set: &Mf62, row: &dyn Fn(C) -> Strin
         false => else_.to_owned(),
     };
     f.number("PCY1", set.pCy[0], "shaped");
-    f.number("PDY1", set.pDy[0], "shaped, mf_d to 1.3 mf_d; no ride reaches the peak");
+    f.number("PDY1", set.pDy[0], "shaped, see the head; no ride reaches the peak");
     f.number("PDY2", set.pDy[1], &over_load("set"));
     numbers(
         f,
@@ -171,7 +171,7 @@ fn aligning(f: &mut File, c: &Characterised, set: &Mf62, row: &dyn Fn(C) -> Stri
         false => "placeholder: give --bikes",
     };
     f.number("QDZ1", set.qDz[0], &c.noted(trail, "pneumatic_trail"));
-    let root = "set: the trail grows with the root of the load";
+    let root = "shaped: the trail grows with the root of the load";
     f.number("QDZ2", set.qDz[1], &c.noted(&c.noted(root, "pneumatic_trail"), "stiffness_load"));
     let note = format!("from twisting_stiffness ({})", row(C::TwistingStiffness));
     f.number("QDZ8", set.qDz[7], &c.noted(&note, "twisting_stiffness"));

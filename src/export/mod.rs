@@ -18,6 +18,7 @@
 pub mod check;
 pub mod csv;
 pub mod effects;
+pub mod ends;
 pub mod file;
 pub mod fit;
 pub mod fit_62;

@@ -124,7 +124,7 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> Strin
     f.comment(&format!("     side_force_ratio {}", c.noted(&ratio, "side_force_ratio_rear")));
     let t = &c.tyre.tyre;
     let k = t.stiffness.k_alpha(0.0, t.side_force_ratio);
-    let peak = "shaped, mf_d to 1.3 mf_d; no ride reaches the peak";
+    let peak = "shaped, see the head; no ride reaches the peak";
     let is_shaped = c.error.stiffness_load != 0.0;
     let shaped = |else_: &str| match is_shaped {
         true => c.noted("set: to first order in load", "stiffness_load"),
@@ -175,7 +175,7 @@ fn aligning(f: &mut File, set: &MfMc, c: &Characterised, row: &dyn Fn(C) -> Stri
     }
     let trail = if c.with_bike { trail } else { "placeholder: give --bikes" };
     f.number("QDZ1", set.qDz[0], &c.noted(trail, "pneumatic_trail"));
-    let root = "set: the trail grows with the root of the load";
+    let root = "shaped: the trail grows with the root of the load";
     f.number("QDZ2", set.qDz[1], &c.noted(&c.noted(root, "pneumatic_trail"), "stiffness_load"));
     for key in ["QDZ3", "QDZ4"] {
         f.number(key, 0.0, "set");

@@ -6,7 +6,7 @@
 //!
 //! `FNOMIN` need not be the load at rest, at which the coefficients hold.
 
-use super::grid::{Ends, steps};
+use super::ends::{Ends, steps};
 use super::tyre::Characterised;
 use crate::model::tyre::slip_stiffness_under;
 

@@ -2,16 +2,14 @@
 //!
 //! By least squares over what was ridden, then by fourth powers, which spreads what is left evenly. Beyond what was
 //! ridden the wish is the estimated tyre up to its peak friction and that peak from there on, with a weight
-//! ([`BEYOND`]) that decides the shape there and costs little within.
+//! ([`Shape::beyond`]) that decides the shape there and costs little within. Tyre and form are the same on both sides,
+//! so that points that lean to one are enough.
 
 use super::grid::Grid;
 use super::tyre::Characterised;
 use super::validity::Validity;
 use crate::model::tyre::{Input, Output};
 use crate::statistics::nonlinear::{self, Model, Options};
-
-/// Weight of all points beyond what was ridden together, over that of all ridden ones: of residuals.
-const BEYOND: f64 = 0.006;
 
 /// Puts parameters into a set.
 pub type Apply<S> = fn(&mut S, &[f64]);
@@ -29,6 +27,8 @@ pub struct Shape<'a, S> {
     pub bounds: &'a [(f64, f64)],
     /// From where the search begins.
     pub starts: &'a [Vec<f64>],
+    /// Weight of all points of the file's ranges together, over that of all ridden ones: of residuals.
+    pub beyond: f64,
 }
 
 /// Which points a shape is fitted to.
@@ -80,14 +80,17 @@ pub fn solve<S: Clone>(
     let load = c.load();
     let peak = Validity::of(c).peak * load;
     let of = shape.force.1;
-    let ridden = points(&Grid::ridden(c), c, load);
-    let beyond = points(&Grid::whole(c), c, load);
+    let one_side = |grid: &Grid| -> Vec<Input> {
+        points(grid, c, load).into_iter().filter(|i| i.camber <= 1e-9).collect()
+    };
+    let ridden = one_side(&Grid::ridden(c));
+    let beyond = one_side(&Grid::whole(c));
     let most = |inputs: &[Input]| {
         inputs.iter().map(|i| of(&c.forces(i)).abs()).fold(1e-9 * load, f64::max)
     };
     let largest = most(&ridden);
     let share = (ridden.len() as f64 / beyond.len().max(1) as f64).sqrt();
-    let weights = [1.0, BEYOND * share];
+    let weights = [1.0, shape.beyond * share];
     let (mut wanted, mut scale, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
     for (points, weight) in [(ridden, weights[0]), (beyond, weights[1])] {
         for input in points {

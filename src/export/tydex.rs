@@ -3,9 +3,9 @@
 //! Sweeps over what was ridden at the least, the nominal and the largest load: slip ratio upright, slip angle
 //! at several cambers, camber without slip, and all three at the nominal load.
 
+use super::ends::{Ends, steps};
 use super::file::{LONGVL, one_line};
 use super::fitted::Fitted;
-use super::grid::{Ends, steps};
 use super::tyre::Characterised;
 use crate::model::tyre::Input;
 use crate::tydex::Point;

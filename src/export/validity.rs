@@ -13,7 +13,7 @@
 //!
 //! None is ever narrower than what was ridden.
 
-use super::grid::{Ends, steps};
+use super::ends::{Ends, steps};
 use super::tyre::Characterised;
 
 /// Largest slip ratio, both ways: a locked wheel, and one that spins at twice the speed of the road.

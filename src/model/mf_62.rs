@@ -11,6 +11,7 @@
 #![allow(non_snake_case)] // symbols keep the capitals of the source
 
 use super::keys::{Keys, Missing};
+use super::mf_62_scale::Scale;
 use super::tyre::{Input, Output};
 use super::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
@@ -67,34 +68,6 @@ pub struct Mf62 {
     scale: Scale,
 }
 
-/// The scaling factors of the file; all are one unless somebody turned them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Scale {
-    cx: f64,
-    mux: f64,
-    ex: f64,
-    kx: f64,
-    hx: f64,
-    vx: f64,
-    cy: f64,
-    muy: f64,
-    ey: f64,
-    ky: f64,
-    hy: f64,
-    vy: f64,
-    kyc: f64,
-    kzc: f64,
-    tr: f64,
-    res: f64,
-    xal: f64,
-    yka: f64,
-    vyka: f64,
-    s: f64,
-    mx: f64,
-    vmx: f64,
-    my: f64,
-}
-
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
@@ -127,38 +100,6 @@ struct Slips {
     g: f64,
     /// Friction of the road, relative.
     mu: f64,
-}
-
-impl Scale {
-    /// The file's scaling factors; 1 where it has none.
-    fn from_keys(keys: &Keys) -> Self {
-        let l = |name: &str| keys.or(name, 1.0);
-        Scale {
-            cx: l("LCX"),
-            mux: l("LMUX"),
-            ex: l("LEX"),
-            kx: l("LKX"),
-            hx: l("LHX"),
-            vx: l("LVX"),
-            cy: l("LCY"),
-            muy: l("LMUY"),
-            ey: l("LEY"),
-            ky: l("LKY"),
-            hy: l("LHY"),
-            vy: l("LVY"),
-            kyc: l("LKYC"),
-            kzc: l("LKZC"),
-            tr: l("LTR"),
-            res: l("LRES"),
-            xal: l("LXAL"),
-            yka: l("LYKA"),
-            vyka: l("LVYKA"),
-            s: l("LS"),
-            mx: l("LMX"),
-            vmx: l("LVMX"),
-            my: l("LMY"),
-        }
-    }
 }
 
 impl Mf62 {

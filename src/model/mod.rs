@@ -9,6 +9,7 @@ pub mod kinematics;
 pub mod linear;
 pub mod magic_formula;
 pub mod mf_62;
+mod mf_62_scale;
 pub mod mf_mc;
 pub mod offroad;
 pub mod published;

@@ -10,7 +10,7 @@ use roadbench::effects::{Effect, tyre_file};
 use roadbench::export::fitted::Fitted;
 use roadbench::export::text::{Format, Request, Set, Tyre, text};
 use roadbench::export::tyre::{Characterised, Setting};
-use roadbench::export::{check, effects, grid};
+use roadbench::export::{check, effects, ends, grid};
 use roadbench::model::tir;
 use roadbench::model::tyre::Input;
 use roadbench::model::tyre_model::TyreModel;
@@ -206,7 +206,7 @@ fn reduced(
 ) {
     let tyres = [c, &plain.tyre];
     let files = [&reduced_set(place, c.axle, Some(models)), &plain.reduced];
-    let ends = grid::Ends::of(c).load;
+    let ends = ends::Ends::of(c).load;
     for load in [ends[0], c.load(), ends[1]] {
         let (mut peak, mut off) = (0.0_f64, 0.0_f64);
         for input in grid::longitudinal(c, load) {
