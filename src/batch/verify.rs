@@ -110,12 +110,21 @@ pub fn verify(out: &Location, logs: bool) -> Result<Verified, Error> {
     look(out, logs)
 }
 
-/// Removes damaged tables and what was left over: the next run computes their sessions again. Gives back what is
-/// removed.
+/// What [`mend`] did.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Mended {
+    /// Files that are removed, below the output.
+    pub removed: Vec<String>,
+    /// Damaged tables that stay: no run could make them again, since these sessions' logs are gone or changed.
+    pub kept: BTreeMap<String, BTreeSet<String>>,
+}
+
+/// Removes damaged tables and what was left over: the next run computes their sessions again. A table with sessions whose logs
+/// are not as they were stays, unless `lose` says that their rows may be lost.
 ///
 /// # Errors
 /// As [`verify`], or the output cannot be written.
-pub fn mend(out: &Location) -> Result<Vec<String>, Error> {
+pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
     let _lock = Lock::take(out)?;
     switch::recover(out)?;
     let found = look(out, false)?;
@@ -127,6 +136,13 @@ pub fn mend(out: &Location) -> Result<Vec<String>, Error> {
         if (finding.wrong.is_damage() && !stays) || finding.wrong == Wrong::LeftOver {
             removed.insert(finding.place.clone());
         }
+    }
+    let mut kept = BTreeMap::new();
+    if !lose {
+        for kind in [&kind::RUN, &kind::DIAGNOSE] {
+            kept.extend(without_log(kind, out, &removed)?);
+        }
+        removed.retain(|path| !kept.contains_key(path));
     }
     // before the files: see `manifest`
     list.take_off(removed.iter().map(String::as_str));
@@ -140,7 +156,35 @@ pub fn mend(out: &Location) -> Result<Vec<String>, Error> {
         let at = out.join(path);
         at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?;
     }
-    Ok(removed.into_iter().collect())
+    Ok(Mended { removed: removed.into_iter().collect(), kept })
+}
+
+/// Those of some tables that have sessions whose logs are gone or changed, with these sessions.
+fn without_log(
+    kind: &'static Kind,
+    out: &Location,
+    paths: &BTreeSet<String>,
+) -> Result<BTreeMap<String, BTreeSet<String>>, Error> {
+    let there = Contents::read(kind, out)?;
+    let rows: Vec<(&Committed, Vec<String>)> = there
+        .taken_in()
+        .filter_map(|row| {
+            let path = |(folder, extension): (&str, &str)| {
+                format!("{folder}/bike={}/{}.{extension}", row.bike_id, row.part)
+            };
+            let its: Vec<String> = kind.files().map(path).filter(|p| paths.contains(p)).collect();
+            (!its.is_empty()).then_some((row, its))
+        })
+        .collect();
+    let gone: Vec<bool> =
+        rows.par_iter().map(|(row, _)| log(&row.path, &row.input_hash).is_some()).collect();
+    let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for ((row, its), gone) in rows.into_iter().zip(gone) {
+        for path in its.into_iter().filter(|_| gone) {
+            found.entry(path).or_default().insert(row.session_id.clone());
+        }
+    }
+    Ok(found)
 }
 
 /// The folders whose files have a checksum.

@@ -1,6 +1,6 @@
 //! `roadbench verify`.
 
-use crate::batch::verify::{mend, verify};
+use crate::batch::verify::{Mended, mend, verify};
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::say;
@@ -16,9 +16,13 @@ pub struct Arguments {
     /// Do not read the logs: only the output itself.
     #[arg(long)]
     no_logs: bool,
-    /// Remove damaged tables and leftovers of killed runs: the next run computes their sessions again.
+    /// Remove damaged tables and leftovers of killed runs: the next run computes their sessions again. Tables with
+    /// sessions whose logs are gone or changed stay.
     #[arg(long)]
     mend: bool,
+    /// With --mend: those tables, too; what they had of these sessions is lost.
+    #[arg(long, requires = "mend")]
+    lose: bool,
 }
 
 /// Runs the command; lists what is wrong.
@@ -26,7 +30,7 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`]; exit code 1 where the output is damaged.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    let Arguments { out, no_logs, mend: mends } = arguments;
+    let Arguments { out, no_logs, mend: mends, lose } = arguments;
     if out.as_path().is_some_and(|path| !path.is_dir()) {
         return Err(Failure::Usage(format!("{out} is not a folder")));
     }
@@ -47,9 +51,22 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
     );
     if mends {
-        let removed = mend(&out)?;
-        say!("{} removed; run again to compute the sessions", count(removed.len(), "file"));
-        return Ok(());
+        let Mended { removed, kept } = mend(&out, lose)?;
+        for (path, sessions) in &kept {
+            let (n, first) = (sessions.len(), sessions.iter().next().map_or("", String::as_str));
+            let whose = if n == 1 { String::new() } else { format!(" and {} more", n - 1) };
+            say!("stays        {path}: the log of {first}{whose} is gone or changed");
+        }
+        if !removed.is_empty() {
+            say!("{} removed; run again to compute the sessions", count(removed.len(), "file"));
+        }
+        return match kept.len() {
+            0 => Ok(()),
+            n => Err(Failure::Rejected(format!(
+                "{} cannot be computed again: bring the logs back, or let `roadbench verify OUT --mend --lose` give up what they had of these sessions",
+                count(n, "table")
+            ))),
+        };
     }
     match damaged {
         0 => Ok(()),

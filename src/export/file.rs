@@ -227,7 +227,7 @@ pub fn differences(
 pub fn peak(file: &mut File, c: &Characterised, peak: f64) {
     let assumed = Validity::of(c).peak;
     file.comment(&format!(
-        "No ride reaches the lateral peak: PDY1 = {peak:.3} is shaped between 1.0 and 1.3 times {assumed:.3},"
+        "No ride reaches the lateral peak: PDY1 = {peak:.3} is shaped between 1.0 and 1.15 times {assumed:.3},"
     ));
     file.comment(
         "the larger of the longitudinal peak mf_d and 1.15 times the side force that was ridden.",

@@ -21,7 +21,7 @@ const PKY3: f64 = 50.0;
 /// Shape of the trail over slip.
 pub const QCZ1: f64 = 1.1;
 /// How far the lateral peak may lie above the one that is assumed ([`Validity::peak`]): no ride has shown it.
-pub const PEAK: f64 = 1.3;
+pub const PEAK: f64 = 1.15;
 
 /// The motorcycle set of a characterised tyre.
 ///
@@ -194,7 +194,8 @@ fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
         (-60.0, 1.0),
         (-60.0 / g2.max(1.0), 60.0),
         (-25.0, 25.0),
-        (3.0 * stiffness, 0.3 * stiffness),
+        // what handling is computed with: kept
+        (1.01 * stiffness, 0.99 * stiffness),
         (-0.6 / g2, 6.0),
         (0.4, 2.0),
         (-100.0, 1.0),
@@ -238,9 +239,9 @@ fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
 }
 
 /// Weight of side forces beyond what was ridden: little, the ridden ones are known.
-pub const LATERAL: f64 = 0.004;
+pub const LATERAL: f64 = 0.006;
 /// Weight of combined slip beyond: nobody rides it, so that small slips count no more than large ones.
-pub const COMBINED_BEYOND: f64 = 0.5;
+pub const COMBINED_BEYOND: f64 = 0.15;
 /// Of the weighting functions: a cosine whose argument stays below a right angle turns no force's sign.
 pub const COMBINED: [(f64, f64); 3] = [(0.0, 100.0), (0.0, 100.0), (0.2, 1.0)];
 

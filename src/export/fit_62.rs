@@ -143,7 +143,8 @@ fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
         (-30.0, 1.0),
         (-20.0, 20.0),
         (-20.0, 20.0),
-        (3.0 * stiffness, 0.3 * stiffness),
+        // what handling is computed with: kept
+        (1.01 * stiffness, 0.99 * stiffness),
         // the stiffness keeps its sign at every camber
         (-2.0, 0.8),
         (-0.6 * pky2 / g2, 3.0 * pky2),
@@ -153,7 +154,10 @@ fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
     let d = 1.1 * peak;
     let starts = [
         vec![1.3, d, 0.05, -1.0, 0.0, 0.0, stiffness, 0.0, 0.0, camber, 0.0],
-        vec![1.5, d, 0.05, -3.0, 0.0, 1.0, stiffness, -0.3, 0.0, camber, 0.2],
+        // near where most tyres end: little camber stiffness, some, much beside the cornering stiffness
+        vec![1.3, d, 0.0, -3.0, 1.0, 2.0, stiffness, 0.05, 0.25 * pky2, camber, -0.01],
+        vec![1.4, d, 0.01, -1.2, -0.2, 0.0, stiffness, -0.2, 0.35 * pky2, camber, -0.02],
+        vec![1.6, d, 0.05, 0.3, 1.2, 1.8, stiffness, -0.4, 0.55 * pky2, camber, 0.01],
         vec![1.3, d, 0.05, -1.0, 2.0, 0.0, stiffness, -0.3, 0.0, camber, -0.2],
     ];
     solve(

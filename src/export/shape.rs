@@ -109,7 +109,7 @@ pub fn solve<S: Clone>(
         largest,
         even: false,
     };
-    let options = Options { tuning: f64::INFINITY, max_iterations: 40, ..Options::default() };
+    let options = Options { tuning: f64::INFINITY, least_gain: 1e-5, ..Options::default() };
     let fit = |curve: &Curve<'_, S>, starts: &[Vec<f64>]| {
         nonlinear::fit(curve, starts, Some(shape.bounds), &options)
             .map_err(|e| format!("the property file's fit failed: {e}"))

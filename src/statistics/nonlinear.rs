@@ -124,6 +124,8 @@ pub struct Options {
     pub search_iterations: u64,
     /// Searches that are followed by a descent.
     pub finalists: usize,
+    /// Least squares only: share of the sum of squares below which a step's gain is at rest.
+    pub least_gain: f64,
 }
 
 impl Options {
@@ -135,6 +137,8 @@ impl Options {
         tolerance: 1e-5,
         search_iterations: 150,
         finalists: 2,
+        // that of the crate: as far as numbers go
+        least_gain: 30.0 * f64::EPSILON,
     };
 }
 
@@ -343,7 +347,7 @@ impl Work<'_> {
             // because little remains to be done
             LevenbergMarquardt::new().with_ftol(1e-2).with_xtol(1e-7).with_patience(10)
         } else {
-            LevenbergMarquardt::new().with_patience(400)
+            LevenbergMarquardt::new().with_ftol(self.options.least_gain).with_patience(400)
         };
         while iterations < self.options.max_iterations {
             if self.robust() {

@@ -190,7 +190,7 @@ fn an_exported_tyre_is_read_back_and_compared_by_the_commands() {
             roadbench(&[&base[..], &["--tyre", axle.name(), "--bikes", BIKES]].concat());
         }
         let found = read(Path::new(&tdx)).expect("readable");
-        assert!(found.points.len() > 1000 && found.remarks.is_empty(), "{:?}", found.remarks);
+        assert!(found.points.len() > 500 && found.remarks.is_empty(), "{:?}", found.remarks);
         let c = Characterised::new(&fitted, axle, &setting).expect("tyre");
         let mut worst = 0.0_f64;
         for p in &found.points {
@@ -230,15 +230,18 @@ fn an_exported_tyre_is_read_back_and_compared_by_the_commands() {
     // and in the report
     let bench = format!("front={},rear={BENCH}", at("tyre.tdx"));
     roadbench(&["report", &out, "--bench", &bench]);
-    let page = walkdir::WalkDir::new(Path::new(&out).join("report"))
+    let labels: Vec<String> = walkdir::WalkDir::new(Path::new(&out).join("report"))
         .into_iter()
         .filter_map(Result::ok)
         .filter(|e| e.path().extension().is_some_and(|x| x == "html"))
         .map(|e| std::fs::read_to_string(e.path()).expect("page"))
-        .find(|text| text.contains("tyre bench, no slip angle"));
-    let page = page.expect("a page with the bench's points");
-    assert!(page.contains("tyre bench, straight and upright"));
-    assert!(page.contains("tyre bench, upright"));
+        .filter(|text| text.contains("id=\"data\""))
+        .map(|text| crate::page::data(&text).to_string() + &text)
+        .collect();
+    for label in ["straight and upright", "no slip angle", "upright"] {
+        let label = format!("tyre bench, {label}");
+        assert!(labels.iter().any(|text| text.contains(&label)), "no page has {label}");
+    }
 }
 
 #[test]

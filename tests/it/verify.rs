@@ -57,8 +57,8 @@ fn an_output_is_as_it_was_written_or_it_is_told_what_is_not() {
     flip(&place, "out/coefficients/bike=b1/2026-05.parquet");
     flip(&place, "out/fleet/fleet.parquet");
     let out = place.path("out").into();
-    let removed = mend(&out).expect("mended");
-    assert_eq!(removed, ["coefficients/bike=b1/2026-05.parquet", "fleet/fleet.parquet"]);
+    let mended = mend(&out, false).expect("mended");
+    assert_eq!(mended.removed, ["coefficients/bike=b1/2026-05.parquet", "fleet/fleet.parquet"]);
     let again = place.run();
     assert_eq!((again.done, again.unchanged), (2, 1));
     whole_run(&place);
@@ -67,7 +67,7 @@ fn an_output_is_as_it_was_written_or_it_is_told_what_is_not() {
 
     // so is a month's commit markers
     flip(&place, "out/sessions/bike=b1/2026-05.parquet");
-    mend(&out).expect("mended");
+    mend(&out, false).expect("mended");
     whole_run(&place);
     assert!(place.files("out") == whole, "not as it was");
 }
@@ -104,6 +104,31 @@ fn what_is_gone_left_over_or_nobodys_is_told() {
     assert_eq!((alone.logs, alone.findings.len()), (0, 3));
 }
 
+/// A damaged table is not given up for nothing: sessions whose logs are gone cannot be computed again.
+#[test]
+fn mending_keeps_what_no_log_can_give_again() {
+    let place = Place::new(&LOGS);
+    whole_run(&place);
+    let [kept, gone] =
+        ["coefficients/bike=b1/2026-05.parquet", "coefficients/bike=b2/2026-05.parquet"];
+    flip(&place, &format!("out/{kept}"));
+    flip(&place, &format!("out/{gone}"));
+    std::fs::remove_file(place.path("logs/a.csv")).expect("removed");
+    let out = place.path("out").into();
+    let mended = mend(&out, false).expect("mended");
+    assert_eq!(mended.removed, [gone]);
+    let sessions = mended.kept.get(kept).map(|s| s.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(sessions, Some(vec!["s-a"]), "{:?}", mended.kept);
+    assert_eq!(mend(&out, true).expect("mended").removed, [kept]);
+    let run = place.run();
+    assert!(run.done >= 1, "{}", run.done);
+    assert!(
+        found(&place).iter().all(|(wrong, _)| *wrong == Wrong::LogMissing),
+        "{:?}",
+        found(&place)
+    );
+}
+
 /// A run does not spread what a bad disk made of a table.
 #[test]
 fn a_run_notices_a_table_that_is_not_as_it_was_written() {
@@ -121,7 +146,7 @@ fn a_run_notices_a_table_that_is_not_as_it_was_written() {
         matches!(&why, Error::Output(m) if m.contains("not as it was written") && m.contains("coefficients")),
         "{why}"
     );
-    mend(&place.path("out").into()).expect("mended");
+    mend(&place.path("out").into(), false).expect("mended");
     let run = place.run();
     assert_eq!(run.rejected.len(), 1);
     assert_eq!(place.sessions(), ["b1/s-a", "b1/s-b", "b1/s-e", "b1/s-f", "b2/s-c"]);
