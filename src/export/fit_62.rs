@@ -7,7 +7,8 @@
 
 use super::ends::{Ends, steps};
 use super::fit::{
-    COMBINED, COMBINED_BEYOND, LATERAL, PEAK, QCZ1, proportional, trail_over_load, trail_shrinks,
+    COMBINED, COMBINED_BEYOND, LATERAL, MOST, PEAK, QCZ1, proportional, trail_over_load,
+    trail_shrinks,
 };
 use super::grid::Grid;
 use super::over_load::OverLoad;
@@ -154,17 +155,22 @@ fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
     let d = 1.1 * peak;
     let starts = [
         vec![1.3, d, 0.05, -1.0, 0.0, 0.0, stiffness, 0.0, 0.0, camber, 0.0],
-        // near where most tyres end: little camber stiffness, some, much beside the cornering stiffness
+        // near where most tyres end
         vec![1.3, d, 0.0, -3.0, 1.0, 2.0, stiffness, 0.05, 0.25 * pky2, camber, -0.01],
-        vec![1.4, d, 0.01, -1.2, -0.2, 0.0, stiffness, -0.2, 0.35 * pky2, camber, -0.02],
-        vec![1.6, d, 0.05, 0.3, 1.2, 1.8, stiffness, -0.4, 0.55 * pky2, camber, 0.01],
         vec![1.3, d, 0.05, -1.0, 2.0, 0.0, stiffness, -0.3, 0.0, camber, -0.2],
     ];
     solve(
         c,
         set,
         Grid::lateral,
-        &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts, beyond: LATERAL },
+        &Shape {
+            force: SIDE,
+            apply,
+            bounds: &bounds,
+            starts: &starts,
+            beyond: LATERAL,
+            most: MOST,
+        },
     )
 }
 
@@ -178,8 +184,14 @@ fn combined(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
         set.rCx = [x[2]];
         set.rEx = [x[4], 0.0];
     };
-    let along =
-        Shape { force: ALONG, apply, bounds: &bounds, starts: &starts, beyond: COMBINED_BEYOND };
+    let along = Shape {
+        force: ALONG,
+        apply,
+        bounds: &bounds,
+        starts: &starts,
+        beyond: COMBINED_BEYOND,
+        most: f64::INFINITY,
+    };
     solve(c, set, Grid::combined, &along)?;
     let apply: Apply<Mf62> = |set, x| {
         set.rBy = [x[0], x[1], 0.0, x[0] * x[3]];
@@ -190,7 +202,14 @@ fn combined(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
         c,
         set,
         Grid::combined,
-        &Shape { force: SIDE, apply, bounds: &bounds, starts: &starts, beyond: COMBINED_BEYOND },
+        &Shape {
+            force: SIDE,
+            apply,
+            bounds: &bounds,
+            starts: &starts,
+            beyond: COMBINED_BEYOND,
+            most: f64::INFINITY,
+        },
     )
 }
 

@@ -29,7 +29,12 @@ pub struct Shape<'a, S> {
     pub starts: &'a [Vec<f64>],
     /// Weight of all points of the file's ranges together, over that of all ridden ones: of residuals.
     pub beyond: f64,
+    /// Largest difference beyond, over the largest force there; where it is more, beyond weighs more.
+    pub most: f64,
 }
+
+/// How much more beyond weighs, one after the other, as long as it is too far off.
+const HEAVIER: [f64; 3] = [1.0, 4.0, 16.0];
 
 /// Which points a shape is fitted to.
 pub type Points = fn(&Grid, &Characterised, f64) -> Vec<Input>;
@@ -90,33 +95,61 @@ pub fn solve<S: Clone>(
     };
     let largest = most(&ridden);
     let share = (ridden.len() as f64 / beyond.len().max(1) as f64).sqrt();
-    let weights = [1.0, shape.beyond * share];
-    let (mut wanted, mut scale, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
-    for (points, weight) in [(ridden, weights[0]), (beyond, weights[1])] {
-        for input in points {
-            wanted.push(of(&c.forces(&input)).clamp(-peak, peak));
-            scale.push(weight / largest);
-            inputs.push(input);
-        }
-    }
+    let first_beyond = ridden.len();
+    let inputs: Vec<Input> = ridden.into_iter().chain(beyond).collect();
+    let wanted: Vec<f64> =
+        inputs.iter().map(|input| of(&c.forces(input)).clamp(-peak, peak)).collect();
     let before = set.clone();
-    let mut curve = Curve {
-        set: &before,
-        shape,
-        inputs: &inputs,
-        wanted: &wanted,
-        scale: &scale,
-        largest,
-        even: false,
-    };
     let options = Options { tuning: f64::INFINITY, least_gain: 1e-5, ..Options::default() };
     let fit = |curve: &Curve<'_, S>, starts: &[Vec<f64>]| {
         nonlinear::fit(curve, starts, Some(shape.bounds), &options)
             .map_err(|e| format!("the property file's fit failed: {e}"))
     };
-    let first = fit(&curve, shape.starts)?.theta;
-    curve.even = true;
-    let best = fit(&curve, std::slice::from_ref(&first))?.theta;
+    let shaped = |heavier: f64| -> Result<Vec<f64>, String> {
+        let beyond = heavier * shape.beyond * share / largest;
+        let scale: Vec<f64> = (0..inputs.len())
+            .map(|i| if i < first_beyond { 1.0 / largest } else { beyond })
+            .collect();
+        let mut curve = Curve {
+            set: &before,
+            shape,
+            inputs: &inputs,
+            wanted: &wanted,
+            scale: &scale,
+            largest,
+            even: false,
+        };
+        let first = fit(&curve, shape.starts)?.theta;
+        curve.even = true;
+        Ok(fit(&curve, std::slice::from_ref(&first))?.theta)
+    };
+    // where the tyre itself is believed
+    let off = |theta: &[f64]| {
+        let mut set = before.clone();
+        (shape.apply)(&mut set, theta);
+        let believed = inputs[first_beyond..]
+            .iter()
+            .zip(&wanted[first_beyond..])
+            .filter(|(_, wanted)| wanted.abs() < peak);
+        let (mut off, mut most) = (0.0_f64, 1e-9 * load);
+        for (input, wanted) in believed {
+            off = off.max(((shape.force.0)(&set, input) - wanted).abs());
+            most = most.max(wanted.abs());
+        }
+        off / most
+    };
+    let mut best = shaped(HEAVIER[0])?;
+    let mut least = off(&best);
+    for heavier in &HEAVIER[1..] {
+        if least <= shape.most {
+            break;
+        }
+        let other = shaped(*heavier)?;
+        let its = off(&other);
+        if its < least {
+            (best, least) = (other, its);
+        }
+    }
     (shape.apply)(set, &best);
     Ok(())
 }
