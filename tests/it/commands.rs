@@ -92,7 +92,8 @@ fn copy() -> tempfile::TempDir {
     for entry in std::fs::read_dir(root().join("fixtures/bikes")).expect("bikes").flatten() {
         put(&entry.path(), &format!("fixtures/bikes/{}", entry.file_name().to_string_lossy()));
     }
-    let bundled = ["formats/ride.mf4", "loggers/superbike.csv", "loggers/bike.toml"];
+    let bundled =
+        ["formats/ride.mf4", "loggers/superbike.csv", "loggers/bike.toml", "bench/rear_180_55.tdx"];
     for name in bundled.map(|name| format!("fixtures/{name}")) {
         put(&root().join(&name), &name);
     }
