@@ -160,10 +160,9 @@ impl Reader {
                 "**MEASURDATA without channels: **MEASURCHANNELS must stand before it".into()
             );
         }
-        if !self.has(Meaning::ForceZ(Axes::W))
-            && !self.has(Meaning::ForceZ(Axes::H))
-            && !(self.has(Meaning::ForceZ(Axes::C)) && self.has(Meaning::ForceY(Axes::C)))
-        {
+        let of_wheel = self.has(Meaning::ForceZ(Axes::C)) && self.has(Meaning::ForceY(Axes::C));
+        let has_load = self.has(Meaning::ForceZ(Axes::W)) || self.has(Meaning::ForceZ(Axes::H));
+        if !has_load && !of_wheel {
             let names: Vec<&str> = self.channels.iter().map(|c| c.name.as_str()).collect();
             return Err(format!(
                 "no load: a channel or constant FZW or FZH, or both FZC and FYC, is needed; there are {}",
