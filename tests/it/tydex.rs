@@ -109,7 +109,7 @@ fn points_that_are_written_are_read_to_the_written_digits() {
                 slip_angle: (0.11 * t).cos() * 0.02,
                 camber: (0.05 * t).sin() * 0.9,
                 load: 300.0 + 7.123_456 * t,
-                force_x: Some((0.37 * t).sin() * 1234.567_89),
+                force_x: Some((0.37 * t).sin() * 1_234.567_89),
                 force_y: (i % 7 != 0).then(|| (1.3 * t).cos() * 98.765_432_1),
                 moment_x: Some(1e-7 * t),
                 moment_z: Some(-12.345_678 * t),
