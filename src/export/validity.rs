@@ -6,7 +6,7 @@
 //!
 //! | range | goes to | less where |
 //! |---|---|---|
-//! | slip ratio | [`SLIP_RATIO`] | the friction curve falls below [`LEAST_FRICTION`] of its peak or turns its sign |
+//! | slip ratio | [`SLIP_RATIO`] | the friction curve falls below 30 % of its peak or turns its sign |
 //! | slip angle | [`SLIP_ANGLE`] | never: the file's side force ends at its own peak, the estimated tyre's does not |
 //! | camber | [`CAMBER`] | camber alone would pull more than the peak friction, or less than at a smaller camber |
 //! | load | [`LOAD`] times the nominal one | friction or stiffness per load is less than half or more than twice |

@@ -20,7 +20,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`channel`] | names of channels, and what each is in |
-//! | [`unit`] | units |
+//! | [`mod@unit`] | units |
 //! | [`line`](mod@line) | one line of a channel or a constant |
 //! | [`rows`] | lines of measured values |
 //! | [`read`](mod@read) | a file's points |
