@@ -11,6 +11,7 @@
 use std::fs::File;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -43,7 +44,16 @@ const BATCHES: usize = 3;
 
 type Failure = Box<dyn std::error::Error>;
 
+/// First argument that makes the bench one batch alone, in the folder that follows, with so many jobs.
+const ONE_BATCH: &str = "one-batch";
+
 fn main() -> Result<(), Failure> {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let [_, first, folder, jobs] = arguments.as_slice()
+        && first == ONE_BATCH
+    {
+        return one_batch(Path::new(folder), jobs.parse()?);
+    }
     let folder = tempfile::tempdir()?;
     let (ride, bike) = ride()?;
     println!(
@@ -183,15 +193,10 @@ fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
     }
     drop(copy);
     let mut times = Stopwatch::default();
-    let mut peak = None;
     for round in 0..BATCHES {
         for (name, jobs) in [("1", 1), ("2", 2)] {
             let out = folder.join(format!("out_{round}_{jobs}"));
-            let reset = forget_peak();
             times.time(name, || batch(std::slice::from_ref(&inputs), &bikes, &out, jobs))?;
-            if jobs == 2 && reset {
-                peak = peak.max(peak_memory());
-            }
         }
     }
     let rate = |name| SESSIONS as f64 / times.median(name);
@@ -199,9 +204,27 @@ fn batches(folder: &Path, ride: &Session, bike: &Bike) -> Result<(), Failure> {
     println!("  1 job   {:6.2} sessions/s", rate("1"));
     println!("  2 jobs  {:6.2} sessions/s", rate("2"));
     println!("  parallel efficiency {:.2}", rate("2") / rate("1") / 2.0);
-    match peak {
-        Some(bytes) => println!("  peak memory with 2 jobs {} MB", bytes / 1_000_000),
-        None => println!("  peak memory: this system does not tell"),
+    println!("  peak memory of a process that does one batch, its program included:");
+    for jobs in ["1", "2"] {
+        let folder = folder.to_string_lossy();
+        let alone =
+            Command::new(std::env::current_exe()?).args([ONE_BATCH, &folder, jobs]).output()?;
+        print!("    {jobs} jobs {}", String::from_utf8_lossy(&alone.stdout));
+        if !alone.status.success() {
+            return Err(String::from_utf8_lossy(&alone.stderr).into());
+        }
+    }
+    Ok(())
+}
+
+/// One batch over the sessions that are in `folder`, and this process's largest resident size.
+fn one_batch(folder: &Path, jobs: usize) -> Result<(), Failure> {
+    let (inputs, bikes) = (folder.join("sessions"), folder.join("bikes"));
+    let out = folder.join(format!("alone_{jobs}"));
+    batch(std::slice::from_ref(&inputs), &bikes, &out, jobs)?;
+    match peak_memory() {
+        Some(bytes) => println!("{} MB", bytes / 1_000_000),
+        None => println!("unknown: this system does not tell"),
     }
     Ok(())
 }
@@ -260,12 +283,7 @@ fn median(runs: &[f64]) -> f64 {
     runs[runs.len() / 2]
 }
 
-/// Starts the kernel's record of the largest resident size again (Linux).
-fn forget_peak() -> bool {
-    std::fs::write("/proc/self/clear_refs", "5").is_ok()
-}
-
-/// Largest resident size since then, bytes.
+/// Largest resident size of this process so far, bytes.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;

@@ -101,6 +101,7 @@ pub fn run<W: Work>(
     };
     work.planned(inputs);
     pool.broadcast(|_| shared.worker(work, watch));
+    work.all_done();
     let tally = shared.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let accounts = tally.close(accounts, jobs.len())?;
     accounts.check(stop.load(Ordering::Relaxed))?;

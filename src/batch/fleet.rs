@@ -2,8 +2,10 @@
 //!
 //! Assumes the sessions' tables of one output folder, of this run and of earlier ones. Only
 //! committed sessions take part, and of them the rows with status `ok`; the poorly determined are
-//! pooled but help no other. Polars scans, filters and groups the coefficients and takes their
-//! quantiles; what it has no word for is in [`dispersion`] and [`crate::fleet`].
+//! pooled but help no other. The tables are read as all others are; polars sorts, filters and groups the
+//! coefficients and takes their quantiles (its eager core alone: the lazy engine and a second Parquet
+//! reader would be a fifth of what there is to compile). What it has no word for is in [`dispersion`] and
+//! [`crate::fleet`].
 //!
 //! The rows are sorted before anything is computed, so the same sessions give the same bytes.
 
@@ -11,6 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use polars::prelude::*;
+use rayon::prelude::*;
 
 use super::contents::Contents;
 use super::dispersion;
@@ -19,9 +22,10 @@ use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
 use super::{kind, tyres};
 use crate::contract::status::Status;
 use crate::fleet::{Observation, common};
+use crate::tables::file;
+use crate::tables::read::{self, Columns};
 use crate::tables::registry::Row;
-use crate::tables::rows::{FleetRow, SessionRow};
-use crate::tables::{file, read};
+use crate::tables::rows::{Coefficient, FleetRow, SessionRow};
 
 /// From so many sessions on, one that is far from the others is flagged.
 const FLAG_FROM: usize = 5;
@@ -38,15 +42,14 @@ const OWN: f64 = 2.0;
 /// # Errors
 /// A coefficients table cannot be read, or the fleet's not be written.
 pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
-    let fail = |e: PolarsError| Error::Output(format!("cannot aggregate the fleet: {e}"));
     let there = Contents::read(&kind::RUN, &out.into())?;
-    let paths = paths(out, &there).map_err(fail)?;
+    let paths = paths(out, &there);
     let mut rows = Vec::new();
     let (mut pooled, mut events, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     let (mut of_tyres, mut of_bikes) = (Vec::new(), Vec::new());
     if !paths.is_empty() {
-        let frame = scan(paths).map_err(fail)?;
-        rows = aggregate(&frame).and_then(|frame| unpack(&frame)).map_err(fail)?;
+        let frame = scan(&paths)?;
+        rows = aggregate(&frame).map_err(fail)?;
         let (mut observations, units) = observations(&frame).map_err(fail)?;
         place(out, &mut observations);
         let bikes = crate::fleet::analyse(&observations);
@@ -72,59 +75,143 @@ fn save<R: Row>(out: &Path, rows: &[R]) -> Result<(), Error> {
 }
 
 /// The coefficient tables of the committed sessions.
-fn paths(out: &Path, there: &Contents) -> PolarsResult<Vec<PlRefPath>> {
-    let files: BTreeSet<PathBuf> = there
-        .sessions()
-        .map(|session| {
-            let folder = out.join("coefficients").join(format!("bike={}", session.bike_id));
-            folder.join(format!("{}.parquet", session.part))
-        })
-        .collect();
-    let files = files.iter().filter(|path| path.is_file());
-    files.map(|path| PlRefPath::try_from_path(path)).collect()
+fn paths(out: &Path, there: &Contents) -> BTreeSet<PathBuf> {
+    let paths = there.sessions().map(|session| {
+        let folder = out.join("coefficients").join(format!("bike={}", session.bike_id));
+        folder.join(format!("{}.parquet", session.part))
+    });
+    paths.filter(|path| path.is_file()).collect()
 }
 
 const KEYS: [&str; 4] = ["bike_id", "tyre", "coefficient", "unit"];
 
+/// All columns that the fleet needs of a coefficient.
+const COLUMNS: [&str; 9] = [
+    "bike_id",
+    "tyre",
+    "coefficient",
+    "unit",
+    "session_id",
+    "start_time",
+    "value",
+    "std_error",
+    "status",
+];
+
+const MICROSECONDS_PER_DAY: f64 = 86_400e6;
+
 /// Every row with a finite value that is estimated, in order of key and session.
-fn scan(paths: Vec<PlRefPath>) -> PolarsResult<DataFrame> {
-    let arguments = ScanArgsParquet {
-        glob: false, // the names are files, whatever characters they hold
-        hive_options: polars::io::HiveOptions::new_disabled(),
-        ..ScanArgsParquet::default()
-    };
-    let is = |status: Status| col("status").eq(lit(status.name()));
-    let estimated = is(Status::Ok).or(is(Status::PoorlyDetermined));
-    let columns = KEYS.iter().chain(&["session_id", "start_time", "value", "std_error", "status"]);
-    let text = |name: &str| col(name).cast(DataType::String);
-    // days since 1970, as a number
-    let day = col("start_time").cast(DataType::Int64).cast(DataType::Float64) / lit(86_400e6);
-    LazyFrame::scan_parquet_sources(ScanSources::Paths(paths.into_iter().collect()), arguments)?
-        .with_columns([text("session_id"), text("bike_id"), day.alias("start_time")])
-        .filter(estimated.and(col("value").is_finite()))
-        .select(columns.map(|name| col(*name)).collect::<Vec<_>>())
-        .sort(KEYS.iter().chain(&["session_id"]).copied().collect::<Vec<_>>(), Default::default())
-        .collect()
+fn scan(paths: &BTreeSet<PathBuf>) -> Result<DataFrame, Error> {
+    let paths: Vec<&PathBuf> = paths.iter().collect();
+    let parts: Result<Vec<Estimated>, Error> =
+        paths.par_iter().map(|path| Estimated::read(path)).collect();
+    let mut all = Estimated::default();
+    parts?.into_iter().for_each(|part| all.append(part));
+    let sorted = all.frame().and_then(|frame| {
+        frame.sort(KEYS.iter().chain(&["session_id"]), SortMultipleOptions::default())
+    });
+    sorted.map_err(fail)
 }
 
-/// One row per bike, tyre and coefficient: quantiles, and the sessions' figures as lists.
-fn aggregate(frame: &DataFrame) -> PolarsResult<DataFrame> {
-    let value = || col("value");
-    frame
-        .clone()
-        .lazy()
-        .filter(col("status").eq(lit(Status::Ok.name())))
-        .group_by_stable(KEYS.map(col))
-        .agg([
-            value().median().alias("median"),
-            value().quantile(lit(0.25), QuantileMethod::Linear).alias("quartile_1"),
-            value().quantile(lit(0.75), QuantileMethod::Linear).alias("quartile_3"),
-            col("session_id"),
-            col("start_time"),
-            value(),
-            col("std_error"),
-        ])
-        .collect()
+fn fail(e: PolarsError) -> Error {
+    Error::Output(format!("cannot aggregate the fleet: {e}"))
+}
+
+/// Columns of the estimated coefficients.
+#[derive(Default)]
+struct Estimated {
+    /// In the order of [`KEYS`], then session and status.
+    texts: [Vec<String>; 6],
+    /// Days since 1970.
+    start_time: Vec<Option<f64>>,
+    value: Vec<f64>,
+    /// NaN where there is none.
+    std_error: Vec<f64>,
+}
+
+impl Estimated {
+    const TEXTS: [&'static str; 6] =
+        ["bike_id", "tyre", "coefficient", "unit", "session_id", "status"];
+
+    fn read(path: &Path) -> Result<Self, Error> {
+        let mut all = Self::default();
+        for batch in read::batches(path, Some(&COLUMNS))? {
+            let columns = Columns::new(path, Coefficient::spec(), &batch, &COLUMNS)?;
+            (0..batch.num_rows()).for_each(|i| all.push(&columns, i));
+        }
+        Ok(all)
+    }
+
+    fn push(&mut self, columns: &Columns, i: usize) {
+        let value = columns.number("value", i);
+        let status = columns.text("status", i);
+        let is_estimated =
+            [Status::Ok, Status::PoorlyDetermined].iter().any(|s| s.name() == status);
+        if !is_estimated || !value.is_finite() {
+            return;
+        }
+        for (column, name) in self.texts.iter_mut().zip(Self::TEXTS) {
+            column.push(columns.text(name, i).to_owned());
+        }
+        let start = columns.instant("start_time", i);
+        self.start_time.push(start.map(|micros| micros as f64 / MICROSECONDS_PER_DAY));
+        self.value.push(value);
+        self.std_error.push(columns.number("std_error", i));
+    }
+
+    fn append(&mut self, mut other: Self) {
+        for (column, more) in self.texts.iter_mut().zip(&mut other.texts) {
+            column.append(more);
+        }
+        self.start_time.append(&mut other.start_time);
+        self.value.append(&mut other.value);
+        self.std_error.append(&mut other.std_error);
+    }
+
+    fn frame(self) -> PolarsResult<DataFrame> {
+        let height = self.value.len();
+        let texts = Self::TEXTS.into_iter().zip(self.texts);
+        let mut columns: Vec<Column> =
+            texts.map(|(name, texts)| Column::new(name.into(), texts)).collect();
+        columns.push(Column::new("start_time".into(), self.start_time));
+        columns.push(Column::new("value".into(), self.value));
+        columns.push(Column::new("std_error".into(), self.std_error));
+        DataFrame::new(height, columns)
+    }
+}
+
+/// One row per bike, tyre and coefficient: quantiles, and what the sessions' figures say.
+fn aggregate(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {
+    let determined = frame.column("status")?.str()?.equal(Status::Ok.name());
+    let groups = frame.filter(&determined)?.partition_by_stable(KEYS, true)?;
+    groups.iter().map(fleet_row).collect()
+}
+
+/// The sessions of one motorcycle, tyre and coefficient.
+fn fleet_row(group: &DataFrame) -> PolarsResult<FleetRow> {
+    let first = |name: &str| -> PolarsResult<String> {
+        Ok(group.column(name)?.str()?.get(0).unwrap_or_default().to_owned())
+    };
+    let numbers = |name: &str| group.column(name)?.f64();
+    let value = numbers("value")?;
+    let quantile = |q: f64| value.quantile(q, QuantileMethod::Linear);
+    let sessions = Sessions {
+        ids: group.column("session_id")?.str()?.iter().map(Option::unwrap_or_default).collect(),
+        days: numbers("start_time")?.iter().collect(),
+        values: value.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
+        errors: numbers("std_error")?.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
+    };
+    let median = value.median();
+    Ok(FleetRow {
+        bike_id: first("bike_id")?,
+        tyre: first("tyre")?,
+        coefficient: first("coefficient")?,
+        unit: first("unit")?,
+        median,
+        quartile_1: quantile(0.25)?,
+        quartile_3: quantile(0.75)?,
+        ..sessions.row(median)
+    })
 }
 
 /// The rows as [`crate::fleet`] takes them, and the units.
@@ -167,43 +254,6 @@ fn place(out: &Path, observations: &mut [Observation]) {
     for o in observations {
         o.site = sites.get(&(o.bike.as_str(), o.session.as_str())).map(|s| (*s).to_owned());
     }
-}
-
-fn unpack(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {
-    let texts = |name: &str| frame.column(name)?.str();
-    let numbers = |name: &str| frame.column(name)?.f64();
-    let lists = |name: &str| frame.column(name)?.list();
-    let (bike_id, tyre) = (texts("bike_id")?, texts("tyre")?);
-    let (coefficient, unit) = (texts("coefficient")?, texts("unit")?);
-    let (median, q1, q3) = (numbers("median")?, numbers("quartile_1")?, numbers("quartile_3")?);
-    let (ids, starts) = (lists("session_id")?, lists("start_time")?);
-    let (values, errors) = (lists("value")?, lists("std_error")?);
-    let mut rows = Vec::with_capacity(frame.height());
-    for i in 0..frame.height() {
-        let text = |column: &StringChunked| column.get(i).unwrap_or_default().to_owned();
-        let group = |column: &ListChunked| {
-            column.get_as_series(i).ok_or_else(|| polars_err!(ComputeError: "empty group"))
-        };
-        let (ids, starts) = (group(ids)?, group(starts)?);
-        let (values, errors) = (group(values)?, group(errors)?);
-        let sessions = Sessions {
-            ids: ids.str()?.iter().map(Option::unwrap_or_default).collect(),
-            days: starts.f64()?.iter().collect(),
-            values: values.f64()?.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
-            errors: errors.f64()?.iter().map(|x| x.unwrap_or(f64::NAN)).collect(),
-        };
-        rows.push(FleetRow {
-            bike_id: text(bike_id),
-            tyre: text(tyre),
-            coefficient: text(coefficient),
-            unit: text(unit),
-            median: median.get(i),
-            quartile_1: q1.get(i),
-            quartile_3: q3.get(i),
-            ..sessions.row(median.get(i))
-        });
-    }
-    Ok(rows)
 }
 
 /// One coefficient's figures, session by session, in order of session id.

@@ -55,6 +55,9 @@ pub trait Work: Sync {
     /// How many logs there are, before the first is worked on.
     fn planned(&self, _logs: usize) {}
 
+    /// The last log is done: what served the logs may go, before tables are merged.
+    fn all_done(&self) {}
+
     /// From a log to the files of its session.
     ///
     /// # Errors

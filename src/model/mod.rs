@@ -12,6 +12,7 @@ pub mod mf_62;
 mod mf_62_scale;
 pub mod mf_mc;
 pub mod offroad;
+pub mod pair;
 pub mod published;
 pub mod tir;
 pub mod tyre;

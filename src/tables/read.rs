@@ -234,6 +234,12 @@ impl Columns {
         let value = self.valid(name, i).map(|a| a.as_primitive::<Float64Type>().value(i));
         value.filter(|x| x.is_finite()).unwrap_or(f64::NAN)
     }
+
+    /// An instant, microseconds since 1970 in UTC.
+    pub fn instant(&self, name: &str, i: usize) -> Option<i64> {
+        let array = self.valid(name, i)?;
+        Some(array.as_primitive::<TimestampMicrosecondType>().value(i))
+    }
 }
 
 /// One row of a batch, as serde reads it.

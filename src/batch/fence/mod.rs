@@ -224,6 +224,14 @@ where
         self.wants_results.store(self.work.is_result_wanted(logs), Ordering::Relaxed);
     }
 
+    fn all_done(&self) {
+        self.work.all_done();
+        // workers keep the memory of their largest log
+        if let Some(pool) = &self.pool {
+            pool.idle.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        }
+    }
+
     fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Identified, Rejection> {
         let Some(pool) = &self.pool else { return self.work.identify(log, maps) };
         let limits = pool.limits(log);

@@ -9,6 +9,7 @@ use super::samples::Samples;
 use crate::effects::ModelError;
 use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
+use crate::model::pair::both;
 
 /// Below this camber its tangent is itself, rad.
 const SMALL: f64 = 1e-6;
@@ -115,8 +116,8 @@ impl Lean {
         };
         let level = [wheel.camber, phi];
         let known = [(wheel.camber_tan, wheel.camber_cos), (sin_phi / cos_phi, cos_phi)];
-        let camber = level.map(|g| p.error.camber(g));
-        let tan_cos = [0, 1].map(|k| match camber[k] == level[k] {
+        let camber = both(|k| p.error.camber(level[k]));
+        let tan_cos = both(|k| match camber[k] == level[k] {
             true => known[k],
             false => (camber[k].tan(), camber[k].cos()),
         });
@@ -131,8 +132,8 @@ impl Lean {
             cos_d,
             level,
             camber,
-            versine: tan_cos.map(|t| 1.0 - t.1),
-            tangent: [0, 1].map(|k| {
+            versine: both(|k| 1.0 - tan_cos[k].1),
+            tangent: both(|k| {
                 let small = camber[k].abs() < SMALL;
                 if small { 1.0 } else { tan_cos[k].0 / camber[k] }
             }),
@@ -173,7 +174,7 @@ impl<'a> Known<'a> {
 
 impl Posture {
     fn lengths(&self) -> [f64; 2] {
-        self.relaxation_length.map(|length| self.error.relaxation_length(length))
+        both(|k| self.error.relaxation_length(self.relaxation_length[k]))
     }
 }
 
@@ -202,11 +203,10 @@ impl Attitude {
         let Lean { sin_phi, cos_phi, sin_d, cos_d, .. } = lean;
         let above = if cornering { p.velocity_height * cos_phi * s.rolld[i] } else { 0.0 };
         let vy = error.velocity_y(error.velocity(s.vy[i], s.vyd_quiet[i]) - p.vy_zero, r) + above;
-        let contact =
-            [0, 1].map(|k| below_mass_centre(h, p.crown[k], p.sag[k], (sin_phi, cos_phi)));
-        let falling = p.dive_arm.map(|arm| arm * s.dived[i]);
-        let along = [0, 1].map(|k| v - falling[k] - r * contact[k][0]);
-        let across = contact.map(|[_, per_rate]| vy + per_rate * s.rolld[i]);
+        let contact = both(|k| below_mass_centre(h, p.crown[k], p.sag[k], (sin_phi, cos_phi)));
+        let falling = both(|k| p.dive_arm[k] * s.dived[i]);
+        let along = both(|k| v - falling[k] - r * contact[k][0]);
+        let across = both(|k| vy + contact[k][1] * s.rolld[i]);
         // a front wheel that is being steered goes aside behind its axis
         let rate = steering_rate(p.wheelbase, p.caster.1, cos_phi, s.rolld[i], v);
         let steered = if cornering { p.normal_trail * cos_phi * rate } else { 0.0 };
@@ -227,16 +227,19 @@ impl Attitude {
             r,
             v,
             vy,
-            rolling: if cornering { [ahead, along] } else { falling.map(|f| v - f) },
+            rolling: if cornering { [ahead, along] } else { both(|k| v - falling[k]) },
             alpha: [arc(0, aside, ahead), arc(1, across_r, along)],
             drift,
             lag: match known {
                 Some(known) if known.lagged => known.attitude.lag,
-                _ => p.lengths().map(|length| {
-                    let x = s.v[i] * s.step() / length;
-                    let decay = (-x).exp();
-                    [decay, if x > SHORT { (1.0 - decay) / x } else { 1.0 }]
-                }),
+                _ => {
+                    let lengths = p.lengths();
+                    both(|k| {
+                        let x = s.v[i] * s.step() / lengths[k];
+                        let decay = (-x).exp();
+                        [decay, if x > SHORT { (1.0 - decay) / x } else { 1.0 }]
+                    })
+                }
             },
         }
     }

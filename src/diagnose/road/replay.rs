@@ -18,6 +18,7 @@ use crate::effects::ride::{BrakeHistory, Brakes, acting_pressure, along_strip};
 use crate::ingest::gaps::bridge;
 use crate::ingest::grid::Interpolation;
 use crate::model::dive::above_axles;
+use crate::model::pair::both;
 use crate::model::{Stiffness, Tyre};
 use crate::simulate::motorcycle::{Action, Exponential, Plant, State};
 use crate::simulate::programme::Lean;
@@ -248,7 +249,7 @@ impl Measured {
 
     /// Pressures of the brakes, Pa.
     fn pressure(&self, i: usize) -> [f64; 2] {
-        [0, 1].map(|k| known(&self.pressures[k], i).max(0.0))
+        both(|k| known(&self.pressures[k], i).max(0.0))
     }
 
     /// The bend around a sample.
@@ -292,7 +293,7 @@ struct Ride<'a> {
 impl<'a> Ride<'a> {
     fn start(plant: &'a Plant, speed: f64) -> Self {
         let mut state = State { vx: speed, ..State::default() };
-        state.omega = [0, 1].map(|k| speed / plant.tyres[k].rolling_radius);
+        state.omega = both(|k| speed / plant.tyres[k].rolling_radius);
         let (action, brakes) = (Action::default(), Brakes::default());
         Ride { plant, scheme: Exponential::new(plant), state, action, brakes, load: None }
     }
@@ -308,7 +309,7 @@ impl<'a> Ride<'a> {
         state.roll = measured.lean(error, i);
         state.roll_rate = known(&measured.roll_rate, i);
         let speed = state.vx;
-        state.omega = [0, 1].map(|k| match measured.omega[k][i] > 0.0 {
+        state.omega = both(|k| match measured.omega[k][i] > 0.0 {
             true => measured.omega[k][i],
             false => speed / plant.tyres[k].rolling_radius,
         });
@@ -323,13 +324,13 @@ impl<'a> Ride<'a> {
         let braking = pressure.iter().any(|p| *p > BrakeHistory::PRESSED);
         self.brakes.update(self.state.vx, pressure, dt);
         let (error, Brakes { whole, each }) = (&plant.model_error, self.brakes);
-        let gain = each.map(|brake| error.brake_gain(1.0, plant.mass, brake));
-        let drag = Axle::BOTH.map(|axle| error.brake_drag(0.0, plant.mass, whole, axle));
-        let radius = plant.tyres.map(|tyre| tyre.rolling_radius);
+        let gain = both(|k| error.brake_gain(1.0, plant.mass, each[k]));
+        let drag = both(|k| error.brake_drag(0.0, plant.mass, whole, Axle::BOTH[k]));
+        let radius = both(|k| plant.tyres[k].rolling_radius);
         let above = above_axles(plant.cg_height, radius);
         // what was measured goes on evenly: held from the start of a step it would act half a step late
         let given = |action: Action, i: usize| Action {
-            brake: [0, 1].map(|k| {
+            brake: both(|k| {
                 drag[k] + plant.brake_gain[k] * gain[k] * known(&measured.pressures[k], i)
             }),
             ahead: above * measured.dive[i],

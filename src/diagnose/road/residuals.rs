@@ -22,6 +22,7 @@ use crate::effects::physics::{Reach, Rolling};
 use crate::manoeuvre::ManoeuvreKind;
 use crate::model::dive::above_axles;
 use crate::model::kinematics::height_in_plane;
+use crate::model::pair::both;
 use crate::model::tyre::slip_stiffness_under;
 use crate::model::tyre_model::{Carcass, load_lead};
 
@@ -186,7 +187,7 @@ impl Fixed {
         let error = &w.model_error;
         Fixed {
             inertia: w.wheel_inertia.map(|inertia| error.wheel_inertia(inertia)),
-            ratio: [0, 1].map(|k| error.side_force_ratio(w.side_force_ratio[k], Axle::BOTH[k])),
+            ratio: both(|k| error.side_force_ratio(w.side_force_ratio[k], Axle::BOTH[k])),
             per_mass: 1.0 / w.mass,
             per_length: 1.0 / l,
             carcass: w.carcasses(),
@@ -281,11 +282,12 @@ impl Instant<'_> {
         let transferred = error.pitch_moment(h * cos_phi * whole + cos_phi * turning, drag);
         let lead = load_lead(rolling, fixed.mean_radius) - fixed.above_axles * s.dive[i];
         let load_rear = (weight * (lf + lead) + transferred) * fixed.per_length;
+        let carried = [weight - load_rear, load_rear];
         let lifted = error.lift(0.0, v);
-        let load = [weight - load_rear, load_rear].map(|n| (n - lifted).max(0.05 * weight));
+        let load = both(|k| (carried[k] - lifted).max(0.05 * weight));
         let heat = &s.brakes[i];
-        let gain = heat.each.map(|brake| error.brake_gain(1.0, m, brake));
-        let dragging = Axle::BOTH.map(|axle| error.brake_drag(0.0, m, heat.whole, axle));
+        let gain = both(|k| error.brake_gain(1.0, m, heat.each[k]));
+        let dragging = both(|k| error.brake_drag(0.0, m, heat.whole, Axle::BOTH[k]));
         let wheel_force = |k: usize| {
             let pressure = if s.pressure[k][i].is_nan() && free { 0.0 } else { s.pressure[k][i] };
             -(p.brake_gain[k] * gain[k] * pressure
@@ -307,7 +309,7 @@ impl Instant<'_> {
             spin_rate,
             force: [front, rear],
             load,
-            extra_load: [0, 1].map(|k| load[k] * fixed.per_still[k] - 1.0),
+            extra_load: both(|k| load[k] * fixed.per_still[k] - 1.0),
             residual,
         }
     }
@@ -356,7 +358,7 @@ impl Instant<'_> {
         let &Lean { sin_phi, cos_phi, sin_d, cos_d, camber, tangent, .. } = &a.lean;
         let (lf, lr) = (p.cg_to_front, p.wheelbase - p.cg_to_front);
         let &Fixed { ratio, per_length, .. } = fixed;
-        let stiffness = [0, 1].map(|k| {
+        let stiffness = both(|k| {
             let [k0, decay] = p.stiffness[k];
             let g: f64 = camber[k];
             k0 * tangent[k] / (1.0 + decay * g * g) * error.relative_stiffness(1.0, x.extra_load[k])
@@ -377,7 +379,7 @@ impl Instant<'_> {
         let side_front = (lr * lateral + turning) * per_length;
         let side_rear = lateral - side_front;
         let side = [(side_front - x.force[0] * sin_d) / cos_d, side_rear];
-        [0, 1].map(|k| ratio[k] * camber[k] + side[k] / (stiffness[k] * x.load[k]))
+        both(|k| ratio[k] * camber[k] + side[k] / (stiffness[k] * x.load[k]))
     }
 
     /// Angular momentum of all that spins, kg m²/s.

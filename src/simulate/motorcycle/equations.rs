@@ -10,6 +10,7 @@ use crate::effects::composed::Acting;
 use crate::effects::physics::Rolling;
 use crate::model::formulation::Formulation::Corrected;
 use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
+use crate::model::pair::both;
 use crate::model::tyre::{Input, Output, slip_stiffness_under};
 use crate::model::tyre_model::load_lead;
 
@@ -71,7 +72,7 @@ impl Plant {
         cos_caster: f64,
         dive_rate: f64,
     ) -> [(f64, f64); 2] {
-        let contact = [0, 1].map(|k| {
+        let contact = both(|k| {
             below_mass_centre(self.cg_height, self.crown[k], self.sag[k], (sin_phi, cos_phi))
         });
         let u = |k: usize| s.vx - self.dive_arm[k] * dive_rate - s.yaw_rate * contact[k][0];
@@ -124,8 +125,8 @@ impl Plant {
         let wheel = front_wheel(s.steer, (sin_phi, cos_phi), caster, Corrected);
         let level = [wheel.camber, s.roll];
         let known = [wheel.camber_tan, sin_phi / cos_phi];
-        let camber = level.map(|g| error.camber(g));
-        let tan_camber = [0, 1].map(|k| match camber[k] == level[k] {
+        let camber = both(|k| error.camber(level[k]));
+        let tan_camber = both(|k| match camber[k] == level[k] {
             true => known[k],
             false => camber[k].tan(),
         });
@@ -218,8 +219,8 @@ impl Plant {
         let rolling = [rolling(0), rolling(1)];
         let ax = [unit[0].force_x + rolling[0], unit[1].force_x + rolling[1]];
         let x = [ax[0] * cos_d - unit[0].force_y * sin_d, ax[1]];
-        let y = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y]
-            .map(|y| error.weight_across(y));
+        let across = [ax[0] * sin_d + unit[0].force_y * cos_d, unit[1].force_y];
+        let y = both(|i| error.weight_across(across[i]));
         PerLoad { slip_ratio, alpha_rate, lever_arm, unit, x, y, rolling }
     }
 
@@ -236,7 +237,7 @@ impl Plant {
         let rising = self.cg_height - self.loaded_crown() + self.loaded_sag();
         let per_load = self.tyres_under(pose, s, action.time, assumed);
         let PerLoad { unit, x, y, lever_arm, .. } = &per_load;
-        let torque: [f64; 2] = std::array::from_fn(|i| {
+        let torque = both(|i| {
             let drive = if i == 1 { action.drive } else { 0.0 };
             match action.brake[i] == 0.0 {
                 true => drive,
@@ -245,7 +246,7 @@ impl Plant {
         });
         let spin =
             error.spin(1.0) * (0..2).map(|i| self.wheel_inertia[i] * s.omega[i]).sum::<f64>();
-        let drive_per_load: [f64; 2] = std::array::from_fn(|i| lever_arm[i] * unit[i].force_x);
+        let drive_per_load = both(|i| lever_arm[i] * unit[i].force_x);
 
         let diving = self.pitch_inertia * action.dive_acceleration;
         let drag = error.drag(self.drag, s.vx, pose.along);
@@ -280,7 +281,7 @@ impl Plant {
             }
         };
         let load = [solution[0].max(0.0), solution[1].max(0.0)];
-        let tyre = [0, 1].map(|i| Output {
+        let tyre = both(|i| Output {
             force_x: unit[i].force_x * load[i],
             force_y: unit[i].force_y * load[i],
             moment_x: unit[i].moment_x * load[i],
@@ -313,9 +314,8 @@ impl Plant {
         let (sin_phi, cos_phi) = pose.roll;
         let Forces { per_load, torque, load, tyre, .. } = forces;
         let PerLoad { x, y, alpha_rate, lever_arm, .. } = per_load;
-        let omega_rate: [f64; 2] = std::array::from_fn(|i| {
-            (torque[i] - lever_arm[i] * tyre[i].force_x) / self.wheel_inertia[i]
-        });
+        let omega_rate =
+            both(|i| (torque[i] - lever_arm[i] * tyre[i].force_x) / self.wheel_inertia[i]);
         let spin_moment: f64 = (0..2)
             .map(|i| {
                 self.wheel_inertia[i]

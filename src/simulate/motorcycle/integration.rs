@@ -6,6 +6,7 @@ use super::plant::Plant;
 use super::state::{Action, N, Response, State};
 use crate::GRAVITY;
 use crate::model::kinematics::below_mass_centre;
+use crate::model::pair::both;
 
 impl Plant {
     /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.
@@ -32,9 +33,7 @@ impl Plant {
         let mut load = response.load;
         for step in 0..n {
             let y = state.to_array();
-            let at = |k: &[f64; N], f: f64| {
-                State::from_array(&std::array::from_fn(|i| y[i] + f * h * k[i]))
-            };
+            let at = |k: &[f64; N], f: f64| State::from_array(&plus(&y, f * h, k));
             if step > 0 {
                 let (rates, response) = self.derivative(caster, state, action, Some(load));
                 (k1, load) = (rates, response.load);
@@ -52,7 +51,7 @@ impl Plant {
 
     /// How fast a wheel's slip settles per load over speed, 1/kg.
     fn slip_settling(&self) -> [f64; 2] {
-        std::array::from_fn(|i| {
+        both(|i| {
             let tyre = &self.tyres[i];
             tyre.rolling_radius.powi(2) / self.wheel_inertia[i]
         })
@@ -108,8 +107,8 @@ impl<'a> Exponential<'a> {
         let p = self.plant;
         let (sin_phi, cos_phi) = s.roll.sin_cos();
         let (speed, still) = (s.vx.max(SLIP_SPEED), p.static_load());
-        let contact = [0, 1]
-            .map(|i| below_mass_centre(p.cg_height, p.crown[i], p.sag[i], (sin_phi, cos_phi)));
+        let contact =
+            both(|i| below_mass_centre(p.cg_height, p.crown[i], p.sag[i], (sin_phi, cos_phi)));
         let spin = |i: usize| {
             let along = s.vx - s.yaw_rate * contact[i][0];
             along / p.carcass(i, still[i]).rolling_radius(load[i], 1.0 - cos_phi)
@@ -171,14 +170,14 @@ impl<'a> Exponential<'a> {
                 drawn: self.drawn_to(state, response.load),
                 load: response.load,
             };
-            let first = std::array::from_fn(|i| y[i] + h * slope[i]);
+            let first = plus(&y, h, &slope);
             let predicted = self.follow(&y, first, &step_of, None);
             let end = self
                 .plant
                 .derivative(self.caster, &predicted, &at(step + 1.0), Some(response.load))
                 .0;
-            let mut rise: [f64; N] = std::array::from_fn(|i| end[i] - slope[i]);
-            let second = std::array::from_fn(|i| y[i] + h * (slope[i] + 0.5 * rise[i]));
+            let mut rise = plus(&end, -1.0, &slope);
+            let second = plus(&y, h, &plus(&slope, 0.5, &rise));
             let (there, drawn) = (predicted.to_array(), self.drawn_to(&predicted, response.load));
             for (k, i) in STIFF.into_iter().enumerate() {
                 // what is relaxed already does not count again
@@ -188,6 +187,14 @@ impl<'a> Exponential<'a> {
         }
         before
     }
+}
+
+/// `x + by * y`.
+#[inline(always)]
+fn plus(x: &[f64; N], by: f64, y: &[f64; N]) -> [f64; N] {
+    let mut sum = *x;
+    sum.iter_mut().zip(y).for_each(|(sum, y)| *sum += by * y);
+    sum
 }
 
 /// `(e^z - 1)/z` and `(e^z - 1 - z)/z²`, z not positive.

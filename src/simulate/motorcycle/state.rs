@@ -1,5 +1,6 @@
 //! The state of the reduced-order motorcycle, its inputs and its response.
 
+use crate::model::pair::both;
 use crate::model::tyre::Output;
 
 /// The integrated state.
@@ -92,7 +93,7 @@ impl Action {
         let between = |a: f64, b: f64| a + share * (b - a);
         Action {
             steer: between(self.steer, to.steer),
-            brake: [0, 1].map(|k| between(self.brake[k], to.brake[k])),
+            brake: both(|k| between(self.brake[k], to.brake[k])),
             drive: between(self.drive, to.drive),
             force_x: between(self.force_x, to.force_x),
             force_y: between(self.force_y, to.force_y),
