@@ -48,7 +48,7 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
     let (mut pooled, mut events, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     let (mut of_tyres, mut of_bikes) = (Vec::new(), Vec::new());
     if !paths.is_empty() {
-        let frame = scan(&paths)?;
+        let frame = estimated(&paths)?;
         rows = aggregate(&frame).map_err(fail)?;
         let (mut observations, units) = observations(&frame).map_err(fail)?;
         place(out, &mut observations);
@@ -83,25 +83,17 @@ fn paths(out: &Path, there: &Contents) -> BTreeSet<PathBuf> {
     paths.filter(|path| path.is_file()).collect()
 }
 
-const KEYS: [&str; 4] = ["bike_id", "tyre", "coefficient", "unit"];
+/// The columns that the fleet needs of a coefficient.
+const TEXTS: [&str; 6] = ["bike_id", "tyre", "coefficient", "unit", "session_id", "status"];
+const NUMBERS: [&str; 3] = ["start_time", "value", "std_error"];
 
-/// All columns that the fleet needs of a coefficient.
-const COLUMNS: [&str; 9] = [
-    "bike_id",
-    "tyre",
-    "coefficient",
-    "unit",
-    "session_id",
-    "start_time",
-    "value",
-    "std_error",
-    "status",
-];
+/// What sessions are put together by.
+const KEYS: [&str; 4] = [TEXTS[0], TEXTS[1], TEXTS[2], TEXTS[3]];
 
 const MICROSECONDS_PER_DAY: f64 = 86_400e6;
 
 /// Every row with a finite value that is estimated, in order of key and session.
-fn scan(paths: &BTreeSet<PathBuf>) -> Result<DataFrame, Error> {
+fn estimated(paths: &BTreeSet<PathBuf>) -> Result<DataFrame, Error> {
     let paths: Vec<&PathBuf> = paths.iter().collect();
     let parts: Result<Vec<Estimated>, Error> =
         paths.par_iter().map(|path| Estimated::read(path)).collect();
@@ -120,23 +112,26 @@ fn fail(e: PolarsError) -> Error {
 /// Columns of the estimated coefficients.
 #[derive(Default)]
 struct Estimated {
-    /// In the order of [`KEYS`], then session and status.
+    /// In the order of [`TEXTS`].
     texts: [Vec<String>; 6],
     /// Days since 1970.
     start_time: Vec<Option<f64>>,
     value: Vec<f64>,
-    /// NaN where there is none.
+    /// NaN where there is none that is finite.
     std_error: Vec<f64>,
 }
 
 impl Estimated {
-    const TEXTS: [&'static str; 6] =
-        ["bike_id", "tyre", "coefficient", "unit", "session_id", "status"];
-
+    /// The schema lets some of these columns be missing; a fleet without one of them would be another fleet.
     fn read(path: &Path) -> Result<Self, Error> {
         let mut all = Self::default();
-        for batch in read::batches(path, Some(&COLUMNS))? {
-            let columns = Columns::new(path, Coefficient::spec(), &batch, &COLUMNS)?;
+        let wanted = [&TEXTS[..], &NUMBERS].concat();
+        for batch in read::batches(path, Some(&wanted))? {
+            if let Some(name) = wanted.iter().find(|name| batch.column_by_name(name).is_none()) {
+                let message = format!("it has no column `{name}`");
+                return Err(read::Error { path: path.to_owned(), message }.into());
+            }
+            let columns = Columns::new(path, Coefficient::spec(), &batch, &wanted)?;
             (0..batch.num_rows()).for_each(|i| all.push(&columns, i));
         }
         Ok(all)
@@ -150,7 +145,7 @@ impl Estimated {
         if !is_estimated || !value.is_finite() {
             return;
         }
-        for (column, name) in self.texts.iter_mut().zip(Self::TEXTS) {
+        for (column, name) in self.texts.iter_mut().zip(TEXTS) {
             column.push(columns.text(name, i).to_owned());
         }
         let start = columns.instant("start_time", i);
@@ -170,7 +165,7 @@ impl Estimated {
 
     fn frame(self) -> PolarsResult<DataFrame> {
         let height = self.value.len();
-        let texts = Self::TEXTS.into_iter().zip(self.texts);
+        let texts = TEXTS.into_iter().zip(self.texts);
         let mut columns: Vec<Column> =
             texts.map(|(name, texts)| Column::new(name.into(), texts)).collect();
         columns.push(Column::new("start_time".into(), self.start_time));
@@ -180,7 +175,7 @@ impl Estimated {
     }
 }
 
-/// One row per bike, tyre and coefficient: quantiles, and what the sessions' figures say.
+/// One row per bike, tyre, coefficient and unit: quantiles, and what the sessions' figures say.
 fn aggregate(frame: &DataFrame) -> PolarsResult<Vec<FleetRow>> {
     let determined = frame.column("status")?.str()?.equal(Status::Ok.name());
     let groups = frame.filter(&determined)?.partition_by_stable(KEYS, true)?;
@@ -305,6 +300,79 @@ impl Sessions<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
+
+    use arrow::array::{
+        ArrayRef, Float64Array, RecordBatch, StringArray, TimestampMillisecondArray,
+    };
+
+    /// A table of one motorcycle's rear slip stiffness, a session per value.
+    fn table(folder: &Path, status: &str, start: ArrayRef, values: &[f64]) -> BTreeSet<PathBuf> {
+        let n = values.len();
+        let texts = |text: &str| -> ArrayRef { Arc::new(StringArray::from(vec![text; n])) };
+        let ids: Vec<String> = (0..n).map(|i| format!("s{i}")).collect();
+        let columns: [(&str, ArrayRef); 9] = [
+            ("bike_id", texts("b1")),
+            ("tyre", texts("rear")),
+            ("coefficient", texts("slip_stiffness")),
+            ("unit", texts("1")),
+            ("session_id", Arc::new(StringArray::from(ids))),
+            ("status", texts(status)),
+            ("start_time", start),
+            ("value", Arc::new(Float64Array::from(values.to_vec()))),
+            ("std_error", Arc::new(Float64Array::from(vec![0.1; n]))),
+        ];
+        let batch = RecordBatch::try_from_iter(columns).expect("batch");
+        let path = folder.join("2026-05.parquet");
+        file::write_batch(path.as_path(), &batch).expect("written");
+        BTreeSet::from([path])
+    }
+
+    #[test]
+    fn start_times_of_any_type_give_their_days() {
+        let folder = tempfile::tempdir().expect("folder");
+        let milliseconds = TimestampMillisecondArray::from(vec![86_400_000, 129_600_000]);
+        let texts = || vec![Some("1970-01-02T00:00:00Z"), Some("1970-01-02T14:00:00+02:00")];
+        let kinds: [(ArrayRef, [Option<f64>; 2]); 4] = [
+            (Arc::new(StringArray::from(texts())), [Some(1.0), Some(1.5)]),
+            (Arc::new(milliseconds.clone()), [Some(1.0), Some(1.5)]),
+            (Arc::new(milliseconds.with_timezone("Europe/Rome")), [Some(1.0), Some(1.5)]),
+            (Arc::new(StringArray::from(vec![Some("yesterday"), None])), [None, None]),
+        ];
+        for (start, days) in kinds {
+            let kind = start.data_type().clone();
+            let paths = table(folder.path(), "ok", start, &[1.0, 3.0]);
+            let frame = estimated(&paths).expect("read");
+            let (observations, _) = observations(&frame).expect("observations");
+            let found: Vec<Option<f64>> = observations.iter().map(|o| o.day).collect();
+            assert_eq!(found, days, "{kind}");
+            let rows = aggregate(&frame).expect("rows");
+            assert_eq!((rows.len(), rows[0].median, rows[0].n_sessions), (1, Some(2.0), 2));
+        }
+    }
+
+    #[test]
+    fn sessions_without_a_determined_coefficient_give_no_rows() {
+        let folder = tempfile::tempdir().expect("folder");
+        for (status, estimates) in [("poorly_determined", 2), ("not_available", 0)] {
+            let start: ArrayRef = Arc::new(StringArray::from(vec![None::<&str>; 2]));
+            let frame = estimated(&table(folder.path(), status, start, &[1.0, 2.0])).expect("read");
+            assert_eq!(frame.height(), estimates, "{status}");
+            assert!(aggregate(&frame).expect("rows").is_empty());
+            assert_eq!(observations(&frame).expect("observations").0.len(), estimates);
+        }
+    }
+
+    #[test]
+    fn a_table_without_values_is_named() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("2026-05.parquet");
+        let ids: ArrayRef = Arc::new(StringArray::from(vec!["b1"]));
+        let batch = RecordBatch::try_from_iter(TEXTS.map(|name| (name, Arc::clone(&ids))));
+        file::write_batch(path.as_path(), &batch.expect("batch")).expect("written");
+        let words = estimated(&BTreeSet::from([path])).expect_err("no values").to_string();
+        assert!(words.contains("2026-05.parquet") && words.contains("start_time"), "{words}");
+    }
 
     #[test]
     fn a_session_is_flagged_when_it_is_far_and_sure_of_it() {

@@ -6,7 +6,7 @@ use arrow::array::{
     Array, ArrayRef, AsArray, RecordBatch, TimestampMicrosecondArray, new_null_array,
 };
 use arrow::compute::{cast, concat_batches};
-use arrow::datatypes::{DataType, SchemaRef};
+use arrow::datatypes::{DataType, SchemaRef, TimeUnit, TimestampMicrosecondType};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::properties::WriterProperties;
@@ -88,18 +88,45 @@ fn conform(
     RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())
 }
 
-fn conform_column(name: &str, array: &ArrayRef, to: &DataType) -> Result<ArrayRef, String> {
+/// A column in a type of its table. No cast of arrow's puts a zone on an instant or takes its text with one: that would
+/// need a list of all zones, which is compiled in by some features only.
+pub(super) fn conform_column(
+    name: &str,
+    array: &ArrayRef,
+    to: &DataType,
+) -> Result<ArrayRef, String> {
     if array.data_type() == to {
         return Ok(Arc::clone(array));
     }
-    let is_instant = matches!(to, DataType::Timestamp(..));
-    match array.as_string_opt::<i32>() {
+    let cast = |array: &ArrayRef, to: &DataType| {
+        cast(array, to).map_err(|e| format!("column `{name}`: {e}"))
+    };
+    match (array.data_type(), to) {
         // a text that is no time is no reason to lose the row
-        Some(texts) if is_instant => {
-            let at = texts.iter().map(|text| text.and_then(instant::microseconds));
+        (kind, DataType::Timestamp(..)) if is_text(kind) => {
+            let texts = cast(array, &DataType::Utf8)?;
+            let at = texts.as_string::<i32>().iter();
+            let at = at.map(|text| text.and_then(instant::microseconds));
             Ok(Arc::new(TimestampMicrosecondArray::from_iter(at).with_timezone("UTC")))
         }
-        _ => cast(array, to).map_err(|e| format!("column `{name}`: {e}")),
+        (_, DataType::Timestamp(..)) => {
+            let local = cast(array, &INSTANT)?;
+            let at = local.as_primitive::<TimestampMicrosecondType>().clone();
+            Ok(Arc::new(at.with_timezone("UTC")))
+        }
+        (DataType::Timestamp(..), _) => cast(&cast(array, &INSTANT)?, to),
+        _ => cast(array, to),
+    }
+}
+
+/// An instant without its zone.
+const INSTANT: DataType = DataType::Timestamp(TimeUnit::Microsecond, None);
+
+fn is_text(kind: &DataType) -> bool {
+    match kind {
+        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => true,
+        DataType::Dictionary(_, values) => is_text(values),
+        _ => false,
     }
 }
 

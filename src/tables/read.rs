@@ -10,8 +10,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use arrow::array::{Array, ArrayRef, AsArray, RecordBatch};
-use arrow::compute::cast;
-use arrow::datatypes::{DataType, Float64Type, Int64Type, TimeUnit, TimestampMicrosecondType};
+use arrow::datatypes::{DataType, Float64Type, Int64Type, TimestampMicrosecondType};
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{
@@ -24,6 +23,7 @@ use serde::de::{self, DeserializeOwned, DeserializeSeed, Deserializer, MapAccess
 use serde::forward_to_deserialize_any;
 use walkdir::WalkDir;
 
+use super::file;
 use super::registry::{Row, TableSpec};
 use crate::contract::instant;
 use crate::objects::Location;
@@ -180,10 +180,8 @@ pub(super) fn selected(
     reader.map(|batch| batch.map_err(|e| fail(e.to_string()))).collect()
 }
 
-/// The type in which instants are read; rows get them as texts.
-const INSTANT: DataType = DataType::Timestamp(TimeUnit::Microsecond, None);
-
-/// The columns of one batch by name, in the types that rows are made from; instants in UTC, without a zone.
+/// The columns of one batch by name, in the types of files but for categories, which are texts; rows get instants as
+/// texts, too.
 #[derive(Debug)]
 pub struct Columns(BTreeMap<&'static str, ArrayRef>);
 
@@ -207,10 +205,8 @@ impl Columns {
             let fail = |message: String| Error { path: path.to_owned(), message };
             match batch.column_by_name(&column.name) {
                 Some(array) => {
-                    let is_instant = matches!(array.data_type(), DataType::Timestamp(..));
-                    let to = if is_instant { INSTANT } else { column.row_type() };
-                    let array = cast(array, &to)
-                        .map_err(|e| fail(format!("column `{}`: {e}", column.name)))?;
+                    let array = file::conform_column(&column.name, array, &column.flat_type())
+                        .map_err(fail)?;
                     columns.insert(column.name.as_str(), array);
                 }
                 None if column.nullable => {}

@@ -233,7 +233,7 @@ fn every_plot_becomes_a_figure() {
     let files: Vec<_> = walkdir::WalkDir::new(&to)
         .into_iter()
         .map(|e| e.expect("entry"))
-        .filter(|e| e.file_type().is_file())
+        .filter(|e| e.file_type().is_file() && !e.file_name().as_encoded_bytes().starts_with(b"."))
         .collect();
     assert_eq!(files.len(), count);
     // a fit and a time line of twelve sessions; two histories and one comparison of the fleet
@@ -245,6 +245,19 @@ fn every_plot_becomes_a_figure() {
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
         assert!(!svg.contains("<b onmouseover") && !svg.contains("<script"));
     }
+    // the figures of a session that is gone go, and nothing of anybody else
+    let (gone, mine) = (to.join("s99/timeline.svg"), to.join("s00/mine.svg"));
+    let mut there = std::fs::read_dir(&to).expect("folder").map(|e| e.expect("entry").path());
+    let list = there.find(|p| p.is_file()).expect("the list of figures");
+    let listed = std::fs::read_to_string(&list).expect("list");
+    assert_eq!(listed.lines().count(), count);
+    std::fs::write(&list, listed + "s99/timeline.svg\n").expect("list");
+    for file in [&gone, &mine] {
+        std::fs::create_dir_all(file.parent().expect("folder")).expect("folder");
+        std::fs::write(file, "a figure").expect("figure");
+    }
+    write::figures(folder.path(), &to, Format::Svg, None).expect("figures");
+    assert!(!to.join("s99").exists() && mine.exists() && to.join("s00/timeline.svg").exists());
 }
 
 /// Width, height and RGBA of a PNG file.

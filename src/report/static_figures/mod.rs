@@ -2,5 +2,6 @@
 
 pub mod chart;
 pub mod drawing;
+pub mod listed;
 pub mod panels;
 pub mod write;

@@ -11,6 +11,7 @@ use crate::report::error::Error;
 use crate::report::fleet::tables::FleetTables;
 use crate::report::session::bench_values;
 use crate::report::static_figures::chart;
+use crate::report::static_figures::listed::Listed;
 use crate::report::tables::{self, SessionTables};
 use crate::report::{fleet, page_names};
 use crate::tables::file;
@@ -27,9 +28,19 @@ pub enum Format {
     Both,
 }
 
+impl Format {
+    fn endings(self) -> &'static [&'static str] {
+        match self {
+            Format::Svg => &["svg"],
+            Format::Png => &["png"],
+            Format::Both => &["svg", "png"],
+        }
+    }
+}
+
 /// Writes every plot of every session, diagnosis and of the fleet into `to`: a folder each, a
-/// file per plot and format; how many plots. `only` limits them to one session and leaves out the
-/// fleet.
+/// file per plot and format; how many plots. Figures of before whose session or coefficient is gone
+/// go ([`Listed`]). `only` limits all to one session and leaves out the fleet; then nothing goes.
 ///
 /// # Errors
 /// The folder holds no tables, one cannot be read, or a file cannot be written.
@@ -40,17 +51,18 @@ pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Res
     let wanted = |id: &str| only.is_none_or(|o| o == id);
     let stored = SessionTables::read(out)?;
     let bench = bench_values::read(out)?;
+    let listed = Listed::open(to, out)?;
     let save = |folder: &str, name: &str, figure: &Scene| -> Result<(), Error> {
-        let file =
-            |ending: &str| to.join(folder).join(format!("{}.{ending}", page_names::stem(name)));
-        if format != Format::Png {
-            file::write_bytes(file("svg"), chart::svg(figure).as_bytes())?;
-        }
-        if format != Format::Svg {
-            let path = file("png");
-            let bytes = chart::png(figure)
-                .map_err(|message| Error::Figure { path: path.clone(), message })?;
-            file::write_bytes(&path, &bytes)?;
+        for ending in format.endings() {
+            let name = format!("{folder}/{}.{ending}", page_names::stem(name));
+            let path = to.join(&name);
+            let bytes = match *ending {
+                "svg" => chart::svg(figure).into_bytes(),
+                _ => chart::png(figure)
+                    .map_err(|message| Error::Figure { path: path.clone(), message })?,
+            };
+            listed.add(&name)?;
+            file::write_bytes(path, &bytes)?;
         }
         Ok(())
     };
@@ -94,5 +106,6 @@ pub fn figures(out: &Path, to: &Path, format: Format, only: Option<&str>) -> Res
     for boxes in &compared {
         save("fleet", &boxes.name, &chart::boxes(boxes))?;
     }
+    listed.remove_others(format.endings())?;
     Ok(drawn + of_diagnoses + charts.len() + compared.len())
 }
