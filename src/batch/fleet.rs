@@ -3,9 +3,8 @@
 //! Assumes the sessions' tables of one output folder, of this run and of earlier ones. Only
 //! committed sessions take part, and of them the rows with status `ok`; the poorly determined are
 //! pooled but help no other. The tables are read as all others are; polars sorts, filters and groups the
-//! coefficients and takes their quantiles (its eager core alone: the lazy engine and a second Parquet
-//! reader would be a fifth of what there is to compile). What it has no word for is in [`dispersion`] and
-//! [`crate::fleet`].
+//! coefficients and takes their quantiles (its eager core alone: the lazy engine with its own Parquet reader is
+//! 53 crates more). What it has no word for is in [`dispersion`] and [`crate::fleet`].
 //!
 //! The rows are sorted before anything is computed, so the same sessions give the same bytes.
 
