@@ -51,8 +51,7 @@
 //! The source is Bartolozzi, Massaro, Mottola, Savino (2024), "An enhanced motorcycle tyre
 //! model characterised through experimental riding data"; equation numbers are its own.
 
-// the Python module's own macros write some
-#![cfg_attr(not(feature = "python"), forbid(unsafe_code))]
+#![forbid(unsafe_code)]
 
 pub mod statistics;
 
@@ -107,9 +106,6 @@ pub mod diagnose;
 pub mod batch;
 
 pub mod cli;
-
-#[cfg(feature = "python")]
-mod python;
 
 /// Version written to every row.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

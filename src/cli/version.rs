@@ -6,11 +6,7 @@ use std::sync::LazyLock;
 pub fn long() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
         let profile = if cfg!(debug_assertions) { "dev" } else { "release" };
-        let features = [
-            ("fleet", cfg!(feature = "fleet")),
-            ("cloud", cfg!(feature = "cloud")),
-            ("python", cfg!(feature = "python")),
-        ];
+        let features = [("fleet", cfg!(feature = "fleet")), ("cloud", cfg!(feature = "cloud"))];
         let has: Vec<&str> = features.iter().filter(|f| f.1).map(|f| f.0).collect();
         let libc = match cfg!(target_os = "linux") {
             true if cfg!(target_env = "musl") => " (static)",

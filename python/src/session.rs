@@ -9,19 +9,19 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use pyo3_arrow::PyRecordBatchReader;
 
-use super::errors::{self, rejected};
-use super::table::Table;
-use crate::batch::Maps;
-use crate::batch::bikes::{BikeFile, hash_settings};
-use crate::batch::diagnose::DiagnoseWork;
-use crate::batch::in_memory::{self, Log, NO_PATH, Tables};
-use crate::batch::work::{Work, guarded};
-use crate::contract::session::Meta;
-use crate::diagnose::Settings;
-use crate::ingest;
-use crate::objects::Location;
-use crate::objects::files::read_text;
-use crate::pipeline::Rejection;
+use crate::errors::{self, failed, rejected};
+use crate::table::Table;
+use roadbench::batch::Maps;
+use roadbench::batch::bikes::{BikeFile, hash_settings};
+use roadbench::batch::diagnose::DiagnoseWork;
+use roadbench::batch::in_memory::{self, Log, NO_PATH, Tables};
+use roadbench::batch::work::{Work, guarded};
+use roadbench::contract::session::Meta;
+use roadbench::diagnose::Settings;
+use roadbench::ingest;
+use roadbench::objects::Location;
+use roadbench::objects::files::read_text;
+use roadbench::pipeline::Rejection;
 
 /// A session's tables by name, as `roadbench run` would write them.
 #[pyfunction]
@@ -37,7 +37,7 @@ pub fn run_session<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let pipeline = errors::pipeline(&pipeline)?;
     let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
-    let bike = bike_file(bike, &hash_settings(&pipeline, "")?)?;
+    let bike = bike_file(bike, &hash_settings(&pipeline, "").map_err(failed)?)?;
     let source = Source::of(path_or_table)?;
     let found =
         py.detach(|| in_memory::run(source.log(session_id)?, &bike, &pipeline, &maps, signals));
@@ -62,7 +62,7 @@ pub fn diagnose_session<'py>(
     let (nulls, advise) = settings;
     let work = DiagnoseWork::new(Settings { nulls, advise, ..Settings::default() })
         .map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
-    let bike = bike_file(bike, &hash_settings(&pipeline, &work.settings())?)?;
+    let bike = bike_file(bike, &hash_settings(&pipeline, &work.settings()).map_err(failed)?)?;
     let source = Source::of(path_or_table)?;
     let found =
         py.detach(|| in_memory::diagnose(source.log(session_id)?, &bike, &pipeline, &maps, &work));
@@ -115,7 +115,7 @@ impl Source {
 
 /// A path to a bike file, or its text: a text has an equals sign and a line's end, a path has not.
 fn bike_file(given: &Bound<'_, PyAny>, settings: &[u8]) -> PyResult<BikeFile> {
-    let invalid = |e: crate::contract::bike::Error| PyValueError::new_err(e.to_string());
+    let invalid = |e: roadbench::contract::bike::Error| PyValueError::new_err(e.to_string());
     if let Ok(text) = given.extract::<String>()
         && text.contains('=')
         && text.contains('\n')
@@ -126,7 +126,7 @@ fn bike_file(given: &Bound<'_, PyAny>, settings: &[u8]) -> PyResult<BikeFile> {
         PyTypeError::new_err("the bike must be the path of a bike file, or what such a file says")
     })?;
     let text = read_text(&path).map_err(|source| {
-        invalid(crate::contract::bike::Error::Read { path: path.clone(), source })
+        invalid(roadbench::contract::bike::Error::Read { path: path.clone(), source })
     })?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     BikeFile::parse(text, &stem, &path, settings).map_err(invalid)

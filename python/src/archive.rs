@@ -10,18 +10,18 @@ use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::errors;
-use crate::batch::diagnose::DiagnoseWork;
-use crate::batch::distributed::What;
-use crate::batch::engine::Accounts;
-use crate::batch::fence::{Asked, Fenced};
-use crate::batch::run::RunWork;
-use crate::batch::store::Store;
-use crate::batch::summary::Summary;
-use crate::batch::{self, Maps, Settings, Work, engine};
-use crate::objects::Location;
-use crate::pipeline::Pipeline;
-use crate::report::Pages;
+use crate::errors::{self, failed};
+use roadbench::batch::diagnose::DiagnoseWork;
+use roadbench::batch::distributed::What;
+use roadbench::batch::engine::Accounts;
+use roadbench::batch::fence::{Asked, Fenced};
+use roadbench::batch::run::RunWork;
+use roadbench::batch::store::Store;
+use roadbench::batch::summary::Summary;
+use roadbench::batch::{self, Maps, Settings, Work, engine};
+use roadbench::objects::Location;
+use roadbench::pipeline::Pipeline;
+use roadbench::report::Pages;
 
 /// How often Python is asked whether the user wants to stop.
 const LOOK: Duration = Duration::from_millis(100);
@@ -122,15 +122,16 @@ impl Given {
 pub fn run(py: Python<'_>, options: &str) -> PyResult<String> {
     let given = Given::read(options)?;
     let (start, started) = (Instant::now(), Timestamp::now());
-    let work = Fenced::new(given.run_work(), &given.settings(), Asked::default())?;
+    let work =
+        Fenced::new(given.run_work(), &given.settings(), Asked::default()).map_err(failed)?;
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {
-            batch::run::finish(&store, Pages::Auto, |_| Ok(()))?;
+            batch::run::finish(&store, Pages::Auto, |_| Ok(())).map_err(failed)?;
         }
         let seconds = start.elapsed().as_secs_f64();
         let summary = Summary::of(&accounts, &given.pipeline, started, seconds);
-        summary.write(store.root())?;
+        summary.write(store.root()).map_err(failed)?;
         json(&summary)
     })
 }
@@ -141,14 +142,14 @@ pub fn diagnose(py: Python<'_>, options: &str) -> PyResult<String> {
     let given = Given::read(options)?;
     let (start, started) = (Instant::now(), Timestamp::now());
     let Options { nulls, advise, .. } = given.options;
-    let settings = crate::diagnose::Settings { nulls, advise, ..Default::default() };
+    let settings = roadbench::diagnose::Settings { nulls, advise, ..Default::default() };
     let work =
         DiagnoseWork::new(settings).map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
-    let work = Fenced::new(work, &given.settings(), Asked::default())?;
+    let work = Fenced::new(work, &given.settings(), Asked::default()).map_err(failed)?;
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {
-            batch::diagnose::finish(&store)?;
+            batch::diagnose::finish(&store).map_err(failed)?;
         }
         let seconds = start.elapsed().as_secs_f64();
         json(&Summary::of(&accounts, &given.pipeline, started, seconds))
@@ -176,7 +177,7 @@ fn compute<W: Work>(py: Python<'_>, given: &Given, work: &W) -> PyResult<(Accoun
     let done = done.map_err(|_| PyRuntimeError::new_err("the batch ended with a panic"))?;
     match interrupt {
         Some(e) => Err(e),
-        None => Ok(done?),
+        None => done.map_err(failed),
     }
 }
 

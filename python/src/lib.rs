@@ -1,12 +1,12 @@
-//! The Python module `roadbench._roadbench`; what people import is the package in `python/roadbench`.
+//! The Python module `roadbench._roadbench`; what people import is the package `roadbench` beside this folder.
 //!
 //! Thin: arguments in, the library's own functions with the GIL released, Arrow out. Tables cross
 //! by the Arrow PyCapsule interface, so nothing here knows of pyarrow, polars or DuckDB.
 
 use pyo3::prelude::*;
 
-use crate::batch::fence;
-use crate::cli;
+use roadbench::batch::fence;
+use roadbench::cli;
 
 mod archive;
 mod distributed;
@@ -19,7 +19,7 @@ mod table;
 
 #[pymodule]
 fn _roadbench(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("__version__", crate::VERSION)?;
+    module.add("__version__", roadbench::VERSION)?;
     if let Some(python) = executable(module.py())? {
         fence::started_by(vec![
             python.into(),

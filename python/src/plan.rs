@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::archive::json;
-use super::errors;
-use crate::diagnose::road::ride_plan;
+use crate::archive::json;
+use crate::errors;
+use roadbench::diagnose::road::ride_plan;
 
 /// What the first session of a scenario would show of each cause, as JSON.
 #[pyfunction]

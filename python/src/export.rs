@@ -7,11 +7,11 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::Deserialize;
 
-use super::archive::read;
-use crate::batch::models;
-use crate::batch::reading::Reading;
-use crate::export::text::{Request, text};
-use crate::objects::Location;
+use crate::archive::read;
+use roadbench::batch::models;
+use roadbench::batch::reading::Reading;
+use roadbench::export::text::{Request, text};
+use roadbench::objects::Location;
 
 /// What is asked for, as JSON.
 #[derive(Debug, Deserialize)]

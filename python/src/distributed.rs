@@ -7,12 +7,13 @@ use jiff::Timestamp;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use super::archive::{Given, json, read};
-use crate::batch;
-use crate::batch::distributed::{self, Answer, Terms, What};
-use crate::batch::summary::Summary;
-use crate::pipeline::Pipeline;
-use crate::report::Pages;
+use crate::archive::{Given, json, read};
+use crate::errors::failed;
+use roadbench::batch;
+use roadbench::batch::distributed::{self, Answer, Terms, What};
+use roadbench::batch::summary::Summary;
+use roadbench::pipeline::Pipeline;
+use roadbench::report::Pages;
 
 /// Plans a batch, holds its output, and keeps the accounts.
 #[pyclass(frozen, module = "roadbench._roadbench")]
@@ -30,7 +31,8 @@ impl Driver {
         let given = Given::read(options)?;
         let (settings, what) = (given.settings(), given.what());
         let texts = given.map_texts.clone();
-        let driver = py.detach(|| distributed::Driver::open(&settings, texts, what))?;
+        let driver =
+            py.detach(|| distributed::Driver::open(&settings, texts, what)).map_err(failed)?;
         Ok(Driver { driver: Mutex::new(Some(driver)), pipeline: given.pipeline, began })
     }
 
@@ -53,18 +55,21 @@ impl Driver {
         let driver = self.lock().take().ok_or_else(closed)?;
         py.detach(|| {
             let what = driver.what().clone();
-            let (accounts, store) = driver.close(answers)?;
+            let (accounts, store) = driver.close(answers).map_err(failed)?;
             if store.is_behind() {
                 match what {
-                    What::Run { .. } => _ = batch::run::finish(&store, Pages::Auto, |_| Ok(()))?,
-                    What::Diagnose { .. } => _ = batch::diagnose::finish(&store)?,
+                    What::Run { .. } => {
+                        batch::run::finish(&store, Pages::Auto, |_| Ok(())).map(drop)
+                    }
+                    What::Diagnose { .. } => batch::diagnose::finish(&store).map(drop),
                 }
+                .map_err(failed)?;
             }
             let (start, started) = self.began;
             let seconds = start.elapsed().as_secs_f64();
             let summary = Summary::of(&accounts, &self.pipeline, started, seconds);
             if let What::Run { .. } = what {
-                summary.write(store.root())?;
+                summary.write(store.root()).map_err(failed)?;
             }
             json(&summary)
         })
@@ -95,13 +100,13 @@ impl Worker {
     #[new]
     fn new(terms: &str) -> PyResult<Self> {
         let terms: Terms = read(terms)?;
-        Ok(Worker(distributed::Worker::new(terms)?))
+        Ok(Worker(distributed::Worker::new(terms).map_err(failed)?))
     }
 
     /// A task's answer.
     fn run(&self, py: Python<'_>, task: &str) -> PyResult<String> {
         let task = read(task)?;
-        py.detach(|| json(&self.0.run(task)?))
+        py.detach(|| json(&self.0.run(task).map_err(failed)?))
     }
 }
 

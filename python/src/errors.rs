@@ -5,8 +5,8 @@ use std::path::Path;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::batch;
-use crate::pipeline::{Pipeline, Rejection};
+use roadbench::batch;
+use roadbench::pipeline::{Pipeline, Rejection};
 
 /// `roadbench.Rejected`: it is Python's own class, so that it can be pickled.
 pub fn rejected(py: Python<'_>, why: &Rejection) -> PyErr {
@@ -17,14 +17,13 @@ pub fn rejected(py: Python<'_>, why: &Rejection) -> PyErr {
     error.map_or_else(|e| e, PyErr::from_value)
 }
 
-impl From<batch::Error> for PyErr {
-    fn from(e: batch::Error) -> Self {
-        let message = e.to_string();
-        match e {
-            batch::Error::Usage(_) => PyValueError::new_err(message),
-            batch::Error::Output(_) => PyOSError::new_err(message),
-            batch::Error::Internal(_) => PyRuntimeError::new_err(message),
-        }
+/// A batch's error.
+pub fn failed(e: batch::Error) -> PyErr {
+    let message = e.to_string();
+    match e {
+        batch::Error::Usage(_) => PyValueError::new_err(message),
+        batch::Error::Output(_) => PyOSError::new_err(message),
+        batch::Error::Internal(_) => PyRuntimeError::new_err(message),
     }
 }
 
