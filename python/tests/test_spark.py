@@ -1,4 +1,4 @@
-"""200 sessions on a cluster of two workers give the files of one machine, byte for byte; with one
+"""Many sessions on a cluster of two workers give the files of one machine, byte for byte; with one
 of the workers killed in between, too."""
 
 import json

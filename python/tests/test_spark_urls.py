@@ -22,7 +22,7 @@ import roadbench
 from cluster import HOST, descendants, free_port
 
 #: Sessions of the archive that are put into the store.
-SOME = 48
+SOME = 24
 BUCKET = "fleet"
 NULLS = 8
 
