@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
-use super::spatial::{Articulated, Force, Motion, Rigid};
+use super::spatial::{Articulated, Force, Motion, Rigid, product, times, times_transposed};
 
 /// How a body moves on its parent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,8 +92,8 @@ impl Link {
         let moved = Motion::new(parent.angular, parent.at(&self.offset));
         match self.turned {
             true => Motion::new(
-                self.to_parent.tr_mul(&moved.angular),
-                self.to_parent.tr_mul(&moved.linear),
+                times_transposed(&self.to_parent, &moved.angular),
+                times_transposed(&self.to_parent, &moved.linear),
             ),
             false => moved,
         }
@@ -101,18 +101,18 @@ impl Link {
 
     /// Parameters to link axes.
     pub fn to_link(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        self.rotation.tr_mul(v)
+        times_transposed(&self.rotation, v)
     }
 
     /// Velocity in world axes of the link-fixed point at world position `p`.
     pub fn velocity_at(&self, p: &Vector3<f64>) -> Vector3<f64> {
         let r = self.to_link(&(p - self.position));
-        self.rotation * self.velocity.at(&r)
+        times(&self.rotation, &self.velocity.at(&r))
     }
 
     /// Angular velocity in world axes.
     pub fn spin(&self) -> Vector3<f64> {
-        self.rotation * self.velocity.angular
+        times(&self.rotation, &self.velocity.angular)
     }
 
     /// Adds a force in world axes at a world position.
@@ -132,12 +132,12 @@ impl Link {
         let (w, a) = (&self.velocity.angular, &self.acceleration);
         // spatial to conventional acceleration: + w x v
         let point = a.linear + a.angular.cross(&r) + w.cross(&self.velocity.at(&r));
-        self.rotation * point + gravity
+        times(&self.rotation, &point) + gravity
     }
 
     /// Angular acceleration in world axes.
     pub fn angular_acceleration(&self) -> Vector3<f64> {
-        self.rotation * self.acceleration.angular
+        times(&self.rotation, &self.acceleration.angular)
     }
 }
 
@@ -207,10 +207,10 @@ impl Tree {
                 Joint::Prismatic(axis) => link.offset += axis.into_inner() * q[j],
             }
             link.rotation = match link.turned {
-                true => parent.rotation * link.to_parent,
+                true => product(&parent.rotation, &link.to_parent),
                 false => parent.rotation,
             };
-            link.position = parent.position + parent.rotation * link.offset;
+            link.position = parent.position + times(&parent.rotation, &link.offset);
             let joint = body.joint.motion() * qd[j];
             let carried = link.carry(&parent.velocity);
             link.velocity = carried + joint;
@@ -259,7 +259,8 @@ impl Tree {
         let base = &mut work.links[0];
         let felt = base.inertia.solve(&(base.force * -1.0))?;
         base.acceleration = felt;
-        let own = Motion::new(felt.angular, felt.linear + base.rotation.tr_mul(gravity));
+        let own =
+            Motion::new(felt.angular, felt.linear + times_transposed(&base.rotation, gravity));
         for (j, body) in self.bodies.iter().enumerate() {
             let parent = work.links[body.parent].acceleration;
             let s = body.joint.motion();
