@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Commands that cannot be run here, by what is in them, and why.
-const NOT_RUN: [(&str, &str); 8] = [
+const NOT_RUN: [(&str, &str); 12] = [
     (".ci/run", "runs these tests"),
     ("s3://", "needs an object store; tests/it/objects.rs has one"),
     ("pip install", "installs from the network; .ci/python does"),
@@ -16,6 +16,10 @@ const NOT_RUN: [(&str, &str); 8] = [
     ("submit.py", "goes with spark-submit"),
     ("/archive --out /tables", "goes with spark-submit"),
     ("cargo install", "builds the program once more"),
+    ("simulate characterise", "tests/it/lane_change.rs runs it"),
+    ("run ride --out results", "tests/it/lane_change.rs runs it"),
+    ("characterise_sports_small_s0001", "tests/it/lane_change.rs runs it"),
+    ("simulate lane_change", "tests/it/lane_change.rs runs it"),
 ];
 
 /// Not run where the real recordings are not beside the repository.
