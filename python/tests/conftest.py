@@ -39,11 +39,10 @@ def staged(out):
 
 @pytest.fixture(scope="session")
 def archive(tmp_path_factory):
-    """Many sessions, and three logs that cannot be used: simulated rides, each cut to many lengths."""
-    rides, archive = tmp_path_factory.mktemp("rides"), tmp_path_factory.mktemp("archive")
-    roadbench("simulate", ROOT / "python" / "tests" / "small.toml", "--out", rides)
-    shutil.copytree(rides / "bikes", archive / "bikes")
-    logs = sorted((rides / "sessions").rglob("*.parquet"))
+    """Many sessions, and three logs that cannot be used: the bundled rides, each cut to many lengths of two minutes."""
+    archive = tmp_path_factory.mktemp("archive")
+    shutil.copytree(ARCHIVE / "bikes", archive / "bikes")
+    logs = sorted((ARCHIVE / "sessions").rglob("*.parquet"))
     for number in range(SESSIONS):
         file = pq.ParquetFile(logs[number % len(logs)])
         ride, own = file.read(), file.metadata.metadata
@@ -51,7 +50,7 @@ def archive(tmp_path_factory):
         own = {k: v for k, v in own.items() if k != b"ARROW:schema"} | {b"session_id": name}
         folder = archive / "sessions" / f"bike={own[b'bike_id'].decode()}"
         folder.mkdir(parents=True, exist_ok=True)
-        cut = ride.slice(0, ride.num_rows - 10 * (number // len(logs)))
+        cut = ride.slice(0, 6000 - 10 * (number // len(logs)))
         pq.write_table(cut.replace_schema_metadata(own), folder / f"{name}.parquet")
     whole = folder / f"{name}.parquet"
     (folder / "x_cut.parquet").write_bytes(whole.read_bytes()[:3000])

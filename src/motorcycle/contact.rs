@@ -129,12 +129,12 @@ pub fn roll(
     around: &Surroundings<'_>,
 ) -> (Wheel, [f64; 3]) {
     let Surroundings { road, error, time, along } = *around;
-    let carrier = links[link::CARRIERS[i]];
+    let carrier = &links[link::CARRIERS[i]];
     let centre = links[link::WHEELS[i]].position;
     let mut geometry = Geometry::new(&carrier.rotation.column(1).into_owned());
     let camber = geometry.camber.1.atan2(geometry.camber.0);
     let Pressed { contact, deflection, load, pressing, normal, offset } =
-        Pressed::new(&tyre.carcass(), &carrier, &centre, &geometry, road);
+        Pressed::new(&tyre.carcass(), carrier, &centre, &geometry, road);
 
     let v = carrier.velocity_at(&contact);
     let least = |vx: f64| vx.abs().max(SLIP_SPEED);

@@ -294,7 +294,7 @@ impl Model {
         if torque == 0.0 {
             return;
         }
-        let (frame, wheel) = (work.links[link::FRAME], work.links[link::REAR]);
+        let (frame, wheel) = (&work.links[link::FRAME], &work.links[link::REAR]);
         let engine = frame.position + frame.rotation * chain.engine;
         let y = frame.rotation.column(1).into_owned();
         let between = engine - wheel.position;

@@ -193,8 +193,9 @@ impl Tree {
         base.velocity = *velocity;
         base.external = Force::default();
         for (j, body) in self.bodies.iter().enumerate() {
-            let parent = work.links[body.parent];
-            let link = &mut work.links[j + 1];
+            // a parent stands before its children; a copy of a whole link takes longer than most of what follows
+            let (before, rest) = work.links.split_at_mut(j + 1);
+            let (parent, link) = (&before[body.parent], &mut rest[0]);
             link.offset = body.offset;
             link.turned = false;
             match &body.joint {

@@ -12,6 +12,7 @@ use roadbench::diagnose::road::residuals::{Blocks, blocks};
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::diagnose::road::workings::Workings;
 use roadbench::effects::physics::Multibody;
+use roadbench::effects::remove::remove;
 use roadbench::effects::{ALL, Effect, ModelError};
 use roadbench::manoeuvre::Direction;
 use roadbench::pipeline::Pipeline;
@@ -23,7 +24,7 @@ use roadbench::simulate::plan::Phase;
 use roadbench::simulate::rider::Disturbance;
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::tour::Tour;
-use roadbench::simulate::{multibody, simulate_phases};
+use roadbench::simulate::{self, multibody, simulate_phases};
 use roadbench::statistics::random::Random;
 
 /// A difference of a signal, over its largest value, that is no rounding.
@@ -213,4 +214,30 @@ fn every_effect_changes_residuals_and_what_it_does_not_reach_stays() {
         .sum();
     // what the cache is for: most share
     assert!(2 * shared > all.len(), "{shared} of {}", all.len());
+}
+
+/// What the sensors of a model error do to a ride is removed to the last digit where it is a shift,
+/// and to a thousandth of the signal where it is interpolated.
+#[test]
+fn sensor_effects_are_taken_out_again() {
+    let scenario = Scenario::builtin("perfect").expect("scenario");
+    let machine = scenario.machine(0);
+    let clean = simulate::session(&scenario, &machine, 0).session;
+    for (name, size, channel, most) in [
+        ("steer_zero", 0.01, Channel::SteerAngle, 1e-12),
+        ("roll_zero", -0.01, Channel::Roll, 1e-12),
+        ("velocity_lever_arm", 0.4, Channel::VelocityY, 1e-12),
+        ("latency", 0.03, Channel::VelocityX, 0.02),
+    ] {
+        let mut error = ModelError::default();
+        (Effect::named(name).expect("known").set)(&mut error, size);
+        let mut session = clean.clone();
+        error.measure(&mut session);
+        let mut bike = machine.bike.clone();
+        assert!(remove(&error, &mut session, &mut bike).is_empty());
+        let (a, b) = (clean.get(channel).expect("there"), session.get(channel).expect("there"));
+        let n = a.len() - 10;
+        let off = (10..n).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
+        assert!(off < most, "{name}: {off}");
+    }
 }

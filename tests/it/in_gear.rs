@@ -14,6 +14,9 @@ use roadbench::contract::session::{Meta, Session};
 use roadbench::manoeuvre::ManoeuvreKind;
 use roadbench::{filter, ingest, segment};
 
+mod forward;
+mod recovered;
+
 const RATE: f64 = 10.0;
 const LAP: f64 = 60.0;
 /// Overall ratios.

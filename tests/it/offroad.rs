@@ -1,10 +1,9 @@
 //! The off-road estimate against the forward model, whose tyre forces are known, and against
 //! damaged logs.
 
-use std::sync::OnceLock;
-
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::Float64Type;
+use rayon::prelude::*;
 
 use roadbench::GRAVITY;
 use roadbench::contract::bike::Bike;
@@ -29,15 +28,29 @@ fn scenario() -> Motocross {
     Motocross::load("motocross").expect("scenario").expect("built in")
 }
 
-/// One noisy minute, simulated once for every test.
-fn ridden() -> &'static (Motocross, MotocrossRide) {
-    static RIDDEN: OnceLock<(Motocross, MotocrossRide)> = OnceLock::new();
-    RIDDEN.get_or_init(|| {
-        let scenario = scenario();
-        let ridden = motocross::ride(&scenario, 0);
-        assert_eq!(ridden.fall, None);
-        (scenario, ridden)
-    })
+type Ridden = (Motocross, MotocrossRide);
+
+/// One noisy minute, and all that is said of it: to ride it takes longer than what is looked at.
+#[test]
+fn of_a_minute_of_motocross() {
+    let scenario = scenario();
+    let ride = motocross::ride(&scenario, 0);
+    assert_eq!(ride.fall, None);
+    let ridden = (scenario, ride);
+    let looked_at: [fn(&Ridden); 11] = [
+        riders_are_ranked_against_the_truth,
+        weights_by_noise_beat_weights_by_length,
+        flights_and_the_sign_of_the_drive_are_found,
+        jumps_whoops_and_corners_are_segments_with_their_figures,
+        every_single_missing_channel_is_named_and_the_rest_is_estimated,
+        loggers_that_are_apart_are_noticed,
+        wrong_signs_zeros_and_gravity_are_noticed,
+        lever_arms_and_levers_are_read,
+        tables_of_a_session_say_the_same_as_the_estimate,
+        a_saturated_accelerometer_hides_its_landings_and_nothing_else,
+        odd_logs_go_through_the_pipeline,
+    ];
+    looked_at.par_iter().for_each(|look| look(&ridden));
 }
 
 /// As `pipelines/offroad.toml` does it.
@@ -139,9 +152,7 @@ fn what_the_forward_model_did_comes_back_to_rounding() {
 }
 
 /// The ranking of the riders on a noisy minute, as shares of the static load.
-#[test]
-fn riders_are_ranked_against_the_truth() {
-    let (scenario, ridden) = ridden();
+fn riders_are_ranked_against_the_truth((scenario, ridden): &Ridden) {
     let rate = ridden.session.rate;
     let (e, _) = estimate(&ridden.session, &scenario.bike, &Config::default());
     let weight = e.machine.weight();
@@ -196,9 +207,7 @@ fn riders_are_ranked_against_the_truth() {
 
 /// Rows weighted by what they are worth: the moment about the mass centre, into which all errors of
 /// the rider go, counts for less.
-#[test]
-fn weights_by_noise_beat_weights_by_length() {
-    let (scenario, ridden) = ridden();
+fn weights_by_noise_beat_weights_by_length((scenario, ridden): &Ridden) {
     let truth = band(&ridden.truth.forces[0], ridden.session.rate);
     let error = |weights: RowWeights| {
         let mut config = only(&[Rider::C]);
@@ -230,9 +239,7 @@ fn alike(p: &(usize, usize), q: &(usize, usize)) -> bool {
     common > 0.5 * (p.1.max(q.1) - p.0.min(q.0)) as f64
 }
 
-#[test]
-fn flights_and_the_sign_of_the_drive_are_found() {
-    let (scenario, ridden) = ridden();
+fn flights_and_the_sign_of_the_drive_are_found((scenario, ridden): &Ridden) {
     let rate = ridden.session.rate;
     let (e, _) = estimate(&ridden.session, &scenario.bike, &only(&[Rider::C]));
     // a flight of 60 ms is 0.7 m at 12 m/s; what is shorter is a bump
@@ -276,9 +283,7 @@ fn flights_and_the_sign_of_the_drive_are_found() {
     assert!(share >= 0.97, "{share}");
 }
 
-#[test]
-fn jumps_whoops_and_corners_are_segments_with_their_figures() {
-    let (scenario, ridden) = ridden();
+fn jumps_whoops_and_corners_are_segments_with_their_figures((scenario, ridden): &Ridden) {
     let rate = ridden.session.rate;
     let session = filtered(&ridden.session);
     let (e, _) = offroad::run(&session, &scenario.bike, &only(&[Rider::C])).expect("estimated");
@@ -368,9 +373,7 @@ fn said<'a>(warnings: &'a [Warning], code: &str) -> &'a str {
     &found.unwrap_or_else(|| panic!("no {code} in {:?}", codes(warnings))).message
 }
 
-#[test]
-fn every_single_missing_channel_is_named_and_the_rest_is_estimated() {
-    let (scenario, ridden) = ridden();
+fn every_single_missing_channel_is_named_and_the_rest_is_estimated((scenario, ridden): &Ridden) {
     let rate = ridden.session.rate;
     let truth: Vec<Vec<f64>> = ridden.truth.forces.iter().map(|f| band(f, rate)).collect();
     let (whole, _) = estimate(&ridden.session, &scenario.bike, &only(&[Rider::C]));
@@ -432,9 +435,7 @@ fn every_single_missing_channel_is_named_and_the_rest_is_estimated() {
     assert!(said(&warnings, "force_unavailable").contains("n_f while braking"));
 }
 
-#[test]
-fn loggers_that_are_apart_are_noticed() {
-    let (scenario, ridden) = ridden();
+fn loggers_that_are_apart_are_noticed((scenario, ridden): &Ridden) {
     let rate = ridden.session.rate;
     for late in [0.0_f64, 0.002, 0.012, -0.03] {
         let mut session = ridden.session.clone();
@@ -463,9 +464,7 @@ fn loggers_that_are_apart_are_noticed() {
     }
 }
 
-#[test]
-fn wrong_signs_zeros_and_gravity_are_noticed() {
-    let (scenario, ridden) = ridden();
+fn wrong_signs_zeros_and_gravity_are_noticed((scenario, ridden): &Ridden) {
     let with = |channel: Channel, f: &dyn Fn(f64) -> f64| {
         let mut session = ridden.session.clone();
         let moved = session.get(channel).expect("there").iter().map(|v| f(*v)).collect();
@@ -489,9 +488,7 @@ fn wrong_signs_zeros_and_gravity_are_noticed() {
 
 /// The velocity is that of the mass centre, unless the bike file gives a lever arm, and levers that are
 /// logged say what is driven and what is braked.
-#[test]
-fn lever_arms_and_levers_are_read() {
-    let (scenario, ridden) = ridden();
+fn lever_arms_and_levers_are_read((scenario, ridden): &Ridden) {
     let session = filtered(&ridden.session);
     let rate = session.rate;
     let truth = band(&ridden.truth.qdd[0], rate);
@@ -528,7 +525,7 @@ fn lever_arms_and_levers_are_read() {
 /// `B_d' B_d` is the inverse of the covariance, whatever rows are left, up to its scale.
 #[test]
 fn whitening_inverts_the_covariance() {
-    let machine = Machine::new(&ridden().0.bike).expect("bike");
+    let machine = Machine::new(&scenario().bike).expect("bike");
     let noise = machine.noise.expect("noise");
     let at = machine.equations.at(&Motion { z_f: 0.1, a_r: 0.17, ..Motion::default() });
     for lost in [[false; 5], [true, false, false, false, false], [false, false, false, true, true]]
@@ -567,7 +564,7 @@ fn whitening_inverts_the_covariance() {
 
 /// The bike file of the scenario, changed.
 fn bike_text(change: &dyn Fn(String) -> String) -> Result<Bike, String> {
-    let text = change(ridden().0.bike.to_toml());
+    let text = change(scenario().bike.to_toml());
     Bike::parse(&text, "mx", "mx.toml".as_ref()).map_err(|e| e.to_string())
 }
 
@@ -617,9 +614,7 @@ fn run_pipeline(session: &Session, bike: &Bike) -> Outcome {
     pipeline::run(&input, bike, &Pipeline::builtin("offroad")).expect("through")
 }
 
-#[test]
-fn tables_of_a_session_say_the_same_as_the_estimate() {
-    let (scenario, ridden) = ridden();
+fn tables_of_a_session_say_the_same_as_the_estimate((scenario, ridden): &Ridden) {
     let outcome = run_pipeline(&ridden.session, &scenario.bike);
     let ids: Vec<i64> = outcome.manoeuvres.iter().map(|m| m.manoeuvre_id).collect();
     assert_eq!(ids, (0..ids.len() as i64).collect::<Vec<_>>());
@@ -659,9 +654,7 @@ fn tables_of_a_session_say_the_same_as_the_estimate() {
     assert_eq!(arrow::compute::min(&contact), Some(0.0));
 }
 
-#[test]
-fn a_saturated_accelerometer_hides_its_landings_and_nothing_else() {
-    let (scenario, ridden) = ridden();
+fn a_saturated_accelerometer_hides_its_landings_and_nothing_else((scenario, ridden): &Ridden) {
     let mut session = ridden.session.clone();
     // a 4 g sensor on the chassis
     let clipped =
@@ -694,9 +687,7 @@ fn a_saturated_accelerometer_hides_its_landings_and_nothing_else() {
     assert!(share > 0.9 && apart < 60.0);
 }
 
-#[test]
-fn odd_logs_go_through_the_pipeline() {
-    let (scenario, ridden) = ridden();
+fn odd_logs_go_through_the_pipeline((scenario, ridden): &Ridden) {
     let rate = ridden.session.rate;
     // a stretch of the minute, from second to second
     let cut = |from: f64, to: f64, without: &[Channel]| {

@@ -12,6 +12,7 @@ use roadbench::pipeline::Pipeline;
 use roadbench::segment::Segment;
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::motorcycle::Plant;
+use roadbench::simulate::plan::{Plan, PlanKind};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::statistics::smooth::smooth;
 use roadbench::{filter, segment, simulate};
@@ -77,7 +78,10 @@ const RIDERS: [(&str, &[Channel]); 3] = [
 
 #[test]
 fn the_true_effect_leaves_nothing_of_itself() {
-    let scenario = Scenario::builtin("perfect").expect("scenario");
+    let whole = Scenario::builtin("perfect").expect("scenario");
+    // every manoeuvre a few times: it is ridden and simulated anew for each effect
+    let plans = vec![Plan { kind: PlanKind::Paper, coasts: 6, brakings: 2, laps: 6 }];
+    let scenario = Scenario { plans, ..whole };
     let usual = scenario.machine(0);
     let (session, segments) = ridden(&scenario, &usual);
     let floor = misfit(&session, &segments, &usual.plant);
@@ -143,4 +147,29 @@ fn a_name_that_makes_the_simulation_worse_is_taken_back() {
     assert!(found.replays.iter().all(|r| r.extended.is_none()));
     assert!(found.simulation_errors.iter().all(|e| e.ratio.is_none()));
     assert!(found.model.effects.is_empty());
+}
+
+/// On a rear tyre with a twentieth of its cornering stiffness some bends cannot be ridden; the straights can.
+#[test]
+fn bends_that_cannot_be_ridden_are_left_out() {
+    let scenario = Scenario::builtin("perfect").expect("scenario");
+    let machine = scenario.machine(0);
+    let session = simulate::session(&scenario, &machine, 0).session;
+    let roll = session.get(Channel::Roll).expect("roll").to_vec();
+    let lost = |plant: &Plant| {
+        let shown = replay(&session, &[], plant, From::Session);
+        let ridden = shown.get(Channel::Roll).expect("roll").to_vec();
+        let share = |leaned: bool| {
+            let own = roll.iter().zip(&ridden).filter(|(r, _)| (r.abs() > 0.3) == leaned);
+            let (lost, all) =
+                own.fold((0, 0), |(lost, all), (_, x)| (lost + u32::from(x.is_nan()), all + 1));
+            f64::from(lost) / f64::from(all)
+        };
+        [share(true), share(false)]
+    };
+    let mut plant = machine.plant.clone();
+    assert_eq!(lost(&plant), [0.0; 2]);
+    plant.tyres[1].stiffness.ct *= 0.05;
+    let [bends, straights] = lost(&plant);
+    assert!(bends > 0.1 && straights < 0.02, "{bends}, {straights}");
 }

@@ -427,32 +427,6 @@ pub(super) fn bridged(mut x: Vec<f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::{self, scenario::Scenario};
-
-    /// On a rear tyre with a twentieth of its cornering stiffness some bends cannot be ridden; the straights can.
-    #[test]
-    fn bends_that_cannot_be_ridden_are_left_out() {
-        let scenario = Scenario::builtin("perfect").expect("scenario");
-        let machine = scenario.machine(0);
-        let session = simulate::session(&scenario, &machine, 0).session;
-        let roll = session.get(Channel::Roll).expect("roll").to_vec();
-        let lost = |plant: &Plant| {
-            let shown = replay(&session, &[], plant, From::Session);
-            let ridden = shown.get(Channel::Roll).expect("roll").to_vec();
-            let share = |leaned: bool| {
-                let own = roll.iter().zip(&ridden).filter(|(r, _)| (r.abs() > 0.3) == leaned);
-                let (lost, all) =
-                    own.fold((0, 0), |(lost, all), (_, x)| (lost + u32::from(x.is_nan()), all + 1));
-                f64::from(lost) / f64::from(all)
-            };
-            [share(true), share(false)]
-        };
-        let mut plant = machine.plant.clone();
-        assert_eq!(lost(&plant), [0.0; 2]);
-        plant.tyres[1].stiffness.ct *= 0.05;
-        let [bends, straights] = lost(&plant);
-        assert!(bends > 0.1 && straights < 0.02, "{bends}, {straights}");
-    }
 
     #[test]
     fn gaps_are_bridged_and_ends_held() {

@@ -14,11 +14,6 @@ pub mod parameters;
 pub mod rows;
 pub mod solve;
 
-#[cfg(test)]
-mod tests;
-#[cfg(test)]
-mod track;
-
 pub use self::config::Config;
 use self::model::Model;
 use self::parameters::Prior;

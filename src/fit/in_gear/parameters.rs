@@ -14,7 +14,6 @@ macro_rules! parameters {
         /// How many there are.
         pub const COUNT: usize = [$($words),*].len();
         /// What each is.
-        #[cfg(test)]
         pub const WORDS: [&str; COUNT] = [$($words),*];
     };
 }

@@ -366,8 +366,8 @@ pub fn bound(model: &Model<'_>, fitted: &Fitted, wheel: usize, driven: bool) -> 
     (bound > 0.05).then_some(bound)
 }
 
-/// The samples at given parameters, once the acceleration is at rest.
-#[cfg(test)]
+/// The samples at given parameters, once the acceleration is at rest: at the truth of an exact ride residuals vanish
+/// there.
 pub fn held_at(model: &Model<'_>, theta: &Theta, min_speed: f64) -> Vec<Held> {
     let mut acceleration = first_acceleration(model.columns, theta);
     for _ in 0..12 {

@@ -32,6 +32,3 @@ pub fn write(profile: Profile, ridden: &TrackRide, seed: u64) -> Foreign {
         Profile::Satellite => satellite::write(board),
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -226,6 +226,3 @@ fn record(
     session.set(C::Altitude, hands.iter().map(height).collect());
     session
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,13 +1,13 @@
 //! A compact forward model for the tests, another way than the estimator's: point mass on a lap, wheels and
 //! slips integrated at 2 kHz under brake and engine torques and the forward Magic Formula, then sensors.
 
-use super::parameters::*;
-use crate::GRAVITY;
-use crate::contract::bike::{Axle, Bike};
-use crate::contract::channel::Channel;
-use crate::contract::session::{Meta, Session};
-use crate::model::magic_formula::MagicFormula;
-use crate::statistics::random::Random;
+use roadbench::GRAVITY;
+use roadbench::contract::bike::{Axle, Bike};
+use roadbench::contract::channel::Channel;
+use roadbench::contract::session::{Meta, Session};
+use roadbench::fit::in_gear::parameters::*;
+use roadbench::model::magic_formula::MagicFormula;
+use roadbench::statistics::random::Random;
 
 /// Overall ratios of the simulated motorcycle: not those that the estimator assumes.
 const RATIOS: [f64; 6] = [11.3, 8.8, 7.3, 6.3, 5.6, 5.1];
@@ -299,7 +299,8 @@ fn log(rows: &[[f64; 9]], truth: &Theta, style: Style, r: &mut Random) -> Sessio
     };
     let noise = style.noise;
     let step = |x: f64, q: f64| if noise > 0.0 { (x / q).round() * q } else { x };
-    let mut gnss = crate::statistics::random::Coloured::new(0.05 * noise, 1.0, 1.0 / style.rate, r);
+    let mut gnss =
+        roadbench::statistics::random::Coloured::new(0.05 * noise, 1.0, 1.0 / style.rate, r);
     let velocity = (0..n)
         .map(|i| {
             at(0, i as f64 - truth[LATENCY] * style.rate) + gnss.next(r) + 0.03 * noise * r.normal()
@@ -314,7 +315,7 @@ fn log(rows: &[[f64; 9]], truth: &Theta, style: Style, r: &mut Random) -> Sessio
         out.set(channel, w);
     }
     let mut wander =
-        crate::statistics::random::Coloured::new(0.008 * noise, 3.0, 1.0 / style.rate, r);
+        roadbench::statistics::random::Coloured::new(0.008 * noise, 3.0, 1.0 / style.rate, r);
     let roll = (0..n)
         .map(|i| rows[i][3] + truth[LEAN_ZERO] + wander.next(r) + 0.004 * noise * r.normal())
         .collect();

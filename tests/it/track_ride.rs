@@ -1,23 +1,24 @@
 //! Physics of a session on the track: two laps of the built-in scenario.
 
-use std::sync::OnceLock;
+use roadbench::GRAVITY;
+use roadbench::contract::channel::Channel;
+use roadbench::simulate::ride::Sample;
+use roadbench::simulate::track::{Track, TrackRide, doings, ride};
+use roadbench::simulate::tyre_truth;
 
-use super::*;
-
-fn ridden() -> &'static TrackRide {
-    static RIDE: OnceLock<TrackRide> = OnceLock::new();
-    RIDE.get_or_init(|| {
-        let track = Track::load("track").expect("built in").expect("a track");
-        ride(&Track { laps: 2, ..track }, 0).expect("comes round")
-    })
+/// One ride for all that is looked at: it takes longer than everything else.
+#[test]
+fn two_laps_are_ridden_as_on_a_track() {
+    let track = Track::load("track").expect("built in").expect("a track");
+    let ridden = ride(&Track { laps: 2, ..track }, 0).expect("comes round");
+    it_leans_brakes_and_drives_like_a_track_rider(&ridden);
+    lean_is_that_of_speed_and_yaw_rate_and_friction_stays_below_the_tyres(&ridden);
+    laps_close_on_themselves_and_take_about_as_long(&ridden);
 }
 
-#[test]
-fn it_leans_brakes_and_drives_like_a_track_rider() {
-    let r = ridden();
-    let most = |f: &dyn Fn(&super::super::ride::Sample) -> f64| {
-        r.ride.samples.iter().map(f).fold(f64::NEG_INFINITY, f64::max)
-    };
+fn it_leans_brakes_and_drives_like_a_track_rider(r: &TrackRide) {
+    let most =
+        |f: &dyn Fn(&Sample) -> f64| r.ride.samples.iter().map(f).fold(f64::NEG_INFINITY, f64::max);
     let lean = most(&|s| s.wheels[1].camber.abs()).to_degrees();
     assert!((45.0..58.0).contains(&lean), "{lean}");
     let fastest = most(&|s| s.motion.velocity.norm());
@@ -46,16 +47,13 @@ fn it_leans_brakes_and_drives_like_a_track_rider() {
 }
 
 /// What the wheels push is what the mass is accelerated by: lean, speed and yaw rate belong together.
-#[test]
-fn lean_is_that_of_speed_and_yaw_rate_and_friction_stays_below_the_tyres() {
-    let r = ridden();
+fn lean_is_that_of_speed_and_yaw_rate_and_friction_stays_below_the_tyres(r: &TrackRide) {
     let friction = r.entry.model.road.friction;
     let m = &r.entry.model.motorcycle;
     let loads = m.static_loads();
     let tyres = m.tyres.as_ref().expect("shod");
-    let peak = [0, 1].map(|k| {
-        super::super::tyre_truth::bench(tyres[k].as_ref(), loads[k], friction).peak_friction
-    });
+    let peak =
+        [0, 1].map(|k| tyre_truth::bench(tyres[k].as_ref(), loads[k], friction).peak_friction);
     let (mut n, mut sum) = (0, 0.0);
     for s in &r.ride.samples {
         let spin = s.motion.rotation * s.motion.spin;
@@ -78,9 +76,7 @@ fn lean_is_that_of_speed_and_yaw_rate_and_friction_stays_below_the_tyres() {
     assert!(n > 500 && (1.03..1.22).contains(&ratio), "{n} {ratio}");
 }
 
-#[test]
-fn laps_close_on_themselves_and_take_about_as_long() {
-    let r = ridden();
+fn laps_close_on_themselves_and_take_about_as_long(r: &TrackRide) {
     assert_eq!(r.crossings.len(), 3);
     let rate = r.ride.session.rate;
     let at = |t: f64| r.ride.samples[((t * rate) as usize).min(r.ride.samples.len() - 1)].position;

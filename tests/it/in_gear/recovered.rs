@@ -1,13 +1,14 @@
-//! Against rides of a forward model that is made another way, see `track`.
+//! Against rides of a forward model that is made another way, see `forward`.
 
-use super::model::{A, B, C, D, Model, Split};
-use super::parameters::*;
-use super::track::{self, USUAL};
-use super::{Config, InGear, rows, run};
-use crate::contract::channel::Channel;
-use crate::contract::coefficient::{Coefficient, Id};
-use crate::statistics::order::median_of_finite;
-use crate::tables::rows::{self as tables, Status};
+use roadbench::contract::channel::Channel;
+use roadbench::contract::coefficient::{Coefficient, Id};
+use roadbench::fit::in_gear::model::{A, B, C, D, Held, Model, Split};
+use roadbench::fit::in_gear::parameters::*;
+use roadbench::fit::in_gear::{Config, InGear, columns, rows, run, solve};
+use roadbench::statistics::order::median_of_finite;
+use roadbench::tables::rows::{self as tables, Status};
+
+use super::forward::{self as track, USUAL};
 
 fn fitted(seed: u64, style: track::Style) -> (Theta, InGear) {
     let truth = track::truth(seed);
@@ -47,12 +48,12 @@ fn row(fit: &InGear, tyre: &str, name: &str) -> tables::Coefficient {
 fn residuals_vanish_at_the_truth_of_an_exact_log() {
     let truth = track::truth(3);
     let session = track::session(3, &truth, track::Style { rate: 100.0, noise: 0.0, ..USUAL });
-    let columns = super::columns::columns(&session, &Config::default()).expect("columns");
+    let columns = columns::columns(&session, &Config::default()).expect("columns");
     let bike = track::bike();
     let model = Model::new(&columns, &bike, 0.87);
-    let held = super::solve::held_at(&model, &truth, 8.0);
-    let middle = |kind: usize, pick: &dyn Fn(&super::model::Held) -> bool| {
-        let of = |h: &&super::model::Held| h.sigma[kind].is_finite() && pick(h);
+    let held = solve::held_at(&model, &truth, 8.0);
+    let middle = |kind: usize, pick: &dyn Fn(&Held) -> bool| {
+        let of = |h: &&Held| h.sigma[kind].is_finite() && pick(h);
         let values: Vec<f64> = held
             .iter()
             .filter(of)
@@ -61,7 +62,7 @@ fn residuals_vanish_at_the_truth_of_an_exact_log() {
         assert!(values.len() > 15, "{kind}: {}", values.len());
         median_of_finite(&values).expect("residuals")
     };
-    let leaning = |h: &super::model::Held| columns.roll[h.at].abs() > 0.35;
+    let leaning = |h: &Held| columns.roll[h.at].abs() > 0.35;
     assert!(middle(A, &|_| true) < 0.01);
     assert!(middle(B, &leaning) < 0.02);
     // the slip grows faster than the force: what the kernel averages is a little more than what it sees
