@@ -17,6 +17,7 @@ use super::link;
 use super::road::Road;
 use super::state::{Action, State, Wheel, angle_rates, joint};
 use crate::effects::ModelError;
+use crate::multibody::spatial::times;
 use crate::multibody::{Body, Joint, Motion, Rigid, Tree, Work};
 
 /// Natural frequency and damping ratio with which the rider's body follows its command.
@@ -295,7 +296,7 @@ impl Model {
             return;
         }
         let (frame, wheel) = (&work.links[link::FRAME], &work.links[link::REAR]);
-        let engine = frame.position + frame.rotation * chain.engine;
+        let engine = frame.position + times(&frame.rotation, &chain.engine);
         let y = frame.rotation.column(1).into_owned();
         let between = engine - wheel.position;
         let length = between.norm();
@@ -321,7 +322,7 @@ impl Model {
         let m = &self.motorcycle;
         let [drag, lift, pitch] = m.aerodynamics;
         let frame = &mut work.links[link::FRAME];
-        let at = frame.position + frame.rotation * m.aerodynamic_centre;
+        let at = frame.position + times(&frame.rotation, &m.aerodynamic_centre);
         let wind = Vector3::new(action.wind[0], action.wind[1], 0.0);
         let v = frame.velocity_at(&at) - wind;
         let speed = v.norm();
@@ -345,7 +346,7 @@ impl Model {
         let nowhere = Vector3::repeat(f64::NAN);
         let base = self.tree.dynamics(&gravity, work).unwrap_or(Motion::new(nowhere, nowhere));
         State {
-            position: work.links[0].rotation * state.velocity.linear,
+            position: times(&work.links[0].rotation, &state.velocity.linear),
             angles: angle_rates(&state.angles, &state.velocity.angular),
             joints: state.rates,
             velocity: base,

@@ -12,6 +12,7 @@
 //! than what the ride says of it does no harm; and only one block of steps is in memory.
 
 use super::forward::{Begin, Problem, Stand, Stored, Tally, Update};
+use super::products::{add_outer, times};
 use super::rows::Source;
 use super::state::{Covariance, Errors, State};
 
@@ -31,11 +32,11 @@ fn before(u: &Update, l: &mut Errors, big: &mut Covariance) {
     let along = u.gain.dot(l);
     *l -= u.slopes * (along + u.innovation / u.variance);
     // C' L C + H' H / S, as rank-one changes
-    let row = *big * u.gain;
+    let row = times(big, &u.gain);
     let square = u.gain.dot(&row) + 1.0 / u.variance;
-    big.ger(-1.0, &u.slopes, &row, 1.0);
-    big.ger(-1.0, &row, &u.slopes, 1.0);
-    big.ger(square, &u.slopes, &u.slopes, 1.0);
+    add_outer(big, -1.0, &u.slopes, &row);
+    add_outer(big, -1.0, &row, &u.slopes);
+    add_outer(big, square, &u.slopes, &u.slopes);
 }
 
 /// Filters and smooths; `look` gets the covariance of every smoothed state as `(step, state, P, L)`.
@@ -66,7 +67,7 @@ pub fn smooth(
             if let Some(t) = transition {
                 t.back(&mut l, &mut big);
             }
-            states[k] = state.corrected(&-(*covariance * l));
+            states[k] = state.corrected(&-times(&covariance, &l));
             look(k, &states[k], &covariance, &big);
             updates.iter().rev().for_each(|u| before(u, &mut l, &mut big));
         }

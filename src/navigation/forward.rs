@@ -5,6 +5,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::align::{Alignment, wrapped};
 use super::level::Felt;
 use super::log::{Epoch, Log};
+use super::products::{add_outer, times};
 use super::rows::{Kind, Measurement, Source, running};
 use super::state::{Covariance, Errors, GYRO, P, State, THETA, V, prior};
 use super::strapdown::{Noise, Transition, forgetting, step, transition};
@@ -444,7 +445,7 @@ impl<'a> Problem<'a> {
             let mut updates = Vec::new();
             for m in self.measurements(k, &stand.state, &placed[k], begin.delay) {
                 let (innovation, slopes) = m.innovation(&stand.state);
-                let gain = *stand.covariance * slopes;
+                let gain = times(&stand.covariance, &slopes);
                 let variance = slopes.dot(&gain) + m.variance;
                 let source = m.kind.source();
                 let t = &mut tally[source as usize];
@@ -455,7 +456,7 @@ impl<'a> Problem<'a> {
                 }
                 t.used += 1;
                 t.squares += square;
-                stand.covariance.ger(-1.0 / variance, &gain, &gain, 1.0);
+                add_outer(&mut stand.covariance, -1.0 / variance, &gain, &gain);
                 let gain = gain / variance;
                 stand.state = stand.state.corrected(&(gain * innovation));
                 if keep.is_some() {

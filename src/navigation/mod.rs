@@ -33,6 +33,7 @@ mod jacobian;
 mod level;
 mod log;
 mod output;
+mod products;
 mod rows;
 mod run;
 pub mod state;

@@ -7,6 +7,7 @@ use super::forward::{Begin, Problem, Stand};
 use super::jacobian::gradients;
 pub use super::level::OUTPUTS;
 use super::level::outputs;
+use super::products::times;
 use super::state::{Covariance, DELAY, Errors, FORCE, GYRO, MOUNT, SCALE, State, THETA, V};
 
 /// Their names in `session.v1`.
@@ -137,8 +138,8 @@ fn deviations(
         _ => 0.0,
     };
     std::array::from_fn(|o| {
-        let row = p * slopes[o];
-        let own = slopes[o].dot(&row) - row.dot(&(l * row));
+        let row = times(p, &slopes[o]);
+        let own = slopes[o].dot(&row) - row.dot(&times(l, &row));
         let arm: f64 = lever.iter().map(|d| (d[o] * problem.log.arm_sd).powi(2)).sum();
         (own.max(0.0) + arm + sensor(o).powi(2)).sqrt()
     })

@@ -6,6 +6,7 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
+use super::products::{product, product_transposed};
 use super::state::{
     Covariance, DOPPLER, DOPPLER_TIME, Errors, FORCE, GYRO, LEAN, LEAN_TIME, N, P, SCALE, State,
     THETA, V, prior,
@@ -140,8 +141,8 @@ pub fn forgetting(sd: &Errors) -> Transition {
 impl Transition {
     /// The covariance a step later.
     pub fn advance(&self, p: &mut Covariance) {
-        let rows = self.top * *p;
-        let corner = rows * self.top.transpose();
+        let rows = product(&self.top, p);
+        let corner = product(&rows, &self.top.transpose());
         for j in 9..N {
             for i in 9..N {
                 p[(i, j)] *= self.decay[i] * self.decay[j];
@@ -160,18 +161,18 @@ impl Transition {
 
     /// What follows from later measurements, a step earlier: `F' l` and `F' L F`.
     pub fn back(&self, vector: &mut Errors, matrix: &mut Covariance) {
-        let from_top = self.top.tr_mul(&vector.fixed_rows::<9>(0));
+        let from_top = product_transposed(&self.top, &vector.fixed_rows::<9>(0).into_owned());
         for i in 0..N {
             let own = if i < 9 { 0.0 } else { self.decay[i] * vector[i] };
             vector[i] = own + from_top[i];
         }
-        let mut right = matrix.fixed_columns::<9>(0) * self.top;
+        let mut right = product(&matrix.fixed_columns::<9>(0).into_owned(), &self.top);
         for j in 9..N {
             for i in 0..N {
                 right[(i, j)] += matrix[(i, j)] * self.decay[j];
             }
         }
-        *matrix = self.top.tr_mul(&right.fixed_rows::<9>(0));
+        *matrix = product_transposed(&self.top, &right.fixed_rows::<9>(0).into_owned());
         for j in 0..N {
             for i in 9..N {
                 matrix[(i, j)] += self.decay[i] * right[(i, j)];

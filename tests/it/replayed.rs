@@ -78,10 +78,9 @@ const RIDERS: [(&str, &[Channel]); 3] = [
 
 #[test]
 fn the_true_effect_leaves_nothing_of_itself() {
-    let whole = Scenario::builtin("perfect").expect("scenario");
+    let mut scenario = Scenario::builtin("perfect").expect("scenario");
     // every manoeuvre a few times: it is ridden and simulated anew for each effect
-    let plans = vec![Plan { kind: PlanKind::Paper, coasts: 6, brakings: 2, laps: 6 }];
-    let scenario = Scenario { plans, ..whole };
+    scenario.plans = vec![Plan { kind: PlanKind::Paper, coasts: 6, brakings: 2, laps: 6 }];
     let usual = scenario.machine(0);
     let (session, segments) = ridden(&scenario, &usual);
     let floor = misfit(&session, &segments, &usual.plant);
