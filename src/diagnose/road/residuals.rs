@@ -12,6 +12,8 @@
 //! [`estimate`](crate::estimate). Where a channel says nothing its residual is NaN, whatever the
 //! parameters, so that any two sets of them are compared on the same blocks.
 
+use std::borrow::Borrow;
+
 use super::attitude::{Attitude, Lean, Posture};
 use super::parameters::Parameters;
 use super::samples::Samples;
@@ -52,12 +54,12 @@ pub fn blocks(samples: &Samples, values: &Parameters) -> Blocks {
 /// Block means of the residuals within a reach, of others nil: attitudes by sample and whether it is in a bend,
 /// forces by sample, value and slope of a wheel's friction curve by wheel, sample and slip.
 #[inline(always)]
-pub(super) fn blocks_of(
+pub(super) fn blocks_of<A: Borrow<Attitude>, F: Borrow<Forces>>(
     samples: &Samples,
     values: &Parameters,
     reach: Reach,
-    mut attitude: impl FnMut(usize, bool) -> Attitude,
-    mut forces: impl FnMut(usize, &Instant<'_>) -> Forces,
+    mut attitude: impl FnMut(usize, bool) -> A,
+    mut forces: impl FnMut(usize, &Instant<'_>) -> F,
     mut curve: impl FnMut(usize, usize, f64) -> (f64, f64),
 ) -> Blocks {
     let fixed = Fixed::of(values);
@@ -68,12 +70,13 @@ pub(super) fn blocks_of(
         let cornering = *kind == ManoeuvreKind::Cornering;
         for (k, i) in range.clone().enumerate() {
             let attitude = attitude(i, cornering);
-            let [ax, ay] = accelerations(samples, values, &attitude, i, cornering);
+            let attitude: &Attitude = attitude.borrow();
+            let [ax, ay] = accelerations(samples, values, attitude, i, cornering);
             let instant = Instant {
                 s: samples,
                 p: values,
                 fixed: &fixed,
-                a: &attitude,
+                a: attitude,
                 i,
                 kind: *kind,
                 ax,
@@ -82,7 +85,7 @@ pub(super) fn blocks_of(
                 along: if samples.along[i].is_nan() { 0.0 } else { samples.along[i] },
             };
             let forces = forces(i, &instant);
-            let mut residual = instant.residuals(&forces, reach, &mut curve);
+            let mut residual = instant.residuals(forces.borrow(), reach, &mut curve);
             if reach.lateral {
                 for wheel in 0..2 {
                     // the residual holds everything but the lagged slip angle

@@ -61,17 +61,14 @@ impl<'a> Workings<'a> {
         let posture = Posture::of(&near);
         let reach = if posture == self.posture { parameter.reach } else { Reach::ATTITUDE };
         let known = Known::of(&self.posture, &posture);
-        let attitude = |i: usize, cornering| match reach.attitude {
-            true => {
-                let known = Some(known(&self.attitudes[i]));
-                Attitude::near(self.samples, &posture, i, cornering, known)
-            }
-            false => self.attitudes[i],
+        let attitude = |i: usize, cornering| {
+            let known = Some(known(&self.attitudes[i]));
+            Attitude::near(self.samples, &posture, i, cornering, known)
         };
-        let forces = |i: usize, instant: &Instant<'_>| match reach.forces {
-            true => instant.longitudinal(),
-            false => self.forces[i],
-        };
+        let forces = |_, instant: &Instant<'_>| instant.longitudinal();
+        // of what stays there are no copies: they are large
+        let (same_attitude, same_forces) =
+            (|i: usize, _| &self.attitudes[i], |i: usize, _: &Instant<'_>| &self.forces[i]);
         let same = near.friction == self.values.friction;
         let curve = |k: usize, i: usize, ratio: f64| {
             let [at, value, slope, curvature] = self.curves[i][k];
@@ -81,7 +78,13 @@ impl<'a> Workings<'a> {
                 false => near.friction[k].value_and_slope(ratio),
             }
         };
-        (blocks_of(self.samples, &near, reach, attitude, forces, curve), reach)
+        let samples = self.samples;
+        let blocks = match (reach.attitude, reach.forces) {
+            (true, _) => blocks_of(samples, &near, reach, attitude, forces, curve),
+            (false, true) => blocks_of(samples, &near, reach, same_attitude, forces, curve),
+            (false, false) => blocks_of(samples, &near, reach, same_attitude, same_forces, curve),
+        };
+        (blocks, reach)
     }
 
     /// Derivatives of the residuals by a parameter, in its scales, by a difference over `step` of them.
