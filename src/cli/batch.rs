@@ -46,9 +46,6 @@ pub struct Options {
     /// are tried.
     #[arg(long, value_name = "FILE")]
     map: Vec<PathBuf>,
-    /// Sessions that are worked on at the same time; 0 takes one per core.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    jobs: usize,
     /// Progress bar on stderr; only ever shown on a terminal.
     #[arg(long, value_name = "WHEN", default_value = "auto")]
     progress: Show,
@@ -95,7 +92,6 @@ pub struct Given {
     /// The stages' settings.
     pub pipeline: Pipeline,
     maps: Maps,
-    jobs: usize,
     force: bool,
     since: Option<SystemTime>,
     limits: Asked,
@@ -110,7 +106,6 @@ impl Options {
             out: out.into(),
             pipeline: None,
             map: Vec::new(),
-            jobs: 0,
             progress: Show::Never,
             force: false,
             since: None,
@@ -142,7 +137,6 @@ impl Options {
             out: self.out.clone(),
             pipeline,
             maps: Maps::read(&self.map).map_err(Failure::Usage)?,
-            jobs: self.jobs,
             force: self.force,
             since: self.since,
             limits: Asked {
@@ -171,7 +165,7 @@ impl Given {
             out: &self.out,
             pipeline: &self.pipeline,
             maps: &self.maps,
-            jobs: self.jobs,
+            jobs: rayon::current_num_threads(),
             force: self.force,
             since: self.since,
         }

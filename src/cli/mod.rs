@@ -9,6 +9,7 @@ use say::tell;
 
 use crate::batch::fence;
 
+use failure::Failure;
 use logging::LogFormat;
 
 pub mod batch;
@@ -56,6 +57,10 @@ struct Arguments {
     /// Log more.
     #[arg(short, long, global = true)]
     verbose: bool,
+    /// Sessions, rides or pages that are worked on at the same time; 0 takes one per core.
+    #[arg(long, value_name = "N", default_value_t = 0, global = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(..=1024))]
+    jobs: u16,
 }
 
 #[derive(Debug, Subcommand)]
@@ -115,7 +120,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     let arguments = Arguments::parse_from(arguments);
     let bar = ProgressBar::hidden();
     logging::init(arguments.log_format, arguments.verbose, &bar);
-    let result = match arguments.command {
+    let result = with_jobs(arguments.jobs, || match arguments.command {
         Command::Run(a) => run::run(a, bar),
         Command::Diagnose(a) => diagnose::run(a, bar),
         Command::Plan(a) => plan::run(&a, bar),
@@ -135,7 +140,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Command::Demo(a) => demo::run(&a, bar),
         Command::Completions(a) => shell::completions(&a, Arguments::command()),
         Command::Man(a) => shell::man(&a, Arguments::command()),
-    };
+    });
     let Err(failure) = result else { return 0 };
     let (code, message) = failure.parts();
     match arguments.log_format {
@@ -146,6 +151,19 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         LogFormat::Json => tracing::error!(exit_code = code, "{message}"),
     }
     code
+}
+
+/// A command whose parallel work has so many threads.
+fn with_jobs(
+    jobs: u16,
+    command: impl FnOnce() -> Result<(), Failure> + Send,
+) -> Result<(), Failure> {
+    if jobs == 0 {
+        return command();
+    }
+    // the stack is that of a main thread
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).stack_size(8 << 20).build();
+    pool.map_err(|e| Failure::Usage(format!("--jobs {jobs}: {e}")))?.install(command)
 }
 
 #[cfg(test)]
@@ -171,8 +189,11 @@ mod tests {
                 help.lines().map(str::trim).filter(|l| l.starts_with("roadbench ")).collect();
             assert!(!lines.is_empty(), "`{}` shows no example", command.get_name());
             for line in lines {
-                if let Err(e) = Arguments::try_parse_from(words(line)) {
-                    panic!("{line}\n{e}");
+                let with_jobs = [words(line), vec!["--jobs".into(), "2".into()]].concat();
+                for line in [words(line), with_jobs] {
+                    if let Err(e) = Arguments::try_parse_from(&line) {
+                        panic!("{line:?}\n{e}");
+                    }
                 }
                 let own = command.get_name() == "roadbench"
                     || line.starts_with(&format!("roadbench {}", command.get_name()));

@@ -47,9 +47,6 @@ pub struct Arguments {
     /// Ride with the scenario's own tyres too, and compare the peaks: table and figure.
     #[arg(long)]
     compare: bool,
-    /// Parallel jobs; 0 takes every core.
-    #[arg(long, default_value_t = 0)]
-    jobs: usize,
 }
 
 /// Runs the command.
@@ -73,16 +70,13 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     if let Some(bikes) = arguments.bikes {
         scenario.fleet.bikes = bikes;
     }
-    let pool = pool(arguments.jobs)?;
     let out = &arguments.out;
     let many = scenario.fleet.bikes * scenario.fleet.sessions_per_bike;
     let steps = Steps::begin(bar, many, "sessions to simulate");
-    let written = pool.install(|| {
-        (0..scenario.fleet.bikes)
-            .into_par_iter()
-            .map(|bike| write_bike(&scenario, bike, out, &|| steps.done()))
-            .collect::<Result<Vec<usize>, file::Error>>()
-    });
+    let written = (0..scenario.fleet.bikes)
+        .into_par_iter()
+        .map(|bike| write_bike(&scenario, bike, out, &|| steps.done()))
+        .collect::<Result<Vec<usize>, file::Error>>();
     drop(steps);
     let sessions: usize = written.map_err(|e| Failure::Output(e.to_string()))?.iter().sum();
     if let Some((_, text)) = BUILTIN.iter().find(|(name, _)| *name == arguments.scenario) {
@@ -123,23 +117,21 @@ fn run_motocross(
     let file = out.join("bikes").join(format!("{bike_id}.toml"));
     file::write_bytes(&file, scenario.bike.to_toml().as_bytes()).map_err(output)?;
     let steps = Steps::begin(bar, scenario.sessions, "sessions to simulate");
-    let ridden = pool(arguments.jobs)?.install(|| {
-        (0..scenario.sessions)
-            .into_par_iter()
-            .map(|number| {
-                let begin = std::time::Instant::now();
-                let ridden = motocross::ride(scenario, number);
-                let spent = begin.elapsed().as_secs_f64();
-                let known = tables::of_motocross(scenario, ridden)?;
-                write(&known, scenario.float32, out)?;
-                let Known { session, fall, .. } = known;
-                let duration = session.duration();
-                let fall = fall.map(|f| format!("{}: {f}", session.meta.session_id));
-                steps.done();
-                Ok((duration, spent, fall))
-            })
-            .collect::<Result<Vec<_>, file::Error>>()
-    });
+    let ridden = (0..scenario.sessions)
+        .into_par_iter()
+        .map(|number| {
+            let begin = std::time::Instant::now();
+            let ridden = motocross::ride(scenario, number);
+            let spent = begin.elapsed().as_secs_f64();
+            let known = tables::of_motocross(scenario, ridden)?;
+            write(&known, scenario.float32, out)?;
+            let Known { session, fall, .. } = known;
+            let duration = session.duration();
+            let fall = fall.map(|f| format!("{}: {f}", session.meta.session_id));
+            steps.done();
+            Ok((duration, spent, fall))
+        })
+        .collect::<Result<Vec<_>, file::Error>>();
     drop(steps);
     let ridden = ridden.map_err(output)?;
     let simulated: f64 = ridden.iter().map(|r| r.0).sum();
@@ -163,23 +155,21 @@ fn run_track(mut track: Track, arguments: &Arguments, bar: ProgressBar) -> Resul
     }
     let (track, out) = (&track, &arguments.out);
     let steps = Steps::begin(bar, track.sessions, "sessions to simulate");
-    let ridden = pool(arguments.jobs)?.install(|| {
-        (0..track.sessions)
-            .into_par_iter()
-            .map(|number| {
-                let begin = std::time::Instant::now();
-                // a machine that cannot be ridden round does not stop the others
-                let ridden = match track::ride(track, number) {
-                    Ok(ridden) => ridden,
-                    Err(why) => return Ok((0.0, 0.0, Some(why))),
-                };
-                let spent = begin.elapsed().as_secs_f64();
-                write_track(track, &ridden, out)?;
-                steps.done();
-                Ok((ridden.ride.session.duration(), spent, None))
-            })
-            .collect::<Result<Vec<_>, file::Error>>()
-    });
+    let ridden = (0..track.sessions)
+        .into_par_iter()
+        .map(|number| {
+            let begin = std::time::Instant::now();
+            // a machine that cannot be ridden round does not stop the others
+            let ridden = match track::ride(track, number) {
+                Ok(ridden) => ridden,
+                Err(why) => return Ok((0.0, 0.0, Some(why))),
+            };
+            let spent = begin.elapsed().as_secs_f64();
+            write_track(track, &ridden, out)?;
+            steps.done();
+            Ok((ridden.ride.session.duration(), spent, None))
+        })
+        .collect::<Result<Vec<_>, file::Error>>();
     drop(steps);
     let ridden = ridden.map_err(|e| Failure::Output(e.to_string()))?;
     let simulated: f64 = ridden.iter().map(|r| r.0).sum();
@@ -239,13 +229,6 @@ impl Place {
     }
 }
 
-fn pool(jobs: usize) -> Result<rayon::ThreadPool, Failure> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(jobs)
-        .build()
-        .map_err(|e| Failure::Usage(e.to_string()))
-}
-
 /// Rides a tour of the nonlinear motorcycle: sessions, bike file, truth.
 fn run_tour(mut tour: Tour, arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let out = &arguments.out;
@@ -264,21 +247,19 @@ fn run_tour(mut tour: Tour, arguments: &Arguments, bar: ProgressBar) -> Result<(
     file::write_bytes(&file, tour.bike.to_toml().as_bytes()).map_err(output)?;
     let coefficients = tyre_truth::coefficients(&tour.model);
     let steps = Steps::begin(bar, tour.sessions, "sessions to simulate");
-    let ridden = pool(arguments.jobs)?.install(|| {
-        (0..tour.sessions)
-            .into_par_iter()
-            .map(|number| {
-                let begin = std::time::Instant::now();
-                let ridden = ride::ride(tour, &skill, number);
-                let spent = begin.elapsed().as_secs_f64();
-                let known = tables::of_tour(&coefficients, ridden)?;
-                write(&known, tour.float32, out)?;
-                steps.done();
-                let Known { session, fall, .. } = known;
-                Ok((session.meta.session_id.clone(), session.duration(), spent, fall))
-            })
-            .collect::<Result<Vec<_>, file::Error>>()
-    });
+    let ridden = (0..tour.sessions)
+        .into_par_iter()
+        .map(|number| {
+            let begin = std::time::Instant::now();
+            let ridden = ride::ride(tour, &skill, number);
+            let spent = begin.elapsed().as_secs_f64();
+            let known = tables::of_tour(&coefficients, ridden)?;
+            write(&known, tour.float32, out)?;
+            steps.done();
+            let Known { session, fall, .. } = known;
+            Ok((session.meta.session_id.clone(), session.duration(), spent, fall))
+        })
+        .collect::<Result<Vec<_>, file::Error>>();
     drop(steps);
     let ridden = ridden.map_err(output)?;
     let (mut simulated, mut spent, mut falls) = (0.0, 0.0, Vec::new());

@@ -12,7 +12,6 @@ use roadbench::pipeline::Pipeline;
 use roadbench::segment::Segment;
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::motorcycle::Plant;
-use roadbench::simulate::plan::{Plan, PlanKind};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::statistics::smooth::smooth;
 use roadbench::{filter, segment, simulate};
@@ -78,9 +77,7 @@ const RIDERS: [(&str, &[Channel]); 3] = [
 
 #[test]
 fn the_true_effect_leaves_nothing_of_itself() {
-    let mut scenario = Scenario::builtin("perfect").expect("scenario");
-    // every manoeuvre a few times: it is ridden and simulated anew for each effect
-    scenario.plans = vec![Plan { kind: PlanKind::Paper, coasts: 6, brakings: 2, laps: 6 }];
+    let scenario = Scenario::builtin("perfect").expect("scenario");
     let usual = scenario.machine(0);
     let (session, segments) = ridden(&scenario, &usual);
     let floor = misfit(&session, &segments, &usual.plant);
