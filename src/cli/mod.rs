@@ -179,6 +179,17 @@ mod tests {
     }
 
     #[test]
+    fn a_command_has_the_jobs_that_it_is_given() {
+        for jobs in [1, 3] {
+            let has = || match rayon::current_num_threads() == usize::from(jobs) {
+                true => Ok(()),
+                false => Err(Failure::Usage(format!("not {jobs}"))),
+            };
+            assert!(with_jobs(jobs, has).is_ok(), "{jobs}");
+        }
+    }
+
+    #[test]
     fn every_command_shows_examples_that_parse() {
         let mut program = Arguments::command();
         program.build();

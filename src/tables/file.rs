@@ -271,6 +271,22 @@ mod tests {
     }
 
     #[test]
+    fn names_have_dictionaries_and_numbers_none() {
+        use parquet::file::reader::{FileReader, SerializedFileReader};
+        let rows: Vec<rows::PlotPoint> = (0..100).map(|_| rows::PlotPoint::default()).collect();
+        let bytes = bytes::Bytes::from(to_bytes(&rows).expect("Parquet"));
+        let reader = SerializedFileReader::new(bytes).expect("parquet");
+        let columns = reader.metadata().row_group(0).columns();
+        let with: Vec<&str> = columns
+            .iter()
+            .filter(|c| c.dictionary_page_offset().is_some())
+            .map(|c| c.column_path().parts()[0].as_str())
+            .collect();
+        assert!(["session_id", "plot", "series"].iter().all(|c| with.contains(c)), "{with:?}");
+        assert!(!["x", "y", "weight"].iter().any(|c| with.contains(c)), "{with:?}");
+    }
+
+    #[test]
     fn a_path_under_a_file_is_an_error_that_names_it() {
         let file = tempfile::NamedTempFile::new().expect("file");
         let path = file.path().join("x/y.parquet");
