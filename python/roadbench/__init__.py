@@ -280,29 +280,57 @@ def plan(scenario: _Path, pipeline: _Path = "onroad") -> dict[str, Any]:
     return json.loads(_roadbench.plan(os.fspath(scenario), os.fspath(pipeline)))
 
 
+@overload
 def export(
     out: _Path,
     session: str,
-    format: Literal["tir", "toml", "csv", "c", "simulator"],
+    format: Literal["fmu"],
+    *,
+    tyre: Literal["front", "rear"],
+    bikes: _Path,
+    bike: str | None = None,
+    friction: float = 1.0,
+    model: _Path | None = None,
+) -> bytes: ...
+@overload
+def export(
+    out: _Path,
+    session: str,
+    format: Literal["tir", "toml", "csv", "c", "tydex", "simulator"],
     *,
     tyre: Literal["front", "rear"] | None = None,
     bike: str | None = None,
     bikes: _Path | None = None,
-    set: Literal["motorcycle", "reduced"] = "motorcycle",
+    set: Literal["5.2", "6.2", "reduced"] = "5.2",
     friction: float = 1.0,
     load: float | None = None,
     model: _Path | None = None,
-) -> str:
-    """A session's fitted tyres as the text of a file for other programs, as ``roadbench export`` writes it.
+) -> str: ...
+def export(
+    out: _Path,
+    session: str,
+    format: Literal["tir", "toml", "csv", "c", "fmu", "tydex", "simulator"],
+    *,
+    tyre: Literal["front", "rear"] | None = None,
+    bike: str | None = None,
+    bikes: _Path | None = None,
+    set: Literal["5.2", "6.2", "reduced"] = "5.2",
+    friction: float = 1.0,
+    load: float | None = None,
+    model: _Path | None = None,
+) -> str | bytes:
+    """A session's fitted tyres as a file for other programs, as ``roadbench export`` writes it: its text, or its
+    bytes where it is an ``fmu``.
 
     Args:
         out: the folder that :func:`run` wrote.
         session: the session's id.
         format: ``tir`` (Magic Formula property file), ``toml`` (coefficients with intervals), ``csv``
-            (look-up tables), ``c`` (a C99 header) or ``simulator`` (as ``roadbench simulate`` takes it).
-        tyre: which tyre; a ``tir`` or ``simulator`` file holds one, the others both where it is ``None``.
+            (look-up tables), ``c`` (a C99 header), ``fmu`` (a simulation unit of FMI 3.0), ``tydex`` (as a bench
+            would measure it) or ``simulator`` (as ``roadbench simulate`` takes it).
+        tyre: which tyre; ``toml``, ``csv`` and ``c`` hold both where it is ``None``, the others one.
         bike: the session's bike, where two bikes have a session of that name.
-        bikes: folder of bike files, for what no ride gives; ``c`` and ``simulator`` need it.
+        bikes: folder of bike files, for what no ride gives; all but ``tir``, ``toml`` and ``csv`` need it.
         set: which set of coefficients a ``tir`` file has.
         friction: road friction of the ride.
         load: nominal load of a ``tir`` file and of the combined ``csv`` table instead of the bike's static one, N.

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyString};
 use serde::Deserialize;
 
 use crate::archive::read;
 use roadbench::batch::models;
 use roadbench::batch::reading::Reading;
-use roadbench::export::text::{Request, text};
+use roadbench::export::written::{self, Request, Written};
 use roadbench::objects::Location;
 
 /// What is asked for, as JSON.
@@ -28,9 +29,9 @@ struct Options {
     model: Option<String>,
 }
 
-/// A session's tyres as the text of a file.
+/// A session's tyres as a file: its text, or its bytes where it is none.
 #[pyfunction]
-pub fn export(py: Python<'_>, options: &str) -> PyResult<String> {
+pub fn export<'py>(py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyAny>> {
     let options: Options = read(options)?;
     let models = match &options.model {
         None => None,
@@ -51,11 +52,14 @@ pub fn export(py: Python<'_>, options: &str) -> PyResult<String> {
         load: options.load,
         models: models.as_ref(),
     };
-    py.detach(|| {
+    let written = py.detach(|| {
         let _reading = Reading::of(request.out).map_err(|e| e.to_string())?;
-        text(&request)
+        written::write(&request)
+    });
+    Ok(match written.map_err(PyValueError::new_err)? {
+        Written::Text(text) => PyString::new(py, &text).into_any(),
+        Written::Binary(bytes) => PyBytes::new(py, &bytes).into_any(),
     })
-    .map_err(PyValueError::new_err)
 }
 
 /// One of an option's words.

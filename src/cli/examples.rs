@@ -111,7 +111,8 @@ Examples:
   roadbench export out --session archive_s0001 --format tir --tyre front --bikes bikes --out front.tir
   roadbench export out --session archive_s0001 --format toml
   roadbench export out --session archive_s0001 --format csv --bikes bikes --out tyres.csv
-  roadbench export out --session archive_s0001 --format c --bikes bikes --out tyres.h";
+  roadbench export out --session archive_s0001 --format c --bikes bikes --out tyres.h
+  roadbench export out --session archive_s0001 --format fmu --tyre rear --bikes bikes --out rear.fmu";
 
 /// Of `schema`.
 pub const SCHEMA: &str = "\

@@ -1,6 +1,6 @@
 //! `roadbench export`.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
 use clap::ValueHint;
@@ -9,7 +9,7 @@ use crate::batch::models;
 use crate::batch::reading::Reading;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
-use crate::export::text::{Format, Request, Set, Tyre, text};
+use crate::export::written::{self, Format, Request, Set, Tyre, Written};
 use crate::objects::Location;
 use crate::tables::file;
 
@@ -27,11 +27,11 @@ pub struct Arguments {
     /// What to write.
     #[arg(long, value_enum)]
     format: Format,
-    /// Which tyre; a tir, tydex or simulator file holds one, the others both where this is not given.
+    /// Which tyre; a tir, tydex, fmu or simulator file holds one, the others both where this is not given.
     #[arg(long, value_enum)]
     tyre: Option<Tyre>,
-    /// Folder of bike files: dimensions, static load, and what no ride gives. A c, tydex or simulator
-    /// file needs it; a tir file has placeholders and no combined slip without it.
+    /// Folder of bike files: dimensions, static load, and what no ride gives. A c, fmu, tydex or
+    /// simulator file needs it; a tir file has placeholders and no combined slip without it.
     #[arg(long)]
     bikes: Option<PathBuf>,
     /// Which set of coefficients a tir file has; the reduced one where the ride gave half of a tyre.
@@ -84,16 +84,19 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         models: models.as_ref(),
     };
     let reading = Reading::of(&arguments.out).map_err(|e| Failure::Output(e.to_string()))?;
-    let text = text(&request).map_err(Failure::Usage)?;
+    let written = written::write(&request).map_err(Failure::Usage)?;
     drop(reading);
     match &arguments.file {
-        None => match std::io::stdout().write_all(text.as_bytes()) {
+        None if matches!(written, Written::Binary(_)) && std::io::stdout().is_terminal() => {
+            return Err(Failure::Usage("this file is no text: say --out FILE".to_owned()));
+        }
+        None => match std::io::stdout().write_all(written.bytes()) {
             // who reads has seen enough
             Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
             other => other.map_err(|e| Failure::Output(format!("cannot write to stdout: {e}")))?,
         },
         Some(path) => {
-            file::write_bytes(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))?
+            file::write_bytes(path, written.bytes()).map_err(|e| Failure::Output(e.to_string()))?
         }
     }
     Ok(())

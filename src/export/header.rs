@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::ends::Ends;
 use super::file::one_line;
 use super::fitted::Fitted;
+use super::numbers::{self, Number};
 use super::tyre::{Characterised, effects_of};
 
 const TEMPLATE: &str = include_str!("tyre.h");
@@ -15,12 +16,12 @@ const TEMPLATE: &str = include_str!("tyre.h");
 /// A sentence that names the tyre of which a half was not ridden: the header evaluates whole tyres.
 pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, String> {
     let session = &fitted.session;
-    let mut numbers = String::new();
+    let mut constants = String::new();
     for tyre in tyres {
         if let Some(half) = tyre.missing_half() {
             return Err(half);
         }
-        numbers.push_str(&number(tyre));
+        constants.push_str(&self::tyre(tyre));
     }
     let mut who = String::new();
     let models = [&session.tyre_front, &session.tyre_rear];
@@ -38,59 +39,28 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> Result<String, String>
     {
         let _ = writeln!(who, " * {}", comment(&line));
     }
+    let fields: Vec<String> = numbers::ALL.iter().map(field).collect();
     let first = tyres.first().map_or("front", |t| t.axle.name());
     Ok(TEMPLATE
         .replace("@@WHO@@", who.trim_end())
         .replace("@@FIRST@@", first)
-        .replace("@@TYRES@@\n", &numbers))
+        .replace("@@FIELDS@@", &fields.join("\n"))
+        .replace("@@TYRES@@\n", &constants))
 }
 
-fn number(c: &Characterised) -> String {
-    let (t, ends) = (&c.tyre.tyre, Ends::of(c));
+fn tyre(c: &Characterised) -> String {
+    let ends = Ends::of(c);
     let mut out = format!("\nstatic const roadbench_tyre roadbench_{} = {{\n", c.axle.name());
-    for (name, value) in [
-        ("mf_b", t.friction.b),
-        ("mf_c", t.friction.c),
-        ("mf_d", t.friction.d),
-        ("mf_e1", t.friction.e1),
-        ("mf_e2", t.friction.e2),
-        ("ct", t.stiffness.ct),
-        ("c1", t.stiffness.c1),
-        ("c3", t.stiffness.c3),
-        ("side_force_ratio", t.side_force_ratio),
-        ("twisting_stiffness", t.twisting_stiffness),
-        ("overturning_stiffness", t.overturning_stiffness),
-        ("rolling_radius", t.rolling_radius),
-        ("rolling_resistance", t.rolling_resistance),
-        ("relaxation_length", t.relaxation_length),
-        ("nominal_load", c.tyre.nominal_load),
-        ("slip_stiffness_load", c.tyre.slip_stiffness_load),
-        ("vertical_stiffness", t.vertical_stiffness),
-        ("camber_force_decay", t.camber_force_decay),
-        ("camber_moment_decay", t.camber_moment_decay),
-        ("reference_friction", t.reference_friction),
-        ("peak_slip", t.peak_slip),
-        ("deflection_share", c.tyre.deflection_share),
-        ("width_over_front", c.crown),
-        ("friction_load", c.error.friction_load),
-        ("stiffness_load", c.error.stiffness_load),
-        ("pneumatic_trail", c.error.pneumatic_trail),
-        ("rolling_speed", c.error.rolling_speed),
-        ("radius_load", c.error.radius_load),
-        ("radius_camber", c.error.radius_camber),
-        ("radius_speed", c.error.radius_speed),
-        ("slip_ratio_min", ends.slip_ratio[0]),
-        ("slip_ratio_max", ends.slip_ratio[1]),
-        ("slip_angle_max", ends.slip_angle),
-        ("camber_max", ends.camber),
-        ("load_min", ends.load[0]),
-        ("load_max", ends.load[1]),
-        ("side_friction_max", c.ridden_side()),
-    ] {
+    for number in numbers::ALL {
         // the shortest digits that read back to the same number
-        let _ = writeln!(out, "    .{name} = {value:?},");
+        let _ = writeln!(out, "    .{} = {:?},", number.name, (number.value)(c, &ends));
     }
     out + "};\n"
+}
+
+fn field(number: &Number) -> String {
+    let unit = if number.unit.is_empty() { String::new() } else { format!(", {}", number.unit) };
+    format!("    double {}; /* {}{unit} */", number.name, number.meaning)
 }
 
 /// A log's text can neither end the comment nor begin a trigraph or a continued line.

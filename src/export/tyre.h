@@ -19,35 +19,7 @@
 
 /* One tyre. */
 typedef struct {
-    double mf_b, mf_c, mf_d, mf_e1, mf_e2; /* longitudinal friction, eq. 28 */
-    double ct, c1, c3;                     /* cornering stiffness over camber, eq. 39 */
-    double side_force_ratio;               /* C, eq. 13 */
-    double twisting_stiffness;             /* k_t, m/rad, eq. 16 */
-    double overturning_stiffness;          /* k_x, m, eq. 18 */
-    double rolling_radius;                 /* R_rol, m */
-    double rolling_resistance;             /* c_rol, eq. 21 */
-    double relaxation_length;              /* r_l, m, eq. 1 */
-    double nominal_load;                   /* at rest, N: what depends on load is relative to it */
-    double slip_stiffness_load;            /* gain of slip stiffness per load with the nominal load once more */
-    double vertical_stiffness;             /* K_z, N/m, eq. 12 */
-    double camber_force_decay;             /* eq. 15 */
-    double camber_moment_decay;            /* eq. 17 */
-    double reference_friction;             /* mu0: the road of the ride */
-    double peak_slip;                      /* sigma_max */
-    double deflection_share;               /* of the deflection, by which it rolls shorter */
-    double width_over_front;               /* of which radius_camber is said */
-    /* what a diagnosis named beyond the equations, 0 where it did not */
-    double friction_load;                  /* friction lost with the nominal load once more */
-    double stiffness_load;                 /* side force per load gained with the nominal load once more */
-    double pneumatic_trail;                /* trail gained, over that under the nominal load */
-    double rolling_speed;                  /* rolling resistance gained per speed, s/m */
-    double radius_load;                    /* rolling radius lost beyond deflection_share, 1/kN */
-    double radius_camber;                  /* crown beyond its own, m */
-    double radius_speed;                   /* rolling radius gained at 20 m/s, over itself */
-    double slip_ratio_min, slip_ratio_max; /* what was ridden */
-    double slip_angle_max, camber_max;     /* of either sign */
-    double load_min, load_max;             /* N */
-    double side_friction_max;              /* |Fy/Fz| */
+@@FIELDS@@
 } roadbench_tyre;
 
 typedef struct {

@@ -8,8 +8,8 @@ use roadbench::effects::extended_model::{Estimate, ExtendedModel};
 use roadbench::effects::models::Models;
 use roadbench::effects::{Effect, tyre_file};
 use roadbench::export::fitted::Fitted;
-use roadbench::export::text::{Format, Request, Set, Tyre, text};
 use roadbench::export::tyre::{Characterised, Setting};
+use roadbench::export::written::{self, Format, Request, Set, Tyre, Written};
 use roadbench::export::{check, effects, ends, grid};
 use roadbench::model::tir;
 use roadbench::model::tyre::Input;
@@ -61,7 +61,10 @@ impl Place {
             load: None,
             models,
         };
-        text(&request).expect("a file")
+        match written::write(&request).expect("a file") {
+            Written::Text(text) => text,
+            Written::Binary(_) => panic!("{format:?} is no text"),
+        }
     }
 
     fn characterised(&self, axle: Axle, models: &Models) -> Characterised {

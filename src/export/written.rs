@@ -1,4 +1,4 @@
-//! A session's tyres as the text of a file, in whichever format.
+//! A session's tyres as a file, in whichever format.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::effects::{Named, Place};
 use super::file::one_line;
 use super::fitted::Fitted;
 use super::tyre::{Characterised, Setting};
-use super::{csv, header, magic_formula_62, motorcycle, reduced, tydex};
+use super::{csv, fmu, header, magic_formula_62, motorcycle, reduced, tydex};
 use crate::contract::bike::{Axle, Bike};
 use crate::effects::models::Models;
 use crate::effects::tyre_file::CROWN;
@@ -25,6 +25,8 @@ pub enum Format {
     Csv,
     /// C99 header that evaluates the tyre.
     C,
+    /// Simulation unit of FMI 3.0 with sources in C; a zip archive.
+    Fmu,
     /// TYDEX file of what a bench would measure of it.
     Tydex,
     /// The tyre as `roadbench simulate --front-tyre` and `--rear-tyre` take it.
@@ -90,11 +92,30 @@ pub struct Request<'a> {
 /// Beyond this share of the peak a property file is not the tyre it was made of.
 const FAITHFUL: f64 = 0.02;
 
-/// The file's text.
+/// What a format is written as.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Written {
+    /// Text in UTF-8.
+    Text(String),
+    /// Bytes that are no text.
+    Binary(Vec<u8>),
+}
+
+impl Written {
+    /// The file's bytes.
+    pub fn bytes(&self) -> &[u8] {
+        match self {
+            Written::Text(text) => text.as_bytes(),
+            Written::Binary(bytes) => bytes,
+        }
+    }
+}
+
+/// The file.
 ///
 /// # Errors
 /// A sentence: the session or its tyre is not there, or what the format needs is missing.
-pub fn text(request: &Request<'_>) -> Result<String, String> {
+pub fn write(request: &Request<'_>) -> Result<Written, String> {
     let axle = request.tyre.map(Axle::from);
     if let Some(load) = request.load
         && !(load > 0.0 && load.is_finite())
@@ -128,7 +149,7 @@ pub fn text(request: &Request<'_>) -> Result<String, String> {
         let all = axle.map_or(vec![Axle::Front, Axle::Rear], |one| vec![one]);
         all.into_iter().map(|axle| Characterised::new(&fitted, axle, &setting)).collect()
     };
-    match request.format {
+    let text = match request.format {
         Format::Toml => {
             let at_rest = |axle: Axle| {
                 let c = Characterised::new(&fitted, axle, &setting).ok()?;
@@ -147,6 +168,12 @@ pub fn text(request: &Request<'_>) -> Result<String, String> {
             needs("a C header")?;
             header::write(&fitted, &tyres()?)
         }
+        Format::Fmu => {
+            let axle = one()?;
+            needs("a simulation unit")?;
+            let tyre = Characterised::new(&fitted, axle, &setting)?;
+            return fmu::write(&fitted, &tyre).map(Written::Binary);
+        }
         Format::Simulator => {
             let axle = one()?;
             needs("a tyre to simulate")?;
@@ -156,7 +183,8 @@ pub fn text(request: &Request<'_>) -> Result<String, String> {
             let tyre = Characterised::new(&fitted, one()?, &setting)?;
             property_file(&fitted, &tyre, &setting, request.set)
         }
-    }
+    };
+    text.map(Written::Text)
 }
 
 /// Says what the output should have been computed with.
