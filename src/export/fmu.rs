@@ -45,7 +45,12 @@ const VARIABLES: [(&str, &str, &str, &str); 15] = [
     ("output", "moment_x", "N.m", "Overturning moment"),
     ("output", "moment_z", "N.m", "Aligning moment"),
     ("output", "rolling_force", "N", "Rolling resistance, a force along x"),
-    ("output", "effective_radius", "m", "Effective rolling radius under this load and camber, at this speed"),
+    (
+        "output",
+        "effective_radius",
+        "m",
+        "Effective rolling radius under this load and camber, at this speed",
+    ),
 ];
 /// The output that is true or false.
 const RIDDEN: (&str, &str) = ("ridden", "Whether a ride was like this; false: extrapolated");
@@ -94,7 +99,10 @@ pub fn write(fitted: &Fitted, tyre: &Characterised) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut archive = ZipArchiveWriter::new(&mut bytes);
     for (name, content) in files {
-        let file = archive.new_file(name).last_modified(DATE).compression_method(CompressionMethod::DEFLATE);
+        let file = archive
+            .new_file(name)
+            .last_modified(DATE)
+            .compression_method(CompressionMethod::DEFLATE);
         let (mut entry, config) = file.start().map_err(failed)?;
         let mut writer = config.wrap(DeflateEncoder::new(&mut entry, Compression::default()));
         writer.write_all(&content).map_err(failed)?;

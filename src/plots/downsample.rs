@@ -8,6 +8,8 @@ use ahash::AHashMap;
 
 /// Cells across the middle 98 % of a cloud, at first: finer than the dots of the page.
 const CELLS: f64 = 120.0;
+/// Cells across over those of the grid before, at most.
+const COARSER: f64 = 0.85;
 /// Samples that the range of a cloud is taken of.
 const SAMPLES_OF_RANGE: usize = 4096;
 
@@ -22,7 +24,7 @@ pub struct Kept {
 
 /// At most about `most` samples, in their order. Samples of different `kind` (an outlier and one
 /// with weight) never stand for each other; samples that are not finite are left out.
-pub fn downsample(x: &[f64], y: &[f64], kind: &dyn Fn(usize) -> bool, most: usize) -> Vec<Kept> {
+pub fn downsample(x: &[f64], y: &[f64], kind: impl Fn(usize) -> bool, most: usize) -> Vec<Kept> {
     let mut kept: Vec<Kept> = (0..x.len().min(y.len()))
         .filter(|&i| x[i].is_finite() && y[i].is_finite())
         .map(|place| Kept { place, n: 1 })
@@ -35,12 +37,13 @@ pub fn downsample(x: &[f64], y: &[f64], kind: &dyn Fn(usize) -> bool, most: usiz
     let mut taken = Taken::default();
     // coarser and coarser, each time of what the last grid left
     loop {
-        taken.clear(&middle, cells);
+        let per_cell = [0, 1].map(|k| cells / middle[k].range);
+        taken.clear(&middle, per_cell);
         // in place: what is kept stands at or before what is looked at
         let mut count = 0;
         for i in 0..kept.len() {
             let k = kept[i];
-            let cell = [middle[0].cell(x[k.place], cells), middle[1].cell(y[k.place], cells)];
+            let cell = [cell(x[k.place], per_cell[0]), cell(y[k.place], per_cell[1])];
             let first = taken.first(cell, kind(k.place), count);
             if first == count {
                 kept[count] = k;
@@ -53,7 +56,8 @@ pub fn downsample(x: &[f64], y: &[f64], kind: &dyn Fn(usize) -> bool, most: usiz
         if count <= most || cells < 4.0 {
             return kept;
         }
-        cells *= 0.85;
+        // a cloud that fills the plane has as many as the square of the cells across, any other one more than that
+        cells *= (most as f64 / count as f64).sqrt().min(COARSER);
     }
 }
 
@@ -76,13 +80,14 @@ impl Middle {
         let high = *values.select_nth_unstable_by(last, f64::total_cmp).1;
         Middle { low, high, range: if high > low { high - low } else { 1.0 } }
     }
+}
 
-    fn cell(&self, value: f64, cells: f64) -> i64 {
-        let at = value / self.range * cells;
-        // the floor, without a call
-        let towards_zero = at as i64;
-        towards_zero.saturating_sub(i64::from((towards_zero as f64) > at))
-    }
+/// The cell of a value along one axis, `per_cell` of them to a unit.
+fn cell(value: f64, per_cell: f64) -> i64 {
+    let at = value * per_cell;
+    // the floor, without a call
+    let towards_zero = at as i64;
+    towards_zero.saturating_sub(i64::from((towards_zero as f64) > at))
 }
 
 /// Which sample each cell has: by place in a table for the middle of the cloud, by name for the rest of the plane.
@@ -98,9 +103,9 @@ struct Taken {
 const NONE: u32 = u32::MAX;
 
 impl Taken {
-    fn clear(&mut self, middle: &[Middle; 2], cells: f64) {
-        self.origin = [0, 1].map(|k| middle[k].cell(middle[k].low, cells));
-        self.size = [0, 1].map(|k| middle[k].cell(middle[k].high, cells) - self.origin[k] + 1);
+    fn clear(&mut self, middle: &[Middle; 2], per_cell: [f64; 2]) {
+        self.origin = [0, 1].map(|k| cell(middle[k].low, per_cell[k]));
+        self.size = [0, 1].map(|k| cell(middle[k].high, per_cell[k]) - self.origin[k] + 1);
         self.table.clear();
         self.table.resize(2 * (self.size[0] * self.size[1]) as usize, NONE);
         self.beyond.clear();
@@ -135,7 +140,7 @@ mod tests {
         x[12_345] = 3.0;
         y[12_345] = -90.0;
         x[777] = f64::NAN;
-        let kept = downsample(&x, &y, &|i| i % 1000 == 1, 800);
+        let kept = downsample(&x, &y, |i| i % 1000 == 1, 800);
         assert!(kept.len() <= 800 && kept.len() > 300, "{}", kept.len());
         assert_eq!(kept.iter().map(|k| k.n).sum::<usize>(), n - 1);
         assert!(kept.contains(&Kept { place: 12_345, n: 1 }), "the lone extreme stays");
@@ -154,10 +159,10 @@ mod tests {
 
     #[test]
     fn few_samples_all_stay() {
-        let kept = downsample(&[1.0, 1.0, f64::NAN], &[2.0, 2.0, 2.0], &|_| false, 10);
+        let kept = downsample(&[1.0, 1.0, f64::NAN], &[2.0, 2.0, 2.0], |_| false, 10);
         assert_eq!(kept.len(), 2);
-        assert!(downsample(&[], &[], &|_| false, 10).is_empty());
+        assert!(downsample(&[], &[], |_| false, 10).is_empty());
         // a cloud without width
-        assert_eq!(downsample(&[1.0; 100], &[2.0; 100], &|_| false, 10)[0].n, 100);
+        assert_eq!(downsample(&[1.0; 100], &[2.0; 100], |_| false, 10)[0].n, 100);
     }
 }

@@ -211,11 +211,11 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     }
 }
 
-fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize) {
-    let lateral = &solution.fits.lateral[k];
+fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, wheel: usize) {
+    let lateral = &solution.fits.lateral[wheel];
     let formulation = solution.inputs.formulation;
-    let wheel = if k == 0 { &solution.inputs.bike.front } else { &solution.inputs.bike.rear };
-    let ratio = wheel.side_force_ratio;
+    let bike = &solution.inputs.bike;
+    let ratio = [&bike.front, &bike.rear][wheel].side_force_ratio;
     if lateral.k_alpha(0.0, ratio, formulation).is_none() {
         return;
     }
@@ -227,11 +227,18 @@ fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, k: usize) {
         let tangent = if g.abs() < 1e-6 { 1.0 } else { g.tan() / g };
         (formulation == Formulation::Corrected).then(|| t95(dof.max(1.0)) * se * k * k / tangent)
     };
+    let at = |g: f64| {
+        let k = lateral.k_alpha(g, ratio, formulation).unwrap_or(f64::NAN);
+        (g, k, half(g, k))
+    };
+    // both lines are one, but for its scale
+    let points: Vec<_> = abscissae([0.0, lateral.max_camber]).map(at).collect();
     for (series, scale) in [(K_ALPHA, 1.0), (K_GAMMA, ratio)] {
-        sheet.line(&STIFFNESS[k], &series, [0.0, lateral.max_camber], &|g| {
-            let k = lateral.k_alpha(g, ratio, formulation).unwrap_or(f64::NAN);
-            (scale * k, half(g, k).map(|h| scale * h))
-        });
+        for &(g, k, half) in &points {
+            let edge = |sign: f64| half.map(|h| scale * k + sign * scale * h);
+            let y = [Some(scale * k), edge(-1.0), edge(1.0)];
+            sheet.point(&STIFFNESS[wheel], &series, g, y);
+        }
     }
 }
 

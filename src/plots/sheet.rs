@@ -102,7 +102,7 @@ impl<'a> Sheet<'a> {
     /// Samples, at most about `most` points of them.
     pub(super) fn cloud(&mut self, plot: &Plot, cloud: &Cloud<'_>, most: usize) {
         let outlier = |i: usize| cloud.weights.get(i).is_some_and(|w| *w == 0.0);
-        for kept in downsample(cloud.x, cloud.y, &outlier, most) {
+        for kept in downsample(cloud.x, cloud.y, outlier, most) {
             let i = kept.place;
             self.push(plot.name, DATA, cloud.x[i], [Some(cloud.y[i]), None, None]);
             if let Some(row) = self.rows.last_mut() {

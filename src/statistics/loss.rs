@@ -118,7 +118,7 @@ pub fn s_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
     let target = 0.5 * S_TUNING * S_TUNING / 6.0;
     let mut s = start;
     for _ in 0..50 {
-        let mean = residuals.iter().map(|r| rho(r / s, S_TUNING)).sum::<f64>() / n;
+        let mean = sum_of_rho(residuals, s, S_TUNING) / n;
         let ratio = (mean / target).sqrt();
         s *= ratio;
         if (ratio - 1.0).abs() < 1e-5 || s <= 1e-12 * start {
@@ -126,6 +126,24 @@ pub fn s_scale(residuals: &[f64], scratch: &mut [f64]) -> f64 {
         }
     }
     s
+}
+
+/// Sum of [`rho`] of residuals over their scale, in four lanes so that the compiler can vectorise it; `tuning` is finite.
+fn sum_of_rho(residuals: &[f64], scale: f64, tuning: f64) -> f64 {
+    let per_unit = 1.0 / (scale * tuning);
+    let lost = |r: f64| {
+        let near = (1.0 - (r * per_unit).powi(2)).max(0.0);
+        1.0 - near * near * near
+    };
+    let mut lanes = [0.0; 4];
+    let (fours, rest) = residuals.as_chunks::<4>();
+    for four in fours {
+        for k in 0..4 {
+            lanes[k] += lost(four[k]);
+        }
+    }
+    let rest: f64 = rest.iter().map(|r| lost(*r)).sum();
+    tuning * tuning / 6.0 * (lanes.iter().sum::<f64>() + rest)
 }
 
 /// Tau-scale of residuals: bounded like the S-scale, yet almost as precise as a standard
@@ -143,7 +161,7 @@ pub fn tau_scale(residuals: &[f64], floor: f64, scratch: &mut [f64]) -> f64 {
     if !(s > 0.0 && s.is_finite()) {
         return s;
     }
-    let mean = residuals.iter().map(|r| rho(r / s, TAU_TUNING)).sum::<f64>();
+    let mean = sum_of_rho(residuals, s, TAU_TUNING);
     // so that it is the standard deviation of normal residuals
     s * (TAU_CONSISTENT * mean / residuals.len() as f64).sqrt()
 }

@@ -6,12 +6,9 @@
 //! written as it is. The page's script undoes it with what browsers have built in
 //! (`DecompressionStream`). What logs call things is inside too, and so cannot end the `<script>`.
 
-use std::io::Write;
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
+use libdeflater::{CompressionLvl, Compressor};
 use serde::ser::Error;
 use serde::{Serialize, Serializer};
 
@@ -26,9 +23,10 @@ const LARGEST: f64 = 1e15;
 /// What serde says; plain structs of numbers and texts do not fail.
 pub fn pack<T: Serialize>(value: &T) -> Result<String, serde_json::Error> {
     let json = serde_json::to_vec(value)?;
-    let mut deflate = ZlibEncoder::new(Vec::new(), Compression::default());
-    let packed = deflate.write_all(&json).and_then(|()| deflate.finish());
-    Ok(STANDARD.encode(packed.map_err(serde_json::Error::custom)?))
+    let mut deflate = Compressor::new(CompressionLvl::default());
+    let mut packed = vec![0; deflate.zlib_compress_bound(json.len())];
+    let length = deflate.zlib_compress(&json, &mut packed).map_err(serde_json::Error::custom)?;
+    Ok(STANDARD.encode(&packed[..length]))
 }
 
 /// A column of numbers.
