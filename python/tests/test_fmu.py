@@ -3,6 +3,7 @@
 import csv
 import os
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -30,10 +31,9 @@ def unit(request, written, log, tmp_path_factory):
     arguments = ["--session", log.stem, "--format", "fmu", "--tyre", request.param, "--bikes", ARCHIVE / "bikes"]
     command("export", written, *arguments, "--out", file)
     folder = Path(fmpy.extract(file, unzipdir=place / "unit"))
-    paths = [os.path.dirname(shutil.which("cmake") or ""), os.environ["PATH"]]
     with pytest.MonkeyPatch.context() as patch:
-        # cmake and ninja come with FMPy's own environment
-        patch.setenv("PATH", os.pathsep.join([str(Path(os.sys.executable).parent), *paths]))
+        # cmake and ninja are in the virtual environment
+        patch.setenv("PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
         patch.setenv("CFLAGS", "-Werror")
         build_platform_binary(folder, generator="Ninja", all_warnings=True)
     return file, folder
