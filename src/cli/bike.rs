@@ -3,7 +3,7 @@
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use clap::ValueHint;
+use clap::{Args, ValueHint};
 
 use crate::catalogue::file::{cost_of, rounded, text};
 use crate::catalogue::owner::Portrait;
@@ -134,11 +134,25 @@ fn known(new: &New) -> (Owner, Vec<String>) {
         ..Owner::default()
     };
     let schema = schema();
-    let wrong = new.set.iter().filter_map(|text| owner.set(text, &schema).err()).collect();
+    let wrong = |text: &String| {
+        let why = owner.set(text, &schema).err()?;
+        Some(option_of(text).unwrap_or(why))
+    };
+    let wrong = new.set.iter().filter_map(wrong).collect();
     if let (Some(model), false) = (&new.model, owner.texts.contains_key("name")) {
         owner.texts.insert("name".to_owned(), model.clone());
     }
     (owner, wrong)
+}
+
+/// What to write instead of `--set class=naked`.
+fn option_of(text: &str) -> Option<String> {
+    let (key, value) = text.split_once('=')?;
+    let (key, value) = (key.trim(), value.trim());
+    let option = key.replace(['_', '.'], "-");
+    let all = New::augment_args(clap::Command::new("new"));
+    let is_option = all.get_arguments().any(|a| a.get_long() == Some(option.as_str()));
+    is_option.then(|| format!("`{key}` is an option of its own: --{option} {value}"))
 }
 
 /// Whether something is left to ask for.
@@ -320,6 +334,15 @@ mod tests {
         for part in ["cannot be a bike id", "not in the catalogue", "no tyre size", "not between"] {
             assert!(said.contains(part), "{part}: {said}");
         }
+    }
+
+    #[test]
+    fn an_option_that_is_given_as_a_key_is_named() {
+        let says = option_of("swung_front=5.1,0.2,1.3");
+        let want = "`swung_front` is an option of its own: --swung-front 5.1,0.2,1.3";
+        assert_eq!(says.as_deref(), Some(want));
+        assert!(option_of("class = naked").is_some_and(|s| s.ends_with("--class naked")));
+        assert_eq!(option_of("clas=naked"), None);
     }
 
     #[test]
