@@ -117,3 +117,21 @@ def test_its_slip_angle_lags(unit, kind):
     assert np.abs(got["lagged_slip_angle"] - want).max() < 2e-5
     assert got["force_y"][0] == 0.0
     assert got["force_y"][-1] < -100.0
+
+
+def test_it_rolls_as_the_coefficients_say(unit):
+    """Radius and rolling resistance under the load at rest are the fitted ones."""
+    _, folder = unit
+    own = {p.name: float(p.start) for p in parameters(folder)}
+    got = simulated(folder, "CoSimulation", None, ["effective_radius", "rolling_force"], 1.0)
+    assert got["effective_radius"][-1] == pytest.approx(own["rolling_radius"], rel=1e-12)
+    want = -own["rolling_resistance"] * own["nominal_load"]
+    assert got["rolling_force"][-1] == pytest.approx(want, rel=1e-12)
+    lean = {"camber": 0.5, "load": 1.5 * own["nominal_load"]}
+    leant = simulated(folder, "CoSimulation", None, ["effective_radius", "rolling_force"], 1.0, **lean)
+    # on the shoulder of the crown, and pressed in
+    pressed = own["nominal_load"] / own["vertical_stiffness"]
+    shoulder = (own["overturning_stiffness"] + pressed) * (1.0 - np.cos(0.5))
+    radius = own["rolling_radius"] - shoulder - 0.5 * own["deflection_share"] * pressed
+    assert leant["effective_radius"][-1] == pytest.approx(radius, rel=1e-9)
+    assert leant["rolling_force"][-1] == pytest.approx(1.5 * want, rel=1e-12)
