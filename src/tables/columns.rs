@@ -23,7 +23,9 @@ use crate::contract::schema::{Column, Table};
 /// A sentence: a field that the schema lacks, one that it requires and the row has not, or a value of another type.
 pub fn batch<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, String> {
     let growing = table.columns.iter().map(|c| Growing::of(c, rows.len())).collect();
-    let mut columns = Columns { table, growing, rows: 0, next: 0 };
+    let given = vec![false; table.columns.len()];
+    let mut columns =
+        Columns { table, growing, given, missing: table.columns.len(), rows: 0, next: 0 };
     for row in rows {
         row.serialize(&mut columns).map_err(|e| e.0)?;
         columns.end_row()?;
@@ -64,18 +66,6 @@ impl Growing {
                 TimestampMicrosecondBuilder::with_capacity(rows).with_timezone("UTC"),
             ),
             _ => Growing::Text(StringBuilder::new()),
-        }
-    }
-
-    fn len(&self) -> usize {
-        use arrow::array::ArrayBuilder;
-        match self {
-            Growing::Float(b) => b.len(),
-            Growing::Int(b) => b.len(),
-            Growing::Bool(b) => b.len(),
-            Growing::Text(b) => b.len(),
-            Growing::Category(c) => c.keys.len(),
-            Growing::Instant(b) => b.len(),
         }
     }
 
@@ -154,6 +144,9 @@ impl Category {
 struct Columns<'t> {
     table: &'t Table,
     growing: Vec<Growing>,
+    /// Which of them the row has given so far, and how many it has not.
+    given: Vec<bool>,
+    missing: usize,
     /// Whole rows.
     rows: usize,
     /// The column that is looked at first: fields come in the schema's order, mostly.
@@ -173,9 +166,10 @@ impl Columns<'_> {
 
     fn put(&mut self, at: usize, value: Scalar<'_>) -> Result<(), Refused> {
         let column = &self.table.columns[at];
-        if self.growing[at].len() > self.rows {
+        if std::mem::replace(&mut self.given[at], true) {
             return Err(Refused(format!("column `{}` is given twice", column.name)));
         }
+        self.missing -= 1;
         match self.growing[at].push(value) {
             true => Ok(()),
             false => {
@@ -185,15 +179,20 @@ impl Columns<'_> {
     }
 
     fn end_row(&mut self) -> Result<(), String> {
-        for (growing, column) in self.growing.iter_mut().zip(&self.table.columns) {
-            if growing.len() > self.rows {
-                continue;
+        if self.missing > 0 {
+            let columns = self.growing.iter_mut().zip(&self.table.columns);
+            for ((growing, column), _) in columns.zip(&self.given).filter(|(_, given)| !**given) {
+                if !column.nullable {
+                    return Err(format!(
+                        "row {}: no value for column `{}`",
+                        self.rows, column.name
+                    ));
+                }
+                growing.push(Scalar::Null);
             }
-            if !column.nullable {
-                return Err(format!("row {}: no value for column `{}`", self.rows, column.name));
-            }
-            growing.push(Scalar::Null);
         }
+        self.given.fill(false);
+        self.missing = self.given.len();
         self.rows += 1;
         self.next = 0;
         Ok(())
