@@ -86,14 +86,15 @@ pub fn write(fitted: &Fitted, tyre: &Characterised) -> Result<Vec<u8>, String> {
     let token = blake3::hash([header.as_bytes(), SOURCE.as_bytes()].concat().as_slice()).to_hex();
     let token = &token[..32];
     let source = SOURCE.replace("@@TYRE@@", tyre.axle.name()).replace("@@TOKEN@@", token);
+    let axle = tyre.axle;
+    let at_rest = (tyre.error.friction_load != 0.0).then_some((axle, tyre.tyre.tyre.friction.d));
+    let coefficients = fitted.to_toml(Some(axle.name()), at_rest.as_slice())?;
     let files: [(&str, Vec<u8>); 6] = [
         ("modelDescription.xml", description(fitted, tyre, token).map_err(failed)?),
         ("sources/buildDescription.xml", build().map_err(failed)?),
         ("sources/roadbench_tyre.c", source.into_bytes()),
         ("sources/roadbench_tyre.h", header.into_bytes()),
-        ("documentation/coefficients.toml", {
-            fitted.to_toml(Some(tyre.axle.name()), &[])?.into_bytes()
-        }),
+        ("documentation/coefficients.toml", coefficients.into_bytes()),
         ("documentation/tables.csv", csv::write(fitted, std::slice::from_ref(tyre)).into_bytes()),
     ];
     let mut bytes = Vec::new();
