@@ -90,6 +90,9 @@ pub struct Task {
     pub bike_id: String,
     /// Hash of all that its tables are made from besides the log.
     pub pipeline_hash: String,
+    /// When it began, microseconds since 1970.
+    #[serde(default)]
+    pub start: Option<i64>,
     /// What the output has of the session already.
     pub there: Vec<Committed>,
 }
@@ -112,6 +115,18 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// Nothing is known yet of what became of a log.
+    fn of(log: &str) -> Self {
+        Answer {
+            log: log.to_owned(),
+            state: State::Done,
+            rejected: None,
+            input_hash: None,
+            samples: 0,
+            seconds: 0.0,
+        }
+    }
+
     fn take<R>(&mut self, ended: Ended<R>) {
         match ended {
             Ended::Unchanged => self.state = State::Unchanged,
@@ -182,7 +197,7 @@ impl Driver {
         let store = Store::open(work.kind(), settings.out)?;
         let refused: Vec<Rejected> = refused.into_iter().map(|r| r.row).collect();
         for row in &refused {
-            session::reject(&store, row)?;
+            session::reject(&store, row, None)?;
         }
         jobs.sort_by(|a, b| b.bytes.cmp(&a.bytes).then_with(|| a.log.cmp(&b.log)));
         let text = |bike: &BikeFile| BikeText {
@@ -213,15 +228,46 @@ impl Driver {
 
     /// A task per session, the largest log first.
     pub fn tasks(&self) -> Vec<Task> {
-        let task = |job: &Job| Task {
+        self.jobs.iter().map(|job| self.task(job)).collect()
+    }
+
+    fn task(&self, job: &Job) -> Task {
+        Task {
             log: job.log.clone(),
             bytes: job.bytes,
             session_id: job.meta.session_id.clone(),
             bike_id: job.meta.bike_id.clone(),
             pipeline_hash: job.pipeline_hash.clone(),
+            start: job.start,
             there: self.store.found().of(&job.key()).to_vec(),
+        }
+    }
+
+    /// What becomes of the other logs of a session: they are few, and looked at here once its first log has its answer.
+    fn rivals(&self, by_log: &mut BTreeMap<String, Answer>) -> Result<(), Error> {
+        let gave_rows = |job: &Job, answer: Option<&Answer>| match answer {
+            None => false,
+            Some(Answer { rejected: Some(row), .. }) => self.store.keeps(row, job.start),
+            Some(_) => true,
         };
-        self.jobs.iter().map(task).collect()
+        for first in self.jobs.iter().filter(|job| !job.rivals.is_empty()) {
+            let mut holder = Some(first).filter(|job| gave_rows(job, by_log.get(&job.log)));
+            for job in &first.rivals {
+                let answer = match holder {
+                    None => Worker::new(self.terms.clone())?.run(self.task(job))?,
+                    Some(holder) => Answer {
+                        state: State::Rejected,
+                        rejected: Some(session::outrun(job, &self.store, &holder.log)?),
+                        ..Answer::of(&job.log)
+                    },
+                };
+                if holder.is_none() && gave_rows(job, Some(&answer)) {
+                    holder = Some(job);
+                }
+                by_log.insert(job.log.clone(), answer);
+            }
+        }
+        Ok(())
     }
 
     /// Holds the answers against the tasks and against what is in the output, and clears what
@@ -232,18 +278,20 @@ impl Driver {
     pub fn close(self, answers: Vec<Answer>) -> Result<(Accounts, Store), Error> {
         let mut by_log: BTreeMap<String, Answer> =
             answers.into_iter().map(|a| (a.log.clone(), a)).collect();
+        let logs = || self.jobs.iter().flat_map(|job| std::iter::once(job).chain(&job.rivals));
+        self.rivals(&mut by_log)?;
         self.store.tidy()?;
         self.store.merge()?;
         let there = self.store.found().read_again()?;
         let signals = matches!(self.terms.what, What::Run { signals: true });
-        self.store.expect(self.jobs.iter().map(Job::key).collect());
+        self.store.expect(logs());
         let mut accounts = Accounts {
             inputs: self.inputs,
             rejected: self.refused,
             bytes: self.bytes,
             ..Accounts::default()
         };
-        for job in &self.jobs {
+        for job in logs() {
             let Some(answer) = by_log.remove(&job.log) else {
                 return Err(Error::Output(format!(
                     "{}: no worker says what became of it; run again to go on",
@@ -339,6 +387,8 @@ impl Worker {
             bike: Arc::clone(bike),
             pipeline_hash: task.pipeline_hash,
             hash: None,
+            start: task.start,
+            rivals: Vec::new(),
         };
         let settings = Settings {
             inputs: &[],
@@ -350,14 +400,7 @@ impl Worker {
             force: self.terms.force,
             since: None,
         };
-        let mut answer = Answer {
-            log: task.log,
-            state: State::Done,
-            rejected: None,
-            input_hash: None,
-            samples: 0,
-            seconds: 0.0,
-        };
+        let mut answer = Answer::of(&task.log);
         match self.terms.what {
             What::Run { signals } => {
                 answer.take(ended(&job, &settings, task.there, &run_work(signals))?);

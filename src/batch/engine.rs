@@ -11,7 +11,7 @@ use super::contents::{Contents, Stale};
 use super::discover::inputs;
 use super::error::Error;
 use super::log_hash::hash_file;
-use super::marker::Key;
+use super::marker::{Committed, Key};
 use super::plan::{self, Job, Plan, Refused};
 use super::session::{self, Ended};
 use super::settings::Settings;
@@ -19,6 +19,7 @@ use super::settle;
 use super::store::Store;
 use super::watch::{Finished, State, Watch};
 use super::work::Work;
+use crate::pipeline::Rejection;
 use crate::tables::rows::Rejected;
 
 /// What became of the inputs of a batch.
@@ -81,8 +82,9 @@ pub fn run<W: Work>(
     let logs = names(&plan);
     watch.planned(&logs, bytes);
     let logs: BTreeSet<String> = logs.into_iter().collect();
+    let n_logs = plan.logs().count();
     let Plan { mut jobs, refused } = plan;
-    store.expect(jobs.iter().map(Job::key).collect());
+    store.expect(jobs.iter().flat_map(|job| std::iter::once(job).chain(&job.rivals)));
     let mut accounts = Accounts { inputs, bytes, ..Accounts::default() };
     refuse(&store, refused, &mut accounts, watch, stop)?;
 
@@ -103,7 +105,7 @@ pub fn run<W: Work>(
     pool.broadcast(|_| shared.worker(work, watch));
     work.all_done();
     let tally = shared.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let accounts = tally.close(accounts, jobs.len())?;
+    let accounts = tally.close(accounts, n_logs)?;
     accounts.check(stop.load(Ordering::Relaxed))?;
     pool.install(|| store.merge())?;
     // older logs that are passed by are there, too
@@ -131,7 +133,7 @@ fn pool(jobs: usize, inputs: usize) -> Result<rayon::ThreadPool, Error> {
 
 /// The logs in order of path.
 fn names(plan: &Plan) -> Vec<String> {
-    let jobs = plan.jobs.iter().map(|j| j.log.clone());
+    let jobs = plan.logs().map(|j| j.log.clone());
     let mut names: Vec<String> =
         jobs.chain(plan.refused.iter().map(|r| r.row.path.clone())).collect();
     names.sort_by(|a, b| std::path::Path::new(a).cmp(std::path::Path::new(b)));
@@ -151,7 +153,7 @@ fn refuse<R>(
             accounts.left += 1;
             continue;
         }
-        session::reject(store, &refused.row)?;
+        session::reject(store, &refused.row, None)?;
         let finished = Finished { bytes: refused.bytes, ..Finished::rejected(&refused.row) };
         watch.finished(&finished, None);
         accounts.rejected.push(refused.row);
@@ -187,25 +189,48 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
         state: State::Rejected,
         why: r.row.message,
     });
-    let intended = |job: &Job| {
-        let hash = job.hash.clone().map_or_else(|| hash_file(&job.location), Ok);
-        let (state, why) = match hash {
-            Err(e) => (State::Rejected, format!("cannot read {}: {e}", job.log)),
-            Ok(hash) if there.copied_from(&job.wanted(hash.clone())).is_some() => {
-                (State::Rejected, "a log with the same bytes is there".to_owned())
-            }
-            Ok(hash) => {
-                let stale = there.stale(&job.wanted(hash), |table| work.is_requested(table));
-                match stale.or(force.then_some(Stale::Forced)) {
-                    Some(stale) => (State::Done, stale.words().to_owned()),
-                    None => (State::Unchanged, String::new()),
+    let logs: Vec<(&Job, Option<&Job>)> = jobs
+        .iter()
+        .flat_map(|job| job.rivals.iter().map(move |r| (r, Some(job))).chain([(job, None)]))
+        .collect();
+    let hashed: Vec<std::io::Result<String>> = logs
+        .par_iter()
+        .map(|(job, _)| job.hash.clone().map_or_else(|| hash_file(&job.location), Ok))
+        .collect();
+    let bytes: BTreeSet<&String> = hashed.iter().flatten().collect();
+    let intended = |((job, first), hash): (&(&Job, Option<&Job>), &std::io::Result<String>)| {
+        let refused = |why: Rejection| (State::Rejected, why.message);
+        let archived = |hash: &String| {
+            let is_archived = |there: &&Committed| {
+                there.input_hash != *hash
+                    && there.is_other_ride(job.start)
+                    && !bytes.contains(&there.input_hash)
+            };
+            there.of(&job.key()).iter().find(is_archived)
+        };
+        let (state, why) = match (hash, first) {
+            (Err(e), _) => (State::Rejected, format!("cannot read {}: {e}", job.log)),
+            (Ok(_), Some(first)) => refused(plan::same_session(&job.key(), &first.log)),
+            (Ok(hash), None) => match (archived(hash), there.copied_from(&job.wanted(hash.clone())))
+            {
+                (Some(archived), _) => refused(plan::archived(archived, job.start)),
+                (None, Some(_)) => {
+                    (State::Rejected, "a log with the same bytes is there".to_owned())
                 }
-            }
+                (None, None) => {
+                    let wanted = job.wanted(hash.clone());
+                    let stale = there.stale(&wanted, |table| work.is_requested(table));
+                    match stale.or(force.then_some(Stale::Forced)) {
+                        Some(stale) => (State::Done, stale.words().to_owned()),
+                        None => (State::Unchanged, String::new()),
+                    }
+                }
+            },
         };
         let session_id = Some(job.meta.session_id.clone());
         Intended { log: job.log.clone(), session_id, state, why }
     };
-    let jobs: Vec<Intended> = jobs.par_iter().map(intended).collect();
+    let jobs: Vec<Intended> = logs.par_iter().zip(&hashed).map(intended).collect();
     let mut all: Vec<Intended> = refused.chain(jobs).collect();
     all.sort_by(|a, b| a.log.cmp(&b.log));
     Ok(all)
@@ -253,41 +278,75 @@ impl Shared<'_> {
             let Some(job) = self.jobs.get(self.next.fetch_add(1, Ordering::Relaxed)) else {
                 break;
             };
-            let start = Instant::now();
-            let result = session::run(job, &self.settings, self.store, work);
-            let seconds = start.elapsed().as_secs_f64();
-            let mut tally = self.tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            let finished = Finished {
-                log: &job.log,
-                session_id: Some(&job.meta.session_id),
-                state: State::Done,
-                why: None,
-                seconds,
-                samples: 0,
-                bytes: job.bytes,
-            };
-            match result {
-                Err(error) => {
-                    self.halt.store(true, Ordering::Relaxed);
-                    tally.error.get_or_insert(error);
-                    return;
-                }
-                Ok(Ended::Unchanged) => {
-                    tally.sessions.insert(job.key());
-                    tally.unchanged += 1;
-                    watch.finished(&Finished { state: State::Unchanged, ..finished }, None);
-                }
-                Ok(Ended::Rejected(row)) => {
-                    let refused = Finished::rejected(&row);
-                    watch.finished(&Finished { seconds, bytes: job.bytes, ..refused }, None);
-                    tally.rejected.push(row);
-                }
-                Ok(Ended::Done { samples, result, .. }) => {
-                    tally.sessions.insert(job.key());
-                    tally.done += 1;
-                    watch.finished(&Finished { samples, ..finished }, result);
-                }
+            if let Err(error) = self.session(job, work, watch) {
+                self.halt.store(true, Ordering::Relaxed);
+                self.tally().error.get_or_insert(error);
+                return;
             }
         }
+    }
+
+    /// A session: its log, and as long as none has given rows those that say to be the same.
+    fn session<W: Work>(
+        &self,
+        job: &Job,
+        work: &W,
+        watch: &impl Watch<W::Result>,
+    ) -> Result<(), Error> {
+        let mut holder: Option<&Job> = None;
+        for one in std::iter::once(job).chain(&job.rivals) {
+            if self.stop.load(Ordering::Relaxed) && !std::ptr::eq(one, job) {
+                return Ok(()); // the rest is left
+            }
+            let start = Instant::now();
+            let ended = match holder {
+                Some(holder) => Ended::Rejected(session::outrun(one, self.store, &holder.log)?),
+                None => session::run(one, &self.settings, self.store, work)?,
+            };
+            let gave_rows = match &ended {
+                Ended::Done { .. } | Ended::Unchanged => true,
+                Ended::Rejected(row) => self.store.keeps(row, one.start),
+            };
+            if gave_rows {
+                holder.get_or_insert(one);
+            }
+            self.count(one, ended, start.elapsed().as_secs_f64(), watch);
+        }
+        Ok(())
+    }
+
+    /// Counts what became of a log.
+    fn count<R>(&self, job: &Job, ended: Ended<R>, seconds: f64, watch: &impl Watch<R>) {
+        let mut tally = self.tally();
+        let finished = Finished {
+            log: &job.log,
+            session_id: Some(&job.meta.session_id),
+            state: State::Done,
+            why: None,
+            seconds,
+            samples: 0,
+            bytes: job.bytes,
+        };
+        match ended {
+            Ended::Unchanged => {
+                tally.sessions.insert(job.key());
+                tally.unchanged += 1;
+                watch.finished(&Finished { state: State::Unchanged, ..finished }, None);
+            }
+            Ended::Rejected(row) => {
+                let refused = Finished::rejected(&row);
+                watch.finished(&Finished { seconds, bytes: job.bytes, ..refused }, None);
+                tally.rejected.push(row);
+            }
+            Ended::Done { samples, result, .. } => {
+                tally.sessions.insert(job.key());
+                tally.done += 1;
+                watch.finished(&Finished { samples, ..finished }, result);
+            }
+        }
+    }
+
+    fn tally(&self) -> std::sync::MutexGuard<'_, Tally> {
+        self.tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }

@@ -1,13 +1,14 @@
 //! The commit markers of sessions: the table whose rows say that a session is done, and from what.
 
-use arrow::array::{Array, AsArray};
+use arrow::array::{Array, ArrayRef, AsArray, Int64Array};
 use arrow::compute::cast;
-use arrow::datatypes::DataType;
+use arrow::datatypes::{DataType, Int64Type, TimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::file::reader::ChunkReader;
 use serde::{Deserialize, Serialize};
 
+use crate::contract::instant;
 use crate::objects::Location;
 
 /// Who a session is: two motorcycles may each have one of the same id.
@@ -44,6 +45,9 @@ pub struct Committed {
     pub pipeline_hash: String,
     /// The roadbench that made them.
     pub version: String,
+    /// When the ride began, microseconds since 1970; none where it does not say.
+    #[serde(default)]
+    pub start: Option<i64>,
     /// Whether the file is of a roadbench that had one per session, with ids as plain texts.
     #[serde(default)]
     pub is_old: bool,
@@ -54,17 +58,29 @@ impl Committed {
     pub fn key(&self) -> Key {
         Key::new(&self.bike_id, &self.session_id)
     }
+
+    /// Whether this is another ride than one that began at `start`: loggers use their file names again.
+    pub fn is_other_ride(&self, start: Option<i64>) -> bool {
+        let apart = self.start.zip(start).map(|(own, other)| own.abs_diff(other));
+        apart.is_some_and(|apart| apart > SAME_RIDE)
+    }
 }
+
+/// Starts that are no farther apart are those of one ride that was cut or exported again, microseconds.
+const SAME_RIDE: u64 = 600_000_000;
 
 /// Columns of a commit marker that are read.
 const COLUMNS: [&str; 6] =
     ["session_id", "bike_id", "path", "input_hash", "pipeline_hash", "version"];
+/// Read where the file has it.
+const START: &str = "start_time";
 
 /// The rows of a commit marker; `None` where it is no such file, or a row belongs elsewhere. There are tens of
 /// thousands: only what is needed is decoded.
 pub fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Committed>> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).ok()?;
-    let wanted = ProjectionMask::columns(builder.parquet_schema(), COLUMNS);
+    let names = COLUMNS.into_iter().chain([START]);
+    let wanted = ProjectionMask::columns(builder.parquet_schema(), names);
     let reader = builder.with_projection(wanted).build().ok()?;
     // the row must be where its own words put it: nothing outside is ever removed on its account
     let folder = at.parent()?;
@@ -78,7 +94,9 @@ pub fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Commi
         for name in COLUMNS {
             texts.push(cast(batch.column_by_name(name)?, &DataType::Utf8).ok()?);
         }
+        let starts = batch.column_by_name(START).and_then(instants);
         for i in 0..batch.num_rows() {
+            let start = starts.as_ref().filter(|all| all.is_valid(i)).map(|all| all.value(i));
             let text = |k: usize| {
                 let column = texts[k].as_string_opt::<i32>()?;
                 column.is_valid(i).then(|| column.value(i).to_owned())
@@ -91,6 +109,7 @@ pub fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Commi
                 input_hash: text(3)?,
                 pipeline_hash: text(4)?,
                 version: text(5)?,
+                start,
                 is_old,
             };
             if row.bike_id != bike_id {
@@ -103,4 +122,16 @@ pub fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Commi
         rows.iter_mut().for_each(|row| row.is_old = false);
     }
     Some(rows)
+}
+
+/// Instants as microseconds since 1970; earlier versions wrote texts.
+fn instants(column: &ArrayRef) -> Option<Int64Array> {
+    if matches!(column.data_type(), DataType::Timestamp(..)) {
+        let micros = cast(column, &DataType::Timestamp(TimeUnit::Microsecond, None)).ok()?;
+        let numbers = cast(&micros, &DataType::Int64).ok()?;
+        return Some(numbers.as_primitive::<Int64Type>().clone());
+    }
+    let texts = cast(column, &DataType::Utf8).ok()?;
+    let texts = texts.as_string_opt::<i32>()?;
+    Some(texts.iter().map(|text| instant::microseconds(text?)).collect())
 }

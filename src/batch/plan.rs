@@ -13,6 +13,7 @@ use super::log_hash::hash_file;
 use super::marker::{Committed, Key};
 use super::settings::{Maps, Settings};
 use super::work::{Work, guarded};
+use crate::contract::instant;
 use crate::contract::session::Meta;
 use crate::effects::Who;
 use crate::ingest::Identified;
@@ -37,6 +38,10 @@ pub struct Job {
     pub pipeline_hash: String,
     /// The hash of its bytes, where it was recognised by it.
     pub hash: Option<String>,
+    /// When it began, microseconds since 1970; none where the log does not say before it is read.
+    pub start: Option<i64>,
+    /// Other logs that say to be the same session, in the order in which they are tried: the first that gives rows is it.
+    pub rivals: Vec<Job>,
 }
 
 impl Job {
@@ -55,6 +60,7 @@ impl Job {
             input_hash,
             pipeline_hash: self.pipeline_hash.clone(),
             version: crate::VERSION.to_owned(),
+            start: self.start,
             is_old: false,
         }
     }
@@ -81,8 +87,15 @@ pub struct Plan {
 impl Plan {
     /// Size of all logs, bytes.
     pub fn bytes(&self) -> u64 {
-        let jobs = self.jobs.iter().map(|j| j.bytes);
+        let jobs = self.logs().map(|j| j.bytes);
         jobs.chain(self.refused.iter().map(|r| r.bytes)).sum()
+    }
+}
+
+impl Plan {
+    /// Every log to read, be it a rival of another.
+    pub fn logs(&self) -> impl Iterator<Item = &Job> {
+        self.jobs.iter().flat_map(|job| std::iter::once(job).chain(&job.rivals))
     }
 }
 
@@ -110,15 +123,6 @@ pub fn plan(
                 .map(|who| (who.meta, maps.get(&who.map).cloned().unwrap_or_default())),
         })
         .collect();
-    // a session that is there stays with its log, whatever else says to be it
-    let mut first: BTreeMap<Key, String> = BTreeMap::new();
-    for (found, meta) in found.iter().zip(&identified) {
-        let (log, Ok((meta, _))) = (name(&found.location), meta) else { continue };
-        let key = Key::new(&meta.bike_id, &meta.session_id);
-        if before.made_from(&log).contains(&key) {
-            first.entry(key).or_insert(log);
-        }
-    }
     let mut plan = Plan::default();
     for (found, meta) in found.into_iter().zip(identified) {
         let location = found.location;
@@ -138,16 +142,31 @@ pub fn plan(
                 continue;
             }
         };
-        match claim(&mut first, &meta, &log).and_then(|()| bikes.get(&meta.bike_id)) {
+        match bikes.get(&meta.bike_id) {
             Ok(bike) => {
-                let hash = known.get(&location).map(|k| k.hash.clone());
+                let known = known.get(&location);
+                let hash = known.map(|k| k.hash.clone());
+                let own = || meta.start_time.as_deref().and_then(instant::microseconds);
+                let start = known.map_or_else(own, |k| k.start);
                 let pipeline_hash = bike.hash_of(settings.pipeline, &Who::from(&meta), &map);
-                plan.jobs.push(Job { location, log, bytes, meta, bike, pipeline_hash, hash });
+                let rivals = Vec::new();
+                plan.jobs.push(Job {
+                    location,
+                    log,
+                    bytes,
+                    meta,
+                    bike,
+                    pipeline_hash,
+                    hash,
+                    start,
+                    rivals,
+                });
             }
             Err(why) => plan.refused.push(refuse(log, Some(meta), why)),
         }
     }
     refuse_copies(&mut plan, before);
+    put_rivals_together(&mut plan);
     Ok(plan)
 }
 
@@ -175,8 +194,12 @@ fn refuse_copies(plan: &mut Plan, before: &Contents) {
         };
         let Some(&kept) = jobs.iter().find(is_there).or(jobs.first()) else { continue };
         for &i in jobs.iter().filter(|i| **i != kept) {
-            let first = &plan.jobs[kept];
-            refused.insert(i, (hash.clone(), duplicate(&first.log, &first.meta.session_id)));
+            let (first, own) = (&plan.jobs[kept], &plan.jobs[i]);
+            let why = match first.key() == own.key() {
+                true => same_session(&own.key(), &first.log),
+                false => duplicate(&first.log, &first.meta.session_id),
+            };
+            refused.insert(i, (hash.clone(), why));
         }
     }
     if refused.is_empty() {
@@ -192,6 +215,23 @@ fn refuse_copies(plan: &mut Plan, before: &Contents) {
         }
     }
     plan.refused.sort_by(|a, b| a.row.path.cmp(&b.row.path));
+}
+
+/// Leaves one job per session. Of the logs that say to be it the one that began first is tried first, without a start the
+/// first by path: neither the order of nights nor that of names decides which of two rides has the id.
+fn put_rivals_together(plan: &mut Plan) {
+    let mut groups: BTreeMap<Key, Vec<Job>> = BTreeMap::new();
+    for job in std::mem::take(&mut plan.jobs) {
+        groups.entry(job.key()).or_default().push(job);
+    }
+    for mut jobs in groups.into_values() {
+        // stable: they are in order of path
+        jobs.sort_by_key(|job| job.start.unwrap_or(i64::MAX));
+        let mut jobs = jobs.into_iter();
+        let Some(first) = jobs.next() else { continue };
+        plan.jobs.push(Job { rivals: jobs.collect(), ..first });
+    }
+    plan.jobs.sort_by(|a, b| a.location.cmp(&b.location));
 }
 
 /// Why a log is not used whose bytes another one has.
@@ -244,6 +284,8 @@ struct Known {
     /// The hash of its channel map.
     map: String,
     hash: String,
+    /// When it began.
+    start: Option<i64>,
 }
 
 /// Who the logs are that were read before under the same name and settings, and have the same bytes.
@@ -254,11 +296,15 @@ fn known(
     pipeline: &Pipeline,
     maps: &BTreeMap<Option<String>, String>,
 ) -> BTreeMap<Location, Known> {
-    let by_path: BTreeMap<&str, &Committed> =
-        before.sessions().map(|c| (c.path.as_str(), c)).collect();
+    // a name that was used again has made several
+    let mut by_path: BTreeMap<&str, Vec<&Committed>> = BTreeMap::new();
+    before.sessions().for_each(|c| by_path.entry(&c.path).or_default().push(c));
+    let made = found.iter().filter(|f| f.problem.is_none()).flat_map(|f| {
+        let made = by_path.get(&*name(&f.location)).into_iter().flatten();
+        made.map(move |there| (f, *there))
+    });
     let mut candidates = Vec::new();
-    for found in found.iter().filter(|f| f.problem.is_none()) {
-        let Some(&there) = by_path.get(&*name(&found.location)) else { continue };
+    for (found, there) in made {
         let (session_id, bike_id) = (&*there.session_id, &*there.bike_id);
         // the output does not say where and when; where that matters the log is opened
         let who = Who { session_id, bike_id, ..Who::default() };
@@ -276,7 +322,7 @@ fn known(
             bike_id: there.bike_id.clone(),
             ..Meta::default()
         };
-        Some((location.clone(), Known { meta, map: map.clone(), hash }))
+        Some((location.clone(), Known { meta, map: map.clone(), hash, start: there.start }))
     });
     recognised.collect()
 }
@@ -288,21 +334,36 @@ fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Identified, 
     guarded("ingest", || work.identify(&found.location, maps.list()))
 }
 
-/// The log that a session was made from has its name, or else the first one; any other is refused.
-fn claim(first: &mut BTreeMap<Key, String>, meta: &Meta, log: &str) -> Result<(), Rejection> {
-    let key = Key::new(&meta.bike_id, &meta.session_id);
-    if let Some(holder) = first.get(&key).filter(|holder| *holder != log) {
-        return Err(Rejection {
-            stage: "discover",
-            code: "duplicate_session_id",
-            message: format!(
-                "session `{}` of {} is also in {holder}, which has it; give one of them another \
-                 session_id, or leave one out",
-                meta.session_id, meta.bike_id
-            ),
-            limits: None,
-        });
+/// Why a log is not used whose session another log gives.
+pub fn same_session(key: &Key, holder: &str) -> Rejection {
+    Rejection {
+        stage: "discover",
+        code: DUPLICATE_SESSION,
+        message: format!(
+            "session `{}` of {} is also in {holder}, which has it; give one of them another session_id, or leave one out",
+            key.session_id, key.bike_id
+        ),
+        limits: None,
     }
-    first.insert(key, log.to_owned());
-    Ok(())
+}
+
+/// Code of a log whose session another log, or the output, has.
+pub const DUPLICATE_SESSION: &str = "duplicate_session_id";
+
+/// Why a log is not used whose session the output has from another ride, the log of which is not among these.
+pub fn archived(there: &Committed, own: Option<i64>) -> Rejection {
+    let when = |start: Option<i64>| start.and_then(instant::text).unwrap_or_default();
+    let Committed { session_id, bike_id, path, .. } = there;
+    Rejection {
+        stage: "discover",
+        code: DUPLICATE_SESSION,
+        message: format!(
+            "the output has a session `{session_id}` of {bike_id} from another ride ({path}, began {}, this one {}), whose log \
+             is not among these; give this log another session_id or name, or give the other up: roadbench forget OUT \
+             --session {session_id}",
+            when(there.start),
+            when(own)
+        ),
+        limits: None,
+    }
 }

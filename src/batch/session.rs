@@ -2,12 +2,13 @@
 
 use super::error::Error;
 use super::log_hash::hash_file;
-use super::marker::{Committed, Key};
+use super::marker::Committed;
 use super::parts;
-use super::plan::{self, Job};
+use super::plan::{self, DUPLICATE_SESSION, Job};
 use super::settings::Settings;
 use super::store::Store;
 use super::work::{Output, Work, guarded};
+use crate::contract::instant;
 use crate::ingest::UNREACHABLE;
 use crate::pipeline::{Input, Rejection};
 use crate::tables::registry;
@@ -62,6 +63,10 @@ pub fn run<W: Work>(
         store.remove_rejection(&job.log)?;
         return Ok(Ended::Unchanged);
     }
+    if let Some(there) = store.archived(&job.key(), &input_hash, job.start) {
+        let why = plan::archived(there, job.start);
+        return refuse(job, store, why, Some(input_hash));
+    }
     if let Some(other) = store.found().copied_from(&job.wanted(input_hash.clone())) {
         let why = plan::duplicate(&other.path, &other.session_id);
         return refuse(job, store, why, Some(input_hash));
@@ -79,8 +84,14 @@ pub fn run<W: Work>(
     match output {
         Err(why) => refuse(job, store, why, Some(input_hash)),
         Ok(Output { ident, samples, files, result }) => {
+            // some logs say only in their samples when they began
+            let start = ident.start_time.as_deref().and_then(instant::microseconds);
+            if let Some(there) = store.archived(&job.key(), &input_hash, start) {
+                return refuse(job, store, plan::archived(there, start), Some(input_hash));
+            }
             let part = parts::of(ident.start_time.as_deref());
-            store.commit(&Committed { part, ..job.wanted(input_hash.clone()) }, &files)?;
+            store
+                .commit(&Committed { part, start, ..job.wanted(input_hash.clone()) }, &files)?;
             Ok(Ended::Done { input_hash, samples, result })
         }
     }
@@ -106,24 +117,38 @@ fn refuse<R>(
     input_hash: Option<String>,
 ) -> Result<Ended<R>, Error> {
     let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, input_hash);
-    reject(store, &row)?;
+    reject(store, &row, job.start)?;
     Ok(Ended::Rejected(row))
 }
 
-/// Writes a rejection; tables that the session had from an earlier batch go.
+/// The row of a log whose session another log gives.
 ///
 /// # Errors
 /// The output cannot be written.
-pub fn reject(store: &Store, row: &Rejected) -> Result<(), Error> {
+pub fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected, Error> {
+    let hash = job.hash.clone().or_else(|| hash_file(&job.location).ok());
+    let why = plan::same_session(&job.key(), holder);
+    let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, hash);
+    reject(store, &row, job.start)?;
+    Ok(row)
+}
+
+/// Writes a rejection; rows that the output has of this very log go, those of another log of the session, and of another ride than one
+/// that begins at `start`, stay.
+///
+/// # Errors
+/// The output cannot be written.
+pub fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
     // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
-    if !["duplicate_session_id", UNREACHABLE].contains(&row.code.as_str()) {
-        let own = match (&row.bike_id, &row.session_id) {
-            (Some(bike_id), Some(session_id)) => Some(Key::new(bike_id, session_id)),
-            _ => store.session_made_from(&row.path).cloned(),
-        };
-        if let Some(key) = own {
-            store.remove(&key)?;
-        }
+    if is_own_fault(&row.code)
+        && let Some(key) = store.session_of(row, start)
+    {
+        store.remove(&key)?;
     }
     Ok(store.reject(row)?)
+}
+
+/// Whether a rejection says what the log's own content is like.
+pub fn is_own_fault(code: &str) -> bool {
+    ![DUPLICATE_SESSION, UNREACHABLE].contains(&code)
 }

@@ -20,13 +20,17 @@ use std::collections::BTreeSet;
 use std::fs::TryLockError;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
+use rayon::prelude::*;
 use walkdir::WalkDir;
 
 use super::contents::{Contents, Stale};
 use super::error::Error;
 use super::kind::Kind;
 use super::lock::Lock;
+use super::log_hash::hash_file;
 use super::marker::{Committed, Key};
+use super::plan::Job;
+use super::session::is_own_fault;
 use super::staged::{self, Staged};
 use super::switch::{self, Switching};
 use super::work::SessionFile;
@@ -40,6 +44,29 @@ use crate::tables::{file, read, registry};
 /// made the rest.
 const ONLY_FLEET: &[u8] = b"fleet";
 
+/// The logs of a batch, whatever becomes of them.
+#[derive(Debug, Default)]
+struct Expected {
+    sessions: BTreeSet<Key>,
+    /// Where they are, and the hashes of their bytes where these are known already.
+    logs: Vec<(Location, Option<String>)>,
+    /// The hashes of all of them; rarely asked for.
+    hashes: OnceLock<BTreeSet<String>>,
+}
+
+impl Expected {
+    fn has_bytes(&self, hash: &str) -> bool {
+        let all = || {
+            let hash = |(at, known): &(Location, Option<String>)| match known {
+                Some(hash) => Some(hash.clone()),
+                None => hash_file(at).ok(),
+            };
+            self.logs.par_iter().filter_map(hash).collect()
+        };
+        self.hashes.get_or_init(all).contains(hash)
+    }
+}
+
 /// The output folder, locked for one batch.
 #[derive(Debug)]
 pub struct Store {
@@ -47,8 +74,8 @@ pub struct Store {
     lock: Lock,
     /// Set once something over all sessions has to be made anew.
     behind: OnceLock<()>,
-    /// The sessions that this batch's logs are.
-    expected: OnceLock<BTreeSet<Key>>,
+    /// The logs of this batch.
+    expected: OnceLock<Expected>,
     /// Keeps readers out from when the tables change until what is made over all sessions fits them.
     switching: Mutex<Option<Switching>>,
 }
@@ -165,24 +192,43 @@ impl Store {
         self.stage(&Staged { bike_id, session_id, made: None, folders: Vec::new() }, &[])
     }
 
-    /// Says which sessions this batch's logs are: none of them is taken for what another log was before.
-    pub fn expect(&self, sessions: BTreeSet<Key>) {
-        let _ = self.expected.set(sessions); // it is said once
+    /// Says which logs this batch has: what another log was before is not taken for one of theirs.
+    pub fn expect<'a>(&self, jobs: impl Iterator<Item = &'a Job>) {
+        let mut expected = Expected::default();
+        for job in jobs {
+            expected.sessions.insert(job.key());
+            expected.logs.push((job.location.clone(), job.hash.clone()));
+        }
+        let _ = self.expected.set(expected); // it is said once
+    }
+
+    /// What the output has of a session from another ride than a log's, where that ride's own log is not in this batch: no
+    /// log takes its place. Loggers use their file names again.
+    pub fn archived(&self, key: &Key, hash: &str, start: Option<i64>) -> Option<&Committed> {
+        self.found.of(key).iter().find(|there| self.is_archived(there, hash, start))
+    }
+
+    fn is_archived(&self, there: &Committed, hash: &str, start: Option<i64>) -> bool {
+        let is_here = || self.expected.get().is_some_and(|all| all.has_bytes(&there.input_hash));
+        there.input_hash != hash && there.is_other_ride(start) && !is_here()
     }
 
     /// Takes out what a log was before: sessions that were made from a log of its name, and those that were made from the same
-    /// bytes under a name that is no more.
+    /// bytes under a name that is no more. Another ride that had the log's name stays.
     ///
     /// # Errors
     /// The folder cannot be written.
     pub fn remove_superseded(&self, made: &Committed) -> Result<(), file::Error> {
         let own = made.key();
-        let mut others: BTreeSet<Key> = self.found.made_from(&made.path).iter().cloned().collect();
+        let of_name = self.found.made_from(&made.path).iter().flat_map(|key| self.found.of(key));
+        let of_name = of_name.filter(|row| row.path == made.path);
+        let of_name = of_name.filter(|row| !self.is_archived(row, &made.input_hash, made.start));
         let moved = self.found.of_bytes(&made.input_hash).filter(|row| is_gone(&row.path));
-        others.extend(moved.map(Committed::key));
+        let mut others: BTreeSet<Key> = of_name.chain(moved).map(Committed::key).collect();
         others.remove(&own);
         // names may be exchanged among the logs of a batch
-        let is_expected = |key: &Key| self.expected.get().is_some_and(|all| all.contains(key));
+        let is_expected =
+            |key: &Key| self.expected.get().is_some_and(|all| all.sessions.contains(key));
         for key in others.into_iter().filter(|key| !is_expected(key)) {
             tracing::info!(
                 "{}: session {} of {} was this log",
@@ -341,11 +387,35 @@ impl Store {
         self.root().join(name)
     }
 
-    /// The session that an unreadable log was when it could still be read: the one that was
-    /// made from this very path and is named like the file.
-    pub fn session_made_from(&self, log: &str) -> Option<&Key> {
+    /// The session whose rows go with a rejected log that says to begin at `start`: the one that was made from it. What
+    /// another log gave, or another ride that had the log's name, stays.
+    pub fn session_of(&self, rejected: &Rejected, start: Option<i64>) -> Option<Key> {
+        let hash = rejected.input_hash.as_deref().unwrap_or_default();
+        let is_own = |there: &&Committed| {
+            let is_same = there.input_hash == hash;
+            is_same || there.path == rejected.path && !self.is_archived(there, hash, start)
+        };
+        match (&rejected.bike_id, &rejected.session_id) {
+            (Some(bike_id), Some(session_id)) => {
+                let key = Key::new(bike_id, session_id);
+                self.found.of(&key).iter().find(is_own).map(Committed::key)
+            }
+            _ => self.session_made_from(&rejected.path),
+        }
+    }
+
+    /// Whether the output keeps rows of a rejected log: it could not be read tonight, and is what it was for all we know.
+    pub fn keeps(&self, rejected: &Rejected, start: Option<i64>) -> bool {
+        !is_own_fault(&rejected.code) && self.session_of(rejected, start).is_some()
+    }
+
+    /// The session that an unreadable log was when it could still be read: the last one that was made from this very path, if
+    /// it is named like the file.
+    fn session_made_from(&self, log: &str) -> Option<Key> {
         let stem = std::path::Path::new(log).file_stem()?.to_str()?;
-        self.found.made_from(log).iter().find(|key| key.session_id == stem)
+        let rows = self.found.made_from(log).iter().flat_map(|key| self.found.of(key));
+        let last = rows.filter(|row| row.path == log).max_by_key(|row| row.start)?;
+        (last.session_id == stem).then(|| last.key())
     }
 }
 
