@@ -132,8 +132,14 @@ pub fn run(py: Python<'_>, options: &str) -> PyResult<String> {
         let seconds = start.elapsed().as_secs_f64();
         let summary = Summary::of(&accounts, &given.pipeline, started, seconds);
         summary.write(store.root()).map_err(failed)?;
+        whole(&accounts)?;
         json(&summary)
     })
+}
+
+/// An error where the tables are not whole.
+pub fn whole(accounts: &Accounts) -> PyResult<()> {
+    accounts.damage.clone().map_or(Ok(()), |message| Err(failed(batch::Error::Output(message))))
 }
 
 /// Diagnoses the sessions of an archive; gives back the same of it as [`run`].
@@ -151,6 +157,7 @@ pub fn diagnose(py: Python<'_>, options: &str) -> PyResult<String> {
         if accounts.left == 0 && store.is_behind() {
             batch::diagnose::finish(&store).map_err(failed)?;
         }
+        whole(&accounts)?;
         let seconds = start.elapsed().as_secs_f64();
         json(&Summary::of(&accounts, &given.pipeline, started, seconds))
     })

@@ -7,7 +7,7 @@ use jiff::Timestamp;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::archive::{Given, json, read};
+use crate::archive::{Given, json, read, whole};
 use crate::errors::failed;
 use roadbench::batch;
 use roadbench::batch::distributed::{self, Answer, Terms, What};
@@ -71,6 +71,7 @@ impl Driver {
             if let What::Run { .. } = what {
                 summary.write(store.root()).map_err(failed)?;
             }
+            whole(&accounts)?;
             json(&summary)
         })
     }

@@ -1,6 +1,6 @@
 //! Which sessions an output holds, and why one of them has to be computed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::path::PathBuf;
 
@@ -11,6 +11,7 @@ use walkdir::WalkDir;
 use super::error::Error;
 use super::kind::Kind;
 use super::log_hash::hash_file;
+use super::manifest::{self, Manifest};
 use super::marker::{self, Committed, Key};
 use super::parts;
 use super::staged::{self, Staged};
@@ -35,6 +36,8 @@ pub struct Contents {
     by_path: BTreeMap<String, Vec<Key>>,
     /// Who was made from such bytes.
     by_hash: BTreeMap<String, Vec<Key>>,
+    /// Files of sessions that are missing or not as they were written; looked for by [`Contents::with_damage`].
+    damaged: BTreeSet<String>,
     /// Of an object store: everything that is there, but the report.
     names: Option<BTreeMap<Location, Stat>>,
 }
@@ -62,7 +65,7 @@ pub enum Stale {
     Settings,
     /// Another roadbench made it.
     Version,
-    /// A table of it is missing.
+    /// A table of it is missing, or not as it was written.
     Incomplete,
     /// It was asked for, as it is of a log that is named alone.
     Forced,
@@ -78,7 +81,7 @@ impl Stale {
             Stale::Bike => "it was another motorcycle's",
             Stale::Settings => "the bike file or the settings have changed",
             Stale::Version => "another version of roadbench made it",
-            Stale::Incomplete => "a table of it is missing",
+            Stale::Incomplete => "a table of it is missing or damaged",
             Stale::Forced => "asked for (--force, or a log by itself)",
         }
     }
@@ -95,8 +98,32 @@ impl Contents {
             sessions: BTreeMap::new(),
             by_path: BTreeMap::new(),
             by_hash: BTreeMap::new(),
+            damaged: BTreeSet::new(),
             names: None,
         }
+    }
+
+    /// Looks through the tables of sessions, too: those whose files are missing or not as they were written are
+    /// [`Stale::Incomplete`]. Of an object store only what is missing is known.
+    #[must_use]
+    pub fn with_damage(mut self) -> Self {
+        let list = Manifest::read(&self.root);
+        let kind = self.kind;
+        let folders: Vec<&str> =
+            kind.files().map(|(folder, _)| folder).chain([kind.marker.name]).collect();
+        let derived = kind.derived();
+        let wanted = |path: &str| {
+            folders.iter().any(|f| manifest::is_below(path, f))
+                && !derived.iter().any(|f| manifest::is_below(path, f))
+        };
+        self.damaged = match &self.names {
+            None => list.damaged(&self.root, wanted),
+            Some(names) => {
+                let lacks = |path: &&str| wanted(path) && !names.contains_key(&self.root.join(path));
+                list.files().map(|(path, _)| path).filter(lacks).map(str::to_owned).collect()
+            }
+        };
+        self
     }
 
     /// Reads which sessions are there; writes nothing.
@@ -113,6 +140,7 @@ impl Contents {
     /// As [`Contents::read`].
     pub fn read_again(&self) -> Result<Self, Error> {
         let mut now = Contents::unknown(self.kind, &self.root);
+        now.damaged.clone_from(&self.damaged);
         // what waits is read first: a run that takes it in meanwhile does not hide it from a reader
         match self.root.as_url() {
             None => {
@@ -253,7 +281,31 @@ impl Contents {
             None => self.has(&self.table(spec, there)),
         };
         let is_whole = self.kind.required(is_requested).all(has);
+        let is_whole = is_whole && (staged.is_some() || !self.is_damaged(there));
         (!is_whole).then_some(Stale::Incomplete)
+    }
+
+    /// Of the damaged files those that still are.
+    pub fn still_damaged(&self) -> BTreeSet<String> {
+        if self.damaged.is_empty() || self.root.is_remote() {
+            return BTreeSet::new();
+        }
+        Manifest::read(&self.root).damaged(&self.root, |path| self.damaged.contains(path))
+    }
+
+    /// Whether a file that has rows of a session, or may have, is missing or not as it was written.
+    fn is_damaged(&self, of: &Committed) -> bool {
+        if self.damaged.is_empty() {
+            return false;
+        }
+        let own = file_name(&of.session_id);
+        let tables = self.kind.tables().chain([self.kind.marker]).map(|spec| {
+            let file = if parts::shares(spec) { &of.part } else { &own };
+            format!("{}/bike={}/{file}.parquet", spec.name, of.bike_id)
+        });
+        let others = self.kind.other_files.iter();
+        let others = others.map(|(folder, end)| format!("{folder}/bike={}/{own}.{end}", of.bike_id));
+        tables.chain(others).any(|path| self.damaged.contains(&path))
     }
 
     /// The file that has a session's rows of a table.

@@ -7,7 +7,7 @@ use super::bikes::BikeFile;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
-use super::pooled::FOLDER as POOLED;
+use super::pooled::{FOLDER as POOLED, PLACES};
 use super::settle;
 use super::store::Store;
 use super::what::What;
@@ -138,7 +138,7 @@ pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
     store.let_readers_in()?;
     report::build(copy.folder(), Pages::Auto, false)?;
     copy.publish([POOLED, "report"])?;
-    settle::list_again(store.root(), &copy, &[POOLED])?;
+    settle::list_again(store.root(), &copy, &PLACES)?;
     store.clear_behind()?;
     Ok(rows)
 }

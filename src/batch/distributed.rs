@@ -21,7 +21,7 @@ use super::bikes::BikeFile;
 use super::contents::Contents;
 use super::diagnose::DiagnoseWork;
 use super::discover::inputs;
-use super::engine::Accounts;
+use super::engine::{self, Accounts};
 use super::error::Error;
 use super::marker::Committed;
 use super::plan::{self, Job, Plan};
@@ -323,6 +323,7 @@ impl Driver {
             }
         }
         self.store.merge()?;
+        accounts.damage = engine::damage(&self.store);
         accounts.rejected.sort_by(|a, b| a.path.cmp(&b.path));
         Ok((accounts, self.store))
     }

@@ -39,6 +39,8 @@ pub struct Accounts {
     pub left: usize,
     /// Size of all logs, bytes.
     pub bytes: u64,
+    /// Why some of the sessions are not in the tables yet: a damaged table, and what to do about it.
+    pub damage: Option<String>,
 }
 
 impl Accounts {
@@ -75,6 +77,7 @@ pub fn run<W: Work>(
     let inputs = found.len();
     let pool = pool(settings.jobs, inputs)?;
     let before = Contents::read(work.kind(), settings.out)?;
+    let before = pool.install(|| before.with_damage());
     let plan = pool.install(|| plan::plan(found, &bikes, &before, settings, work))?;
     let bytes = plan.bytes();
     let store = Store::open_again(&before)?;
@@ -105,14 +108,30 @@ pub fn run<W: Work>(
     pool.broadcast(|_| shared.worker(work, watch));
     work.all_done();
     let tally = shared.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let accounts = tally.close(accounts, n_logs)?;
+    let mut accounts = tally.close(accounts, n_logs)?;
     accounts.check(stop.load(Ordering::Relaxed))?;
     pool.install(|| store.merge())?;
+    accounts.damage = pool.install(|| damage(&store));
     // older logs that are passed by are there, too
     if settings.since.is_none() {
         store.remove_rejections_of_gone(settings.inputs, &logs)?;
     }
     Ok((accounts, store))
+}
+
+/// Why the tables are not whole: sessions that could not be taken in, or damage that no log of this batch makes good.
+pub(super) fn damage(store: &Store) -> Option<String> {
+    if let Some(e) = store.take_error() {
+        return Some(e.to_string());
+    }
+    let left = store.found().still_damaged();
+    let first = left.first()?;
+    let more = if left.len() == 1 { String::new() } else { format!(" and {} more", left.len() - 1) };
+    let out = store.root();
+    Some(format!(
+        "{out}: {first}{more} missing or not as written, with sessions whose logs are not among these; run over all logs, \
+         restore the files from a backup, or see `roadbench verify {out}`"
+    ))
 }
 
 /// Logs that are worked on at the same time, as asked for: 0 takes one per core.
@@ -181,7 +200,7 @@ pub struct Intended {
 pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended>, Error> {
     let (found, bikes) = inputs(settings)?;
     let force = settings.force || found.len() == 1; // as `run` does
-    let there = Contents::read(work.kind(), settings.out)?;
+    let there = Contents::read(work.kind(), settings.out)?.with_damage();
     let Plan { jobs, refused } = plan::plan(found, &bikes, &there, settings, work)?;
     let refused = refused.into_iter().map(|r| Intended {
         log: r.row.path,

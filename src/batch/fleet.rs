@@ -70,6 +70,13 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
 fn save<R: Row>(out: &Path, rows: &[R]) -> Result<(), Error> {
     let name = R::spec().name;
     let path = out.join(name).join(format!("{name}.parquet"));
+    let newer = std::fs::File::open(&path).ok().and_then(|f| read::newer_schema(R::spec(), f));
+    if let Some(schema) = newer {
+        return Err(Error::Output(format!(
+            "{} was written by a newer roadbench ({schema}); use that one, or choose another --out",
+            path.display()
+        )));
+    }
     Ok(file::write(&path, rows)?)
 }
 

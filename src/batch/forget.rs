@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::contents::Contents;
 use super::error::Error;
 use super::kind::{self, Kind};
+use super::mark;
 use super::marker::Key;
 use super::settle;
 use super::store::Store;
@@ -49,6 +50,7 @@ impl Forgotten {
 /// # Errors
 /// A name that the output has not, another roadbench is writing, or the output cannot be written.
 pub fn forget(out: &Location, which: &Which, for_good: bool) -> Result<Vec<Forgotten>, Error> {
+    mark::require(out)?;
     let is_carried_on = for_good && carry_on(out)?;
     let of_run = Contents::read(&kind::RUN, out)?;
     let of_diagnosis = Contents::read(&kind::DIAGNOSE, out)?;
@@ -202,7 +204,8 @@ fn take_out(out: &Location, there: &Contents, found: &BTreeSet<Forgotten>) -> Re
             store.remove(&session.key())?;
         }
     }
-    store.merge().map(|_| ())
+    store.merge()?;
+    store.take_error().map_or(Ok(()), Err)
 }
 
 /// What is made over all sessions, of each command that has any, or had.

@@ -1,6 +1,7 @@
 //! How an output keeps account of the sessions of a command. Two commands may share an output: each
 //! has its own tables, its own commit marker and its own marks.
 
+use super::pooled;
 use crate::tables::registry::{self, Command, Presence, TableSpec};
 
 /// How an output keeps account of a command's sessions.
@@ -39,6 +40,14 @@ impl Kind {
     pub fn files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let tables = self.tables().map(|spec| (spec.name, "parquet"));
         tables.chain(self.other_files.iter().copied())
+    }
+
+    /// Folders and files below the output that are made over all sessions.
+    pub fn derived(&self) -> Vec<&'static str> {
+        match self.command {
+            Command::Diagnose => pooled::PLACES.to_vec(),
+            _ => registry::of_fleet().map(|spec| spec.name).collect(),
+        }
     }
 
     /// The tables that a session must have to be whole: those that are always there, and of those on

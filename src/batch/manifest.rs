@@ -3,10 +3,13 @@
 //! A file that is about to change is taken off the list first and comes back with its new checksum: whoever is killed in
 //! between leaves files that are not listed, never a checksum that is wrong.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use super::error::Error;
+use super::log_hash::hash_file;
 use crate::objects::Location;
 use crate::tables::file;
 
@@ -61,6 +64,19 @@ impl Manifest {
         self.files.get(path).map(String::as_str)
     }
 
+    /// Files on the list that are missing or not as they were written, of those that are `wanted`. All are read.
+    pub fn damaged(
+        &self,
+        root: &Location,
+        wanted: impl Fn(&str) -> bool + Sync,
+    ) -> BTreeSet<String> {
+        let files = self.files.par_iter().filter(|(path, _)| wanted(path));
+        let is_other = |(path, sum): &(&String, &String)| {
+            hash_file(&root.join(path)).map_or(true, |now| now != **sum)
+        };
+        files.filter(is_other).map(|(path, _)| path.clone()).collect()
+    }
+
     /// Takes files off the list.
     pub fn take_off<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
         for path in paths {
@@ -79,10 +95,7 @@ impl Manifest {
     /// A file cannot be read.
     pub fn list_again(&mut self, folder: &Path, below: &[&str]) -> Result<(), Error> {
         for name in below {
-            let is_below = |path: &String| {
-                path.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
-            };
-            self.files.retain(|path, _| !is_below(path));
+            self.files.retain(|path, _| !is_below(path, name));
             let at = Location::Local(folder.join(name));
             let read = |at: &Location| {
                 at.read().map_err(|e| Error::Output(format!("cannot read {at}: {e}")))
@@ -100,6 +113,11 @@ impl Manifest {
         }
         Ok(())
     }
+}
+
+/// Whether a path is a file or folder of the output, or below it.
+pub fn is_below(path: &str, place: &str) -> bool {
+    path.strip_prefix(place).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
 /// A file's path below its output, as the list has it; `None` where it is elsewhere.

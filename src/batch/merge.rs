@@ -5,6 +5,7 @@
 //! once more. A file's bytes depend on the sessions in it only.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::sync::Arc;
 
 use arrow::array::{ArrayRef, AsArray, RecordBatch, StringArray};
@@ -50,11 +51,14 @@ type Come<'a> = (&'a str, Rows);
 pub type Check<'a> = &'a (dyn Fn() -> std::io::Result<()> + Sync);
 
 /// Takes in all that waits; `check` is asked before anything is put in place. Gives back what keeps readers out until what
-/// is made over all sessions is there, too.
+/// is made over all sessions is there, too, and why a motorcycle's month could not be taken in: its sessions go on waiting.
 ///
 /// # Errors
-/// A table cannot be read, or the output not be written: what waits goes on waiting.
-pub fn merge(there: &Contents, check: Check<'_>) -> Result<Option<Switching>, Error> {
+/// The output cannot be written: what waits goes on waiting.
+pub fn merge(
+    there: &Contents,
+    check: Check<'_>,
+) -> Result<(Option<Switching>, Option<Error>), Error> {
     let mut waits: Vec<(&Location, &Staged)> = there.staged().collect();
     let mut groups: BTreeMap<(&str, &str), Group<'_>> = BTreeMap::new();
     let keys: BTreeSet<Key> = waits.iter().map(|(_, s)| s.key()).collect();
@@ -108,7 +112,7 @@ pub fn merge(there: &Contents, check: Check<'_>) -> Result<Option<Switching>, Er
     }
     waits.retain(|(_, staged)| !wait_on.contains(&staged.key()));
     old.retain(|row| !wait_on.contains(&row.key()));
-    for path in own_files_gone(there, &waits, &old) {
+    for path in own_files_gone(there, &next.list, &waits, &old) {
         next.remove(path, &mut changes)?;
     }
     let files: Vec<&Location> = waits.iter().map(|(at, _)| *at).collect();
@@ -116,7 +120,7 @@ pub fn merge(there: &Contents, check: Check<'_>) -> Result<Option<Switching>, Er
     let switching = next.commit(changes, &files)?;
     let bikes: BTreeSet<&str> = groups.iter().map(|((bike, _), _)| *bike).collect();
     remove_empty_folders(there, &bikes);
-    failed.map_or(Ok(switching), Err)
+    Ok((switching, failed))
 }
 
 /// The files of a motorcycle and month.
@@ -172,11 +176,17 @@ impl Files<'_> {
         come.iter().for_each(|(_, staged)| _ = replaced.remove(staged.session_id.as_str()));
         replaced.extend(new.iter().map(|(id, _)| *id));
         // rows whose commit marker somebody has removed are nobody's
-        let marker = self.sessions(kind.marker, &replaced, changes)?;
+        let marker = match self.sessions(kind.marker, &replaced, changes) {
+            Ok(marker) => marker,
+            // the markers are damaged: that costs nothing where every session of theirs comes anew
+            Err(_) if self.others(&tables, &replaced, changes)?.is_empty() => BTreeMap::new(),
+            Err(e) => return Err(e),
+        };
         let kept: BTreeSet<String> = marker.into_keys().collect();
         let mut is_lost = false;
         for spec in tables {
             let at = self.at(spec);
+            self.refuse_newer(spec, &at, changes)?;
             // where nothing is kept it does not matter what is there
             let mut rows = match kept.is_empty() {
                 true => BTreeMap::new(),
@@ -221,6 +231,20 @@ impl Files<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Sessions that have rows in any table but the commit markers, without some.
+    fn others(
+        &self,
+        tables: &[&'static TableSpec],
+        without: &BTreeSet<&str>,
+        changes: &Changes,
+    ) -> Result<BTreeSet<String>, Error> {
+        let mut ids = BTreeSet::new();
+        for spec in tables.iter().filter(|spec| !spec.is(self.there.kind.marker)) {
+            ids.extend(self.sessions(spec, without, changes)?.into_keys());
+        }
+        Ok(ids)
     }
 
     /// Reads what comes; files of their own are written at once, for they may be large. What cannot be read is
@@ -279,6 +303,20 @@ impl Files<'_> {
         Ok(Ok(rows))
     }
 
+    /// A table of a newer roadbench has what this one does not know, and would lose it.
+    fn refuse_newer(&self, spec: &TableSpec, at: &Location, changes: &Changes) -> Result<(), Error> {
+        let Some(path) = at.as_path().filter(|_| !changes.contains_key(&*self.path(at).unwrap_or_default())) else {
+            return Ok(());
+        };
+        let newer = std::fs::File::open(path).ok().and_then(|file| read::newer_schema(spec, file));
+        match newer {
+            None => Ok(()),
+            Some(schema) => Err(Error::Output(format!(
+                "{at} was written by a newer roadbench ({schema}); use that one, or choose another --out"
+            ))),
+        }
+    }
+
     /// A file as the output names it.
     fn path(&self, at: &Location) -> Result<String, Error> {
         let path = manifest::below(self.there.root(), at);
@@ -295,8 +333,10 @@ impl Files<'_> {
         };
         match self.next.checksum(&path, changes) {
             Some(sum) if manifest::checksum(&bytes) != sum => Err(Error::Output(format!(
-                "{at} is not as it was written (a bad disk, or another program); remove it (`roadbench verify --mend`) and \
-                 run again: its sessions are then computed anew"
+                "{at} is not as it was written (a bad disk, or another program), and has sessions whose logs are not \
+                 among these; sessions of its month wait. Restore it from a backup, run over all logs, or let \
+                 `roadbench verify {} --mend --lose` give up its rows",
+                self.there.root()
             ))),
             _ => Ok(Some(bytes)),
         }
@@ -350,7 +390,8 @@ fn without_input(batch: &RecordBatch) -> Result<RecordBatch, Error> {
 fn typed(spec: &TableSpec, at: &Location, bytes: Bytes) -> Result<Vec<RecordBatch>, Error> {
     flat(spec, bytes).map_err(|e| {
         Error::Output(format!(
-            "cannot read {at}: {e}; remove it and run again: its sessions are then computed anew"
+            "cannot read {at}: {e}; restore it from a backup, or let `roadbench verify OUT --mend` remove it and run again: \
+             its sessions are then computed anew"
         ))
     })
 }
@@ -367,6 +408,7 @@ pub(super) fn flat(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, S
 /// The files of their own that sessions had and have no more.
 fn own_files_gone(
     there: &Contents,
+    list: &Manifest,
     waits: &[(&Location, &Staged)],
     old: &[&Committed],
 ) -> Vec<String> {
@@ -389,8 +431,11 @@ fn own_files_gone(
     });
     let gone = all.filter(|at| !has.contains(at) && there.may_have(at));
     // of a folder nothing was listed, and to remove what is not there is a system call for each
-    let gone = gone.filter(|at| at.as_path().is_none_or(|path| path.exists()));
-    gone.filter_map(|at| manifest::below(there.root(), &at)).collect()
+    let paths = gone.filter_map(|at| Some((manifest::below(there.root(), &at)?, at)));
+    let is_there = |(path, at): &(String, Location)| {
+        at.as_path().is_none_or(Path::exists) || list.of(path).is_some()
+    };
+    paths.filter(is_there).map(|(path, _)| path).collect()
 }
 
 /// Removes the folders of motorcycles that have nothing in a table any more.

@@ -40,6 +40,7 @@ pub mod local_copy;
 pub mod lock;
 pub mod log_hash;
 pub mod manifest;
+pub mod mark;
 pub mod marker;
 pub mod merge;
 pub mod migrate;

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::Error;
 use super::local_copy::LocalCopy;
 use crate::diagnose::levels::{Member, Pooling, SharedCause};
-use crate::effects::pooled_effects::{self, PooledEffects};
+use crate::effects::pooled_effects::PooledEffects;
 use crate::objects::Location;
 use crate::tables::by_session::SessionFiles;
 use crate::tables::rows::{CauseRow, DiagnosisRow};
@@ -13,6 +13,12 @@ use crate::tables::{file, read};
 
 /// Folder of the rows of `causes` that several sessions share, below the output.
 pub const FOLDER: &str = "causes/bike=_pooled";
+/// The file in it.
+pub const TABLE: &str = "pooled.parquet";
+/// The same for `run --model`, below the output.
+pub const MODEL: &str = "models/pooled.toml";
+/// Both.
+pub const PLACES: [&str; 2] = [FOLDER, MODEL];
 
 /// Writes both, and gives back the rows.
 ///
@@ -22,16 +28,21 @@ pub fn write(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> 
     let causes = causes(copy.folder())?;
     let effects = PooledEffects { pooled: causes.iter().filter_map(|c| c.effect()).collect() };
     let rows: Vec<CauseRow> = causes.into_iter().map(|cause| cause.row).collect();
-    let path = Location::Local(copy.folder().join(FOLDER).join("pooled.parquet"));
+    let path = Location::Local(copy.folder().join(FOLDER).join(TABLE));
     match rows.is_empty() {
         false => file::write(&path, &rows)?,
         true => path.remove().map_err(|e| Error::Output(format!("cannot remove {path}: {e}")))?,
     }
     // its folder has the sessions' models, too, and is not published whole
-    let at = root.join(format!("models/{}", pooled_effects::FILE));
-    match effects.pooled.is_empty() {
-        false => file::write_bytes(&at, effects.to_toml().as_bytes())?,
-        true => at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?,
+    let mut places = vec![root.join(MODEL)];
+    if copy.is_copy() {
+        places.push(Location::Local(copy.folder().to_owned()).join(MODEL));
+    }
+    for at in places {
+        match effects.pooled.is_empty() {
+            false => file::write_bytes(&at, effects.to_toml().as_bytes())?,
+            true => at.remove().map_err(|e| Error::Output(format!("cannot remove {at}: {e}")))?,
+        }
     }
     Ok(rows)
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::error::Error;
 use super::lock::Lock;
+use super::mark;
 use super::settle;
 use super::switch::{LOCK, PATIENCE};
 
@@ -60,7 +61,8 @@ fn open(out: &Path) -> Option<File> {
     if let Ok(file) = File::open(&path) {
         return Some(file);
     }
-    if !out.join("sessions").is_dir() {
+    // nothing is made in a folder that is no output
+    if !mark::is_output(&out.into()).unwrap_or_default() {
         return None;
     }
     std::fs::create_dir_all(path.parent()?).ok()?;

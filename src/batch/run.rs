@@ -106,7 +106,7 @@ pub fn finish(
     also(&copy)?;
     let fleet: Vec<&str> = registry::of_fleet().map(|spec| spec.name).collect();
     copy.publish(fleet.iter().copied().chain(["report"]))?;
-    if store.root().is_remote() {
+    if copy.is_copy() {
         settle::list_again(store.root(), &copy, &fleet)?; // it is there only now
     }
     store.clear_behind()?;

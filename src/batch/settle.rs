@@ -4,7 +4,7 @@
 use super::error::Error;
 use super::kind::{DIAGNOSE, RUN};
 use super::local_copy::LocalCopy;
-use super::manifest::Manifest;
+use super::manifest::{self, Manifest};
 use super::switch::Switching;
 use super::{pooled, verify};
 use crate::objects::Location;
@@ -20,7 +20,11 @@ pub fn fleet(root: &Location, copy: &LocalCopy) -> Result<(), Error> {
     take_off(root, &made)?;
     #[cfg(feature = "fleet")]
     super::fleet::write(copy.folder())?;
-    if root.is_remote() { Ok(()) } else { list_again(root, copy, &made) }
+    if root.is_remote() {
+        return Ok(()); // they are put when the report is there, too
+    }
+    copy.publish(made.iter().copied())?;
+    list_again(root, copy, &made)
 }
 
 /// What diagnosed sessions share.
@@ -28,10 +32,11 @@ pub fn fleet(root: &Location, copy: &LocalCopy) -> Result<(), Error> {
 /// # Errors
 /// As [`fleet`].
 pub fn pooled(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> {
-    take_off(root, &[pooled::FOLDER])?;
+    take_off(root, &pooled::PLACES)?;
     let rows = pooled::write(root, copy)?;
     if !root.is_remote() {
-        list_again(root, copy, &[pooled::FOLDER])?;
+        copy.publish([pooled::FOLDER])?;
+        list_again(root, copy, &pooled::PLACES)?;
     }
     Ok(rows)
 }
@@ -76,8 +81,7 @@ fn take_off(root: &Location, below: &[&str]) -> Result<(), Error> {
     if !list.is_there {
         return Ok(());
     }
-    let is_below =
-        |path: &str| below.iter().any(|f| path.strip_prefix(f).is_some_and(|p| p.starts_with('/')));
+    let is_below = |path: &str| below.iter().any(|place| manifest::is_below(path, place));
     let paths: Vec<String> =
         list.files().map(|(path, _)| path).filter(|p| is_below(p)).map(str::to_owned).collect();
     if paths.is_empty() {

@@ -28,6 +28,8 @@ use super::error::Error;
 use super::kind::Kind;
 use super::lock::Lock;
 use super::log_hash::hash_file;
+use super::manifest::{self, Manifest};
+use super::mark;
 use super::marker::{Committed, Key};
 use super::plan::Job;
 use super::session::is_own_fault;
@@ -36,6 +38,7 @@ use super::switch::{self, Switching};
 use super::work::SessionFile;
 use super::{merge, migrate};
 use crate::objects::Location;
+use crate::report;
 use crate::tables::names::file_name;
 use crate::tables::rows::Rejected;
 use crate::tables::{file, read, registry};
@@ -76,6 +79,8 @@ pub struct Store {
     behind: OnceLock<()>,
     /// The logs of this batch.
     expected: OnceLock<Expected>,
+    /// Why sessions wait that could not be taken into their tables.
+    waits: Mutex<Option<Error>>,
     /// Keeps readers out from when the tables change until what is made over all sessions fits them.
     switching: Mutex<Option<Switching>>,
 }
@@ -95,6 +100,8 @@ impl Store {
     /// # Errors
     /// As [`Store::open`].
     pub fn open_again(before: &Contents) -> Result<Self, Error> {
+        // an output that is somebody else's is not even locked
+        mark::claim(before.root())?;
         let lock = Lock::take(before.root())?;
         switch::recover(before.root())?;
         remove_temporaries(before.root())?;
@@ -107,14 +114,16 @@ impl Store {
             lock,
             behind: OnceLock::new(),
             expected: OnceLock::new(),
+            waits: Mutex::default(),
             switching: Mutex::default(),
         };
         // what a killed batch has left is settled before anything is staged over it
-        match store.merge() {
-            Ok(true) => store.found = store.found.read_again()?,
-            Ok(false) => {}
-            // at the end of the batch it is tried again, and the error is the batch's
-            Err(e) => tracing::warn!("{e}"),
+        if store.merge()? {
+            store.found = store.found.read_again()?;
+        }
+        // at the end of the batch it is tried again, and the error is the batch's
+        if let Some(e) = store.take_error() {
+            tracing::warn!("{e}");
         }
         store.release(); // what is made over all sessions follows: see `settle`
         Ok(store)
@@ -130,6 +139,7 @@ impl Store {
             lock: Lock::None,
             behind: OnceLock::new(),
             expected: OnceLock::new(),
+            waits: Mutex::default(),
             switching: Mutex::default(),
         }
     }
@@ -247,10 +257,11 @@ impl Store {
         file::write_bytes(self.found.staging(&staged.key()), &bytes)
     }
 
-    /// Takes into the tables what waits: of this batch, and of one that was killed. Whether there was anything.
+    /// Takes into the tables what waits: of this batch, and of one that was killed. Whether there was anything. Sessions whose
+    /// tables are damaged go on waiting: [`Store::take_error`].
     ///
     /// # Errors
-    /// A table cannot be read, or the output not be written; what waits goes on waiting.
+    /// The output cannot be written; what waits goes on waiting.
     pub fn merge(&self) -> Result<bool, Error> {
         let now = self.found.read_again()?;
         if now.staged().next().is_none() {
@@ -258,9 +269,15 @@ impl Store {
         }
         self.mark_behind()?;
         self.release(); // it is taken anew
-        let switching = merge::merge(&now, &|| self.lock.check())?;
+        let (switching, waits) = merge::merge(&now, &|| self.lock.check())?;
         *self.switching.lock().unwrap_or_else(PoisonError::into_inner) = switching;
+        *self.waits.lock().unwrap_or_else(PoisonError::into_inner) = waits;
         Ok(true)
+    }
+
+    /// Why sessions wait on that could not be taken into their tables.
+    pub fn take_error(&self) -> Option<Error> {
+        self.waits.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
     fn release(&self) {
@@ -326,7 +343,7 @@ impl Store {
     }
 
     /// Whether what is made over all sessions has to be made anew: only after a change, be it one of a
-    /// batch that was killed, or where something that is always made is not there.
+    /// batch that was killed, or where something that is always made is not there or not as it was written.
     pub fn is_behind(&self) -> bool {
         let mark = self.root().join(self.found.kind.behind);
         let has = |name: &str| self.found.has(&self.root().join(name));
@@ -337,7 +354,25 @@ impl Store {
         };
         let makes = |file: &&&str| makes_fleet || !file.starts_with("fleet/");
         let lacks = || self.found.kind.over_all.iter().filter(makes).any(|file| !has(file));
-        self.behind.get().is_some() || is_marked() || lacks()
+        self.behind.get().is_some() || is_marked() || lacks() || !self.is_derived_whole()
+    }
+
+    /// Whether the tables over all sessions, the list of checksums and the report are as they were written. An object store
+    /// says only whether they are there.
+    fn is_derived_whole(&self) -> bool {
+        let Some(out) = self.root().as_path() else { return true };
+        let list = Manifest::read(self.root());
+        let folders = self.found.kind.derived();
+        let is_derived = |path: &str| folders.iter().any(|f| manifest::is_below(path, f));
+        let has_fleet = !cfg!(feature = "fleet")
+            || registry::of_fleet()
+                .map(|spec| format!("{0}/{0}.parquet", spec.name))
+                .filter(|path| is_derived(path))
+                .all(|path| list.of(&path).is_some());
+        list.is_there
+            && has_fleet
+            && list.damaged(self.root(), is_derived).is_empty()
+            && report::is_whole(out)
     }
 
     /// All is made that this build makes: without the feature `fleet` its tables stay behind.

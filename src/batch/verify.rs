@@ -14,12 +14,13 @@ use super::lock::Lock;
 use super::log_hash::hash_file;
 use super::manifest::{self, Manifest, checksum};
 use super::marker::Committed;
-use super::{parts, switch};
-use crate::effects::pooled_effects;
+use super::{mark, parts, switch};
 use crate::objects::Location;
+use crate::report;
 use crate::tables::file::TEMPORARY;
+use crate::tables::names::file_name;
 use crate::tables::read;
-use crate::tables::registry::{self, TableSpec};
+use crate::tables::registry::{self, Scope, TableSpec};
 
 /// What is wrong with a file or a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,8 +31,10 @@ pub enum Wrong {
     Missing,
     /// A table that cannot be read.
     Unreadable,
-    /// A file of no session.
+    /// A table of ours that is no session's.
     Orphan,
+    /// A file that roadbench did not write; it stays.
+    Foreign,
     /// Rows of sessions that have no commit marker, among others.
     OrphanRows,
     /// What a killed run left.
@@ -52,6 +55,7 @@ impl Wrong {
             Wrong::Missing => "missing",
             Wrong::Unreadable => "unreadable",
             Wrong::Orphan => "orphan",
+            Wrong::Foreign => "foreign",
             Wrong::OrphanRows => "orphan_rows",
             Wrong::LeftOver => "left_over",
             Wrong::Waiting => "waiting",
@@ -105,6 +109,7 @@ pub struct Verified {
 /// # Errors
 /// The output cannot be read, or a run is writing into it.
 pub fn verify(out: &Location, logs: bool) -> Result<Verified, Error> {
+    mark::require(out)?;
     let _lock = Lock::take(out)?; // nothing changes meanwhile
     switch::recover(out)?;
     look(out, logs)
@@ -119,33 +124,45 @@ pub struct Mended {
     pub kept: BTreeMap<String, BTreeSet<String>>,
 }
 
-/// Removes damaged tables and what was left over: the next run computes their sessions again. A table with sessions whose logs
-/// are not as they were stays, unless `lose` says that their rows may be lost.
+/// Removes damaged files that roadbench wrote, and what was left over: the next run makes them again. A table with sessions
+/// whose logs are not as they were stays, unless `lose` says that their rows may be lost.
 ///
 /// # Errors
 /// As [`verify`], or the output cannot be written.
 pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
+    mark::require(out)?;
     let _lock = Lock::take(out)?;
     switch::recover(out)?;
     let found = look(out, false)?;
     let mut list = Manifest::read(out);
     let mut removed = BTreeSet::new();
+    let mut missing = BTreeSet::new();
     for finding in &found.findings {
         // a table with rows too many has good ones, too: the next change of its month drops the others
         let stays = finding.wrong == Wrong::OrphanRows;
-        if (finding.wrong.is_damage() && !stays) || finding.wrong == Wrong::LeftOver {
+        if finding.wrong == Wrong::Missing {
+            missing.insert(finding.place.clone());
+        } else if (finding.wrong.is_damage() && !stays) || finding.wrong == Wrong::LeftOver {
             removed.insert(finding.place.clone());
         }
     }
+    let concerned: BTreeSet<String> = removed.union(&missing).cloned().collect();
     let mut kept = BTreeMap::new();
-    if !lose {
-        for kind in [&kind::RUN, &kind::DIAGNOSE] {
-            kept.extend(without_log(kind, out, &removed)?);
+    let mut given_up = Vec::new();
+    for kind in [&kind::RUN, &kind::DIAGNOSE] {
+        let there = Contents::read(kind, out)?;
+        let without = without_log(&there, &concerned);
+        if lose {
+            given_up.extend(without.into_iter().filter(|(_, (_, is_all))| *is_all).map(|(p, _)| p));
+        } else {
+            kept.extend(without.into_iter().map(|(path, (sessions, _))| (path, sessions)));
+            kept.extend(unknown_sessions(&there, &removed));
         }
-        removed.retain(|path| !kept.contains_key(path));
     }
-    // before the files: see `manifest`
-    list.take_off(removed.iter().map(String::as_str));
+    removed.retain(|path| !kept.contains_key(path));
+    // what stays on the list is made again by the next run; no run makes again what was given up, or was nobody's
+    let orphans = found.findings.iter().filter(|f| f.wrong == Wrong::Orphan).map(|f| &f.place);
+    list.take_off(given_up.iter().chain(orphans).map(String::as_str));
     list.write(out)?;
     for kind in [&kind::RUN, &kind::DIAGNOSE] {
         if removed.iter().any(|path| kind.files().any(|(f, _)| path.starts_with(f))) {
@@ -159,32 +176,63 @@ pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
     Ok(Mended { removed: removed.into_iter().collect(), kept })
 }
 
-/// Those of some tables that have sessions whose logs are gone or changed, with these sessions.
-fn without_log(
-    kind: &'static Kind,
-    out: &Location,
-    paths: &BTreeSet<String>,
-) -> Result<BTreeMap<String, BTreeSet<String>>, Error> {
-    let there = Contents::read(kind, out)?;
+/// Sessions whose logs are gone or changed, and whether no other session of the table has its log.
+type WithoutLog = (BTreeSet<String>, bool);
+
+/// Those of some tables that have sessions whose logs are gone or changed.
+fn without_log(there: &Contents, paths: &BTreeSet<String>) -> BTreeMap<String, WithoutLog> {
+    let kind = there.kind;
+    let files: Vec<(&str, &str)> = kind.files().chain([(kind.marker.name, "parquet")]).collect();
     let rows: Vec<(&Committed, Vec<String>)> = there
         .taken_in()
         .filter_map(|row| {
-            let path = |(folder, extension): (&str, &str)| {
-                format!("{folder}/bike={}/{}.{extension}", row.bike_id, row.part)
+            let own = file_name(&row.session_id);
+            let path = |(folder, end): &(&str, &str)| {
+                [&row.part, &own].map(|file| format!("{folder}/bike={}/{file}.{end}", row.bike_id))
             };
-            let its: Vec<String> = kind.files().map(path).filter(|p| paths.contains(p)).collect();
+            let its: Vec<String> = files.iter().flat_map(path).filter(|p| paths.contains(p)).collect();
             (!its.is_empty()).then_some((row, its))
         })
         .collect();
     let gone: Vec<bool> =
         rows.par_iter().map(|(row, _)| log(&row.path, &row.input_hash).is_some()).collect();
-    let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    let mut found: BTreeMap<String, (BTreeSet<String>, usize)> = BTreeMap::new();
     for ((row, its), gone) in rows.into_iter().zip(gone) {
-        for path in its.into_iter().filter(|_| gone) {
-            found.entry(path).or_default().insert(row.session_id.clone());
+        for path in its {
+            let (sessions, others) = found.entry(path).or_default();
+            match gone {
+                true => _ = sessions.insert(row.session_id.clone()),
+                false => *others += 1,
+            }
         }
     }
-    Ok(found)
+    let with_gone = found.into_iter().filter(|(_, (sessions, _))| !sessions.is_empty());
+    with_gone.map(|(path, (sessions, others))| (path, (sessions, others == 0))).collect()
+}
+
+/// Those of some files of commit markers that cannot be read while tables of their month have rows: only a run over all logs
+/// knows whether any of these sessions has none.
+fn unknown_sessions(
+    there: &Contents,
+    paths: &BTreeSet<String>,
+) -> BTreeMap<String, BTreeSet<String>> {
+    let marker = there.kind.marker.name;
+    let known: BTreeSet<String> = there
+        .taken_in()
+        .map(|row| format!("{marker}/bike={}/{}.parquet", row.bike_id, row.part))
+        .collect();
+    let is_unknown = |path: &&String| manifest::is_below(path, marker) && !known.contains(*path);
+    let mut found = BTreeMap::new();
+    for path in paths.iter().filter(is_unknown) {
+        let rest = path.strip_prefix(marker).unwrap_or_default();
+        let tables = there.kind.tables().filter(|spec| parts::shares(spec));
+        let of_tables = tables.map(|spec| ids(&there.root().join(format!("{}{rest}", spec.name))));
+        let sessions: BTreeSet<String> = of_tables.filter_map(Result::ok).flatten().collect();
+        if !sessions.is_empty() {
+            found.insert(path.clone(), sessions);
+        }
+    }
+    found
 }
 
 /// The folders whose files have a checksum.
@@ -192,11 +240,9 @@ fn listed_folders() -> impl Iterator<Item = &'static str> {
     registry::folders().filter(|name| !["report", "rejected"].contains(name))
 }
 
-/// Whether a file of them has one; what sessions share is in the models' folder, and is made at every end.
+/// Whether a file of them has one.
 fn has_checksum(path: &str) -> bool {
-    let shared = format!("models/{}", pooled_effects::FILE);
-    path != shared
-        && listed_folders().any(|f| path.strip_prefix(f).is_some_and(|p| p.starts_with('/')))
+    listed_folders().any(|f| path.strip_prefix(f).is_some_and(|p| p.starts_with('/')))
 }
 
 fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
@@ -231,12 +277,17 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
         files.par_iter().map(|path| file(out, path, list.of(path))).collect();
     let mut done = Verified {
         files: files.len(),
-        unlisted: files.iter().filter(|p| has_checksum(p) && list.of(p).is_none()).count(),
         ..Verified::default()
     };
     findings.extend(looked.into_iter().flatten());
+    let of_report = out.as_path().and_then(report::damaged).unwrap_or_default();
+    findings.extend(of_report.into_iter().map(|(name, is_there)| Finding {
+        wrong: if is_there { Wrong::Changed } else { Wrong::Missing },
+        place: format!("report/{name}"),
+        detail: "the next run writes it again".to_owned(),
+    }));
     let damaged: BTreeSet<String> = findings.iter().map(|f| f.place.clone()).collect();
-    let mut of_log = BTreeMap::new();
+    let mut of_log: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for kind in [&kind::RUN, &kind::DIAGNOSE] {
         let there = Contents::read(kind, out)?;
         done.sessions = done.sessions.max(there.sessions().count());
@@ -246,16 +297,34 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
             findings.push(Finding { wrong: Wrong::Waiting, place: kind.staged.to_owned(), detail });
         }
         for row in there.taken_in() {
-            of_log.insert(row.path.clone(), row.input_hash.clone());
+            let hashes: &mut BTreeSet<String> = of_log.entry(row.path.clone()).or_default();
+            hashes.insert(row.input_hash.clone());
         }
         findings.extend(rows(out, kind, &there, &paths, &damaged));
     }
     if logs {
-        let all: Vec<(&String, &String)> = of_log.iter().collect();
+        // several where another ride has the log's name now
+        let all: Vec<(&String, &BTreeSet<String>)> = of_log.iter().collect();
         done.logs = all.len();
-        findings
-            .extend(all.par_iter().filter_map(|(path, hash)| log(path, hash)).collect::<Vec<_>>());
+        let look = |(path, hashes): &(&String, &BTreeSet<String>)| {
+            let found: Vec<Finding> = hashes.iter().filter_map(|hash| log(path, hash)).collect();
+            let another = hashes.len() - found.len() > 0;
+            found.into_iter().next().map(|finding| match another {
+                true => Finding {
+                    wrong: Wrong::LogMissing,
+                    detail: "another ride has its name now; the session stays".to_owned(),
+                    ..finding
+                },
+                false => finding,
+            })
+        };
+        findings.extend(all.par_iter().filter_map(look).collect::<Vec<_>>());
     }
+    let foreign: BTreeSet<&str> =
+        findings.iter().filter(|f| f.wrong == Wrong::Foreign).map(|f| f.place.as_str()).collect();
+    let has_none = |p: &&&String| has_checksum(p) && list.of(p).is_none();
+    done.unlisted =
+        files.iter().filter(has_none).filter(|p| !foreign.contains(p.as_str())).count();
     findings.sort();
     findings.dedup();
     done.findings = findings;
@@ -272,13 +341,49 @@ fn file(out: &Location, path: &str, sum: Option<&str>) -> Option<Finding> {
     match sum {
         Some(sum) if checksum(&bytes) == sum => None,
         Some(_) => finding(Wrong::Changed, "not what was written".to_owned()),
-        None if path.ends_with(".parquet") => match read::batches_of(Bytes::from(bytes)) {
-            Ok(_) => None,
-            Err(e) => finding(Wrong::Unreadable, e),
-        },
-        None => None,
+        None => {
+            let folder = path.split('/').next().unwrap_or_default();
+            let bytes = Bytes::from(bytes);
+            let is_own = match path.ends_with(".parquet") {
+                true => mark::table_of(bytes.clone()).is_some_and(|spec| spec.name == folder),
+                false => path.ends_with(".toml") && folder == "models",
+            };
+            match (is_own, is_place_of_ours(path)) {
+                // a table of ours whose pages are damaged
+                (true, _) if path.ends_with(".parquet") => match read::batches_of(bytes) {
+                    Ok(_) => None,
+                    Err(e) => finding(Wrong::Unreadable, e),
+                },
+                (true, _) => None,
+                (false, true) => finding(Wrong::Unreadable, "it is no table".to_owned()),
+                (false, false) => {
+                    finding(Wrong::Foreign, "roadbench did not write it; it stays".to_owned())
+                }
+            }
+        }
     }
 }
+
+/// Whether only a table of ours has such a name: any other file of it would be replaced by the next run.
+fn is_place_of_ours(path: &str) -> bool {
+    let Some((folder, rest)) = path.split_once('/') else { return false };
+    let Some((spec, stem)) = registry::find(folder).zip(rest.strip_suffix(".parquet")) else {
+        return false;
+    };
+    match spec.scope {
+        Scope::Fleet => stem == folder,
+        Scope::Session => stem.split_once('/').is_some_and(|(bike, part)| {
+            bike.starts_with("bike=") && (parts::is_part(part) || path == POOLED_TABLE)
+        }),
+        Scope::Log => stem.rsplit_once('-').is_some_and(|(_, hash)| {
+            hash.len() == 8 && hash.bytes().all(|b| b.is_ascii_hexdigit())
+        }),
+        Scope::Truth | Scope::Single => false,
+    }
+}
+
+/// The table of what sessions share.
+const POOLED_TABLE: &str = "causes/bike=_pooled/pooled.parquet";
 
 /// What is wrong with the rows of sessions, table by table.
 fn rows(
@@ -306,7 +411,7 @@ fn rows(
                 false if always && !damaged.contains(&path) => findings.push(Finding {
                     wrong: Wrong::Missing,
                     place: path,
-                    detail: "its sessions are computed again".to_owned(),
+                    detail: "the next run computes its sessions again".to_owned(),
                 }),
                 _ => {}
             }
@@ -317,7 +422,7 @@ fn rows(
             let rest = path[prefix.len()..].strip_suffix(".parquet");
             let known =
                 rest.and_then(|r| r.split_once('/')).is_some_and(|key| parts_of.contains_key(&key));
-            if !known && !path.contains("bike=_") {
+            if !known && !path.contains("bike=_") && !damaged.contains(path) {
                 let detail = "no session of that motorcycle and month is in the output".to_owned();
                 findings.push(Finding { wrong: Wrong::Orphan, place: path.clone(), detail });
             }

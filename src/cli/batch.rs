@@ -252,6 +252,14 @@ pub fn stopped(accounts: &Accounts) -> Result<(), Failure> {
     )))
 }
 
+/// An error where the tables are not whole.
+///
+/// # Errors
+/// So they are.
+pub fn damaged(accounts: &Accounts) -> Result<(), Failure> {
+    accounts.damage.clone().map_or(Ok(()), |message| Err(Failure::Output(message)))
+}
+
 /// An error that lists what was rejected, if anything was.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ use crate::batch::diagnose::{DiagnoseWork, Verdict, finish};
 use crate::batch::in_order::InOrder;
 use crate::batch::progress::Progress;
 use crate::batch::{Finished, Watch, engine};
-use crate::cli::batch::{
+use crate::cli::batch::{damaged, 
     Options, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal, stopped,
 };
 use crate::cli::failure::Failure;
@@ -78,13 +78,14 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         if format == Format::Words {
             print_unchanged(&accounts, out);
         }
-        return rejected(&accounts);
+        return damaged(&accounts).and_then(|()| rejected(&accounts));
     }
     for row in finish(&store)? {
         print(&format.pooled(&row));
     }
     log();
     tracing::info!("report: {}", out.join("report/index.html"));
+    damaged(&accounts)?;
     rejected(&accounts)
 }
 

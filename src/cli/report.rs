@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::batch::mark;
 use crate::batch::reading::Reading;
 use crate::cli::browser;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::contract::bike::Axle;
+use crate::objects::Location;
 use crate::objects::files::read_text;
 use crate::report::session::{bench_points, bench_values};
 use crate::report::static_figures::write::{self, Format};
@@ -103,6 +105,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if !out.is_dir() {
         return Err(Failure::Usage(format!("{} is not a folder", out.display())));
     }
+    mark::require(&Location::from(&out))?;
     let _reading = Reading::of(&out).map_err(|e| Failure::Output(e.to_string()))?;
     for bench in &arguments.bench {
         keep_bench(&out, bench)?;

@@ -17,7 +17,7 @@ use crate::batch::run::{RunWork, finish};
 use crate::batch::summary::Summary;
 use crate::batch::{Finished, Watch};
 use crate::cli::batch::{
-    Given, Options, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal,
+    Given, Options, damaged, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal,
     stopped,
 };
 use crate::cli::failure::Failure;
@@ -113,7 +113,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         if !arguments.batch.quiet {
             print_unchanged(&accounts, out);
         }
-        return rejected(&accounts);
+        return damaged(&accounts).and_then(|()| rejected(&accounts));
     }
     let copy =
         finish(&store, arguments.pages.kind, |copy| arguments.copies.write(copy.folder(), None))?;
@@ -132,6 +132,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         }
     }
     tracing::info!("report: {}", out.join("report/index.html"));
+    damaged(&accounts)?;
     rejected(&accounts)
 }
 

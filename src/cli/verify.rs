@@ -55,15 +55,15 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         for (path, sessions) in &kept {
             let (n, first) = (sessions.len(), sessions.iter().next().map_or("", String::as_str));
             let whose = if n == 1 { String::new() } else { format!(" and {} more", n - 1) };
-            say!("stays        {path}: the log of {first}{whose} is gone or changed");
+            say!("stays        {path}: the log of {first}{whose} is gone, changed or unknown");
         }
         if !removed.is_empty() {
-            say!("{} removed; run again to compute the sessions", count(removed.len(), "file"));
+            say!("{} removed; the next run makes them again", count(removed.len(), "file"));
         }
         return match kept.len() {
             0 => Ok(()),
             n => Err(Failure::Rejected(format!(
-                "{} cannot be computed again: bring the logs back, or let `roadbench verify OUT --mend --lose` give up what they had of these sessions",
+                "{} may not be computed again: bring the logs back and run over all of them, restore a backup, or let `roadbench verify OUT --mend --lose` give up what they had of these sessions",
                 count(n, "table")
             ))),
         };
@@ -71,7 +71,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     match damaged {
         0 => Ok(()),
         _ => Err(Failure::Rejected(
-            "the output is damaged: `roadbench verify OUT --mend` removes what is, and the next run computes it again"
+            "the output is damaged: the next run over its logs makes it good; what has no log any more is for `roadbench verify OUT --mend`"
                 .to_owned(),
         )),
     }

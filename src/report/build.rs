@@ -9,6 +9,7 @@ use crate::report::lock::Lock;
 use crate::report::run::write as run;
 use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
+use crate::report::written::Written;
 use crate::report::{page_names, page_shell};
 
 /// Builds `out/report/` from the tables in `out`; pages of an earlier build go.
@@ -59,6 +60,8 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
         assets::write(&folder)?;
     }
     diagnosed.write(&environment, &folder, source)?;
+    // read before any page is replaced
+    let whole = Written::whole(&folder);
     let writer = Writer {
         tables: &tables,
         stored: &stored,
@@ -69,6 +72,7 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
         folder: &folder,
         source,
         kept: (on_demand || !all).then_some(kind),
+        whole: &whole,
     };
     let shared = writer.write(&pages)?;
     if on_demand {
@@ -90,5 +94,5 @@ pub fn build(out: &Path, kind: Pages, all: bool) -> Result<(), Error> {
         assets::write(&folder)?; // pages that stayed may have lost them
     }
     assets::remove_stale(&folder, shared, on_demand);
-    Ok(())
+    Written::list(&folder)
 }

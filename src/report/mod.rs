@@ -20,6 +20,7 @@ pub use build::{build, update, write};
 pub use error::Error;
 pub use open::open;
 pub use page_shell::is_own;
+pub use written::{damaged, is_whole};
 
 pub mod assets;
 pub mod build;
@@ -44,3 +45,4 @@ pub mod static_figures;
 pub mod summary;
 pub mod tables;
 pub mod terminal;
+pub mod written;

@@ -9,6 +9,7 @@ use crate::report::error::Error;
 use crate::report::lock::Lock;
 use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
+use crate::report::written::Written;
 use crate::report::{page_names, page_shell};
 use crate::tables::by_session::SessionFiles;
 use crate::tables::rows::{ForceRow, Ident, SessionRow};
@@ -38,6 +39,7 @@ pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Resul
     let diagnosed = Diagnosed::read(out, &[], &[], &names)?;
     let environment = page_shell::environment()?;
     let folder = out.join("report");
+    let whole = Written::whole(&folder);
     let writer = Writer {
         tables: &tables,
         stored: &stored,
@@ -48,6 +50,7 @@ pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Resul
         folder: &folder,
         source: kind.source(keys.len()),
         kept: Some(kind),
+        whole: &whole,
     };
     let name = &names[place];
     if writer.write(std::slice::from_ref(name))? {
@@ -60,6 +63,7 @@ pub fn open(out: &Path, session: &str, bike: Option<&str>, kind: Pages) -> Resul
             names.iter().map(String::as_str).filter(|n| there.contains(*n)),
         )?;
     }
+    Written::list(&folder)?;
     Ok(folder.join(name))
 }
 

@@ -17,6 +17,7 @@ use parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder, RowSelection,
 };
 use parquet::file::metadata::PageIndexPolicy;
+use parquet::file::reader::ChunkReader;
 use rayon::prelude::*;
 use serde::de::value::BorrowedStrDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Deserializer, MapAccess, Visitor};
@@ -87,6 +88,14 @@ pub fn rows_of<R: Row + DeserializeOwned>(at: &Location, file: Vec<u8>) -> Resul
         take(&path, &batch, &|_, _| true, &mut rows)?;
     }
     Ok(rows)
+}
+
+/// The schema of a table's file where it is a newer version than this roadbench has, `coefficients.v2`.
+pub fn newer_schema(spec: &TableSpec, file: impl ChunkReader + 'static) -> Option<String> {
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).ok()?;
+    let schema = builder.schema().metadata().get("roadbench.schema")?.clone();
+    let version: u32 = schema.rsplit_once(".v")?.1.parse().ok()?;
+    (version > spec.table().version).then_some(schema)
 }
 
 /// The batches of a file that is in memory.

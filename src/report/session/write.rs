@@ -1,5 +1,6 @@
 //! Writing the pages of the sessions.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -33,6 +34,8 @@ pub(crate) struct Writer<'a> {
     pub(crate) source: Source,
     /// Of which kind an existing page may be that is up to date and so stays; none is to stay.
     pub(crate) kept: Option<Pages>,
+    /// Names of the existing pages that are as they were written.
+    pub(crate) whole: &'a BTreeSet<String>,
 }
 
 impl Writer<'_> {
@@ -57,6 +60,7 @@ impl Writer<'_> {
         let diagnosis = self.diagnosed.page_of(&session.ident);
         let fingerprint = page_shell::fingerprint(session, diagnosis, &self.bench.text);
         if let Some(kind) = self.kept
+            && self.whole.contains(name)
             && let Some(source) = page_shell::source_if_current(&path, &fingerprint)
             && kind.accepts(source)
         {
