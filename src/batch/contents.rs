@@ -119,7 +119,8 @@ impl Contents {
         self.damaged = match &self.names {
             None => list.damaged(&self.root, wanted),
             Some(names) => {
-                let lacks = |path: &&str| wanted(path) && !names.contains_key(&self.root.join(path));
+                let lacks =
+                    |path: &&str| wanted(path) && !names.contains_key(&self.root.join(path));
                 list.files().map(|(path, _)| path).filter(lacks).map(str::to_owned).collect()
             }
         };
@@ -285,6 +286,13 @@ impl Contents {
         (!is_whole).then_some(Stale::Incomplete)
     }
 
+    /// Passes by what was damaged and is no more.
+    pub fn forget_mended(&mut self) {
+        if !self.root.is_remote() {
+            self.damaged = self.still_damaged();
+        }
+    }
+
     /// Of the damaged files those that still are.
     pub fn still_damaged(&self) -> BTreeSet<String> {
         if self.damaged.is_empty() || self.root.is_remote() {
@@ -304,7 +312,8 @@ impl Contents {
             format!("{}/bike={}/{file}.parquet", spec.name, of.bike_id)
         });
         let others = self.kind.other_files.iter();
-        let others = others.map(|(folder, end)| format!("{folder}/bike={}/{own}.{end}", of.bike_id));
+        let others =
+            others.map(|(folder, end)| format!("{folder}/bike={}/{own}.{end}", of.bike_id));
         tables.chain(others).any(|path| self.damaged.contains(&path))
     }
 

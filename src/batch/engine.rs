@@ -126,7 +126,8 @@ pub(super) fn damage(store: &Store) -> Option<String> {
     }
     let left = store.found().still_damaged();
     let first = left.first()?;
-    let more = if left.len() == 1 { String::new() } else { format!(" and {} more", left.len() - 1) };
+    let more =
+        if left.len() == 1 { String::new() } else { format!(" and {} more", left.len() - 1) };
     let out = store.root();
     Some(format!(
         "{out}: {first}{more} missing or not as written, with sessions whose logs are not among these; run over all logs, \
@@ -230,21 +231,22 @@ pub fn dry_run(settings: &Settings<'_>, work: &impl Work) -> Result<Vec<Intended
         let (state, why) = match (hash, first) {
             (Err(e), _) => (State::Rejected, format!("cannot read {}: {e}", job.log)),
             (Ok(_), Some(first)) => refused(plan::same_session(&job.key(), &first.log)),
-            (Ok(hash), None) => match (archived(hash), there.copied_from(&job.wanted(hash.clone())))
-            {
-                (Some(archived), _) => refused(plan::archived(archived, job.start)),
-                (None, Some(_)) => {
-                    (State::Rejected, "a log with the same bytes is there".to_owned())
-                }
-                (None, None) => {
-                    let wanted = job.wanted(hash.clone());
-                    let stale = there.stale(&wanted, |table| work.is_requested(table));
-                    match stale.or(force.then_some(Stale::Forced)) {
-                        Some(stale) => (State::Done, stale.words().to_owned()),
-                        None => (State::Unchanged, String::new()),
+            (Ok(hash), None) => {
+                match (archived(hash), there.copied_from(&job.wanted(hash.clone()))) {
+                    (Some(archived), _) => refused(plan::archived(archived, job.start)),
+                    (None, Some(_)) => {
+                        (State::Rejected, "a log with the same bytes is there".to_owned())
+                    }
+                    (None, None) => {
+                        let wanted = job.wanted(hash.clone());
+                        let stale = there.stale(&wanted, |table| work.is_requested(table));
+                        match stale.or(force.then_some(Stale::Forced)) {
+                            Some(stale) => (State::Done, stale.words().to_owned()),
+                            None => (State::Unchanged, String::new()),
+                        }
                     }
                 }
-            },
+            }
         };
         let session_id = Some(job.meta.session_id.clone());
         Intended { log: job.log.clone(), session_id, state, why }

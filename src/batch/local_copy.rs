@@ -142,7 +142,8 @@ impl LocalCopy {
             let entries = entries.filter(|e| *name != mark::FOLDER || !e.key.contains('/'));
             paths.extend(entries.map(|e| format!("{name}/{}", e.key)));
         }
-        for path in paths.iter().filter(|path| !damaged.contains(*path) && !path.ends_with(".lock")) {
+        for path in paths.iter().filter(|path| !damaged.contains(*path) && !path.ends_with(".lock"))
+        {
             let (from, to) = (out.join(path), folder.join(path));
             std::fs::create_dir_all(to.parent().unwrap_or(&folder)).map_err(fail)?;
             if std::fs::hard_link(&from, &to).is_err() {

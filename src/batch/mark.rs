@@ -94,7 +94,8 @@ pub fn claim(root: &Location) -> Result<(), Error> {
     if !is_output(root)? {
         for folder in registry::folders() {
             let entries = root.join(folder).list().map_err(fail)?;
-            if let Some(first) = entries.first() {
+            // a file in place of a folder is told of when the folder is made
+            if let Some(first) = entries.iter().find(|e| !e.key.is_empty()) {
                 return Err(Error::Usage(format!(
                     "--out {root}: {folder}/{} is where tables would go, and roadbench did not write it; choose another \
                      --out",

@@ -304,8 +304,15 @@ impl Files<'_> {
     }
 
     /// A table of a newer roadbench has what this one does not know, and would lose it.
-    fn refuse_newer(&self, spec: &TableSpec, at: &Location, changes: &Changes) -> Result<(), Error> {
-        let Some(path) = at.as_path().filter(|_| !changes.contains_key(&*self.path(at).unwrap_or_default())) else {
+    fn refuse_newer(
+        &self,
+        spec: &TableSpec,
+        at: &Location,
+        changes: &Changes,
+    ) -> Result<(), Error> {
+        let Some(path) =
+            at.as_path().filter(|_| !changes.contains_key(&*self.path(at).unwrap_or_default()))
+        else {
             return Ok(());
         };
         let newer = std::fs::File::open(path).ok().and_then(|file| read::newer_schema(spec, file));

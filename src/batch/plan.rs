@@ -166,7 +166,11 @@ pub fn plan(
         }
     }
     refuse_copies(&mut plan, before);
-    put_rivals_together(&mut plan);
+    // what was recognised by its bytes is opened after all where others say to be the same session
+    put_rivals_together(&mut plan, |log| {
+        let who = guarded("ingest", || work.identify(log, settings.maps.list())).ok()?;
+        instant::microseconds(who.meta.start_time.as_deref()?)
+    });
     Ok(plan)
 }
 
@@ -219,12 +223,16 @@ fn refuse_copies(plan: &mut Plan, before: &Contents) {
 
 /// Leaves one job per session. Of the logs that say to be it the one that began first is tried first, without a start the
 /// first by path: neither the order of nights nor that of names decides which of two rides has the id.
-fn put_rivals_together(plan: &mut Plan) {
+fn put_rivals_together(plan: &mut Plan, start: impl Fn(&Location) -> Option<i64>) {
     let mut groups: BTreeMap<Key, Vec<Job>> = BTreeMap::new();
     for job in std::mem::take(&mut plan.jobs) {
         groups.entry(job.key()).or_default().push(job);
     }
     for mut jobs in groups.into_values() {
+        let is_alone = jobs.len() == 1;
+        for job in jobs.iter_mut().filter(|job| !is_alone && job.hash.is_some()) {
+            job.start = start(&job.location);
+        }
         // stable: they are in order of path
         jobs.sort_by_key(|job| job.start.unwrap_or(i64::MAX));
         let mut jobs = jobs.into_iter();

@@ -90,8 +90,7 @@ pub fn run<W: Work>(
                 return refuse(job, store, plan::archived(there, start), Some(input_hash));
             }
             let part = parts::of(ident.start_time.as_deref());
-            store
-                .commit(&Committed { part, start, ..job.wanted(input_hash.clone()) }, &files)?;
+            store.commit(&Committed { part, start, ..job.wanted(input_hash.clone()) }, &files)?;
             Ok(Ended::Done { input_hash, samples, result })
         }
     }

@@ -121,6 +121,7 @@ impl Store {
         if store.merge()? {
             store.found = store.found.read_again()?;
         }
+        store.found.forget_mended();
         // at the end of the batch it is tried again, and the error is the batch's
         if let Some(e) = store.take_error() {
             tracing::warn!("{e}");

@@ -162,8 +162,10 @@ pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
     removed.retain(|path| !kept.contains_key(path));
     // what stays on the list is made again by the next run; no run makes again what was given up, or was nobody's
     let orphans = found.findings.iter().filter(|f| f.wrong == Wrong::Orphan).map(|f| &f.place);
-    list.take_off(given_up.iter().chain(orphans).map(String::as_str));
-    list.write(out)?;
+    if list.is_there {
+        list.take_off(given_up.iter().chain(orphans).map(String::as_str));
+        list.write(out)?; // else the next run makes one
+    }
     for kind in [&kind::RUN, &kind::DIAGNOSE] {
         if removed.iter().any(|path| kind.files().any(|(f, _)| path.starts_with(f))) {
             crate::tables::file::write_bytes(out.join(kind.behind), b"")?;
@@ -190,7 +192,8 @@ fn without_log(there: &Contents, paths: &BTreeSet<String>) -> BTreeMap<String, W
             let path = |(folder, end): &(&str, &str)| {
                 [&row.part, &own].map(|file| format!("{folder}/bike={}/{file}.{end}", row.bike_id))
             };
-            let its: Vec<String> = files.iter().flat_map(path).filter(|p| paths.contains(p)).collect();
+            let its: Vec<String> =
+                files.iter().flat_map(path).filter(|p| paths.contains(p)).collect();
             (!its.is_empty()).then_some((row, its))
         })
         .collect();
@@ -275,10 +278,7 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
         paths.iter().filter(|p| has_checksum(p) || p.starts_with("rejected/")).collect();
     let looked: Vec<Option<Finding>> =
         files.par_iter().map(|path| file(out, path, list.of(path))).collect();
-    let mut done = Verified {
-        files: files.len(),
-        ..Verified::default()
-    };
+    let mut done = Verified { files: files.len(), ..Verified::default() };
     findings.extend(looked.into_iter().flatten());
     let of_report = out.as_path().and_then(report::damaged).unwrap_or_default();
     findings.extend(of_report.into_iter().map(|(name, is_there)| Finding {
@@ -323,8 +323,7 @@ fn look(out: &Location, logs: bool) -> Result<Verified, Error> {
     let foreign: BTreeSet<&str> =
         findings.iter().filter(|f| f.wrong == Wrong::Foreign).map(|f| f.place.as_str()).collect();
     let has_none = |p: &&&String| has_checksum(p) && list.of(p).is_none();
-    done.unlisted =
-        files.iter().filter(has_none).filter(|p| !foreign.contains(p.as_str())).count();
+    done.unlisted = files.iter().filter(has_none).filter(|p| !foreign.contains(p.as_str())).count();
     findings.sort();
     findings.dedup();
     done.findings = findings;

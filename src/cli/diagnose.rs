@@ -9,8 +9,9 @@ use crate::batch::diagnose::{DiagnoseWork, Verdict, finish};
 use crate::batch::in_order::InOrder;
 use crate::batch::progress::Progress;
 use crate::batch::{Finished, Watch, engine};
-use crate::cli::batch::{damaged, 
-    Options, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal, stopped,
+use crate::cli::batch::{
+    Options, damaged, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal,
+    stopped,
 };
 use crate::cli::failure::Failure;
 use crate::diagnose::{Settings, summary};

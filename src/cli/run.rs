@@ -17,8 +17,8 @@ use crate::batch::run::{RunWork, finish};
 use crate::batch::summary::Summary;
 use crate::batch::{Finished, Watch};
 use crate::cli::batch::{
-    Given, Options, damaged, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal,
-    stopped,
+    Given, Options, damaged, dry_run, log_accounts, print, print_unchanged, rejected,
+    stop_on_signal, stopped,
 };
 use crate::cli::failure::Failure;
 use crate::cli::location::location;

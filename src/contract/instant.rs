@@ -34,6 +34,15 @@ pub fn month(text: &str) -> Option<String> {
     (day.year() > 0).then(|| format!("{:04}-{:02}", day.year(), day.month()))
 }
 
+/// Years in which a ride may have been recorded: before them a clock was not set, and calendars of other programs that read
+/// the tables end (pandas 2262, Python year 1).
+pub const YEARS: std::ops::Range<i16> = 1980..2200;
+
+/// Whether a text is a time at which a ride may have been recorded; a text that is no time is none.
+pub fn is_plausible(text: &str) -> bool {
+    parse(text).is_some_and(|at| YEARS.contains(&at.to_zoned(TimeZone::UTC).year()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,6 +56,10 @@ mod tests {
         assert_eq!(day("1970-01-02"), 1.0);
         assert_eq!(days("yesterday"), None);
         assert_eq!(month("2026-05-01T01:00:00+02:00").as_deref(), Some("2026-04"));
+        assert!(is_plausible("2026-05-01") && is_plausible("1980-01-06T00:00:00Z"));
+        for odd in ["0000-01-01T00:00:00Z", "-000044-03-15", "1970-01-01", "9999-12-31", "noon"] {
+            assert!(!is_plausible(odd), "{odd}");
+        }
         let at = microseconds("2026-05-01T10:00:00.25+02:00").expect("a time");
         assert_eq!(text(at).as_deref(), Some("2026-05-01T08:00:00.25Z"));
     }

@@ -1,5 +1,6 @@
 //! Session, bike and start time from a log's path, and the check of ids.
 
+use crate::contract::instant;
 use crate::contract::session::Meta;
 use crate::ingest::error::Error;
 use crate::objects::Location;
@@ -36,11 +37,12 @@ pub fn or(mut meta: Meta, other: Meta) -> Meta {
     meta
 }
 
-/// Ids become file names: refuses those that could lead elsewhere.
+/// Ids become file names: refuses those that could lead elsewhere. A start time at which nothing was recorded is none.
 ///
 /// # Errors
 /// `bad_bike_id`, `bad_session_id`. An empty bike id passes: the batch rejects it.
-pub fn checked(meta: Meta) -> Result<Meta, Error> {
+pub fn checked(mut meta: Meta) -> Result<Meta, Error> {
+    meta.start_time = meta.start_time.filter(|text| instant::is_plausible(text));
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
     if meta.bike_id.starts_with('.') || !meta.bike_id.chars().all(plain) {
         return Err(Error::new(

@@ -10,6 +10,7 @@
 //! wanted channels of it) and one line in [`formats::FORMATS`]. A new source of a known format is one
 //! channel map ([`map`]), no code; [`propose`] drafts one.
 
+use crate::contract::instant;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::objects::{Location, source};
@@ -87,7 +88,17 @@ pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error>
             format!("the packed log is damaged or cut off ({why}); read as far as it was unpacked");
         raw.warnings.push(warning::warning("truncated", None, 1, None, message));
     }
+    let start = raw.meta.start_time.clone();
     raw.meta = ident::checked(raw.meta)?;
+    if let (Some(start), None) = (start, &raw.meta.start_time) {
+        let years = instant::YEARS;
+        let message = format!(
+            "the log says that it began at `{start}`, which is no time of the years {} to {}; the session has no start time",
+            years.start,
+            years.end - 1
+        );
+        raw.warnings.push(warning::warning("implausible_start_time", None, 1, None, message));
+    }
     Ok(raw)
 }
 

@@ -10,6 +10,7 @@ use arrow::datatypes::DataType;
 use roadbench::batch::marker::Key;
 use roadbench::batch::store::Store;
 use roadbench::batch::{self, Error, State, kind};
+use roadbench::report::Pages;
 use roadbench::tables::{file, read, registry};
 
 use crate::script::{BIKE, Place, Script, Setup, adds_up, codes};
@@ -427,13 +428,28 @@ fn a_damaged_table_is_named_and_loses_nothing() {
     let whole = place.tables("out");
     place.put("out/plots/bike=b1/2026-05.parquet", "PAR1 no table PAR1");
     place.put("logs/b.csv", "s-b|b1|ok");
-    let result = place.run_with(&Script::default(), |_| {});
-    let told = |m: &str| m.contains("plots/bike=b1/2026-05.parquet") && m.contains("remove it");
-    assert!(matches!(&result, Err(Error::Output(m)) if told(m)), "{result:?}");
-    std::fs::remove_file(place.path("out/plots/bike=b1/2026-05.parquet")).expect("removed");
+    // the log of s-a is there: its rows are computed anew
     let run = place.run();
-    assert_eq!((run.done, run.unchanged), (1, 2), "s-b waited, s-a's plots were lost");
+    assert_eq!((run.done, run.unchanged, &run.damage), (2, 1, &None));
+    let with_b = place.tables("out");
+
+    // it is not: s-b waits, and the message says for what
+    std::fs::rename(place.path("logs/a.csv"), place.path("a.csv")).expect("away");
+    place.put("out/plots/bike=b1/2026-05.parquet", "PAR1 no table PAR1");
+    place.put("logs/b.csv", "s-b|b1|ok ");
+    let run = place.run();
+    let told = |m: &str| m.contains("plots/bike=b1/2026-05.parquet") && m.contains("backup");
+    assert!(run.damage.as_deref().is_some_and(told), "{run:?}");
+    assert_eq!(run.done, 1);
+    let run = place.run();
+    assert_eq!((run.done, run.unchanged), (0, 2), "s-b waits");
+    assert!(run.damage.is_some(), "every night");
+    std::fs::rename(place.path("a.csv"), place.path("logs/a.csv")).expect("back");
+    place.put("logs/b.csv", "s-b|b1|ok");
+    let run = place.run();
+    assert_eq!((&run.damage, run.rejected.len()), (&None, 0));
     assert_eq!(place.sessions(), ["b1/s-a", "b1/s-b", "b2/s-c"]);
+    assert!(place.tables("out") == with_b);
     std::fs::remove_file(place.path("logs/b.csv")).expect("removed");
     assert!(place.tables("out").len() == whole.len());
 }
@@ -534,9 +550,7 @@ fn what_is_made_over_all_sessions_is_behind_after_a_change_only() {
     let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b1|reject")]);
     let open = || Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
     let made = || {
-        place.put("out/fleet/fleet.parquet", "");
-        place.put("out/report/index.html", "");
-        open().clear_behind().expect("written");
+        batch::run::finish(&open(), Pages::Auto, |_| Ok(())).expect("fleet and report");
     };
     let fleet = place.path("out/.roadbench/behind");
     assert!(open().is_behind(), "nothing is made yet");
@@ -555,9 +569,30 @@ fn what_is_made_over_all_sessions_is_behind_after_a_change_only() {
         made();
         assert!(!open().is_behind());
     }
-    std::fs::remove_file(place.path("out/report/index.html")).expect("removed");
-    assert!(open().is_behind(), "no report");
-    made();
+    // whatever of it is gone, or is not as it was written
+    let derived = [
+        "report/index.html",
+        "fleet/fleet.parquet",
+        "fleet_pooled/fleet_pooled.parquet",
+        "fleet_events/fleet_events.parquet",
+        "fleet_ratios/fleet_ratios.parquet",
+        "tyres/tyres.parquet",
+        "bikes/bikes.parquet",
+        ".roadbench/checksums.json",
+    ];
+    let whole = place.files("out");
+    for file in derived {
+        std::fs::remove_file(place.path("out").join(file)).expect("removed");
+        assert!(open().is_behind(), "{file} is gone");
+        made();
+        assert!(place.files("out") == whole, "{file}");
+        let mut bytes = whole[file].clone();
+        bytes.truncate(bytes.len() / 2);
+        std::fs::write(place.path("out").join(file), bytes).expect("cut");
+        assert!(open().is_behind(), "{file} is cut");
+        made();
+        assert!(place.files("out") == whole && !open().is_behind(), "{file}");
+    }
 
     std::fs::write(&fleet, "fleet").expect("left by a build without fleet tables");
     assert_eq!(open().is_behind(), cfg!(feature = "fleet"));

@@ -148,6 +148,8 @@ fn what_is_diagnosed_is_kept_and_what_has_changed_is_done_again() {
     let stale = archive.path("grown/models/pooled.toml");
     std::fs::create_dir_all(stale.parent().expect("folder")).expect("folder");
     std::fs::write(&stale, &shared).expect("written");
+    std::fs::create_dir_all(archive.path("grown/.roadbench")).expect("folder");
+    std::fs::write(archive.path("grown/.roadbench/checksums.json"), "{}").expect("an output");
     archive.diagnose(&log(one).to_string_lossy(), "grown", &["--bikes", "in/bikes"]);
     assert!(!stale.exists(), "one session shares nothing");
     archive.diagnose(&log(two).to_string_lossy(), "grown", &["--bikes", "in/bikes"]);

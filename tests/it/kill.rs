@@ -75,7 +75,7 @@ fn a_killed_run_leaves_whole_files_and_is_taken_up() {
 }
 
 /// The victim process on a place.
-fn victim_of(place: &Place) -> Child {
+pub fn victim_of(place: &Place) -> Child {
     Command::new(std::env::current_exe().expect("test binary"))
         .args(["--exact", "kill::victim", "--ignored"])
         .env("ROADBENCH_TEST_VICTIM", place.root.path())

@@ -51,9 +51,18 @@ impl Work for Script {
             return Err(rejection_of("unknown_format", "not a script".into()));
         };
         assert_ne!(what, "panic early", "as the script says");
+        // `ok <value> <start time>`
+        let words: Vec<&str> = what.split(' ').collect();
+        let start_time = match words[..] {
+            [_, _, start] if roadbench::contract::instant::parse(start).is_some() => {
+                Some(start.to_owned())
+            }
+            _ => None,
+        };
         let meta = Meta {
             session_id: named(session_id, log),
             bike_id: bike_id.to_owned(),
+            start_time,
             ..Meta::default()
         };
         let map = what.split(' ').find_map(|word| word.strip_prefix("map="));
@@ -87,6 +96,7 @@ impl Work for Script {
             let row = &mut outcome.coefficients[0];
             row.value = Some(value.parse().expect("number"));
             row.ident.start_time = Some(start.to_owned());
+            outcome.session.ident.start_time = Some(start.to_owned());
             if how == "poor" {
                 row.status = Status::PoorlyDetermined;
             }
@@ -301,7 +311,9 @@ impl Place {
             .filter(|e| {
                 e.file_type().is_file() && !e.file_name().to_string_lossy().ends_with(".lock")
             })
-            .filter(|e| !["behind", "switched"].iter().any(|mark| e.file_name() == *mark))
+            .filter(|e| {
+                !["behind", "switched", "output.json"].iter().any(|mark| e.file_name() == *mark)
+            })
             .map(|e| {
                 let name = e.path().strip_prefix(&root).expect("below").to_string_lossy();
                 (name.replace('\\', "/"), std::fs::read(e.path()).expect("bytes"))
