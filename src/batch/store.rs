@@ -47,26 +47,37 @@ use crate::tables::{file, read, registry};
 /// made the rest.
 const ONLY_FLEET: &[u8] = b"fleet";
 
-/// The logs of a batch, whatever becomes of them.
-#[derive(Debug, Default)]
+/// A log of a batch, whatever becomes of it.
+#[derive(Debug)]
 struct Expected {
+    key: Key,
+    at: Location,
+    log: String,
+    start: Option<i64>,
+    /// Of its bytes, where it is known already.
+    hash: Option<String>,
+}
+
+/// The logs of a batch.
+#[derive(Debug, Default)]
+struct AllExpected {
+    logs: Vec<Expected>,
     sessions: BTreeSet<Key>,
-    /// Where they are, and the hashes of their bytes where these are known already.
-    logs: Vec<(Location, Option<String>)>,
     /// The hashes of all of them; rarely asked for.
     hashes: OnceLock<BTreeSet<String>>,
 }
 
-impl Expected {
-    fn has_bytes(&self, hash: &str) -> bool {
+impl AllExpected {
+    /// Whether the log that a session was made from is among them, be it renamed, or cut or exported again.
+    fn has(&self, there: &Committed) -> bool {
+        let is_same = |one: &Expected| {
+            one.log == there.path && one.key == there.key() && !there.is_other_ride(one.start)
+        };
         let all = || {
-            let hash = |(at, known): &(Location, Option<String>)| match known {
-                Some(hash) => Some(hash.clone()),
-                None => hash_file(at).ok(),
-            };
+            let hash = |one: &Expected| one.hash.clone().or_else(|| hash_file(&one.at).ok());
             self.logs.par_iter().filter_map(hash).collect()
         };
-        self.hashes.get_or_init(all).contains(hash)
+        self.logs.iter().any(is_same) || self.hashes.get_or_init(all).contains(&there.input_hash)
     }
 }
 
@@ -78,7 +89,7 @@ pub struct Store {
     /// Set once something over all sessions has to be made anew.
     behind: OnceLock<()>,
     /// The logs of this batch.
-    expected: OnceLock<Expected>,
+    expected: OnceLock<AllExpected>,
     /// Why sessions wait that could not be taken into their tables.
     waits: Mutex<Option<Error>>,
     /// Keeps readers out from when the tables change until what is made over all sessions fits them.
@@ -205,10 +216,16 @@ impl Store {
 
     /// Says which logs this batch has: what another log was before is not taken for one of theirs.
     pub fn expect<'a>(&self, jobs: impl Iterator<Item = &'a Job>) {
-        let mut expected = Expected::default();
+        let mut expected = AllExpected::default();
         for job in jobs {
             expected.sessions.insert(job.key());
-            expected.logs.push((job.location.clone(), job.hash.clone()));
+            expected.logs.push(Expected {
+                key: job.key(),
+                at: job.location.clone(),
+                log: job.log.clone(),
+                start: job.start,
+                hash: job.hash.clone(),
+            });
         }
         let _ = self.expected.set(expected); // it is said once
     }
@@ -220,7 +237,7 @@ impl Store {
     }
 
     fn is_archived(&self, there: &Committed, hash: &str, start: Option<i64>) -> bool {
-        let is_here = || self.expected.get().is_some_and(|all| all.has_bytes(&there.input_hash));
+        let is_here = || self.expected.get().is_some_and(|all| all.has(there));
         there.input_hash != hash && there.is_other_ride(start) && !is_here()
     }
 

@@ -128,6 +128,9 @@ impl World {
                 other.value = 399;
                 let folder = ["early", "zz"][self.random.random_range(0..2)];
                 let name = format!("{folder}/{}", name.replace('/', "_"));
+                if self.logs.contains_key(&name) {
+                    self.forget(&other); // another ride in place of one stays archived
+                }
                 self.put(name.clone(), other);
                 ("a rival comes", name)
             }
