@@ -15,7 +15,7 @@ use crate::ingest::formats::{extensions, has_log_extension};
 use crate::objects::search::{Folder, MatchKind, find};
 use crate::objects::{Location, source};
 use crate::pipeline::Rejection;
-use crate::tables::registry;
+use crate::tables::{output, registry};
 
 /// Folders beside an archive's sessions that hold no logs.
 const NOT_LOGS: &[&str] = &["truth", "bikes"];
@@ -45,6 +45,7 @@ impl Found {
 /// # Errors
 /// There is no log or no such folder, or logs and output are mixed up.
 pub fn inputs(settings: &Settings<'_>) -> Result<(Vec<Found>, Location), Error> {
+    refuse_others_sessions(settings.out)?;
     let mut found = discover(settings.inputs, settings.out)?;
     if let Some(since) = settings.since {
         // what cannot be dated is looked at
@@ -177,6 +178,27 @@ fn refuse_output_among_logs(
     Ok(())
 }
 
+/// The folder of sessions in an output is ours: where somebody keeps logs in it, no run writes tables among them, and no
+/// `verify --mend` takes them for damaged tables.
+///
+/// # Errors
+/// So it is.
+pub fn refuse_others_sessions(out: &Location) -> Result<(), Error> {
+    let Some(path) = out.as_path() else { return Ok(()) };
+    let sessions = path.join(registry::SESSIONS.name);
+    let holds_any = std::fs::read_dir(&sessions).is_ok_and(|mut all| all.next().is_some());
+    // tables that were copied without what an output keeps for itself
+    let has_tables = || {
+        let others = registry::folders().filter(|name| *name != registry::SESSIONS.name);
+        others.filter(|name| *name != registry::BIKES.name).any(|name| path.join(name).is_dir())
+    };
+    if !holds_any || output::is_output(path) || has_tables() {
+        return Ok(());
+    }
+    let sessions = sessions.display();
+    Err(Error::Usage(format!("{sessions} holds files that no run wrote; choose another --out")))
+}
+
 /// Inputs may not lie where our tables go: they would be taken for results, and overwritten.
 fn refuse_tables(input: &Location, out: &Location) -> Result<(), Error> {
     let place = input.absolute();
@@ -270,6 +292,20 @@ mod tests {
             assert!(matches!(e, Error::Usage(_)), "{input:?} {out:?}: {e}");
         }
         assert!(discover(&[sessions], &at(&t, "out")).is_ok());
+    }
+
+    #[test]
+    fn a_folder_of_somebodys_sessions_is_no_output() {
+        let t = tree(&["archive/sessions/bike=a/x.parquet", "tables/sessions/bike=a/1.parquet"]);
+        let wrong = refuse_others_sessions(&at(&t, "archive")).expect_err("an archive");
+        assert!(matches!(&wrong, Error::Usage(m) if m.contains("archive/sessions")), "{wrong}");
+        for own in ["coefficients", ".roadbench"] {
+            refuse_others_sessions(&at(&t, "tables")).expect_err("not yet");
+            std::fs::create_dir_all(t.path().join("tables").join(own)).expect("folder");
+            refuse_others_sessions(&at(&t, "tables")).expect(own);
+            std::fs::remove_dir(t.path().join("tables").join(own)).expect("removed");
+        }
+        refuse_others_sessions(&at(&t, "new")).expect("nothing there");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::contents::{Contents, Stale};
-use super::discover::inputs;
+use super::discover::{Found, inputs};
 use super::error::Error;
 use super::log_hash::hash_file;
 use super::marker::{Committed, Key};
@@ -19,6 +19,7 @@ use super::settle;
 use super::store::Store;
 use super::watch::{Finished, State, Watch};
 use super::work::Work;
+use crate::objects::Location;
 use crate::pipeline::Rejection;
 use crate::tables::rows::Rejected;
 
@@ -60,20 +61,35 @@ impl Accounts {
     }
 }
 
-/// Runs the batch. `stop` ends it early: sessions under way are finished, no other is begun.
-///
-/// Gives back the output too, still locked: no other batch writes there until it is dropped. A
-/// single log is always computed, so that its results can be shown.
+/// [`run_if`], whatever the inputs are.
 ///
 /// # Errors
-/// Before anything is written: bad usage. Later: the output cannot be written.
+/// As [`run_if`].
 pub fn run<W: Work>(
     settings: &Settings<'_>,
     work: &W,
     watch: &impl Watch<W::Result>,
     stop: &AtomicBool,
 ) -> Result<(Accounts, Store), Error> {
+    run_if(settings, work, watch, stop, |_, _| Ok(()))
+}
+
+/// Runs the batch, if `check` lets it with these logs and this folder of bike files. `stop` ends it early: sessions under way are finished, no other is begun.
+///
+/// Gives back the output too, still locked: no other batch writes there until it is dropped. A
+/// single log is always computed, so that its results can be shown.
+///
+/// # Errors
+/// Before anything is written: bad usage. Later: the output cannot be written.
+pub fn run_if<W: Work>(
+    settings: &Settings<'_>,
+    work: &W,
+    watch: &impl Watch<W::Result>,
+    stop: &AtomicBool,
+    check: impl FnOnce(&[Found], &Location) -> Result<(), Error>,
+) -> Result<(Accounts, Store), Error> {
     let (found, bikes) = inputs(settings)?;
+    check(&found, &bikes)?;
     let inputs = found.len();
     let pool = pool(settings.jobs, inputs)?;
     let before = Contents::read(work.kind(), settings.out)?;

@@ -1,6 +1,7 @@
 //! Why a batch did not take place.
 
 use crate::report;
+use crate::tables::output::Refusal;
 use crate::tables::{file, read};
 
 /// Why a batch did not take place, or had to end early.
@@ -20,6 +21,15 @@ pub enum Error {
 impl From<file::Error> for Error {
     fn from(e: file::Error) -> Self {
         Error::Output(e.to_string())
+    }
+}
+
+impl From<Refusal> for Error {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Wrong(message) => Error::Usage(message),
+            Refusal::Cannot(message) => Error::Output(message),
+        }
     }
 }
 

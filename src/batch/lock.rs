@@ -8,7 +8,9 @@ use std::time::Duration;
 use super::error::Error;
 use crate::objects::Location;
 use crate::objects::lease::{Lease, Refusal};
+use crate::objects::replace::open_own;
 use crate::objects::url::Url;
+use crate::tables::registry;
 
 /// What the file says while it is held for a moment only.
 const MOMENT: &[u8] = b"for a moment";
@@ -81,10 +83,12 @@ fn folder(root: &Path) -> Result<File, Error> {
     let cannot =
         |e: std::io::Error| Error::Output(format!("cannot write to --out {}: {e}", root.display()));
     std::fs::create_dir_all(root).map_err(cannot)?;
-    let path = root.join(".roadbench.lock");
-    let file =
-        File::options().create(true).truncate(false).write(true).open(&path).map_err(cannot)?;
+    let path = root.join(registry::LOCK);
+    let here = |e: std::io::Error| Error::Output(format!("{}: {e}", path.display()));
+    let file = open_own(&path, File::options().create(true).truncate(false).write(true));
+    let file = file.map_err(here)?;
     let is_for_a_moment = || std::fs::read(&path).is_ok_and(|text| text == MOMENT);
+    refuse_strange(&file, &path).map_err(here)?;
     let mut taken = file.try_lock();
     while matches!(taken, Err(TryLockError::WouldBlock)) && is_for_a_moment() {
         std::thread::sleep(Duration::from_millis(50));
@@ -92,7 +96,7 @@ fn folder(root: &Path) -> Result<File, Error> {
     }
     match taken {
         Ok(()) => {
-            let _ = file.set_len(0); // of one that was killed
+            let _ = file.set_len(0); // of one that was killed: see above
             Ok(file)
         }
         Err(TryLockError::WouldBlock) => Err(Error::Usage(format!(
@@ -107,5 +111,48 @@ fn folder(root: &Path) -> Result<File, Error> {
             Ok(file)
         }
         Err(TryLockError::Error(e)) => Err(cannot(e)),
+    }
+}
+
+/// The lock's name may be a second one of somebody's file: nothing is written into that.
+fn refuse_strange(file: &File, path: &Path) -> std::io::Result<()> {
+    let is_ours = file.metadata()?.len() <= MOMENT.len() as u64
+        && std::fs::read(path).is_ok_and(|text| MOMENT.starts_with(&text));
+    let why = "it is no lock of roadbench's; remove it";
+    if is_ours { Ok(()) } else { Err(std::io::Error::new(ErrorKind::InvalidData, why)) }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    /// Makes a second way to a file.
+    type Plant = fn(&Path, &Path) -> std::io::Result<()>;
+
+    /// Somebody's file has the name of the lock, by a link or as a second name.
+    #[test]
+    fn a_lock_empties_nobodys_file() {
+        let out = tempfile::tempdir().expect("folder");
+        let (kept, lock) = (out.path().join("kept"), out.path().join(registry::LOCK));
+        std::fs::write(&kept, "somebody's text").expect("written");
+        let plant: [(&str, Plant); 2] =
+            [("link", |a, b| symlink(a, b)), ("second name", |a, b| std::fs::hard_link(a, b))];
+        for (how, plant) in plant {
+            plant(&kept, &lock).expect(how);
+            for take in [Lock::take, Lock::take_over] {
+                let e = take(&out.path().into()).expect_err(how).to_string();
+                assert!(e.contains(registry::LOCK) && e.contains("remove it"), "{how}: {e}");
+            }
+            assert_eq!(std::fs::read_to_string(&kept).expect(how), "somebody's text");
+            std::fs::remove_file(&lock).expect(how);
+        }
+        symlink(out.path().join("not there"), &lock).expect("link");
+        Lock::take(&out.path().into()).expect_err("dangling");
+        assert!(!out.path().join("not there").exists());
+        std::fs::remove_file(&lock).expect("removed");
+        drop(Lock::take_over(&out.path().into()).expect("taken"));
+        drop(Lock::take(&out.path().into()).expect("what one says for a moment is ours"));
     }
 }

@@ -9,6 +9,8 @@ use super::lock::Lock;
 use super::mark;
 use super::settle;
 use super::switch::{LOCK, PATIENCE};
+use crate::objects::files::open_file;
+use crate::objects::replace::open_own;
 
 /// The tables stay as they are while this is held.
 #[derive(Debug)]
@@ -58,15 +60,14 @@ impl Reading {
 /// The file that is locked; made where an output has none yet. None where it cannot be, and where there is no output.
 fn open(out: &Path) -> Option<File> {
     let path = out.join(LOCK);
-    if let Ok(file) = File::open(&path) {
+    if let Ok(file) = open_file(&path) {
         return Some(file);
     }
     // nothing is made in a folder that is no output
     if !mark::is_output(&out.into()).unwrap_or_default() {
         return None;
     }
-    std::fs::create_dir_all(path.parent()?).ok()?;
-    File::options().create(true).truncate(false).write(true).open(path).ok()
+    open_own(&path, File::options().create(true).truncate(false).write(true)).ok()
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use super::error::Error;
 use crate::objects::Location;
 use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;
-use crate::tables::file;
+use crate::tables::{file, output};
 
 /// What a run did.
 #[derive(Debug, Serialize)]
@@ -93,7 +93,7 @@ impl<'a> Summary<'a> {
     /// # Errors
     /// It cannot be written.
     pub fn write_metrics(&self, path: &Path) -> Result<(), Error> {
-        Ok(file::write_bytes(path, self.metrics().as_bytes())?)
+        Ok(output::write(path, self.metrics().as_bytes())?)
     }
 
     fn metrics(&self) -> String {

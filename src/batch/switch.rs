@@ -23,7 +23,8 @@ use super::error::Error;
 use super::kind::Kind;
 use super::manifest::{self, Manifest};
 use crate::objects::Location;
-use crate::objects::files::{remove_many, sync_folder};
+use crate::objects::files::remove_many;
+use crate::objects::replace::{open_own, sync_folder};
 use crate::tables::file;
 
 /// Folder of files that are to be put in place.
@@ -48,8 +49,7 @@ impl Switching {
     pub fn begin(out: &Path) -> Result<Self, Error> {
         let path = out.join(LOCK);
         let fail = |e: std::io::Error| Error::Output(format!("{}: {e}", path.display()));
-        std::fs::create_dir_all(out.join(".roadbench")).map_err(fail)?;
-        let file = File::options().create(true).truncate(false).write(true).open(&path);
+        let file = open_own(&path, File::options().create(true).truncate(false).write(true));
         let held = Switching(wait(file.map_err(fail)?, out));
         apply(out)?;
         Ok(held)

@@ -20,6 +20,7 @@ use crate::objects::Location;
 use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
+use crate::tables::output::Outputs;
 
 /// Rejections that are listed on stderr; the rest is in `rejected/`.
 const LISTED: usize = 20;
@@ -120,6 +121,25 @@ impl Options {
     /// Whether the progress bar may be shown.
     pub fn shows_progress(&self) -> bool {
         self.progress == Show::Auto
+    }
+
+    /// Where the batch writes.
+    ///
+    /// # Errors
+    /// It cannot write there.
+    pub fn outputs(&self) -> Result<Outputs, Failure> {
+        let mut outputs = Outputs::default();
+        outputs.folder("--out", &self.out)?;
+        outputs.tables(&self.out);
+        Ok(outputs)
+    }
+
+    /// Holds the files that are written against those that the batch reads, but for logs and bike files.
+    ///
+    /// # Errors
+    /// One of them is an input.
+    pub fn hold_against(&self, outputs: &Outputs) -> Result<(), Failure> {
+        Ok(outputs.apart_from_files(self.pipeline.iter().chain(&self.map))?)
     }
 
     /// Reads what the options name.

@@ -13,6 +13,7 @@ use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::contract::bike::{Axle, schema};
 use crate::tables::names::is_plain;
+use crate::tables::output::{self, Outputs};
 
 /// Write the bike file of a motorcycle or bicycle
 #[derive(Debug, clap::Args)]
@@ -86,6 +87,7 @@ fn list<const N: usize>(text: &str) -> Result<[f64; N], String> {
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let Command::New(new) = arguments.command;
+    Outputs::default().folder("--out", &(&new.out).into())?;
     let catalogue = Catalogue::builtin();
     let (mut owner, mut wrong) = known(&new);
     let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
@@ -173,15 +175,12 @@ pub(super) fn bad_name(name: &str) -> Option<String> {
 }
 
 fn write(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
-    let at = path.display();
-    let failed = |e: std::io::Error| Failure::Output(format!("cannot write {at}: {e}"));
     if path.exists() && !force {
+        let at = path.display();
         return Err(Failure::Usage(format!("{at} is there already; --force writes over it")));
     }
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(failed)?;
-    }
-    std::fs::write(path, text).map_err(failed)
+    Outputs::default().file("--out", &path.into())?;
+    output::write(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))
 }
 
 /// Every number in a line, and what the guesses cost.

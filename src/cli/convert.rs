@@ -18,6 +18,7 @@ use crate::ingest::map::file::with_aids;
 use crate::ingest::map::{ChannelMap, TimeSource};
 use crate::ingest::{self, Raw};
 use crate::objects::Location;
+use crate::tables::output::{self, Outputs};
 
 /// Turn any supported log into a session.v1 Parquet file
 #[derive(Debug, clap::Args)]
@@ -57,6 +58,12 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    if let (Some(out), false) = (&arguments.out, arguments.dry_run) {
+        let mut outputs = Outputs::default();
+        outputs.file("--out", out)?;
+        outputs.apart_from([&arguments.log])?;
+        outputs.apart_from_files(arguments.map.iter().chain(&arguments.dbc))?;
+    }
     let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
     let maps = with_aids(maps, &aids);
@@ -92,7 +99,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         tell!("warning: {}: {}\n", warning.code, warning.message);
     }
     let Some(out) = arguments.out else { return Ok(()) };
-    ingest::write_session(&out, &session, arguments.float32)
+    ingest::session_bytes(&session, arguments.float32)
+        .and_then(|bytes| output::write(&out, &bytes))
         .map_err(|e| Failure::Output(e.to_string()))?;
     put!("{}", summary(&session, &warnings));
     say!("written to {}", out);

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
+use crate::batch::discover::refuse_others_sessions;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::cli::{browser, colour, diagnose, run, simulate};
@@ -16,6 +17,7 @@ use crate::report::tables;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::{session, truth};
 use crate::tables::file;
+use crate::tables::output::Outputs;
 use crate::tables::rows::{CauseRow, Coefficient, Status};
 
 /// Simulate rides on which something is wrong, find the tyres and the fault, open the report
@@ -48,6 +50,10 @@ const SHOWN: [(Part, C, usize); 8] = [
 pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let scenario = Scenario::builtin("demo").map_err(Failure::Usage)?;
     let (archive, out) = (arguments.out.join("archive"), arguments.out.join("tables"));
+    Outputs::default().folder("--out", &(&arguments.out).into())?;
+    simulate::check_archive(&(&archive).into())?;
+    refuse_others_sessions(&(&out).into())?;
+    simulate::begin_archive(&(&archive).into())?;
     let begin = Instant::now();
     let step = |what: &str, from: Instant| {
         say!("{what:<62} {:5.1} s", from.elapsed().as_secs_f64());

@@ -52,6 +52,9 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         Settings { nulls: arguments.nulls, advise: arguments.advise, ..Settings::default() };
     let work = DiagnoseWork::new(settings).map_err(|e| Failure::Usage(format!("--nulls {e}")))?;
     let given = arguments.batch.read()?;
+    if !arguments.batch.dry_run {
+        arguments.batch.outputs()?;
+    }
     let work = given.fenced(work)?;
     if arguments.batch.dry_run {
         return dry_run(&given, &work);

@@ -11,7 +11,7 @@ use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::export::written::{self, Format, Request, Set, Tyre, Written};
 use crate::objects::Location;
-use crate::tables::file;
+use crate::tables::output::{self, Outputs};
 
 /// Write a fitted tyre for other programs
 #[derive(Debug, clap::Args)]
@@ -59,6 +59,13 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    if let Some(file) = &arguments.file {
+        let mut outputs = Outputs::default();
+        outputs.tables(&(&arguments.out).into());
+        outputs.file("--out", file)?;
+        outputs.apart_from(&arguments.model)?;
+        outputs.apart_from_files(&arguments.bikes)?;
+    }
     let models = match &arguments.model {
         Some(at) => Some(models::read(at).map_err(Failure::Usage)?),
         None => {
@@ -96,7 +103,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             other => other.map_err(|e| Failure::Output(format!("cannot write to stdout: {e}")))?,
         },
         Some(path) => {
-            file::write_bytes(path, written.bytes()).map_err(|e| Failure::Output(e.to_string()))?
+            output::write(path, written.bytes()).map_err(|e| Failure::Output(e.to_string()))?
         }
     }
     Ok(())

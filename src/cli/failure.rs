@@ -1,5 +1,7 @@
 //! Why a command did not do what it was asked; each kind has its exit code.
 
+use crate::tables::output::Refusal;
+
 /// A message for stderr, by kind.
 #[derive(Debug)]
 pub enum Failure {
@@ -18,6 +20,15 @@ impl Failure {
             Failure::Rejected(message) => (1, message),
             Failure::Usage(message) => (2, message),
             Failure::Output(message) => (3, message),
+        }
+    }
+}
+
+impl From<Refusal> for Failure {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Wrong(message) => Failure::Usage(message),
+            Refusal::Cannot(message) => Failure::Output(message),
         }
     }
 }

@@ -23,6 +23,7 @@ use crate::ingest::survey::survey;
 use crate::ingest::{self, map_for};
 use crate::objects::Location;
 use crate::objects::files::read_text;
+use crate::tables::output::{self, Outputs};
 
 /// Find which channel of a log is which column by its motion, or check a channel map against it
 #[derive(Debug, clap::Args)]
@@ -53,6 +54,14 @@ pub struct Arguments {
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    if let Some(out) = &arguments.out {
+        let mut outputs = Outputs::default();
+        outputs.file("--out", &out.into())?;
+        outputs.apart_from([&arguments.log])?;
+        outputs.apart_from_files(arguments.bike.iter().chain(&arguments.dbc))?;
+        // a map may be mended in its place
+        outputs.apart_from_files(arguments.map.iter().filter(|_| !arguments.mend))?;
+    }
     let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let radii = match &arguments.bike {
         Some(path) => {
@@ -85,8 +94,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
 /// The map to its file, with a line on stdout, or to stdout.
 fn put_map(arguments: &Arguments, text: &str, said: &str) -> Result<(), Failure> {
     let Some(path) = &arguments.out else { return print(text) };
-    let failed = |e| Failure::Output(format!("cannot write {}: {e}", path.display()));
-    std::fs::write(path, text).map_err(failed)?;
+    output::write(path, text.as_bytes()).map_err(|e| Failure::Output(e.to_string()))?;
     say!("{said}; written to {}", path.display());
     Ok(())
 }

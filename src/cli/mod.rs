@@ -113,6 +113,7 @@ pub fn main() -> ExitCode {
 /// Parses the arguments, the program's name first, runs the command, prints what went wrong, and
 /// gives back the exit code.
 pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = T>) -> u8 {
+    outgrown_files_are_errors();
     let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
     if arguments.get(1).is_some_and(|first| first == fence::WORKER) {
         return fence::serve::serve();
@@ -151,6 +152,21 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         LogFormat::Json => tracing::error!(exit_code = code, "{message}"),
     }
     code
+}
+
+/// A file that grows beyond what its user may write (`ulimit -f`) is an error then, as a full disk is: by itself the system
+/// ends the program without a word.
+fn outgrown_files_are_errors() {
+    #[cfg(unix)]
+    {
+        let seen = std::sync::Arc::default(); // nobody asks: the write fails, too
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen);
+    }
+}
+
+/// The whole command line, for who looks through its options.
+pub fn command() -> clap::Command {
+    Arguments::command()
 }
 
 /// A command whose parallel work has so many threads.

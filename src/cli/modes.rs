@@ -1,6 +1,7 @@
 //! `roadbench modes`.
 
 use clap::ValueHint;
+use clap::builder::NonEmptyStringValueParser;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
@@ -10,6 +11,7 @@ use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::tables::file;
+use crate::tables::output::{self, Outputs};
 use crate::tables::rows::ModeRow;
 
 /// Eigenvalues of a motorcycle over speed: weave, wobble, capsize
@@ -17,6 +19,7 @@ use crate::tables::rows::ModeRow;
 pub struct Arguments {
     /// A built-in motorcycle (sports_small, sports_touring, sharp_1971, benchmark_bicycle) or a
     /// motorcycle file.
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
     motorcycle: String,
     /// Lowest speed, m/s.
     #[arg(long, default_value_t = 4.0, value_name = "SPEED")]
@@ -32,6 +35,9 @@ pub struct Arguments {
     out: Option<Location>,
 }
 
+/// What is written into the folder.
+const FILES: [&str; 2] = ["modes.parquet", "modes.svg"];
+
 /// Runs the command.
 ///
 /// # Errors
@@ -43,6 +49,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "--from {from} --to {to} --step {step}: give 0 <= from < to <= 120 m/s and at most \
              2000 steps"
         )));
+    }
+    if let Some(out) = &arguments.out {
+        let mut outputs = Outputs::default();
+        outputs.folder("--out", out)?;
+        FILES.iter().try_for_each(|name| outputs.file("--out", &out.join(name)))?;
+        outputs.apart_from_files([&arguments.motorcycle])?;
     }
     let motorcycle =
         Motorcycle::load(&arguments.motorcycle).map_err(|e| Failure::Usage(e.to_string()))?;
@@ -67,10 +79,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
         .collect();
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(out.join("modes.parquet"), &rows).map_err(fail)?;
-    file::write_bytes(out.join("modes.svg"), figure(&name, &modes).as_bytes()).map_err(fail)?;
-    say!("table: {}", out.join("modes.parquet"));
-    say!("figure: {}", out.join("modes.svg"));
+    let [table, drawing] = FILES.map(|name| out.join(name));
+    output::write_rows(&table, &rows).map_err(fail)?;
+    output::write(&drawing, figure(&name, &modes).as_bytes()).map_err(fail)?;
+    say!("table: {table}");
+    say!("figure: {drawing}");
     Ok(())
 }
 

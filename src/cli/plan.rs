@@ -1,5 +1,6 @@
 //! `roadbench plan`.
 
+use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 
 use crate::cli::failure::Failure;
@@ -15,6 +16,7 @@ use crate::pipeline::Pipeline;
 pub struct Arguments {
     /// A built-in scenario (archive, perfect, paper, naturalistic) or a scenario file: its first
     /// session is ridden.
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
     scenario: String,
     /// Settings of the stages; a file or onroad (the default).
     #[arg(long, value_name = "FILE")]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueHint;
+use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 
 use crate::cli::failure::Failure;
@@ -20,6 +21,7 @@ use crate::pipeline::{self, Pipeline};
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::segment::Segment;
 use crate::simulate::replay::{self, Braking, Replay};
+use crate::tables::output::{self, Outputs};
 use crate::{ingest, tables::file};
 
 /// Ride the brakings of a log again: measured pressures in, deceleration and slip out
@@ -29,13 +31,13 @@ pub struct Arguments {
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     log: Location,
     /// The motorcycle that brakes: built in, or a motorcycle file.
-    #[arg(long)]
+    #[arg(long, value_parser = NonEmptyStringValueParser::new())]
     motorcycle: String,
     /// Its front tyre instead of its own: a published set or a .tir or .toml file.
-    #[arg(long, value_name = "TYRE")]
+    #[arg(long, value_name = "TYRE", value_parser = NonEmptyStringValueParser::new())]
     front_tyre: Option<String>,
     /// Its rear tyre instead of its own.
-    #[arg(long, value_name = "TYRE")]
+    #[arg(long, value_name = "TYRE", value_parser = NonEmptyStringValueParser::new())]
     rear_tyre: Option<String>,
     /// Friction of the road.
     #[arg(long, default_value_t = 1.0)]
@@ -51,11 +53,27 @@ pub struct Arguments {
     out: Option<Location>,
 }
 
+/// What is written into the folder.
+const FILES: [&str; 2] = ["replay.parquet", "replay.svg"];
+
 /// Runs the command.
 ///
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
+    if let Some(out) = &arguments.out {
+        let mut outputs = Outputs::default();
+        outputs.folder("--out", out)?;
+        FILES.iter().try_for_each(|name| outputs.file("--out", &out.join(name)))?;
+        outputs.apart_from([&arguments.log])?;
+        outputs.apart_from_files(arguments.map.iter().chain([&arguments.bikes]))?;
+        outputs.apart_from_files(
+            [&arguments.motorcycle]
+                .into_iter()
+                .chain(&arguments.front_tyre)
+                .chain(&arguments.rear_tyre),
+        )?;
+    }
     let model = model(arguments)?;
     let (session, segments) = session(arguments)?;
     let brakings: Vec<&Segment> =
@@ -90,10 +108,10 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
     }
     let Some(out) = &arguments.out else { return Ok(()) };
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(out.join("replay.parquet"), &rows).map_err(fail)?;
+    let [table, path] = FILES.map(|name| out.join(name));
+    output::write_rows(table, &rows).map_err(fail)?;
     if let Some(replay) = drawn {
-        let path = out.join("replay.svg");
-        file::write_bytes(&path, figure(&replay).as_bytes()).map_err(fail)?;
+        output::write(&path, figure(&replay).as_bytes()).map_err(fail)?;
         say!("figure: {path}");
     }
     Ok(())

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::NonEmptyStringValueParser;
+
 use crate::batch::mark;
 use crate::batch::reading::Reading;
 use crate::cli::browser;
@@ -14,6 +16,7 @@ use crate::report::session::{bench_points, bench_values};
 use crate::report::static_figures::write::{self, Format};
 use crate::report::{self, Error, summary};
 use crate::tables::file;
+use crate::tables::output::{self, Outputs, Refusal};
 use crate::tydex;
 
 /// Rebuild the HTML report from the tables
@@ -26,6 +29,7 @@ pub struct Arguments {
     /// measured, as TYDEX files: front=FILE.tdx,rear=FILE.tdx, drawn with the friction of every session; kept as
     /// bench_front.tdx and bench_rear.tdx.
     #[arg(long, value_name = "FILE|TYRE=FILE.tdx", value_delimiter = ',')]
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
     bench: Vec<String>,
     #[command(flatten)]
     pages: Pages,
@@ -78,6 +82,20 @@ impl Copies {
         self.figures.is_some() || self.markdown.is_some()
     }
 
+    /// Says where it will be written.
+    ///
+    /// # Errors
+    /// It cannot be.
+    pub fn declare(&self, outputs: &mut Outputs) -> Result<(), Refusal> {
+        if let Some(to) = &self.figures {
+            outputs.folder("--figures", &to.into())?;
+        }
+        match &self.markdown {
+            Some(file) => outputs.file("--markdown", &file.into()),
+            None => Ok(()),
+        }
+    }
+
     /// Writes what was asked for, from the tables in `out`; figures of `only` one session.
     ///
     /// # Errors
@@ -89,7 +107,7 @@ impl Copies {
         }
         if let Some(file) = &self.markdown {
             let summary = summary::markdown(out)?;
-            file::write_bytes(file, summary.as_bytes())?;
+            output::write(file, summary.as_bytes())?;
             tracing::info!("summary: {}", file.display());
         }
         Ok(())
@@ -106,6 +124,10 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{} is not a folder", out.display())));
     }
     mark::require(&Location::from(&out))?;
+    let mut outputs = Outputs::default();
+    outputs.tables(&(&out).into());
+    arguments.copies.declare(&mut outputs)?;
+    outputs.apart_from_files(arguments.bench.iter().map(|bench| bench_file(bench).1))?;
     let _reading = Reading::of(&out).map_err(|e| Failure::Output(e.to_string()))?;
     for bench in &arguments.bench {
         keep_bench(&out, bench)?;
@@ -127,13 +149,18 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads bench values, or bench points of a tyre (`front=FILE.tdx`), and keeps them in the folder.
-fn keep_bench(out: &Path, bench: &str) -> Result<(), Failure> {
-    let tyre = bench.split_once('=').and_then(|(tyre, path)| {
+/// The tyre that bench points are of, and their file; of bench values the file alone.
+fn bench_file(bench: &str) -> (Option<Axle>, &Path) {
+    let of_tyre = bench.split_once('=').and_then(|(tyre, path)| {
         Some((Axle::BOTH.into_iter().find(|axle| axle.name() == tyre)?, Path::new(path)))
     });
-    let (name, bytes) = match tyre {
-        Some((axle, path)) => {
+    of_tyre.map_or((None, Path::new(bench)), |(axle, path)| (Some(axle), path))
+}
+
+/// Reads bench values, or bench points of a tyre (`front=FILE.tdx`), and keeps them in the folder.
+fn keep_bench(out: &Path, bench: &str) -> Result<(), Failure> {
+    let (name, bytes) = match bench_file(bench) {
+        (Some(axle), path) => {
             let fail = |message: String| Failure::Usage(message);
             let bytes = std::fs::read(path)
                 .map_err(|e| fail(format!("cannot read {}: {e}", path.display())))?;
@@ -143,14 +170,14 @@ fn keep_bench(out: &Path, bench: &str) -> Result<(), Failure> {
             }
             (bench_points::file_name(axle), bytes)
         }
-        None if tydex::is_name(bench) => {
+        (None, _) if tydex::is_name(bench) => {
             return Err(Failure::Usage(format!(
                 "--bench {bench}: which tyre was measured? say front={bench} or rear={bench}"
             )));
         }
-        None => {
+        (None, path) => {
             let fail = |message: String| Failure::Usage(format!("{bench}: {message}"));
-            let text = read_text(Path::new(bench)).map_err(|e| fail(e.to_string()))?;
+            let text = read_text(path).map_err(|e| fail(e.to_string()))?;
             bench_values::parse(&text).map_err(fail)?;
             (bench_values::FILE.to_owned(), text.into_bytes())
         }

@@ -8,6 +8,7 @@ use clap::ValueHint;
 use indicatif::ProgressBar;
 use jiff::Timestamp;
 
+use crate::batch::discover::Found;
 use crate::batch::engine::{self, Accounts};
 use crate::batch::local_copy::LocalCopy;
 use crate::batch::marker::Key;
@@ -26,6 +27,7 @@ use crate::cli::report::{Copies, Pages};
 use crate::objects::Location;
 use crate::pipeline::{Outcome, Pipeline};
 use crate::report::{self, terminal};
+use crate::tables::output::Outputs;
 use crate::tables::rows;
 
 /// Turn riding logs into tyre coefficients
@@ -65,6 +67,18 @@ impl Arguments {
         }
     }
 
+    /// Where the command writes, held against what it reads but for the logs.
+    fn outputs(&self) -> Result<Outputs, Failure> {
+        let mut outputs = self.batch.outputs()?;
+        if let Some(metrics) = &self.metrics {
+            outputs.file("--metrics", &metrics.into())?;
+        }
+        self.copies.declare(&mut outputs)?;
+        self.batch.hold_against(&outputs)?;
+        outputs.apart_from(&self.model)?;
+        Ok(outputs)
+    }
+
     fn read(&self) -> Result<Given, Failure> {
         let mut given = self.batch.read()?;
         if let Some(at) = &self.model {
@@ -85,6 +99,10 @@ impl Arguments {
 pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let (start, started) = (Instant::now(), Timestamp::now());
     let given = arguments.read()?;
+    let outputs = match arguments.batch.dry_run {
+        true => Outputs::default(),
+        false => arguments.outputs()?,
+    };
     let work = given.fenced(RunWork { signals: arguments.signals })?;
     if arguments.batch.dry_run {
         return dry_run(&given, &work);
@@ -93,7 +111,11 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         progress: Progress::new(bar, arguments.batch.shows_progress()),
         only: Mutex::default(),
     };
-    let done = engine::run(&given.settings(), &work, &watch, stop_on_signal()?);
+    let check = |logs: &[Found], bikes: &Location| {
+        let logs = logs.iter().map(|found| &found.location);
+        Ok(outputs.apart_from(logs.chain([bikes]))?)
+    };
+    let done = engine::run_if(&given.settings(), &work, &watch, stop_on_signal()?, check);
     Watcher::clear(&watch);
     let (accounts, store) = done?;
     let out = store.root();

@@ -8,6 +8,7 @@ use clap_complete::Shell;
 
 use crate::cli::failure::Failure;
 use crate::cli::say::{put, say};
+use crate::tables::output::{self, Outputs};
 
 /// Print the completions of a shell
 #[derive(Debug, clap::Args)]
@@ -41,15 +42,30 @@ pub fn completions(arguments: &Completions, mut command: Command) -> Result<(), 
 pub fn man(arguments: &Man, command: Command) -> Result<(), Failure> {
     let dir = &arguments.dir;
     let command = command.disable_help_subcommand(true);
-    let pages = pages(&command);
-    std::fs::create_dir_all(dir).and_then(|()| clap_mangen::generate_to(command, dir)).map_err(
-        |e| Failure::Output(format!("cannot write manual pages to {}: {e}", dir.display())),
-    )?;
-    say!("{pages} pages in {}", dir.display());
+    let mut pages = Vec::new();
+    let failed = |e: &dyn std::fmt::Display| {
+        Failure::Output(format!("cannot write manual pages to {}: {e}", dir.display()))
+    };
+    let mut command = command;
+    command.build();
+    collect(command, &mut pages).map_err(|e| failed(&e))?;
+    let mut outputs = Outputs::default();
+    outputs.folder("DIR", &dir.into())?;
+    pages.iter().try_for_each(|(name, _)| outputs.file("DIR", &dir.join(name).into()))?;
+    for (name, page) in &pages {
+        output::write(dir.join(name), page).map_err(|e| failed(&e))?;
+    }
+    say!("{} pages in {}", pages.len(), dir.display());
     Ok(())
 }
 
-/// Manual pages of a command with those below it.
-fn pages(command: &Command) -> usize {
-    1 + command.get_subcommands().map(pages).sum::<usize>()
+/// Names and manual pages of a command and those below it.
+fn collect(command: Command, pages: &mut Vec<(String, Vec<u8>)>) -> std::io::Result<()> {
+    for below in command.get_subcommands().filter(|c| !c.is_hide_set()).cloned() {
+        collect(below, pages)?;
+    }
+    let (page, mut text) = (clap_mangen::Man::new(command), Vec::new());
+    page.render(&mut text)?;
+    pages.push((page.get_filename(), text));
+    Ok(())
 }

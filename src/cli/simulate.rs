@@ -1,6 +1,7 @@
 //! `roadbench simulate`.
 
 use clap::ValueHint;
+use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
@@ -23,6 +24,7 @@ use crate::simulate::tour::Tour;
 use crate::simulate::track::{self, Track, TrackRide};
 use crate::simulate::{compare, loggers, ride, session, tyre_truth};
 use crate::tables::file;
+use crate::tables::output::{Outputs, is_output};
 
 /// Write a synthetic archive with known truth beside it
 #[derive(Debug, clap::Args)]
@@ -30,6 +32,7 @@ pub struct Arguments {
     /// A built-in scenario (archive, perfect, paper, naturalistic, demo; characterise, lane_change,
     /// grip_limit with the nonlinear motorcycle; track on a closed track, with foreign logs; motocross
     /// off-road) or a scenario file.
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
     #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
@@ -39,10 +42,10 @@ pub struct Arguments {
     bikes: Option<usize>,
     /// Front tyre instead of the scenario's, with the nonlinear motorcycle: a published set or a
     /// .tir or .toml file.
-    #[arg(long, value_name = "TYRE")]
+    #[arg(long, value_name = "TYRE", value_parser = NonEmptyStringValueParser::new())]
     front_tyre: Option<String>,
     /// Rear tyre instead of the scenario's.
-    #[arg(long, value_name = "TYRE")]
+    #[arg(long, value_name = "TYRE", value_parser = NonEmptyStringValueParser::new())]
     rear_tyre: Option<String>,
     /// Ride with the scenario's own tyres too, and compare the peaks: table and figure.
     #[arg(long)]
@@ -54,6 +57,7 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
+    check_archive(&arguments.out)?;
     if let Some(motocross) = Motocross::load(&arguments.scenario).map_err(Failure::Usage)? {
         refuse_tyres(&arguments)?;
         return run_motocross(&motocross, &arguments, bar);
@@ -71,6 +75,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         scenario.fleet.bikes = bikes;
     }
     let out = &arguments.out;
+    begin_archive(out)?;
     let many = scenario.fleet.bikes * scenario.fleet.sessions_per_bike;
     let steps = Steps::begin(bar, many, "sessions to simulate");
     let written = (0..scenario.fleet.bikes)
@@ -93,6 +98,49 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Whether an archive may be simulated into a folder: one that holds sessions, bike files or a scenario must have been
+/// simulated itself, or somebody's own would be replaced.
+///
+/// # Errors
+/// It may not.
+pub(super) fn check_archive(out: &Location) -> Result<(), Failure> {
+    Outputs::default().folder("--out", out)?;
+    if out.as_path().is_some_and(is_output) {
+        let message = format!("--out {out} holds tables of a run; choose another folder");
+        return Err(Failure::Usage(message));
+    }
+    let is_there = |name: &str| match out.join(name) {
+        // a folder without anything in it is nobody's
+        Location::Local(path) if path.is_dir() => {
+            Ok(name == TRUTH || path.read_dir()?.next().is_some())
+        }
+        Location::Local(path) => Ok(path.exists()),
+        at @ Location::Remote(_) => Ok(at.exists()? || at.is_folder()?),
+    };
+    let fail = |e: std::io::Error| Failure::Output(format!("--out {out}: {e}"));
+    if is_there(TRUTH).map_err(fail)? {
+        return Ok(());
+    }
+    for name in ["sessions", "bikes", "loggers", "scenario.toml"] {
+        if is_there(name).map_err(fail)? {
+            return Err(Failure::Usage(format!(
+                "--out {out} holds {name}, but no truth beside it: it was not simulated; choose another folder"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Folder of what is known of a simulated archive.
+const TRUTH: &str = "truth";
+
+/// Makes the folder by which an archive is known as a simulated one, also where the simulation is killed.
+pub(super) fn begin_archive(out: &Location) -> Result<(), Failure> {
+    let Location::Local(path) = out.join(TRUTH) else { return Ok(()) };
+    let fail = |e| Failure::Output(format!("cannot write to --out {out}: {e}"));
+    std::fs::create_dir_all(path).map_err(fail)
+}
+
 /// Tyres can be changed where the motorcycle rides on files of them.
 fn refuse_tyres(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.compare || arguments.front_tyre.is_some() || arguments.rear_tyre.is_some() {
@@ -112,6 +160,7 @@ fn run_motocross(
     bar: ProgressBar,
 ) -> Result<(), Failure> {
     let out = &arguments.out;
+    begin_archive(out)?;
     let output = |e: file::Error| Failure::Output(e.to_string());
     let bike_id = &scenario.bike.bike_id;
     let file = out.join("bikes").join(format!("{bike_id}.toml"));
@@ -154,6 +203,7 @@ fn run_track(mut track: Track, arguments: &Arguments, bar: ProgressBar) -> Resul
         track.sessions = bikes;
     }
     let (track, out) = (&track, &arguments.out);
+    begin_archive(out)?;
     let steps = Steps::begin(bar, track.sessions, "sessions to simulate");
     let ridden = (0..track.sessions)
         .into_par_iter()
@@ -221,7 +271,7 @@ impl Place {
         let part = format!("bike={}", meta.bike_id);
         let name = format!("{}.parquet", meta.session_id);
         let log = out.join("sessions").join(&part).join(format!("date={date}")).join(&name);
-        Place { log, truth: out.join("truth"), below: format!("{part}/{name}") }
+        Place { log, truth: out.join(TRUTH), below: format!("{part}/{name}") }
     }
 
     fn truth(&self, kind: &str) -> Location {
@@ -243,6 +293,7 @@ fn run_tour(mut tour: Tour, arguments: &Arguments, bar: ProgressBar) -> Result<(
     let tour = &tour;
     let skill = Skill::learn(&own.model, ride::period(tour.rate))
         .map_err(|e| Failure::Usage(format!("scenario {}: {e}", tour.name)))?;
+    begin_archive(out)?;
     let file = out.join("bikes").join(format!("{}.toml", tour.bike.bike_id));
     file::write_bytes(&file, tour.bike.to_toml().as_bytes()).map_err(output)?;
     let coefficients = tyre_truth::coefficients(&tour.model);

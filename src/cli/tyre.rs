@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::ValueHint;
+use clap::builder::NonEmptyStringValueParser;
 
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
@@ -14,6 +15,7 @@ use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::lateral_bench::LateralBench;
 use crate::simulate::tyre_truth::{Bench, bench};
 use crate::tables::file;
+use crate::tables::output::{self, Outputs};
 use crate::tables::rows::BenchRow;
 use crate::tydex;
 
@@ -21,10 +23,11 @@ use crate::tydex;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// A published set, or a .tir or .toml file.
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
     tyre: String,
     /// Another tyre to compare it with, or what a bench measured: a TYDEX file (.tdx), at whose points
     /// the tyre is then evaluated.
-    #[arg(long, value_name = "TYRE|FILE.tdx")]
+    #[arg(long, value_name = "TYRE|FILE.tdx", value_parser = NonEmptyStringValueParser::new())]
     against: Option<String>,
     /// Load, N; bench data have their own.
     #[arg(long, default_value_t = 1300.0)]
@@ -37,6 +40,8 @@ pub struct Arguments {
     out: Option<Location>,
 }
 
+/// What is written into the folder; of a bench's points the figure alone.
+const FILES: [&str; 2] = ["bench.parquet", "bench.svg"];
 /// Cambers of the table, degrees.
 const CAMBERS: [f64; 5] = [0.0, 10.0, 20.0, 30.0, 45.0];
 /// Slip angles of the table, degrees.
@@ -53,11 +58,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "--load {load} N must be between 10 and 20000, --friction {friction} between 0.01 and 3"
         )));
     }
+    if let Some(out) = &arguments.out {
+        let mut outputs = Outputs::default();
+        outputs.folder("--out", out)?;
+        FILES.iter().try_for_each(|name| outputs.file("--out", &out.join(name)))?;
+        outputs.apart_from_files([&arguments.tyre].into_iter().chain(&arguments.against))?;
+    }
     let read = |name: &str| tyre_file::load(name).map_err(|e| Failure::Usage(e.to_string()));
     let mut tyres = vec![(arguments.tyre.clone(), read(&arguments.tyre)?)];
     if let Some(name) = arguments.against.as_deref().filter(|name| tydex::is_name(name)) {
         let (name, tyre) = (Path::new(name), tyres[0].1.as_ref());
-        return against_measured((&arguments.tyre, tyre), name, friction, arguments.out.as_ref());
+        let drawing = arguments.out.as_ref().map(|out| out.join(FILES[1]));
+        return against_measured((&arguments.tyre, tyre), name, friction, drawing.as_ref());
     }
     if let Some(name) = &arguments.against {
         tyres.push((name.clone(), read(name)?));
@@ -73,9 +85,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let rows: Vec<BenchRow> =
         names.iter().zip(&benches).flat_map(|(name, bench)| bench.rows(name)).collect();
     let fail = |e: file::Error| Failure::Output(e.to_string());
-    file::write(out.join("bench.parquet"), &rows).map_err(fail)?;
-    let path = out.join("bench.svg");
-    file::write_bytes(&path, figure(&names, &benches).as_bytes()).map_err(fail)?;
+    let [table, path] = FILES.map(|name| out.join(name));
+    output::write_rows(table, &rows).map_err(fail)?;
+    output::write(&path, figure(&names, &benches).as_bytes()).map_err(fail)?;
     say!("figure: {path}");
     Ok(())
 }

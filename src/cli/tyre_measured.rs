@@ -10,13 +10,13 @@ use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::bench_points::{
     BenchPoints, Both, FRICTION_X, FRICTION_Y, MOMENT_X, MOMENT_Z, Quantity,
 };
-use crate::tables::file;
+use crate::tables::output;
 use crate::tydex::{Point, read::read};
 
 /// Sweeps of the slip angle in the figure.
 const SWEEPS: usize = 3;
 
-/// Compares a tyre (and its name) with a TYDEX file; the figure goes to `out`.
+/// Compares a tyre (and its name) with a TYDEX file, and draws both into a file where one is given.
 ///
 /// # Errors
 /// The file is none, or the figure cannot be written.
@@ -24,7 +24,7 @@ pub fn against_measured(
     (name, tyre): (&str, &dyn TyreModel),
     measured: &Path,
     friction: f64,
-    out: Option<&Location>,
+    drawing: Option<&Location>,
 ) -> Result<(), Failure> {
     let found = read(measured).map_err(|e| Failure::Usage(e.to_string()))?;
     for remark in &found.remarks {
@@ -39,9 +39,8 @@ pub fn against_measured(
     );
     print_both(&bench);
     print_differences(&bench);
-    let Some(out) = out else { return Ok(()) };
-    let path = out.join("bench.svg");
-    file::write_bytes(&path, figure(name, &bench).as_bytes())
+    let Some(path) = drawing else { return Ok(()) };
+    output::write(path, figure(name, &bench).as_bytes())
         .map_err(|e| Failure::Output(e.to_string()))?;
     say!("figure: {path}");
     Ok(())

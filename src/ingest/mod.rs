@@ -56,7 +56,7 @@ pub use extent::extent;
 pub use raw::{Column, Identified, Imu, Raw, Track};
 pub use switches::{CHECKS, Check, Effect, Switches};
 pub use table::read_table;
-pub use write::{session_batch, write_session};
+pub use write::{session_batch, session_bytes, write_session};
 
 use map::ChannelMap;
 use map::file::or_shipped;

@@ -30,10 +30,16 @@ pub fn write_session(
     session: &Session,
     float32: bool,
 ) -> Result<(), file::Error> {
-    let to = to.into();
-    let bytes = encode(session, float32)
-        .map_err(|message| file::Error::Encode { table: to.to_string(), message })?;
-    file::write_bytes(to, &bytes)
+    file::write_bytes(to, &session_bytes(session, float32)?)
+}
+
+/// A session as the bytes of one Parquet file, as [`write_session`] writes it.
+///
+/// # Errors
+/// The channels do not fit together: our own mistake.
+pub fn session_bytes(session: &Session, float32: bool) -> Result<Vec<u8>, file::Error> {
+    encode(session, float32)
+        .map_err(|message| file::Error::Encode { table: "session".to_owned(), message })
 }
 
 /// A session as one Arrow batch of `session.v1`, as [`write_session`] writes it; who and when in

@@ -1,8 +1,8 @@
 //! Files and folders, local or in an object store: reading, writing, listing, removing.
 
 use std::fs::File;
-use std::io::{Error, ErrorKind, Read as _, Result, Write as _};
-use std::path::{Path, PathBuf};
+use std::io::{Error, ErrorKind, Read as _, Result};
+use std::path::Path;
 use std::time::SystemTime;
 
 use bytes::Bytes;
@@ -10,11 +10,9 @@ use walkdir::WalkDir;
 
 use super::client;
 use super::location::Location;
+use super::replace::replace;
 use super::stat::{Entry, Stat};
 use super::url::Url;
-
-/// How the name of a local file that is still being written starts and ends.
-pub const TEMPORARY: (&str, &str) = (".roadbench-", ".tmp");
 
 impl Location {
     /// The whole of a file.
@@ -29,14 +27,15 @@ impl Location {
     }
 
     /// Writes a file, whole or not at all, making its folder: a temporary beside it, then renamed;
-    /// in an object store one object.
+    /// in an object store one object. What a user names is written by
+    /// [`tables::output`](crate::tables::output).
     ///
     /// # Errors
     /// The folder cannot be made or the file not be written.
     pub fn write(&self, bytes: &[u8]) -> Result<()> {
         match self {
             Self::Remote(url) => client::put(url, bytes),
-            Self::Local(path) => write_local(path, bytes),
+            Self::Local(path) => replace(path, bytes),
         }
     }
 
@@ -173,81 +172,6 @@ pub fn read_text(path: impl AsRef<Path>) -> Result<String> {
     let mut text = String::new();
     open_file(path.as_ref())?.read_to_string(&mut text)?;
     Ok(text)
-}
-
-fn write_local(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    make_folder(folder)?;
-    let (temporary, mut file) = begin(folder, path)?;
-    file.set_len(0)?; // what a writer has left that was killed
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
-    }
-    if let Err(e) = std::fs::rename(&temporary, path) {
-        let _ = std::fs::remove_file(&temporary);
-        return Err(e);
-    }
-    sync_folder(folder)
-}
-
-/// The file that takes what is written until it is whole, locked. Its name is that of the target, so that what a killed
-/// writer leaves is gone with the next one.
-fn begin(folder: &Path, path: &Path) -> Result<(PathBuf, File)> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let name = match name.len() {
-        0..=200 => name.into_owned(),
-        _ => blake3::hash(name.as_bytes()).to_hex().to_string(),
-    };
-    let temporary = folder.join(format!("{}{name}{}", TEMPORARY.0, TEMPORARY.1));
-    loop {
-        let file = File::options().create(true).truncate(false).write(true).open(&temporary)?;
-        let _ = file.lock(); // some network file systems have none: there two writers of one file are not told apart
-        // another writer of the same target may have put it in place while this one waited
-        let is_same = |there: &std::fs::Metadata| file.metadata().map(|own| same_file(&own, there));
-        match std::fs::metadata(&temporary) {
-            Ok(there) if is_same(&there)? => return Ok((temporary, file)),
-            Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
-            _ => {}
-        }
-    }
-}
-
-#[cfg(unix)]
-fn same_file(a: &std::fs::Metadata, b: &std::fs::Metadata) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    (a.dev(), a.ino()) == (b.dev(), b.ino())
-}
-
-#[cfg(not(unix))]
-fn same_file(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
-    true // a file that is open is not replaced there
-}
-
-/// Makes a folder and those above it, and has each written down in the one above.
-fn make_folder(folder: &Path) -> Result<()> {
-    if folder.is_dir() {
-        return Ok(());
-    }
-    std::fs::create_dir_all(folder)?;
-    for above in folder.ancestors().skip(1).take(4).filter(|a| a.is_dir()) {
-        sync_folder(above)?;
-    }
-    Ok(())
-}
-
-/// A name that was given in a folder survives a power cut only when the folder is written down too.
-///
-/// # Errors
-/// It is not there, or the disk fails.
-pub fn sync_folder(folder: &Path) -> Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! location   a path on this machine or an address in a store: what the rest of the program has
 //! url        the address of an object or a prefix
 //! files      reading, writing, listing, removing, whichever of the two it is
+//! replace    files of this machine that are replaced whole, and those at names of our own
 //! search     the files of a folder or prefix, or behind a glob pattern
 //! source     an open log: the readers need not know where it is
 //! packed     a log that was packed as a whole, unpacked
@@ -22,6 +23,7 @@ pub mod files;
 pub mod lease;
 pub mod location;
 pub mod packed;
+pub mod replace;
 pub mod search;
 pub mod source;
 pub mod stat;

@@ -7,7 +7,7 @@ use std::path::Path;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, Value, context};
 
-use crate::objects::files::sync_folder;
+use crate::objects::replace::sync_folder;
 use crate::report::assets::{self, SCRIPT, STYLE, Source, UPLOT_SCRIPT, UPLOT_STYLE};
 use crate::tables::rows::SessionRow;
 

@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::contract::instant;
 use crate::contract::schema::{Column, Table};
 use crate::objects::Location;
-pub use crate::objects::files::TEMPORARY;
+pub use crate::objects::replace::TEMPORARY;
 use crate::tables::columns;
 use crate::tables::registry::Row;
 

@@ -1,5 +1,6 @@
 //! Output tables: what each is ([`registry`]), its [`rows`], how they are written whole as Parquet
-//! ([`mod@file`]) and read back ([`read`], [`by_session`]), and the [`names`] of their files.
+//! ([`mod@file`]) and read back ([`read`], [`by_session`]), the [`names`] of their files, and the rule for paths that a user
+//! names ([`mod@output`]).
 
 pub mod by_session;
 mod columns;
@@ -7,6 +8,7 @@ pub mod file;
 mod ident;
 mod lap_rows;
 pub mod names;
+pub mod output;
 pub mod read;
 pub mod registry;
 pub mod rows;

@@ -184,6 +184,14 @@ tables! {
 /// the report's pages.
 pub const OTHER_FOLDERS: &[&str] = &["models", "report"];
 
+/// Held while a batch writes: an output has it.
+pub const LOCK: &str = ".roadbench.lock";
+/// Folder of what an output keeps for itself.
+pub const OWN: &str = ".roadbench";
+/// Files beside the folders: what the last run did, the lock, and the bench values that a report was given.
+pub const OTHER_FILES: &[&str] =
+    &["run.json", LOCK, "bench.csv", "bench_front.tdx", "bench_rear.tdx"];
+
 /// The folders below an output that `run` and `diagnose` write to.
 pub fn folders() -> impl Iterator<Item = &'static str> {
     let below =

@@ -43,6 +43,7 @@ mod navigation;
 mod objects;
 mod offroad;
 mod offroad_reference;
+mod outputs;
 mod page;
 mod polish;
 mod racing;

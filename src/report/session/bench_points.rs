@@ -138,6 +138,17 @@ fn draw(chart: &mut Chart, plot: &Plot, label: &str, points: Vec<(f64, f64)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::session::bench_values;
+    use crate::tables::registry;
+
+    /// No option of a command may name them: they are what a report was given.
+    #[test]
+    fn what_is_kept_of_a_bench_is_on_the_outputs_list() {
+        let kept = Axle::BOTH.map(file_name).into_iter().chain([bench_values::FILE.to_owned()]);
+        for name in kept {
+            assert!(registry::OTHER_FILES.contains(&name.as_str()), "{name}");
+        }
+    }
 
     fn point(slip_ratio: f64, slip_angle: f64, camber: f64, force: f64) -> Point {
         let (force_x, force_y) = (Some(force), Some(force));

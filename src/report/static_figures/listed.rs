@@ -6,11 +6,12 @@
 //! in one folder.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use crate::objects::replace::open_own;
 use crate::tables::file;
 
 /// The list of a folder while its figures are written: a name relative to the folder per line.
@@ -29,8 +30,7 @@ impl Listed {
     /// The folder cannot be made or the list not be opened.
     pub fn open(folder: &Path, out: &Path) -> Result<Self, file::Error> {
         let path = folder.join(name_for(out));
-        let opened = fs::create_dir_all(folder)
-            .and_then(|()| OpenOptions::new().append(true).create(true).open(&path));
+        let opened = open_own(&path, File::options().append(true).create(true));
         let list =
             opened.map_err(|source| file::Error::Io { path: path.as_path().into(), source })?;
         let (folder, before) = (folder.to_owned(), names(&path));
