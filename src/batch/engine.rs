@@ -17,6 +17,7 @@ use super::session::{self, Ended};
 use super::settings::Settings;
 use super::settle;
 use super::store::Store;
+use super::threads;
 use super::watch::{Finished, State, Watch};
 use super::work::Work;
 use crate::tables::rows::Rejected;
@@ -72,9 +73,9 @@ pub fn run<W: Work>(
 ) -> Result<(Accounts, Store), Error> {
     let (found, bikes) = inputs(settings)?;
     let inputs = found.len();
-    let pool = pool(settings.jobs, inputs)?;
+    let pool = threads::pool(threads::taken(settings.jobs).min(inputs));
     let before = Contents::read(work.kind(), settings.out)?;
-    let plan = pool.install(|| plan::plan(found, &bikes, &before, settings, work))?;
+    let plan = within(&pool, || plan::plan(found, &bikes, &before, settings, work))?;
     let bytes = plan.bytes();
     let store = Store::open_again(&before)?;
     settle::after_kill(settings.out)?;
@@ -100,12 +101,15 @@ pub fn run<W: Work>(
         tally: Mutex::default(),
     };
     work.planned(inputs);
-    pool.broadcast(|_| shared.worker(work, watch));
+    match &pool {
+        Some(pool) => _ = pool.broadcast(|_| shared.worker(work, watch)),
+        None => shared.worker(work, watch),
+    }
     work.all_done();
     let tally = shared.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let accounts = tally.close(accounts, jobs.len())?;
     accounts.check(stop.load(Ordering::Relaxed))?;
-    pool.install(|| store.merge())?;
+    within(&pool, || store.merge())?;
     // older logs that are passed by are there, too
     if settings.since.is_none() {
         store.remove_rejections_of_gone(settings.inputs, &logs)?;
@@ -113,20 +117,12 @@ pub fn run<W: Work>(
     Ok((accounts, store))
 }
 
-/// Logs that are worked on at the same time, as asked for: 0 takes one per core.
-pub(super) fn threads(jobs: usize) -> usize {
-    match jobs {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        jobs => jobs,
+/// Does something in a pool, or in this thread.
+fn within<T: Send>(pool: &Option<rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
+    match pool {
+        Some(pool) => pool.install(work),
+        None => work(),
     }
-}
-
-fn pool(jobs: usize, inputs: usize) -> Result<rayon::ThreadPool, Error> {
-    let threads = threads(jobs);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.min(inputs).max(1))
-        .build()
-        .map_err(|e| Error::Usage(format!("--jobs {threads}: {e}")))
 }
 
 /// The logs in order of path.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::bikes::{BikeFile, BikeFiles, hash_settings};
+use super::blame::DUPLICATE_ID;
 use super::contents::Contents;
 use super::discover::Found;
 use super::error::Error;
@@ -294,7 +295,7 @@ fn claim(first: &mut BTreeMap<Key, String>, meta: &Meta, log: &str) -> Result<()
     if let Some(holder) = first.get(&key).filter(|holder| *holder != log) {
         return Err(Rejection {
             stage: "discover",
-            code: "duplicate_session_id",
+            code: DUPLICATE_ID,
             message: format!(
                 "session `{}` of {} is also in {holder}, which has it; give one of them another \
                  session_id, or leave one out",

@@ -308,7 +308,8 @@ impl Store {
         Ok(())
     }
 
-    /// Removes the rows of inputs that are in the folders of this batch no more; `found` are those that are.
+    /// Removes the rows of inputs that are in the folders of this batch no more; `found` are those that are, and the folders that
+    /// could not be searched: what is below these is not gone.
     ///
     /// # Errors
     /// The folder cannot be read or written.
@@ -325,8 +326,13 @@ impl Store {
             let Some([row]) = rows.as_deref() else { continue };
             let Ok(log) = Location::parse(&row.path) else { continue };
             let is_below = inputs.iter().any(|i| log.starts_with(i) && log != *i);
+            let is_hidden = || {
+                let mut above = std::path::Path::new(&row.path).ancestors().skip(1);
+                above.any(|folder| folder.to_str().is_some_and(|f| found.contains(f)))
+                    || (!log.is_remote() && log.exists().is_err())
+            };
             let is_foreign = self.found.kind.foreign_stages.contains(&&*row.stage);
-            if is_below && !is_foreign && !found.contains(&row.path) {
+            if is_below && !is_foreign && !found.contains(&row.path) && !is_hidden() {
                 self.mark_behind()?;
                 remove(&at)?;
             }

@@ -40,6 +40,8 @@ pub enum Wrong {
     Waiting,
     /// The log is not there any more.
     LogMissing,
+    /// The log cannot be read: whether it is as it was cannot be told.
+    LogUnreadable,
     /// The log has other bytes now.
     LogChanged,
 }
@@ -56,6 +58,7 @@ impl Wrong {
             Wrong::LeftOver => "left_over",
             Wrong::Waiting => "waiting",
             Wrong::LogMissing => "log_missing",
+            Wrong::LogUnreadable => "log_unreadable",
             Wrong::LogChanged => "log_changed",
         }
     }
@@ -159,7 +162,7 @@ pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
     Ok(Mended { removed: removed.into_iter().collect(), kept })
 }
 
-/// Those of some tables that have sessions whose logs are gone or changed, with these sessions.
+/// Those of some tables that have sessions whose logs are gone, changed or not readable, with these sessions.
 fn without_log(
     kind: &'static Kind,
     out: &Location,
@@ -371,7 +374,10 @@ fn log(path: &str, hash: &str) -> Option<Finding> {
         _ => match hash_file(&at) {
             Ok(now) if now == hash => None,
             Ok(_) => finding(Wrong::LogChanged, "the next run computes it again"),
-            Err(e) => finding(Wrong::LogMissing, &e.to_string()),
+            Err(e) => finding(
+                Wrong::LogUnreadable,
+                &format!("{e}; the session stays, and the next run tries to read it"),
+            ),
         },
     }
 }

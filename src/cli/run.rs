@@ -93,7 +93,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         progress: Progress::new(bar, arguments.batch.shows_progress()),
         only: Mutex::default(),
     };
-    let done = engine::run(&given.settings(), &work, &watch, stop_on_signal()?);
+    let done = engine::run(&given.settings(), &work, &watch, stop_on_signal());
     Watcher::clear(&watch);
     let (accounts, store) = done?;
     let out = store.root();
