@@ -10,7 +10,7 @@ use super::error::Error;
 use super::settings::content;
 use crate::contract::bike::{self, Bike, DEFAULT, STANDS_IN_FOR};
 use crate::effects::Who;
-use crate::ingest::UNREACHABLE;
+use crate::ingest::{UNREACHABLE, UNREADABLE};
 use crate::objects::Location;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::tables::names::is_plain;
@@ -167,7 +167,8 @@ impl<'a> BikeFiles<'a> {
         let text = text.map_err(|e| match e.kind() {
             ErrorKind::NotFound => refuse("no_bike_file", no_file(bike_id, &at, self.folder)),
             _ if at.is_remote() => refuse(UNREACHABLE, format!("cannot read the bike file: {e}")),
-            _ => refuse("bad_bike_file", format!("cannot read {at}: {e}")),
+            ErrorKind::InvalidData => refuse("bad_bike_file", format!("cannot read {at}: {e}")),
+            _ => refuse(UNREADABLE, format!("cannot read the bike file {at}: {e}")),
         })?;
         let path = at.to_string(); // for messages
         let bike = BikeFile::parse(text, bike_id, Path::new(&path), &self.settings)
@@ -178,7 +179,8 @@ impl<'a> BikeFiles<'a> {
 
 fn read_text(at: &Location) -> std::io::Result<String> {
     let bytes = at.read()?;
-    String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is not UTF-8 text"))
+    String::from_utf8(bytes)
+        .map_err(|_| std::io::Error::new(ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
 /// What to type where a bike has no file.

@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
 use rayon::prelude::*;
@@ -145,8 +146,8 @@ impl Contents {
         // what waits is read first: a run that takes it in meanwhile does not hide it from a reader
         match self.root.as_url() {
             None => {
-                now.staged = now.local_staged();
-                now.markers = now.local_markers(self);
+                now.staged = now.local_staged()?;
+                now.markers = now.local_markers(self)?;
             }
             Some(url) => {
                 let fail = |e: std::io::Error| Error::Output(format!("--out: {e}"));
@@ -246,8 +247,12 @@ impl Contents {
         let own = wanted.key();
         self.of_bytes(&wanted.input_hash).find(|row| {
             let is_same = || {
-                let at = Location::parse(&row.path).ok();
-                at.and_then(|at| hash_file(&at).ok()).is_some_and(|hash| hash == row.input_hash)
+                let Ok(at) = Location::parse(&row.path) else { return false };
+                match hash_file(&at) {
+                    Ok(hash) => hash == row.input_hash,
+                    // one that cannot be read may be as it was: the ride must not count twice
+                    Err(_) => at.exists().unwrap_or(true),
+                }
             };
             row.key() != own && row.path != wanted.path && is_same()
         })
@@ -337,14 +342,25 @@ impl Contents {
     }
 
     /// The sessions of a folder that wait to be taken in.
-    fn local_staged(&self) -> BTreeMap<Key, (Location, Staged)> {
+    fn local_staged(&self) -> Result<BTreeMap<Key, (Location, Staged)>, Error> {
         let folder = self.root.join(self.kind.staged);
-        let entries = folder.as_path().and_then(|f| std::fs::read_dir(f).ok());
-        let entries = entries.into_iter().flatten().filter_map(|e| Some(e.ok()?.path()));
-        let files: Vec<PathBuf> =
-            entries.filter(|p| p.extension().is_some_and(|e| e == staged::EXTENSION)).collect();
-        let head = |path: &PathBuf| Some((path.into(), staged::head(&File::open(path).ok()?)));
-        by_session(files.par_iter().filter_map(head).collect())
+        let Some(path) = folder.as_path() else { return Ok(BTreeMap::new()) };
+        let entries = match there(path, std::fs::read_dir(path))? {
+            Some(entries) => entries.map(|e| Ok(e?.path())).collect::<std::io::Result<Vec<_>>>(),
+            None => return Ok(BTreeMap::new()),
+        };
+        let files: Vec<PathBuf> = entries
+            .map_err(|e| unreadable(path, &e))?
+            .into_iter()
+            .filter(|p| p.extension().is_some_and(|e| e == staged::EXTENSION))
+            .collect();
+        let head = |path: &PathBuf| {
+            let file = there(path, File::open(path))?;
+            Ok(file.map(|file| (path.into(), staged::head(&file))))
+        };
+        let heads: Vec<Option<_>> =
+            files.par_iter().map(head).collect::<Result<Vec<_>, Error>>()?;
+        Ok(by_session(heads.into_iter().flatten().collect()))
     }
 
     /// As [`Contents::local_staged`], of an object store.
@@ -382,29 +398,39 @@ impl Contents {
         Ok(names)
     }
 
-    /// The commit markers of a folder. One that cannot be read does not count: it is made anew.
-    fn local_markers(&self, before: &Contents) -> BTreeMap<Location, Marker> {
+    /// The commit markers of a folder. One that makes no sense does not count: it is made anew. One that cannot be opened is an
+    /// error: with its sessions taken for new ones, the others' rows of its month would be lost.
+    fn local_markers(&self, before: &Contents) -> Result<BTreeMap<Location, Marker>, Error> {
         let folder = self.root.join(self.kind.marker.name);
-        let Some(folder) = folder.as_path() else { return BTreeMap::new() };
-        let walk = WalkDir::new(folder).min_depth(2).max_depth(2).sort_by_file_name();
-        let paths: Vec<PathBuf> = walk
-            .into_iter()
-            .filter_map(|e| Some(e.ok()?.into_path()))
-            .filter(|path| path.extension().is_some_and(|e| e == "parquet"))
-            .collect();
+        let Some(folder) = folder.as_path() else { return Ok(BTreeMap::new()) };
+        let mut paths = Vec::new();
+        for entry in WalkDir::new(folder).min_depth(2).max_depth(2).sort_by_file_name() {
+            let at = |e: &walkdir::Error| e.path().unwrap_or(folder).to_owned();
+            match entry.map_err(|e| (at(&e), std::io::Error::from(e))) {
+                Ok(entry) => paths.push(entry.into_path()),
+                Err((_, e)) if is_nothing(&e) => {}
+                Err((path, e)) => return Err(unreadable(&path, &e)),
+            }
+        }
+        paths.retain(|path| path.extension().is_some_and(|e| e == "parquet"));
         // archives have thousands
         let read = |path: &PathBuf| {
             let at = Location::from(path);
-            let stamp = at.stat().ok()?;
+            let Some(stamp) = there(path, at.stat())? else { return Ok(None) };
             let known = before.markers.get(&at).filter(|known| known.stamp == stamp);
             let rows = match known {
                 Some(known) => Some(known.rows.clone()),
-                None => marker::rows(&at, File::open(path).ok()?),
+                None => match there(path, std::fs::read(path))? {
+                    Some(bytes) => marker::rows(&at, Bytes::from(bytes)),
+                    None => return Ok(None),
+                },
             };
-            Some((at, stamp, rows))
+            Ok(Some((at, stamp, rows)))
         };
-        let found: Vec<_> = paths.par_iter().filter_map(read).collect();
-        found.into_iter().filter_map(|(at, stamp, rows)| kept(at, stamp, rows)).collect()
+        let found: Vec<Option<_>> =
+            paths.par_iter().map(read).collect::<Result<Vec<_>, Error>>()?;
+        let found = found.into_iter().flatten();
+        Ok(found.filter_map(|(at, stamp, rows)| kept(at, stamp, rows)).collect())
     }
 
     /// As [`Contents::local_markers`], of an object store. One that cannot be fetched is an error: it
@@ -431,6 +457,23 @@ impl Contents {
         })?;
         Ok(out)
     }
+}
+
+/// What was opened, if it is there.
+fn there<T>(path: &Path, opened: std::io::Result<T>) -> Result<Option<T>, Error> {
+    match opened {
+        Ok(open) => Ok(Some(open)),
+        Err(e) if is_nothing(&e) => Ok(None), // taken in or replaced meanwhile
+        Err(e) => Err(unreadable(path, &e)),
+    }
+}
+
+fn is_nothing(e: &std::io::Error) -> bool {
+    matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
+}
+
+fn unreadable(path: &Path, e: &std::io::Error) -> Error {
+    Error::Output(format!("cannot read {} of the output: {e}", path.display()))
 }
 
 /// Fetches objects, some at a time.

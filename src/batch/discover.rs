@@ -9,8 +9,10 @@
 
 use std::collections::BTreeSet;
 
+use super::blame::{NO_LOGS, NOT_FOUND};
 use super::error::Error;
 use super::settings::Settings;
+use crate::ingest::UNREADABLE;
 use crate::ingest::formats::{extensions, has_log_extension};
 use crate::objects::search::{Folder, MatchKind, find};
 use crate::objects::{Location, source};
@@ -122,10 +124,10 @@ fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<()
             MatchKind::Folder(folder) => search_folder(folder, out, found)?,
             MatchKind::Other => {
                 let message = format!("{} is neither a file nor a folder", one.location);
-                found.push(Found::problem(one.location, "unreadable", message));
+                found.push(Found::problem(one.location, UNREADABLE, message));
             }
             MatchKind::Unreadable(message) => {
-                found.push(Found::problem(one.location, "unreadable", message));
+                found.push(Found::problem(one.location, UNREADABLE, message));
             }
         }
     }
@@ -134,7 +136,7 @@ fn search(input: &Location, out: &Location, found: &mut Vec<Found>) -> Result<()
             true => format!("nothing matches {input}"),
             false => format!("{input} does not exist"),
         };
-        found.push(Found::problem(input.clone(), "not_found", message));
+        found.push(Found::problem(input.clone(), NOT_FOUND, message));
     }
     Ok(())
 }
@@ -151,13 +153,13 @@ fn search_folder(folder: Folder, out: &Location, found: &mut Vec<Found>) -> Resu
     for file in folder.files(&|at, is_folder| is_wanted(at, is_folder, out)) {
         found.push(match file {
             Ok(log) => Found::log(log),
-            Err((at, message)) => Found::problem(at, "unreadable", message),
+            Err((at, message)) => Found::problem(at, UNREADABLE, message),
         });
     }
     if found.len() == before {
         let extensions: Vec<String> = extensions().iter().map(|e| format!("*.{e}")).collect();
         let message = format!("{root} holds no logs (looked for {})", extensions.join(", "));
-        found.push(Found::problem(root, "no_logs", message));
+        found.push(Found::problem(root, NO_LOGS, message));
     }
     Ok(())
 }

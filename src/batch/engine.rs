@@ -17,6 +17,7 @@ use super::session::{self, Ended};
 use super::settings::Settings;
 use super::settle;
 use super::store::Store;
+use super::threads;
 use super::watch::{Finished, State, Watch};
 use super::work::Work;
 use crate::objects::Location;
@@ -91,10 +92,10 @@ pub fn run_if<W: Work>(
     let (found, bikes) = inputs(settings)?;
     check(&found, &bikes)?;
     let inputs = found.len();
-    let pool = pool(settings.jobs, inputs)?;
+    let pool = threads::pool(threads::taken(settings.jobs).min(inputs));
     let before = Contents::read(work.kind(), settings.out)?;
-    let before = pool.install(|| before.with_damage());
-    let plan = pool.install(|| plan::plan(found, &bikes, &before, settings, work))?;
+    let before = within(&pool, || before.with_damage());
+    let plan = within(&pool, || plan::plan(found, &bikes, &before, settings, work))?;
     let bytes = plan.bytes();
     let store = Store::open_again(&before)?;
     settle::after_kill(settings.out)?;
@@ -121,13 +122,16 @@ pub fn run_if<W: Work>(
         tally: Mutex::default(),
     };
     work.planned(inputs);
-    pool.broadcast(|_| shared.worker(work, watch));
+    match &pool {
+        Some(pool) => _ = pool.broadcast(|_| shared.worker(work, watch)),
+        None => shared.worker(work, watch),
+    }
     work.all_done();
     let tally = shared.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let mut accounts = tally.close(accounts, n_logs)?;
     accounts.check(stop.load(Ordering::Relaxed))?;
-    pool.install(|| store.merge())?;
-    accounts.damage = pool.install(|| damage(&store));
+    within(&pool, || store.merge())?;
+    accounts.damage = within(&pool, || damage(&store));
     // older logs that are passed by are there, too
     if settings.since.is_none() {
         store.remove_rejections_of_gone(settings.inputs, &logs)?;
@@ -151,20 +155,12 @@ pub(super) fn damage(store: &Store) -> Option<String> {
     ))
 }
 
-/// Logs that are worked on at the same time, as asked for: 0 takes one per core.
-pub(super) fn threads(jobs: usize) -> usize {
-    match jobs {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        jobs => jobs,
+/// Does something in a pool, or in this thread.
+fn within<T: Send>(pool: &Option<rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
+    match pool {
+        Some(pool) => pool.install(work),
+        None => work(),
     }
-}
-
-fn pool(jobs: usize, inputs: usize) -> Result<rayon::ThreadPool, Error> {
-    let threads = threads(jobs);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.min(inputs).max(1))
-        .build()
-        .map_err(|e| Error::Usage(format!("--jobs {threads}: {e}")))
 }
 
 /// The logs in order of path.

@@ -142,7 +142,12 @@ impl Logs {
             return Ok(*gone);
         }
         let at = Location::parse(path).map_err(|e| Error::Output(e.to_string()))?;
-        let gone = !at.exists().map_err(|e| Error::Output(format!("{path}: {e}")))?;
+        let gone = !at.exists().map_err(|e| {
+            Error::Output(format!(
+                "whether {path} is there cannot be told: {e}; nothing was forgotten. Make it readable, or give the sessions \
+                 by --session or --bike"
+            ))
+        })?;
         self.0.insert(path.to_owned(), gone);
         Ok(gone)
     }

@@ -64,6 +64,15 @@ fn sweep(temporary: &Path) {
     }
 }
 
+/// It is this machine's folder that cannot take the copies.
+fn no_room(at: &Path, e: &std::io::Error) -> Error {
+    Error::Output(format!(
+        "cannot write {} in the temporary folder, which takes a copy of the output's tables: {e}; set TMPDIR to a folder with \
+         room for them, then run again",
+        at.display()
+    ))
+}
+
 /// A folder with the output's tables.
 #[derive(Debug)]
 pub struct LocalCopy {
@@ -83,31 +92,32 @@ impl LocalCopy {
             Location::Remote(url) => url,
         };
         let list = Manifest::read(out);
-        let copy = Temporary::new(&std::env::temp_dir())
-            .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;
+        let temporary = std::env::temp_dir();
+        let copy = Temporary::new(&temporary).map_err(|e| no_room(&temporary, &e))?;
         let folder = copy.folder.path().to_owned();
         // an output, if it has nothing in it any more
-        std::fs::create_dir_all(folder.join(registry::SESSIONS.name))
-            .map_err(|e| Error::Output(format!("cannot make a temporary folder: {e}")))?;
+        let sessions = folder.join(registry::SESSIONS.name);
+        std::fs::create_dir_all(&sessions).map_err(|e| no_room(&sessions, &e))?;
         for name in registry::read_by_reports() {
             let prefix = url.join(name);
             let entries = client::list(&prefix).map_err(fail)?;
             for some in entries.chunks(SOME) {
                 let urls: Vec<Url> = some.iter().map(|e| prefix.join(&e.key)).collect();
                 for (entry, bytes) in some.iter().zip(client::get_many(&urls)) {
+                    let bytes = bytes.map_err(fail)?; // it says of which object
                     let path = folder.join(name).join(&entry.key);
                     let at = format!("{name}/{}", entry.key);
                     let is_as_listed = |bytes: &Bytes| {
                         list.of(&at).is_none_or(|sum| manifest::checksum(bytes) == sum)
                     };
-                    if !bytes.as_ref().map_or(true, is_as_listed) {
+                    if !is_as_listed(&bytes) {
                         left_out(out, &at);
                         continue;
                     }
                     let parent = path.parent().unwrap_or(&folder);
                     std::fs::create_dir_all(parent)
-                        .and_then(|()| std::fs::write(&path, bytes?))
-                        .map_err(|e| Error::Output(format!("{}: {e}", prefix.join(&entry.key))))?;
+                        .and_then(|()| std::fs::write(&path, bytes))
+                        .map_err(|e| no_room(&path, &e))?;
                 }
             }
         }

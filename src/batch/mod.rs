@@ -20,6 +20,7 @@
 //! load.
 
 pub mod bikes;
+pub mod blame;
 pub mod contents;
 pub mod diagnose;
 pub mod discover;
@@ -58,6 +59,7 @@ pub mod staged;
 pub mod store;
 pub mod summary;
 pub mod switch;
+pub mod threads;
 #[cfg(feature = "fleet")]
 mod tyres;
 pub mod verify;

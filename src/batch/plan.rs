@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::bikes::{BikeFile, BikeFiles, hash_settings};
+use super::blame::DUPLICATE_ID;
 use super::contents::Contents;
 use super::discover::Found;
 use super::error::Error;
@@ -346,7 +347,7 @@ fn identify(found: &Found, maps: &Maps, work: &impl Work) -> Result<Identified, 
 pub fn same_session(key: &Key, holder: &str) -> Rejection {
     Rejection {
         stage: "discover",
-        code: DUPLICATE_SESSION,
+        code: DUPLICATE_ID,
         message: format!(
             "session `{}` of {} is also in {holder}, which has it; give one of them another session_id, or leave one out",
             key.session_id, key.bike_id
@@ -355,16 +356,13 @@ pub fn same_session(key: &Key, holder: &str) -> Rejection {
     }
 }
 
-/// Code of a log whose session another log, or the output, has.
-pub const DUPLICATE_SESSION: &str = "duplicate_session_id";
-
 /// Why a log is not used whose session the output has from another ride, the log of which is not among these.
 pub fn archived(there: &Committed, own: Option<i64>) -> Rejection {
     let when = |start: Option<i64>| start.and_then(instant::text).unwrap_or_default();
     let Committed { session_id, bike_id, path, .. } = there;
     Rejection {
         stage: "discover",
-        code: DUPLICATE_SESSION,
+        code: DUPLICATE_ID,
         message: format!(
             "the output has a session `{session_id}` of {bike_id} from another ride ({path}, began {}, this one {}), whose log \
              is not among these; give this log another session_id or name, or give the other up: roadbench forget OUT \

@@ -1,10 +1,10 @@
 //! How far a run is: a bar for people at a terminal, one log event per session for everybody.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::threads;
 use super::watch::{Finished, State, Watch};
 
 /// Draws the bar and writes the events.
@@ -55,7 +55,7 @@ impl<R> Watch<R> for Progress {
         self.bar.set_length(inputs as u64);
         self.bar.set_draw_target(ProgressDrawTarget::stderr()); // draws nothing on no terminal
         self.bar.reset();
-        self.bar.enable_steady_tick(Duration::from_millis(250));
+        threads::tick(&self.bar);
     }
 
     fn finished(&self, f: &Finished<'_>, _: Option<R>) {

@@ -1,18 +1,23 @@
 //! One log of a batch, from its bytes to its files or its row of `rejected`.
 
+use std::fs::Metadata;
+use std::time::SystemTime;
+
+use super::blame;
 use super::error::Error;
 use super::log_hash::hash_file;
 use super::marker::Committed;
 use super::parts;
-use super::plan::{self, DUPLICATE_SESSION, Job};
+use super::plan::{self, Job};
 use super::settings::Settings;
 use super::store::Store;
 use super::work::{Output, Work, guarded};
 use crate::contract::instant;
-use crate::ingest::UNREACHABLE;
+use crate::ingest::{self, CHANGED, Identified};
+use crate::objects::Location;
 use crate::pipeline::{Input, Rejection};
 use crate::tables::registry;
-use crate::tables::rows::Rejected;
+use crate::tables::rows::{Ident, Rejected};
 
 /// What became of a log.
 #[derive(Debug)]
@@ -51,12 +56,12 @@ pub fn run<W: Work>(
         return Ok(Ended::Unchanged);
     }
     // what is computed is hashed again: hours may lie between the plan and its turn
+    let stamp = Stamp::of(&job.location);
     let input_hash = match hash_file(&job.location) {
         Ok(hash) => hash,
         Err(e) => {
-            let message = format!("cannot read {}: {e}", job.log);
-            let why = Rejection { stage: "ingest", code: "unreadable", message, limits: None };
-            return refuse(job, store, why, None);
+            let why = ingest::Error::unreadable(&job.location, &e);
+            return refuse(job, store, why.into(), None);
         }
     };
     if is_current(&input_hash) {
@@ -79,8 +84,14 @@ pub fn run<W: Work>(
         signals: work.is_requested(&registry::SIGNALS),
     };
     let output = guarded(work.kind().stage, || {
-        work.run(&input, &job.bike, settings.pipeline).and_then(|output| same(job, output))
+        let output = work.run(&input, &job.bike, settings.pipeline)?;
+        same(job, output, || work.identify(&job.location, settings.maps.list()))
     });
+    // what was read may be neither the old log nor the new one
+    let output = match stamp.is_changed(&job.location, &input_hash) {
+        true => Err(changed(job, "its bytes are others now")),
+        false => output,
+    };
     match output {
         Err(why) => refuse(job, store, why, Some(input_hash)),
         Ok(Output { ident, samples, files, result }) => {
@@ -97,16 +108,74 @@ pub fn run<W: Work>(
 }
 
 /// The session that was read must be the one that was identified: its files go there.
-fn same<R>(job: &Job, output: Output<R>) -> Result<Output<R>, Rejection> {
-    if output.ident.session_id == job.meta.session_id && output.ident.bike_id == job.meta.bike_id {
+fn same<R>(
+    job: &Job,
+    output: Output<R>,
+    identify: impl FnOnce() -> Result<Identified, Rejection>,
+) -> Result<Output<R>, Rejection> {
+    let is_planned = |session_id: &str, bike_id: &str| {
+        session_id == job.meta.session_id && bike_id == job.meta.bike_id
+    };
+    let Ident { session_id, bike_id, .. } = &output.ident;
+    if is_planned(session_id, bike_id) {
         return Ok(output);
     }
+    let how = format!(
+        "it was session `{}` of `{}` when the run began, and is `{session_id}` of `{bike_id}` now",
+        job.meta.session_id, job.meta.bike_id
+    );
+    // asked once more, a log that nobody has touched says what it said then
+    match identify() {
+        Ok(now) if is_planned(&now.meta.session_id, &now.meta.bike_id) => {}
+        _ => return Err(changed(job, &how)),
+    }
     let message = format!(
-        "the log was identified as session `{}` and read as `{}`; this is a mistake in \
+        "the log was identified as session `{}` and read as `{session_id}`; this is a mistake in \
          roadbench, please report it",
-        job.meta.session_id, output.ident.session_id
+        job.meta.session_id
     );
     Err(Rejection { stage: "ingest", code: "internal_error", message, limits: None })
+}
+
+/// The rejection of a log that is not what it was.
+fn changed(job: &Job, how: &str) -> Rejection {
+    let message = format!(
+        "{} changed while it was read ({how}); the next run reads it again, best when nobody writes it",
+        job.log
+    );
+    Rejection { stage: "ingest", code: CHANGED, message, limits: None }
+}
+
+/// What tells that a file was touched; of an object nothing, since its bytes are asked for by their name.
+#[derive(Debug, PartialEq, Eq)]
+struct Stamp(Option<(u64, SystemTime, [i64; 3])>);
+
+impl Stamp {
+    fn of(log: &Location) -> Self {
+        let meta = log.as_path().and_then(|path| std::fs::metadata(path).ok());
+        let of = |meta: Metadata| {
+            let written = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            (meta.len(), written, identity(&meta))
+        };
+        Stamp(meta.map(of))
+    }
+
+    /// Whether a log has other bytes than it had; of one that is gone or cannot be read that is not known.
+    fn is_changed(&self, log: &Location, hash: &str) -> bool {
+        *self != Stamp::of(log) && hash_file(log).is_ok_and(|now| now != hash)
+    }
+}
+
+/// Which file it is, and when it or its name were touched.
+#[cfg(unix)]
+fn identity(meta: &Metadata) -> [i64; 3] {
+    use std::os::unix::fs::MetadataExt;
+    [meta.ino() as i64, meta.ctime(), meta.ctime_nsec()]
+}
+
+#[cfg(not(unix))]
+fn identity(_: &Metadata) -> [i64; 3] {
+    [0; 3]
 }
 
 fn refuse<R>(
@@ -139,15 +208,10 @@ pub fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected, Error>
 /// The output cannot be written.
 pub fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
     // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
-    if is_own_fault(&row.code)
+    if blame::is_the_logs(&row.code)
         && let Some(key) = store.session_of(row, start)
     {
         store.remove(&key)?;
     }
     Ok(store.reject(row)?)
-}
-
-/// Whether a rejection says what the log's own content is like.
-pub fn is_own_fault(code: &str) -> bool {
-    ![DUPLICATE_SESSION, UNREACHABLE].contains(&code)
 }

@@ -23,6 +23,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use rayon::prelude::*;
 use walkdir::WalkDir;
 
+use super::blame;
 use super::contents::{Contents, Stale};
 use super::error::Error;
 use super::kind::Kind;
@@ -32,7 +33,6 @@ use super::manifest::{self, Manifest};
 use super::mark;
 use super::marker::{Committed, Key};
 use super::plan::Job;
-use super::session::is_own_fault;
 use super::staged::{self, Staged};
 use super::switch::{self, Switching};
 use super::work::SessionFile;
@@ -407,7 +407,8 @@ impl Store {
         Ok(())
     }
 
-    /// Removes the rows of inputs that are in the folders of this batch no more; `found` are those that are.
+    /// Removes the rows of inputs that are in the folders of this batch no more; `found` are those that are, and the folders that
+    /// could not be searched: what is below these is not gone.
     ///
     /// # Errors
     /// The folder cannot be read or written.
@@ -424,8 +425,13 @@ impl Store {
             let Some([row]) = rows.as_deref() else { continue };
             let Ok(log) = Location::parse(&row.path) else { continue };
             let is_below = inputs.iter().any(|i| log.starts_with(i) && log != *i);
+            let is_hidden = || {
+                let mut above = std::path::Path::new(&row.path).ancestors().skip(1);
+                above.any(|folder| folder.to_str().is_some_and(|f| found.contains(f)))
+                    || (!log.is_remote() && log.exists().is_err())
+            };
             let is_foreign = self.found.kind.foreign_stages.contains(&&*row.stage);
-            if is_below && !is_foreign && !found.contains(&row.path) {
+            if is_below && !is_foreign && !found.contains(&row.path) && !is_hidden() {
                 self.mark_behind()?;
                 remove(&at)?;
             }
@@ -445,7 +451,7 @@ impl Store {
     pub fn session_of(&self, rejected: &Rejected, start: Option<i64>) -> Option<Key> {
         let hash = rejected.input_hash.as_deref().unwrap_or_default();
         let is_own = |there: &&Committed| {
-            let is_same = there.input_hash == hash;
+            let is_same = !hash.is_empty() && there.input_hash == hash;
             is_same || there.path == rejected.path && !self.is_archived(there, hash, start)
         };
         match (&rejected.bike_id, &rejected.session_id) {
@@ -459,7 +465,7 @@ impl Store {
 
     /// Whether the output keeps rows of a rejected log: it could not be read tonight, and is what it was for all we know.
     pub fn keeps(&self, rejected: &Rejected, start: Option<i64>) -> bool {
-        !is_own_fault(&rejected.code) && self.session_of(rejected, start).is_some()
+        !blame::is_the_logs(&rejected.code) && self.session_of(rejected, start).is_some()
     }
 
     /// The session that an unreadable log was when it could still be read: the last one that was made from this very path, if

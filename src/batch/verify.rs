@@ -43,6 +43,8 @@ pub enum Wrong {
     Waiting,
     /// The log is not there any more.
     LogMissing,
+    /// The log cannot be read: whether it is as it was cannot be told.
+    LogUnreadable,
     /// The log has other bytes now.
     LogChanged,
 }
@@ -60,6 +62,7 @@ impl Wrong {
             Wrong::LeftOver => "left_over",
             Wrong::Waiting => "waiting",
             Wrong::LogMissing => "log_missing",
+            Wrong::LogUnreadable => "log_unreadable",
             Wrong::LogChanged => "log_changed",
         }
     }
@@ -178,10 +181,10 @@ pub fn mend(out: &Location, lose: bool) -> Result<Mended, Error> {
     Ok(Mended { removed: removed.into_iter().collect(), kept })
 }
 
-/// Sessions whose logs are gone or changed, and whether no other session of the table has its log.
+/// Sessions whose logs are gone, changed or not readable, and whether no other session of the table has its log.
 type WithoutLog = (BTreeSet<String>, bool);
 
-/// Those of some tables that have sessions whose logs are gone or changed.
+/// Those of some tables that have sessions whose logs are gone, changed or not readable.
 fn without_log(there: &Contents, paths: &BTreeSet<String>) -> BTreeMap<String, WithoutLog> {
     let kind = there.kind;
     let files: Vec<(&str, &str)> = kind.files().chain([(kind.marker.name, "parquet")]).collect();
@@ -475,7 +478,10 @@ fn log(path: &str, hash: &str) -> Option<Finding> {
         _ => match hash_file(&at) {
             Ok(now) if now == hash => None,
             Ok(_) => finding(Wrong::LogChanged, "the next run computes it again"),
-            Err(e) => finding(Wrong::LogMissing, &e.to_string()),
+            Err(e) => finding(
+                Wrong::LogUnreadable,
+                &format!("{e}; the session stays, and the next run tries to read it"),
+            ),
         },
     }
 }

@@ -213,13 +213,10 @@ fn moment(text: &str) -> Result<SystemTime, String> {
 }
 
 /// Set by the first Ctrl-C (or SIGTERM), which lets the sessions under way finish; the second one ends
-/// the program at once.
-///
-/// # Errors
-/// Signals cannot be listened for.
-pub fn stop_on_signal() -> Result<&'static AtomicBool, Failure> {
+/// the program at once. Where nobody can listen for signals the first one does.
+pub fn stop_on_signal() -> &'static AtomicBool {
     static STOP: AtomicBool = AtomicBool::new(false);
-    static LISTENING: OnceLock<Result<(), String>> = OnceLock::new();
+    static LISTENING: OnceLock<()> = OnceLock::new();
     let listen = || {
         let stop = || {
             if STOP.swap(true, Ordering::Relaxed) {
@@ -227,10 +224,12 @@ pub fn stop_on_signal() -> Result<&'static AtomicBool, Failure> {
             }
             tracing::warn!("stopping after the sessions under way; once more to stop at once");
         };
-        ctrlc::set_handler(stop).map_err(|e| format!("cannot listen for Ctrl-C: {e}"))
+        if let Err(e) = ctrlc::set_handler(stop) {
+            tracing::warn!("cannot listen for Ctrl-C, which ends the run at once: {e}");
+        }
     };
-    LISTENING.get_or_init(listen).clone().map_err(Failure::Usage)?;
-    Ok(&STOP)
+    LISTENING.get_or_init(listen);
+    &STOP
 }
 
 /// Prints what would be done: a line per log that would be computed or refused, and the counts.

@@ -67,7 +67,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
     let progress = Progress::new(bar, arguments.batch.shows_progress());
     let order = InOrder::new(|text: String| progress.aside(|| print(&text)));
     let watch = Watcher { progress: &progress, order: &order, format };
-    let done = engine::run(&given.settings(), &work, &watch, stop_on_signal()?);
+    let done = engine::run(&given.settings(), &work, &watch, stop_on_signal());
     order.flush();
     progress.clear();
     let (accounts, store) = done?;

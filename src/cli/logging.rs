@@ -47,7 +47,11 @@ pub fn init(format: LogFormat, verbose: bool, bar: &ProgressBar) {
     };
     std::panic::set_hook(Box::new(|panic| {
         // the batch catches it and goes on; the place is what a bug report needs
-        tracing::error!("internal error: {panic}");
+        let text = panic.to_string();
+        tracing::error!(
+            "internal error: {}",
+            text.split_whitespace().collect::<Vec<_>>().join(" ")
+        );
     }));
 }
 

@@ -1,13 +1,16 @@
 //! The command line: one file per command, nothing here but the list and the exit codes.
 
+use std::any::Any;
 use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use indicatif::ProgressBar;
 use say::tell;
 
-use crate::batch::fence;
+use crate::batch::threads::STACK;
+use crate::batch::{fence, threads};
 
 use failure::Failure;
 use logging::LogFormat;
@@ -27,6 +30,7 @@ pub mod inspect;
 pub mod inspect_source;
 mod location;
 pub mod logging;
+mod machine;
 pub mod map;
 pub mod modes;
 mod number;
@@ -118,10 +122,37 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     if arguments.get(1).is_some_and(|first| first == fence::WORKER) {
         return fence::serve::serve();
     }
+    // the main thread's stack may be small (`ulimit -s`)
+    let done = std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().name("roadbench".to_owned()).stack_size(STACK);
+        match thread.spawn_scoped(scope, || commanded(&arguments)) {
+            Ok(thread) => thread.join(),
+            Err(_) => catch_unwind(|| commanded(&arguments)), // where there is no other, this one
+        }
+    });
+    done.unwrap_or_else(|panic| {
+        let (code, message) = ended(&*panic).parts();
+        tell!("roadbench: {message}\n");
+        code
+    })
+}
+
+/// A command that came to an end nobody had foreseen.
+fn ended(panic: &(dyn Any + Send)) -> Failure {
+    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    Failure::Output(format!(
+        "it ended unforeseen ({}). If that says that memory, processes or open files are missing, give it more (`ulimit -a`), or \
+         fewer --jobs; else it is a mistake in roadbench, please report it",
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    ))
+}
+
+fn commanded(arguments: &[OsString]) -> u8 {
     let arguments = Arguments::parse_from(arguments);
     let bar = ProgressBar::hidden();
     logging::init(arguments.log_format, arguments.verbose, &bar);
-    let result = with_jobs(arguments.jobs, || match arguments.command {
+    let command = || match arguments.command {
         Command::Run(a) => run::run(a, bar),
         Command::Diagnose(a) => diagnose::run(a, bar),
         Command::Plan(a) => plan::run(&a, bar),
@@ -141,7 +172,10 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Command::Demo(a) => demo::run(&a, bar),
         Command::Completions(a) => shell::completions(&a, Arguments::command()),
         Command::Man(a) => shell::man(&a, Arguments::command()),
-    });
+    };
+    // nothing that is looked at afterwards is left half-done
+    let done = catch_unwind(AssertUnwindSafe(|| with_jobs(arguments.jobs, command)));
+    let result = done.unwrap_or_else(|panic| Err(ended(&*panic)));
     let Err(failure) = result else { return 0 };
     let (code, message) = failure.parts();
     match arguments.log_format {
@@ -174,12 +208,22 @@ fn with_jobs(
     jobs: u16,
     command: impl FnOnce() -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
-    if jobs == 0 {
-        return command();
+    let taken = threads::taken(jobs.into());
+    if usize::from(jobs) > taken {
+        tracing::warn!(
+            "--jobs {jobs}: more than {taken} make nothing faster on this machine; {taken} are taken"
+        );
     }
-    // the stack is that of a main thread
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).stack_size(8 << 20).build();
-    pool.map_err(|e| Failure::Usage(format!("--jobs {jobs}: {e}")))?.install(command)
+    let most = machine::most_threads()?;
+    if most < taken {
+        tracing::warn!(
+            "the memory that is allowed (`ulimit -v`, `ulimit -d`) has room for {most} of {taken} threads"
+        );
+    }
+    match threads::pool(taken.min(most)) {
+        Some(pool) => pool.install(command),
+        None => threads::alone(command),
+    }
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ pub fn run(arguments: Arguments, bar: ProgressBar) -> Result<(), Failure> {
         let logs = logs.iter().map(|found| &found.location);
         Ok(outputs.apart_from(logs.chain([bikes]))?)
     };
-    let done = engine::run_if(&given.settings(), &work, &watch, stop_on_signal()?, check);
+    let done = engine::run_if(&given.settings(), &work, &watch, stop_on_signal(), check);
     Watcher::clear(&watch);
     let (accounts, store) = done?;
     let out = store.root();

@@ -1,8 +1,8 @@
 //! Progress of commands that are no batch: how much there is to do, said before, and a bar at a terminal.
 
-use std::time::Duration;
-
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::batch::threads;
 
 /// Pieces of work of one kind, done one after the other or side by side. The bar goes with it.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ impl Steps {
         bar.set_message(what.to_owned());
         bar.set_draw_target(ProgressDrawTarget::stderr()); // draws nothing on no terminal
         bar.reset();
-        bar.enable_steady_tick(Duration::from_millis(250));
+        threads::tick(&bar);
         Steps(bar)
     }
 

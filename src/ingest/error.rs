@@ -14,15 +14,29 @@ pub struct Error {
 
 /// Code of what could not be fetched from an object store: it may be in order.
 pub const UNREACHABLE: &str = "unreachable";
+/// Code of what this machine could not read (no permission, a failing disk): it may be in order.
+pub const UNREADABLE: &str = "unreadable";
+/// Code of a log that was written anew while it was read.
+pub const CHANGED: &str = "changed";
+/// Code of a log whose bytes make no sense.
+pub const DAMAGED: &str = "damaged";
 
 impl Error {
     pub(super) fn new(code: &'static str, message: impl Into<String>) -> Self {
         Error { code, message: message.into() }
     }
 
-    pub(super) fn unreadable(log: &Location, error: &std::io::Error) -> Self {
-        // no answer from a store does not mean that the log is bad
-        let code = if log.is_remote() { UNREACHABLE } else { "unreadable" };
+    /// Of a log that could not be read to its end: whether it is bad depends on who says so, the system (or a store), or what
+    /// unpacks its bytes.
+    pub fn unreadable(log: &Location, error: &std::io::Error) -> Self {
+        use std::io::ErrorKind::{AlreadyExists, FileTooLarge, InvalidData, UnexpectedEof};
+        let code = match error.kind() {
+            InvalidData | UnexpectedEof | FileTooLarge => DAMAGED,
+            // a store gives the bytes only that were listed
+            AlreadyExists if log.is_remote() => CHANGED,
+            _ if log.is_remote() => UNREACHABLE,
+            _ => UNREADABLE,
+        };
         Error::new(code, format!("cannot read {log}: {error}"))
     }
 }

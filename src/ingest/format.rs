@@ -18,7 +18,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::contract::session::Meta;
 use crate::ingest::aids::Aids;
-use crate::ingest::error::Error;
+use crate::ingest::error::{DAMAGED, Error};
 use crate::ingest::fit::{fit, is_for};
 use crate::ingest::ident;
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
@@ -210,7 +210,7 @@ pub(super) fn guarded<T>(
     log: &Location,
     work: impl FnOnce() -> Result<T, String>,
 ) -> Result<T, Error> {
-    let damaged = |what: &str| Error::new("unreadable", format!("{log} is damaged: {what}"));
+    let damaged = |what: &str| Error::new(DAMAGED, format!("{log} is damaged: {what}"));
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(done) => done.map_err(|message| damaged(&message)),
         Err(_) => Err(damaged("its parts make no sense")),

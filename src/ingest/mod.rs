@@ -51,7 +51,7 @@ pub mod yaw;
 pub use check::check;
 pub use config::Config;
 pub use detect::format_of;
-pub use error::{Error, UNREACHABLE};
+pub use error::{CHANGED, DAMAGED, Error, UNREACHABLE, UNREADABLE};
 pub use extent::extent;
 pub use raw::{Column, Identified, Imu, Raw, Track};
 pub use switches::{CHECKS, Check, Effect, Switches};
@@ -70,7 +70,8 @@ use map::file::or_shipped;
 /// a file name (`bad_bike_id`, `bad_session_id`).
 pub fn identify(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Identified, Error> {
     let log = &log.into();
-    let Identified { meta, map } = (format_of(log)?.identify)(log, or_shipped(maps))?;
+    let identified = whole(log, || (format_of(log)?.identify)(log, or_shipped(maps)));
+    let Identified { meta, map } = identified?;
     Ok(Identified { meta: ident::checked(meta)?, map })
 }
 
@@ -82,7 +83,7 @@ pub fn identify(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Identif
 /// The file cannot be read, or lacks what every session needs.
 pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error> {
     let log = &log.into();
-    let mut raw = (format_of(log)?.read)(log, or_shipped(maps))?;
+    let mut raw = whole(log, || (format_of(log)?.read)(log, or_shipped(maps)))?;
     if let Some(why) = source::broken(log) {
         let message =
             format!("the packed log is damaged or cut off ({why}); read as far as it was unpacked");
@@ -100,6 +101,17 @@ pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error>
         raw.warnings.push(warning::warning("implausible_start_time", None, 1, None, message));
     }
     Ok(raw)
+}
+
+/// Reads of a log. Where the system, or a store, did not give it all of the bytes, that is the error, whatever the reader made
+/// of the others: a log that ends there looks like one that was cut off.
+fn whole<T>(log: &Location, read: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    source::take_fault(log); // of an earlier try
+    let read = read();
+    match source::take_fault(log) {
+        Some(fault) => Err(Error::unreadable(log, &fault)),
+        None => read,
+    }
 }
 
 /// The channel map that [`read`] takes for a log; `None` if it is `session.v1` already.
@@ -134,4 +146,50 @@ pub fn run(raw: Raw, config: &Config) -> Result<(Session, Vec<Warning>), Error> 
         yaw::to_trace(&mut session, &mut warnings);
     }
     Ok((session, warnings))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::ErrorKind;
+
+    use super::*;
+
+    #[test]
+    fn half_a_log_is_unreadable_whatever_its_reader_made_of_it() {
+        let log = Location::from(std::path::Path::new("half.csv"));
+        let read = |made: Result<u8, Error>, kind: Option<ErrorKind>| {
+            let reader = || {
+                kind.into_iter().for_each(|kind| source::note_fault(&log, &kind.into()));
+                made
+            };
+            whole(&log, reader).map_err(|e| e.code)
+        };
+        let damaged = || Err(Error::new(DAMAGED, "cut off"));
+        assert_eq!(read(Ok(7), None), Ok(7));
+        assert_eq!(read(damaged(), None), Err(DAMAGED));
+        for made in [Ok(7), damaged()] {
+            assert_eq!(read(made, Some(ErrorKind::PermissionDenied)), Err(UNREADABLE));
+        }
+        // its end is what every reader comes to
+        assert_eq!(read(Ok(7), Some(ErrorKind::UnexpectedEof)), Ok(7));
+        assert_eq!(read(Ok(7), None), Ok(7), "what was noted is of one try");
+    }
+
+    #[test]
+    fn who_does_not_give_a_log_says_whether_it_is_bad() {
+        let code = |kind: ErrorKind, log: &str| {
+            let log = Location::parse(log).expect("a location");
+            Error::unreadable(&log, &kind.into()).code
+        };
+        for (kind, here, in_a_store) in [
+            (ErrorKind::PermissionDenied, UNREADABLE, UNREACHABLE),
+            (ErrorKind::NotFound, UNREADABLE, UNREACHABLE),
+            (ErrorKind::Other, UNREADABLE, UNREACHABLE),
+            (ErrorKind::InvalidData, DAMAGED, DAMAGED),
+            (ErrorKind::UnexpectedEof, DAMAGED, DAMAGED),
+            (ErrorKind::AlreadyExists, UNREADABLE, CHANGED),
+        ] {
+            assert_eq!((code(kind, "a.csv"), code(kind, "s3://b/a.csv")), (here, in_a_store));
+        }
+    }
 }

@@ -57,19 +57,38 @@ const WHOLE: u64 = 64 << 20;
 /// Ranges nearer to each other than this are asked for as one.
 const GAP: u64 = 256 << 10;
 
+/// Threads of the network: they only move bytes.
+const THREADS: usize = 2;
+
 type Client = Arc<dyn ObjectStore>;
 
 fn runtime() -> Result<&'static Runtime> {
     static RUNTIME: OnceLock<std::result::Result<Runtime, String>> = OnceLock::new();
     let made = RUNTIME.get_or_init(|| {
-        let builder = Builder::new_multi_thread()
-            .worker_threads(2) // they only move bytes
-            .thread_name("roadbench-objects")
-            .enable_all()
-            .build();
-        builder.map_err(|e| e.to_string())
+        let build = || {
+            Builder::new_multi_thread()
+                .worker_threads(THREADS)
+                .thread_name("roadbench-objects")
+                .enable_all()
+                .build()
+        };
+        can_start(1 + THREADS).and_then(|()| build()).map_err(|e| e.to_string())
     });
     made.as_ref().map_err(|e| Error::other(format!("cannot start the network threads: {e}")))
+}
+
+/// Whether so many threads can be started: a runtime that cannot start its own panics.
+fn can_start(threads: usize) -> Result<()> {
+    let gate = Mutex::new(());
+    std::thread::scope(|scope| {
+        let shut = gate.lock().unwrap_or_else(PoisonError::into_inner);
+        // each waits for the last
+        let wait = || drop(gate.lock());
+        let mut all = (0..threads).map(|_| std::thread::Builder::new().spawn_scoped(scope, wait));
+        let started = all.try_for_each(|thread| thread.map(|_| ()));
+        drop(shut);
+        started
+    })
 }
 
 /// The bucket's client; made once.
@@ -231,6 +250,9 @@ fn never_whole(url: &Url) -> Error {
 /// # Errors
 /// Each may be one, as [`get`]'s.
 pub fn get_many(urls: &[Url]) -> Vec<Result<Bytes>> {
+    if urls.is_empty() {
+        return Vec::new(); // local files need no network
+    }
     let all = || -> Result<Vec<Result<Bytes>>> {
         let runtime = runtime()?;
         let requests = urls
@@ -376,6 +398,9 @@ pub fn delete(url: &Url) -> Result<()> {
 /// # Errors
 /// As [`delete`]; the others may be gone.
 pub fn delete_many(urls: &[Url]) -> Result<()> {
+    if urls.is_empty() {
+        return Ok(());
+    }
     let runtime = runtime()?;
     let requests =
         urls.iter().map(|url| Ok((client(url)?, key(url)?))).collect::<Result<Vec<_>>>()?;

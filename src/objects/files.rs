@@ -68,15 +68,11 @@ impl Location {
     /// Whether there is such a file, or such a local folder.
     ///
     /// # Errors
-    /// The store does not answer.
+    /// That cannot be told: the store does not answer, or a folder on the way to it may not be looked into.
     pub fn exists(&self) -> Result<bool> {
         match self {
-            Self::Local(path) => Ok(path.exists()),
-            Self::Remote(url) => match client::stat(url) {
-                Ok(_) => Ok(true),
-                Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
-                Err(e) => Err(e),
-            },
+            Self::Local(path) => is_there(std::fs::metadata(path)),
+            Self::Remote(url) => is_there(client::stat(url)),
         }
     }
 
@@ -101,6 +97,15 @@ impl Location {
             Self::Remote(url) => client::list(url),
             Self::Local(folder) => Ok(list_local(folder)),
         }
+    }
+}
+
+/// Whether something was found; what cannot be looked at is not gone.
+fn is_there<T>(found: Result<T>) -> Result<bool> {
+    match found {
+        Ok(_) => Ok(true),
+        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(false),
+        Err(e) => Err(e),
     }
 }
 

@@ -80,20 +80,20 @@ impl Lease {
         for _ in 0..TRIES {
             let held = Held { owner: owner.clone(), until: end(term) };
             match client::put_if(url, &encoded(&held), None) {
-                Ok(etag) => return Ok(Lease::renewed(url, held, etag, term)),
+                Ok(etag) => return Lease::renewed(url, held, etag, term),
                 Err(e) if e.kind() != ErrorKind::AlreadyExists => return Err(e.into()),
                 Err(_) => {}
             }
             let Some((there, etag)) = look(url)? else { continue };
             if there.owner == owner {
-                return Ok(Lease::renewed(url, there, etag, term)); // its answer was lost
+                return Lease::renewed(url, there, etag, term); // its answer was lost
             }
             if there.until > Timestamp::now() {
                 return Err(Refusal::Taken(there.owner, there.until));
             }
             tracing::warn!("{url}: taking over the lock of {}, which ended", there.owner);
             match client::put_if(url, &encoded(&held), etag.as_deref()) {
-                Ok(etag) => return Ok(Lease::renewed(url, held, etag, term)),
+                Ok(etag) => return Lease::renewed(url, held, etag, term),
                 Err(e) if e.kind() != ErrorKind::AlreadyExists => return Err(e.into()),
                 Err(e) => last = Some(e), // another was quicker, or its answer was lost
             }
@@ -102,12 +102,17 @@ impl Lease {
         Err(Refusal::Failed(e))
     }
 
-    fn renewed(url: &Url, held: Held, etag: Option<String>, term: Duration) -> Lease {
+    fn renewed(
+        url: &Url,
+        held: Held,
+        etag: Option<String>,
+        term: Duration,
+    ) -> std::result::Result<Lease, Refusal> {
         let lost = Arc::new(AtomicBool::new(false));
         let (stop, stopped) = channel();
         let flag = Arc::clone(&lost);
         let mut renewal = Renewal { url: url.clone(), held, etag, term };
-        let thread = std::thread::spawn(move || {
+        let renewing = move || {
             while stopped.recv_timeout(term / 4) == Err(RecvTimeoutError::Timeout) {
                 if let Err(e) = renewal.renew() {
                     tracing::error!("{}: the lock is lost: {e}", renewal.url);
@@ -115,8 +120,16 @@ impl Lease {
                     return;
                 }
             }
-        });
-        Lease { url: url.clone(), lost, renewal: Some((stop, thread)) }
+        };
+        match std::thread::Builder::new().spawn(renewing) {
+            Ok(thread) => Ok(Lease { url: url.clone(), lost, renewal: Some((stop, thread)) }),
+            // a lock that ends under a run is none
+            Err(e) => {
+                let _ = client::delete(url);
+                let message = format!("no thread can be started that renews the lock: {e}");
+                Err(Refusal::Failed(std::io::Error::new(e.kind(), message)))
+            }
+        }
     }
 
     /// Whether it is still ours.

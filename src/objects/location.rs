@@ -18,7 +18,7 @@ use super::url::{Url, is_url};
 const PACKED: [&str; 2] = ["gz", "zst"];
 
 /// Characters that make a name a glob pattern.
-const WILD: [char; 3] = ['*', '?', '['];
+pub(super) const WILD: [char; 3] = ['*', '?', '['];
 
 /// A file or folder, local or in an object store.
 ///

@@ -6,7 +6,9 @@
 //! files      reading, writing, listing, removing, whichever of the two it is
 //! replace    files of this machine that are replaced whole, and those at names of our own
 //! search     the files of a folder or prefix, or behind a glob pattern
+//! pattern    the files behind a glob pattern
 //! source     an open log: the readers need not know where it is
+//! faults     what an open log did not give
 //! packed     a log that was packed as a whole, unpacked
 //! client     list, get, put, delete in a store, one request after the other
 //! lease      a run's lock on a prefix
@@ -19,10 +21,12 @@
 //! without the feature `cloud`, every address is an error that says so.
 
 pub mod counts;
+mod faults;
 pub mod files;
 pub mod lease;
 pub mod location;
 pub mod packed;
+mod pattern;
 pub mod replace;
 pub mod search;
 pub mod source;

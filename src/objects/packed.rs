@@ -65,7 +65,11 @@ fn read(unpacking: impl Read) -> Result<Unpacked> {
         let message = format!("unpacked it is more than {} MB; unpack it yourself", LARGEST >> 20);
         return Err(Error::new(ErrorKind::FileTooLarge, message));
     }
-    let broken = end.err().map(|e| e.to_string());
+    let broken = match end {
+        // the packed bytes were not given: what there is of them says nothing
+        Err(e) if e.raw_os_error().is_some() => return Err(e),
+        end => end.err().map(|e| e.to_string()),
+    };
     match broken {
         Some(why) if bytes.is_empty() => {
             Err(Error::new(ErrorKind::InvalidData, format!("it cannot be unpacked: {why}")))

@@ -13,7 +13,7 @@ use walkdir::WalkDir;
 use super::location::{Location, fixed_part};
 use super::stat::Entry;
 use super::url::Url;
-use super::{client, source};
+use super::{client, pattern, source};
 
 /// Something that is there.
 #[derive(Debug)]
@@ -58,35 +58,37 @@ pub fn find(name: &Location, is_file_name: impl Fn(&str) -> bool) -> Result<Vec<
     match name {
         Location::Remote(url) if name.is_pattern() => remote_pattern(url),
         Location::Remote(url) => remote(url, is_file_name(&url.key)),
-        Location::Local(path) if path.exists() => Ok(vec![local(path.clone())]),
+        Location::Local(path) if name.exists().unwrap_or(true) => Ok(vec![local(path.clone())]),
         Location::Local(path) if name.is_pattern() => local_pattern(&path.to_string_lossy()),
         Location::Local(_) => Ok(Vec::new()),
     }
 }
 
 fn local(path: PathBuf) -> Match {
-    let (is_file, is_folder) = (path.is_file(), path.is_dir());
+    let found = std::fs::metadata(&path);
     let location = Location::Local(path);
-    let kind = match () {
-        () if is_file => MatchKind::File,
-        () if is_folder => {
+    let kind = match found {
+        Ok(meta) if meta.is_file() => MatchKind::File,
+        Ok(meta) if meta.is_dir() => {
             MatchKind::Folder(Folder { location: location.clone(), entries: Vec::new() })
         }
-        () => MatchKind::Other,
+        // a link that leads nowhere
+        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            MatchKind::Other
+        }
+        Err(e) => MatchKind::Unreadable(format!("cannot look at {location}: {e}")),
+        Ok(_) => MatchKind::Other,
     };
     Match { location, kind }
 }
 
 fn local_pattern(pattern: &str) -> Result<Vec<Match>> {
-    let options =
-        glob::MatchOptions { require_literal_leading_dot: true, ..glob::MatchOptions::new() };
-    let paths = glob::glob_with(pattern, options).map_err(|e| no_pattern(pattern, e))?;
-    let found = paths.map(|path| match path {
+    let found = pattern::expand(pattern).map_err(|e| no_pattern(pattern, e))?;
+    let found = found.into_iter().map(|path| match path {
         Ok(path) => local(path),
-        Err(e) => Match {
-            location: Location::Local(e.path().to_owned()),
-            kind: MatchKind::Unreadable(e.to_string()),
-        },
+        Err((path, message)) => {
+            Match { location: Location::Local(path), kind: MatchKind::Unreadable(message) }
+        }
     });
     Ok(found.collect())
 }
@@ -171,7 +173,9 @@ impl Folder {
     pub fn subfolder(mut self, name: &str) -> std::result::Result<Self, Self> {
         let location = self.location.join(name);
         if let Location::Local(path) = &location {
-            let there = path.is_dir();
+            // one that cannot be looked at is found when it is searched
+            let there = !matches!(std::fs::metadata(path), Ok(meta) if !meta.is_dir())
+                && location.exists().unwrap_or(true);
             return if there { Ok(Folder { location, entries: Vec::new() }) } else { Err(self) };
         }
         let below = format!("{name}/");

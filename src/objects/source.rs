@@ -8,8 +8,9 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::{Cursor, Error, ErrorKind, Read, Result, Seek, SeekFrom};
+use std::io::{BufReader, Cursor, Error, ErrorKind, Read, Result, Seek, SeekFrom};
 use std::ops::Range;
+use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::SystemTime;
 
@@ -18,6 +19,8 @@ use parquet::errors::{ParquetError, Result as ParquetResult};
 use parquet::file::reader::{ChunkReader, Length};
 
 use super::client;
+use super::faults;
+pub use super::faults::{note as note_fault, take as take_fault};
 use super::files::{open_file, stat_local};
 use super::location::Location;
 use super::packed::{self, Unpacked};
@@ -84,11 +87,56 @@ fn stat_of(url: &Url) -> Result<Stat> {
 #[derive(Debug)]
 pub enum Source {
     /// A file.
-    Local(File),
+    Local(LocalLog),
     /// An object.
     Remote(Remote),
     /// What was in a packed log.
     Unpacked(Cursor<Bytes>),
+}
+
+/// A file of this machine; what it does not give is noted.
+#[derive(Debug)]
+pub struct LocalLog {
+    file: File,
+    log: Location,
+}
+
+impl LocalLog {
+    fn open(log: &Location, path: &Path) -> Result<Self> {
+        Ok(LocalLog { file: open_file(path)?, log: log.clone() })
+    }
+
+    /// Its bytes.
+    ///
+    /// # Errors
+    /// The file cannot be asked.
+    pub fn size(&self) -> Result<u64> {
+        let meta = self.file.metadata();
+        Ok(meta.inspect_err(|e| faults::note(&self.log, e))?.len())
+    }
+
+    /// What is at a place, wherever the reader is.
+    ///
+    /// # Errors
+    /// The file ends before, or cannot be read.
+    #[cfg(unix)]
+    pub fn read_exact_at(&self, out: &mut [u8], at: u64) -> Result<()> {
+        let read = std::os::unix::fs::FileExt::read_exact_at(&self.file, out, at);
+        read.inspect_err(|e| faults::note(&self.log, e))
+    }
+
+    /// The same file, read from a place on.
+    fn from(&self, start: u64) -> Result<LocalLog> {
+        let mut file = self.file.try_clone().inspect_err(|e| faults::note(&self.log, e))?;
+        file.seek(SeekFrom::Start(start))?;
+        Ok(LocalLog { file, log: self.log.clone() })
+    }
+}
+
+impl Read for LocalLog {
+    fn read(&mut self, out: &mut [u8]) -> Result<usize> {
+        self.file.read(out).inspect_err(|e| faults::note(&self.log, e))
+    }
 }
 
 /// An object and where in it the reader is.
@@ -124,7 +172,7 @@ fn open_as_it_is(log: &Location) -> Result<Source> {
         static LAST: RefCell<Option<Arc<Log>>> = const { RefCell::new(None) };
     }
     let url = match log {
-        Location::Local(path) => return open_file(path).map(Source::Local),
+        Location::Local(path) => return LocalLog::open(log, path).map(Source::Local),
         Location::Remote(url) => url,
     };
     let stat = stat_of(url)?;
@@ -168,6 +216,11 @@ impl Log {
     }
 
     fn fetch(&self, ranges: &[Range<u64>]) -> Result<()> {
+        let fetched = self.fetch_missing(ranges);
+        fetched.inspect_err(|e| faults::note(&self.url.clone().into(), e))
+    }
+
+    fn fetch_missing(&self, ranges: &[Range<u64>]) -> Result<()> {
         let missing: Vec<Range<u64>> = ranges
             .iter()
             .map(|r| r.start..r.end.min(self.stat.size))
@@ -215,7 +268,7 @@ impl Source {
     /// The file cannot be asked.
     pub fn size(&self) -> Result<u64> {
         match self {
-            Source::Local(file) => Ok(file.metadata()?.len()),
+            Source::Local(file) => file.size(),
             Source::Remote(remote) => Ok(remote.log.stat.size),
             Source::Unpacked(bytes) => Ok(bytes.get_ref().len() as u64),
         }
@@ -279,7 +332,7 @@ impl Read for Source {
 impl Seek for Source {
     fn seek(&mut self, to: SeekFrom) -> Result<u64> {
         match self {
-            Source::Local(file) => file.seek(to),
+            Source::Local(file) => file.file.seek(to),
             Source::Remote(remote) => remote.seek(to),
             Source::Unpacked(bytes) => bytes.seek(to),
         }
@@ -289,7 +342,7 @@ impl Seek for Source {
 impl Length for Source {
     fn len(&self) -> u64 {
         match self {
-            Source::Local(file) => Length::len(file),
+            Source::Local(file) => file.size().unwrap_or(0),
             Source::Remote(remote) => remote.log.stat.size,
             Source::Unpacked(bytes) => bytes.get_ref().len() as u64,
         }
@@ -300,7 +353,7 @@ impl Length for Source {
 #[derive(Debug)]
 pub enum Chunk {
     /// In a file.
-    Local(<File as ChunkReader>::T),
+    Local(BufReader<LocalLog>),
     /// In an object.
     Remote(Remote),
     /// In what was unpacked.
@@ -322,7 +375,7 @@ impl ChunkReader for Source {
 
     fn get_read(&self, start: u64) -> ParquetResult<Chunk> {
         match self {
-            Source::Local(file) => file.get_read(start).map(Chunk::Local),
+            Source::Local(file) => Ok(Chunk::Local(BufReader::new(file.from(start)?))),
             Source::Remote(remote) => {
                 Ok(Chunk::Remote(Remote { log: Arc::clone(&remote.log), at: start }))
             }
@@ -332,12 +385,53 @@ impl ChunkReader for Source {
 
     fn get_bytes(&self, start: u64, length: usize) -> ParquetResult<Bytes> {
         match self {
-            Source::Local(file) => file.get_bytes(start, length),
+            Source::Local(file) => {
+                let mut bytes = Vec::with_capacity(length);
+                file.from(start)?.take(length as u64).read_to_end(&mut bytes)?;
+                if bytes.len() < length {
+                    let message = format!("{length} bytes at {start}, and the file ends before");
+                    return Err(ParquetError::EOF(message));
+                }
+                Ok(bytes.into())
+            }
             Source::Remote(remote) => remote
                 .log
                 .range(start, length as u64)
                 .map_err(|e| ParquetError::External(Box::new(e))),
             Source::Unpacked(bytes) => bytes.get_ref().get_bytes(start, length),
         }
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// A folder in place of a file: it can be opened, and every read of it is an error of the system.
+    #[test]
+    fn what_the_system_does_not_give_is_noted_whoever_asks() {
+        let folder = tempfile::tempdir().expect("folder");
+        let log = Location::from(folder.path().join("a.csv.gz"));
+        let broken = || {
+            let file = File::open(folder.path()).expect("a folder can be opened");
+            LocalLog { file, log: log.clone() }
+        };
+        let is_noted = || take_fault(&log).is_some_and(|e| e.raw_os_error().is_some());
+        assert!(!is_noted());
+        assert!(broken().read(&mut [0; 4]).is_err() && is_noted());
+        assert!(broken().read_exact_at(&mut [0; 4], 0).is_err() && is_noted());
+        let source = Source::Local(broken());
+        assert!(source.get_bytes(0, 4).is_err() && is_noted());
+        let mut chunk = source.get_read(0).expect("opened");
+        assert!(chunk.read(&mut [0; 4]).is_err() && is_noted());
+        // half a packed log is none, if it is the disk that does not give the rest
+        let stat = Stat { size: 1, etag: None, modified: SystemTime::UNIX_EPOCH };
+        let unpacked = packed::unpacked(&log, &stat, Source::Local(broken()));
+        assert!(unpacked.is_err_and(|e| e.raw_os_error().is_some()) && is_noted());
+        // a log that ends is read to its end
+        let whole = folder.path().join("whole");
+        std::fs::write(&whole, "ab").expect("written");
+        let mut whole = LocalLog::open(&log, &whole).expect("there");
+        assert!(whole.read_exact(&mut [0; 4]).is_err() && !is_noted());
     }
 }

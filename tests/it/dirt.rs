@@ -280,7 +280,7 @@ fn damage_files(place: &mut Place) {
     });
     // the first page's header: thrift compact, field 1 (type), field 2 (uncompressed size) as
     // zigzag varints; 2 GB in the latter
-    place.bytes("page_claim", Rejected(&["unreadable", "truncated"]), |b| {
+    place.bytes("page_claim", Rejected(&["damaged", "truncated"]), |b| {
         assert_eq!((b[4], b[6]), (0x15, 0x15), "a page header begins after the magic");
         b[7..12].copy_from_slice(&[0xfe, 0xff, 0xff, 0xff, 0x0f]);
     });

@@ -8,11 +8,11 @@ use roadbench::batch::Error;
 use crate::script::{Place, Script, adds_up};
 
 /// A file system of a few kilobytes; taken away at the end.
-struct Small(PathBuf);
+pub struct Small(pub PathBuf);
 
 impl Small {
     /// `None` where nobody may mount one.
-    fn new(place: &Place, size: &str) -> Option<Self> {
+    pub fn new(place: &Place, size: &str) -> Option<Self> {
         let folder = place.path("small");
         std::fs::create_dir_all(&folder).expect("folder");
         mount(&["-t", "tmpfs", "-o", &format!("size={size}"), "tmpfs"], &folder)

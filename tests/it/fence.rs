@@ -7,16 +7,18 @@ use std::time::{Duration, Instant};
 
 use arrow::array::{ArrayRef, Float64Array, RecordBatch};
 use parquet::arrow::ArrowWriter;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
 use roadbench::tables::read;
 use roadbench::tables::rows::{Rejected, SessionRow};
 
 const ARCHIVE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/archive");
 
 /// The bundled archive, to which logs may be added.
-struct Archive(tempfile::TempDir);
+pub struct Archive(tempfile::TempDir);
 
 impl Archive {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let folder = tempfile::tempdir().expect("folder");
         for entry in walkdir::WalkDir::new(ARCHIVE).into_iter().filter_map(Result::ok) {
             let to =
@@ -29,36 +31,41 @@ impl Archive {
         Archive(folder)
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    fn log(&self, name: &str) -> PathBuf {
+    pub fn log(&self, name: &str) -> PathBuf {
         self.path("logs/sessions/bike=archive_01").join(name)
     }
 
-    fn command(&self, out: &str, more: &[&str]) -> Command {
+    pub fn command(&self, out: &str, more: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_roadbench"));
         command.arg("run").arg(self.path("logs")).arg("--out").arg(self.path(out)).args(more);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
 
-    fn run(&self, out: &str, more: &[&str]) -> Output {
+    pub fn run(&self, out: &str, more: &[&str]) -> Output {
         self.command(out, more).output().expect("started")
     }
 
-    fn sessions(&self, out: &str) -> usize {
+    pub fn sessions(&self, out: &str) -> usize {
         read::rows::<SessionRow>(&self.path(out)).expect("sessions").len()
     }
 
-    fn rejected(&self, out: &str) -> Vec<Rejected> {
+    pub fn rejected(&self, out: &str) -> Vec<Rejected> {
         read::rows(&self.path(out)).expect("rejected")
     }
 }
 
 /// So many rows that say the same, in a few bytes each column.
-fn constant_rows(to: &Path, rows: usize) {
+pub fn constant_rows(to: &Path, rows: usize) {
+    constant_rows_of(to, rows, &[]);
+}
+
+/// The same, and says whose it is.
+pub fn constant_rows_of(to: &Path, rows: usize, who: &[(&str, &str)]) {
     let file = std::fs::File::create(to).expect("file");
     let names =
         ["velocity_x", "roll", "yaw_rate", "wheel_speed_front", "wheel_speed_rear", "throttle"];
@@ -69,14 +76,17 @@ fn constant_rows(to: &Path, rows: usize) {
         let time: (&str, ArrayRef) = ("time", Arc::new(time));
         RecordBatch::try_from_iter([time].into_iter().chain(columns)).expect("columns")
     };
-    let mut writer = ArrowWriter::try_new(file, batch(0, 1).schema(), None).expect("writer");
+    let pairs = who.iter().map(|(k, v)| KeyValue::new((*k).to_owned(), (*v).to_owned())).collect();
+    let properties = WriterProperties::builder().set_key_value_metadata(Some(pairs)).build();
+    let schema = batch(0, 1).schema();
+    let mut writer = ArrowWriter::try_new(file, schema, Some(properties)).expect("writer");
     for start in (0..rows).step_by(100_000) {
         writer.write(&batch(start, 100_000)).expect("rows");
     }
     writer.close().expect("closed");
 }
 
-fn whole(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+pub fn whole(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let files =
         walkdir::WalkDir::new(folder).sort_by_file_name().into_iter().filter_map(Result::ok);
     let files = files.filter(|e| e.file_type().is_file() && e.file_name() != "run.json");
@@ -136,7 +146,7 @@ fn a_log_beyond_its_limits_costs_itself_only() {
 }
 
 /// The workers of a batch.
-fn workers_of(batch: &Child) -> Vec<u32> {
+pub fn workers_of(batch: &Child) -> Vec<u32> {
     let entries = std::fs::read_dir("/proc").expect("Linux").filter_map(Result::ok);
     let pids = entries.filter_map(|e| e.file_name().to_str()?.parse::<u32>().ok());
     let parent = |pid: u32| {
@@ -146,13 +156,13 @@ fn workers_of(batch: &Child) -> Vec<u32> {
     pids.filter(|pid| parent(*pid) == Some(batch.id())).collect()
 }
 
-fn signal(name: &str, pid: u32) {
+pub fn signal(name: &str, pid: u32) {
     let sent = Command::new("kill").arg(format!("-{name}")).arg(pid.to_string()).status();
     assert!(sent.expect("kill").success());
 }
 
 /// Waits until the one worker of a batch has been busy for 0.3 s.
-fn busy_worker(batch: &Child) -> u32 {
+pub fn busy_worker(batch: &Child) -> u32 {
     let start = Instant::now();
     loop {
         assert!(start.elapsed() < Duration::from_secs(60), "no worker is busy");

@@ -484,3 +484,53 @@ fn a_map_takes_its_database_along() {
     assert_eq!(raw.tracks.len(), 16);
     assert!(Path::new(&sample("ride.dbc")).exists());
 }
+
+/// A table of others may be packed in other ways than ours; one way that is not read says what to do.
+#[test]
+fn gzip_is_read_and_brotli_says_how_to_write_it_anew() {
+    use parquet::arrow::ArrowWriter;
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+    use parquet::basic::{Compression, GzipLevel};
+    use parquet::file::properties::WriterProperties;
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet");
+    let folder = tempfile::tempdir().expect("folder");
+    let log = folder.path().join("archive_s0001.parquet");
+    let write = |compression: Compression| {
+        let file = std::fs::File::open(&own).expect("there");
+        let reader = ParquetRecordBatchReaderBuilder::try_new(file).expect("a table");
+        let pairs = reader.metadata().file_metadata().key_value_metadata().cloned();
+        let schema = Arc::clone(reader.schema());
+        let properties = WriterProperties::builder()
+            .set_compression(compression)
+            .set_key_value_metadata(pairs)
+            .build();
+        let file = std::fs::File::create(&log).expect("file");
+        let mut writer = ArrowWriter::try_new(file, schema, Some(properties)).expect("writer");
+        for batch in reader.build().expect("rows") {
+            writer.write(&batch.expect("rows")).expect("written");
+        }
+        writer.close().expect("closed");
+    };
+    write(Compression::GZIP(GzipLevel::default()));
+    let (there, packed) = (ingest::read(own.as_path(), &[]), ingest::read(log.as_path(), &[]));
+    let (there, packed) = (there.expect("read"), packed.expect("read"));
+    assert_eq!((there.meta, there.tracks.len()), (packed.meta, packed.tracks.len()));
+    for (a, b) in there.tracks.iter().zip(&packed.tracks) {
+        let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert!(bits(&a.values) == bits(&b.values), "{}", a.channel.name());
+    }
+
+    // a column that says it is packed by brotli: thrift compact, field 4 behind the column's name
+    write(Compression::SNAPPY);
+    let mut bytes = std::fs::read(&log).expect("written");
+    let name = b"velocity_x\x15\x02\x16";
+    let at = bytes.windows(name.len()).rposition(|w| w == name).expect("its codec");
+    bytes[at + name.len() - 2] = 8;
+    std::fs::write(&log, bytes).expect("written");
+    let why = ingest::read(log.as_path(), &[]).expect_err("not read");
+    assert_eq!(why.code, "unknown_compression", "{why}");
+    for word in ["velocity_x", "BROTLI", "zstd", "archive_s0001.parquet"] {
+        assert!(why.message.contains(word), "{word}: {why}");
+    }
+}

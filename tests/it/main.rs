@@ -56,6 +56,8 @@ mod report;
 mod report_fleet;
 mod report_large;
 mod report_pages;
+#[cfg(target_os = "linux")]
+mod resources;
 mod riding;
 mod rooms;
 #[cfg(feature = "cloud")]

@@ -2,12 +2,12 @@
 
 use std::ffi::OsString;
 use std::io::{self, BufReader, Read};
-use std::process::{ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::process::{ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::limits::Limits;
+use super::limits::{self, Limits};
 use super::wire::{self, Answer, Question, Setup, Told};
 use crate::objects::counts;
 
@@ -29,10 +29,16 @@ const LARGEST: u64 = 8 << 30;
 pub enum Ended {
     /// It went beyond its memory.
     Memory,
+    /// It had no more memory before it had what it may.
+    NoMemory,
     /// It went beyond its time.
     Time,
-    /// Anything else, in words.
+    /// By itself, in words.
     Crash(String),
+    /// By a signal that is no crash's and that nobody here sent, in words.
+    Killed(String),
+    /// It never began; in words.
+    NotStarted(String),
 }
 
 /// A worker; ended when dropped.
@@ -65,26 +71,23 @@ impl Child {
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut process = command.spawn().map_err(|e| e.to_string())?;
         let (to, from) = (process.stdin.take(), process.stdout.take());
-        let words = process.stderr.take().map(|stderr| std::thread::spawn(|| last_words(stderr)));
+        let stderr = process.stderr.take();
         let (sender, answers) = channel();
-        if let Some(from) = from {
-            std::thread::spawn(move || {
-                let mut from = BufReader::new(from);
-                loop {
-                    let told = wire::receive::<Told>(&mut from, LARGEST);
-                    let answer = told.map(|(told, body)| {
-                        counts::add_all(&told.requests);
-                        (told.answer, body)
-                    });
-                    let is_over = answer.is_err();
-                    if sender.send(answer).is_err() || is_over {
-                        return;
-                    }
-                }
-            });
+        // ended when it is dropped: also where there is no thread to listen to it
+        let mut child = Child { process, to, answers, words: None, asked: 0, may: Vec::new() };
+        let thread = || std::thread::Builder::new().name("worker".to_owned());
+        if let Some(stderr) = stderr {
+            let words = thread().spawn(|| last_words(stderr));
+            child.words = Some(words.map_err(|e| e.to_string())?);
         }
-        let mut child = Child { process, to, answers, words, asked: 0, may: Vec::new() };
-        child.send(setup).map_err(|e| e.to_string())?;
+        if let Some(from) = from {
+            thread().spawn(move || listen(from, &sender)).map_err(|e| e.to_string())?;
+        }
+        if let Err(e) = child.send(setup) {
+            // it says better why it is no more
+            let word = child.last_word();
+            return Err(if word.is_empty() { e.to_string() } else { word });
+        }
         match child.answers.recv_timeout(START) {
             Ok(Ok((Answer::Ready { version, may }, _))) if version == crate::VERSION => {
                 child.may = may;
@@ -133,11 +136,18 @@ impl Child {
                 }
             }
         }
-        self.await_end();
+        let is_over = self.await_end();
         let words = self.last_word();
         Err(match self.process.wait() {
-            _ if words.contains("memory allocation of") => Ended::Memory,
-            Ok(status) if is_killed(status) => Ended::Memory, // nobody else kills it: the machine had none left
+            _ if words.contains("memory allocation of") => {
+                if limits::is_less_allowed(limits.bytes()) {
+                    Ended::NoMemory
+                } else {
+                    Ended::Memory
+                }
+            }
+            Ok(_) if !is_over => Ended::Crash(format!("it says nothing more{}", after(&words))),
+            Ok(status) if is_killed(status) => Ended::Killed(status.to_string()),
             Ok(status) => Ended::Crash(format!("{status}{}", after(&words))),
             Err(e) => Ended::Crash(match sent {
                 Ok(()) => e.to_string(),
@@ -163,12 +173,16 @@ impl Child {
         Some((user + system) / 100.0)
     }
 
-    /// It says nothing more: gives it time to end by itself, so that how it ended can be told.
-    fn await_end(&mut self) {
+    /// It says nothing more: gives it time to end by itself, so that how it ended can be told. Whether it has.
+    fn await_end(&mut self) -> bool {
         let start = Instant::now();
-        while matches!(self.process.try_wait(), Ok(None)) && start.elapsed() < END {
+        while matches!(self.process.try_wait(), Ok(None)) {
+            if start.elapsed() > END {
+                return false;
+            }
             std::thread::sleep(Duration::from_millis(10));
         }
+        true
     }
 
     /// What it said last; it is over then.
@@ -187,9 +201,32 @@ impl Drop for Child {
     }
 }
 
+/// What a worker said, one after the other, until it says nothing more or nobody listens.
+fn listen(from: ChildStdout, to: &Sender<io::Result<(Answer, Vec<u8>)>>) {
+    let mut from = BufReader::new(from);
+    loop {
+        let told = wire::receive::<Told>(&mut from, LARGEST);
+        let answer = told.map(|(told, body)| {
+            counts::add_all(&told.requests);
+            (told.answer, body)
+        });
+        let is_over = answer.is_err();
+        if to.send(answer).is_err() || is_over {
+            return;
+        }
+    }
+}
+
+/// Signals by which a process ends for what it did itself: illegal instruction, trap, abort, bus error, arithmetic,
+/// segmentation fault, a bad system call.
+#[cfg(unix)]
+const OWN: [i32; 8] = [4, 5, 6, 7, 8, 10, 11, 31];
+
+/// Whether a signal ended it that is sent by others: by the system, which has no memory left, or by a person.
 #[cfg(unix)]
 fn is_killed(status: ExitStatus) -> bool {
-    std::os::unix::process::ExitStatusExt::signal(&status) == Some(9)
+    let signal = std::os::unix::process::ExitStatusExt::signal(&status);
+    signal.is_some_and(|signal| !OWN.contains(&signal))
 }
 
 #[cfg(not(unix))]

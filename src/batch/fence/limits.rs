@@ -72,6 +72,42 @@ impl fmt::Display for Limits {
     }
 }
 
+/// Files that this process opens beside those of its workers, and those of each worker: three pipes, and a few more while it
+/// is started.
+const FILES: (u64, u64) = (48, 4);
+
+/// How many workers the files allow that this process may have open.
+#[cfg(target_os = "linux")]
+pub fn most_workers() -> usize {
+    let files = rlimit::increase_nofile_limit(rlimit::INFINITY).unwrap_or(1024);
+    usize::try_from(files.saturating_sub(FILES.0) / FILES.1).unwrap_or(usize::MAX).max(1)
+}
+
+/// How many workers the files allow that this process may have open; that is not known here.
+#[cfg(not(target_os = "linux"))]
+pub fn most_workers() -> usize {
+    ((1024 - FILES.0) / FILES.1) as usize
+}
+
+/// Address space of a worker beside the data that are counted, bytes: the program, stacks, what is only reserved.
+#[cfg(target_os = "linux")]
+const BESIDE: u64 = 1 << 30;
+
+/// Whether the shell allows less than so many bytes of data.
+#[cfg(target_os = "linux")]
+pub fn is_less_allowed(bytes: u64) -> bool {
+    use rlimit::{Resource, getrlimit};
+    let space = getrlimit(Resource::AS).map_or(rlimit::INFINITY, |(soft, _)| soft);
+    let data = getrlimit(Resource::DATA).map_or(rlimit::INFINITY, |(_, hard)| hard);
+    space < bytes.saturating_add(BESIDE) || data < bytes
+}
+
+/// Whether the shell allows less than so many bytes of data; that is not known here.
+#[cfg(not(target_os = "linux"))]
+pub fn is_less_allowed(_: u64) -> bool {
+    false
+}
+
 /// Memory of this machine, or of the container that it is, bytes; 8 GB where that is not known.
 fn machine_memory() -> f64 {
     let read = |path: &str| std::fs::read_to_string(path).ok();

@@ -9,7 +9,8 @@
 //! files of a session through a pipe. They can write nothing and reach no network (`sandbox`). A worker that
 //! crashes, or goes beyond its limits, costs the batch one log: a row of `rejected` with the code `crashed`,
 //! `too_large` or `too_slow` and the limits that it had. As long as its bytes, the limits and roadbench are the same, it
-//! is not tried again (`quarantine`).
+//! is not tried again (`quarantine`). One that is killed from outside, or cannot be started, says nothing of its log: see
+//! [`blame`].
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -19,15 +20,18 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use self::child::{Child, Ended};
+use self::child::Ended;
 pub use self::limits::{Asked, Limits};
+use self::pool::Pool;
 use self::quarantine::Quarantine;
 use self::wire::{Answer, Place, Question, Setup};
 use super::bikes::BikeFile;
+use super::blame;
 use super::error::Error;
 use super::kind::Kind;
 use super::log_hash::hash_file;
 use super::settings::Settings;
+use super::threads;
 use super::what::What;
 use super::work::{Output, SessionFile, Work};
 use crate::ingest::Identified;
@@ -38,6 +42,7 @@ use crate::tables::registry::{self, TableSpec};
 
 mod child;
 mod limits;
+mod pool;
 mod quarantine;
 mod sandbox;
 pub mod serve;
@@ -73,18 +78,17 @@ fn program() -> Vec<OsString> {
 pub struct Fenced<W> {
     work: W,
     /// None where logs are read in this process.
-    pool: Option<Pool>,
+    workers: Option<Workers>,
     /// Whether workers send what a session gives beside its files.
     wants_results: AtomicBool,
 }
 
-/// Workers, started as they are needed.
+/// What logs are read by.
 #[derive(Debug)]
-struct Pool {
-    setup: Setup,
+struct Workers {
+    pool: Pool,
     asked: Asked,
     jobs: usize,
-    idle: Mutex<Vec<Child>>,
     quarantine: Quarantine,
 }
 
@@ -106,29 +110,28 @@ impl<W: Work> Fenced<W> {
             // logs in an object store are fetched by the worker
             offline: !settings.inputs.iter().any(Location::is_remote),
         };
-        let first = match Child::start(&program(), &setup) {
-            Ok(child) => child,
+        let jobs = threads::taken(settings.jobs);
+        let pool = match Pool::new(program(), setup, jobs.min(limits::most_workers())) {
+            Ok(pool) => pool,
             Err(e) => {
                 tracing::warn!(
-                    "no worker process can be started ({e}): logs are read in this process, without limits"
+                    "no worker process can be started ({}): logs are read in this process, without limits",
+                    e.trim_end()
                 );
                 return Ok(Fenced::open(work));
             }
         };
-        tracing::debug!("workers may, beyond reading: {:?}", first.may);
         let quarantine = match settings.force {
             true => Quarantine::default(),
             false => Quarantine::read(settings.out),
         };
-        let idle = Mutex::new(vec![first]);
-        let jobs = super::engine::threads(settings.jobs);
-        let pool = Some(Pool { setup, asked, jobs, idle, quarantine });
-        Ok(Fenced { pool, ..Fenced::open(work) })
+        let workers = Some(Workers { pool, asked, jobs, quarantine });
+        Ok(Fenced { workers, ..Fenced::open(work) })
     }
 
     /// Without a fence.
     pub fn open(work: W) -> Self {
-        Fenced { work, pool: None, wants_results: AtomicBool::new(true) }
+        Fenced { work, workers: None, wants_results: AtomicBool::new(true) }
     }
 
     /// The work in it.
@@ -137,69 +140,76 @@ impl<W: Work> Fenced<W> {
     }
 }
 
-impl Pool {
+impl Workers {
     /// What a worker may use for a log.
     fn limits(&self, log: &Location) -> Limits {
         let bytes = source::stat(log).map_or(0, |s| s.size);
-        self.asked.limits(bytes, self.jobs, self.setup.what.effort())
+        self.asked.limits(bytes, self.jobs, self.pool.setup().what.effort())
     }
 
-    /// Asks a worker; one that served before and fails may have failed by what it served: then a fresh one is asked.
     fn ask(
         &self,
         question: &Question,
         limits: &Limits,
         stage: &'static str,
     ) -> Result<(Answer, Vec<u8>), Rejection> {
-        loop {
-            let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-            let mut child = match idle {
-                Some(child) => child,
-                None => Child::start(&program(), &self.setup).map_err(|e| {
-                    let message = format!("no worker process can be started: {e}; run again");
-                    Rejection { stage, code: "internal_error", message, limits: None }
-                })?,
-            };
-            let is_fresh = child.is_fresh();
-            match child.ask(question, limits) {
-                Ok(answer) => {
-                    self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(child);
-                    return Ok(answer);
-                }
-                Err(_) if !is_fresh => {} // never more often than there are workers
-                Err(ended) => return Err(refused(ended, limits, stage)),
-            }
-        }
+        self.pool.ask(question, limits).map_err(|ended| refused(ended, limits, stage))
     }
 }
 
 /// The rejection of a log that a worker did not survive.
 fn refused(ended: Ended, limits: &Limits, stage: &'static str) -> Rejection {
-    let (code, message) = match ended {
-        Ended::Memory => (
-            "too_large",
+    let is_own =
+        |code, message| Rejection { stage, code, message, limits: Some(limits.to_string()) };
+    // the machine's: whatever the limits are, the next batch tries again
+    let is_not = |code, message| Rejection { stage, code, message, limits: None };
+    match ended {
+        Ended::Memory => is_own(
+            blame::TOO_LARGE,
             format!(
                 "it takes more than {} of memory to read, and its worker was ended: a damaged log, or a large one; for the \
                  latter give more (--memory-limit GB)",
                 limits.memory_text()
             ),
         ),
-        Ended::Time => (
-            "too_slow",
+        Ended::Time => is_own(
+            blame::TOO_SLOW,
             format!(
                 "it was not done after {} of processor time, and its worker was ended: a damaged log, or a long one; for \
                  the latter give more (--time-limit SECONDS)",
                 limits.time_text()
             ),
         ),
-        Ended::Crash(how) => (
-            "crashed",
+        Ended::Crash(how) => is_own(
+            blame::CRASHED,
             format!(
                 "its worker crashed ({how}); this is a mistake in roadbench, please report it with the log"
             ),
         ),
-    };
-    Rejection { stage, code, message, limits: Some(limits.to_string()) }
+        Ended::Killed(how) => is_not(
+            blame::KILLED,
+            format!(
+                "its worker was killed twice from outside ({how}), as when the machine runs out of memory; the next run tries \
+                 again: give the machine more memory, or take fewer --jobs"
+            ),
+        ),
+        Ended::NoMemory => is_not(
+            blame::NO_MEMORY,
+            format!(
+                "its worker ran out of memory before it had the {} that it may take: the shell allows less (`ulimit -v`, \
+                 `ulimit -d`); the next run tries again: raise that, or give a lower --memory-limit",
+                limits.memory_text()
+            ),
+        ),
+        Ended::NotStarted(why) => is_not(
+            blame::NO_WORKER,
+            format!(
+                "no worker process can be started: {}; the next run tries again: free processes, memory or open files, or \
+                 take fewer --jobs",
+                why.trim_end()
+            ),
+        ),
+    }
 }
 
 impl<W: Work> Work for Fenced<W>
@@ -227,22 +237,22 @@ where
     fn all_done(&self) {
         self.work.all_done();
         // workers keep the memory of their largest log
-        if let Some(pool) = &self.pool {
-            pool.idle.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        if let Some(workers) = &self.workers {
+            workers.pool.clear();
         }
     }
 
     fn identify(&self, log: &Location, maps: &[ChannelMap]) -> Result<Identified, Rejection> {
-        let Some(pool) = &self.pool else { return self.work.identify(log, maps) };
-        let limits = pool.limits(log);
-        if !pool.quarantine.is_empty()
+        let Some(workers) = &self.workers else { return self.work.identify(log, maps) };
+        let limits = workers.limits(log);
+        if !workers.quarantine.is_empty()
             && let Ok(hash) = hash_file(log)
             // one that ended its worker later tells whose it is as before
-            && let Some(known) = pool.quarantine.of(&hash, &limits).filter(|k| k.stage == IDENTIFY)
+            && let Some(known) = workers.quarantine.of(&hash, &limits).filter(|k| k.stage == IDENTIFY)
         {
             return Err(known);
         }
-        match pool.ask(&Question::Identify { log: Place::of(log) }, &limits, IDENTIFY)? {
+        match workers.ask(&Question::Identify { log: Place::of(log) }, &limits, IDENTIFY)? {
             (Answer::Identified(who), _) => Ok(who),
             (answer, _) => Err(rejection(answer, IDENTIFY, &limits)),
         }
@@ -254,10 +264,10 @@ where
         bike: &BikeFile,
         pipeline: &Pipeline,
     ) -> Result<Output<W::Result>, Rejection> {
-        let Some(pool) = &self.pool else { return self.work.run(input, bike, pipeline) };
+        let Some(workers) = &self.workers else { return self.work.run(input, bike, pipeline) };
         let stage = self.work.kind().stage;
-        let limits = pool.limits(&input.log);
-        if let Some(known) = pool.quarantine.of(&input.input_hash, &limits) {
+        let limits = workers.limits(&input.log);
+        if let Some(known) = workers.quarantine.of(&input.input_hash, &limits) {
             return Err(known);
         }
         let question = Question::Run {
@@ -269,7 +279,7 @@ where
             signals: input.signals,
             result: self.wants_results.load(Ordering::Relaxed),
         };
-        match pool.ask(&question, &limits, stage)? {
+        match workers.ask(&question, &limits, stage)? {
             (Answer::Done { ident, samples, files, result }, body) => {
                 let unreadable =
                     |how: &str| refused(Ended::Crash(format!("its answer {how}")), &limits, stage);

@@ -5,13 +5,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::limits::Limits;
+use crate::batch::blame::ENDS_A_WORKER;
 use crate::objects::Location;
 use crate::pipeline::Rejection;
 use crate::tables::read;
 use crate::tables::rows::Rejected;
-
-/// Codes of logs that ended a worker.
-const CODES: [&str; 3] = ["crashed", "too_large", "too_slow"];
 
 /// What such logs were rejected with, by the hash of their bytes.
 #[derive(Debug, Default)]
@@ -29,7 +27,7 @@ impl Quarantine {
         };
         let rows: Vec<Vec<Rejected>> = files.par_iter().filter_map(rows).collect();
         let is_one = |row: &Rejected| {
-            CODES.contains(&row.code.as_str())
+            ENDS_A_WORKER.contains(&row.code.as_str())
                 && row.version == crate::VERSION
                 && row.limits.is_some()
         };
@@ -45,7 +43,7 @@ impl Quarantine {
     /// Why a log of that hash is not tried again under the same limits.
     pub fn of(&self, hash: &str, limits: &Limits) -> Option<Rejection> {
         let row = self.0.get(hash).filter(|r| r.limits.as_deref() == Some(&limits.to_string()))?;
-        let code = CODES.into_iter().find(|code| *code == row.code)?;
+        let code = ENDS_A_WORKER.into_iter().find(|code| *code == row.code)?;
         let stage = ["ingest", "pipeline", "diagnose"].into_iter().find(|s| *s == row.stage)?;
         Some(Rejection { stage, code, message: row.message.clone(), limits: row.limits.clone() })
     }

@@ -11,6 +11,7 @@ use super::wire::{self, Answer, Asked, File, Question, Setup, Told};
 use crate::batch::bikes::BikeFile;
 use crate::batch::distributed::{diagnose_work, run_work};
 use crate::batch::settings::Maps;
+use crate::batch::threads::STACK;
 use crate::batch::what::What;
 use crate::batch::work::{Work, guarded};
 use crate::contract::bike::Bike;
@@ -36,7 +37,16 @@ fn work() -> Result<(), String> {
     let (setup, _): (Setup, _) = wire::receive(&mut io::stdin(), NO_BODY).map_err(text)?;
     // before there are threads: each takes its rights from the one that starts it
     sandbox::enter(setup.offline);
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK);
+        let serving = thread.spawn_scoped(scope, || ready(setup)).map_err(text)?;
+        serving.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// Gets ready and answers, all in this thread.
+fn ready(setup: Setup) -> Result<(), String> {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
     one.map_err(|e| e.to_string())?;
     let pipeline = Pipeline::parse(&setup.pipeline, "pipeline")?;
     let maps = Maps::parse(&setup.maps)?;
@@ -54,20 +64,21 @@ fn answers<W: Work<Result: Serialize>>(
     pipeline: &Pipeline,
     maps: &Maps,
 ) -> Result<(), String> {
-    let mut to = BufWriter::new(io::stdout());
-    let ready = Answer::Ready { version: crate::VERSION.to_owned(), may: sandbox::rights() };
-    let ready = Told { answer: ready, requests: counts::so_far() };
-    wire::send(&mut to, &ready, &[]).map_err(|e| e.to_string())?;
     let (sender, questions) = channel();
-    std::thread::spawn(move || {
+    let listen = move || {
         while let Ok((asked, _)) = wire::receive::<Asked<Question>>(&mut io::stdin(), NO_BODY) {
             if sender.send(asked).is_err() {
                 break;
             }
         }
-        // whoever asks is gone: what is under way is for nobody
+        // the process that asks is gone: what is under way is for nobody
         std::process::exit(0);
-    });
+    };
+    std::thread::Builder::new().spawn(listen).map_err(|e| e.to_string())?;
+    let mut to = BufWriter::new(io::stdout());
+    let ready = Answer::Ready { version: crate::VERSION.to_owned(), may: sandbox::rights() };
+    let ready = Told { answer: ready, requests: counts::so_far() };
+    wire::send(&mut to, &ready, &[]).map_err(|e| e.to_string())?;
     for Asked { memory, question } in questions {
         sandbox::limit_memory(memory);
         let before = counts::so_far();

@@ -12,6 +12,7 @@ use ::parquet::arrow::ProjectionMask;
 use ::parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
 };
+use ::parquet::basic::Compression;
 use ::parquet::file::metadata::ParquetMetaData;
 use arrow::array::{Array, ArrayRef, AsArray};
 use arrow::compute::cast;
@@ -20,7 +21,7 @@ use arrow::datatypes::{DataType, Field, Float32Type, Float64Type, Schema, TimeUn
 use crate::contract::channel::Channel;
 use crate::contract::schema;
 use crate::contract::session::Meta;
-use crate::ingest::error::Error;
+use crate::ingest::error::{DAMAGED, Error};
 use crate::ingest::format::{Head, LogFormat};
 use crate::ingest::ident;
 use crate::ingest::map::{ChannelMap, Maps, TimeSource};
@@ -310,10 +311,10 @@ fn bad_claim(log: &Location, claim: &str, size: u64) -> Error {
 fn guarded<T>(log: &Location, work: impl FnOnce() -> Result<T, String>) -> Result<T, Error> {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(done)) => Ok(done),
-        Ok(Err(message)) => Err(Error::new("unreadable", format!("{log} is damaged: {message}"))),
+        Ok(Err(message)) => Err(Error::new(DAMAGED, format!("{log} is damaged: {message}"))),
         Err(_) => {
             let message = format!("{log} is damaged: its pages make no sense");
-            Err(Error::new("unreadable", message))
+            Err(Error::new(DAMAGED, message))
         }
     }
 }
@@ -327,6 +328,7 @@ fn decode(
 ) -> Result<Vec<Vec<f64>>, Error> {
     let rows = usize::try_from(metadata.metadata().file_metadata().num_rows()).unwrap_or(0);
     check_kinds(log, metadata.schema(), wanted)?;
+    check_packing(log, metadata.metadata(), wanted)?;
     file.prepare(&chunks(metadata.metadata(), wanted)).map_err(|e| Error::unreadable(log, &e))?;
     guarded(log, || {
         let mask = ProjectionMask::roots(metadata.parquet_schema(), wanted.iter().copied());
@@ -354,6 +356,31 @@ pub fn check_kinds(log: &Location, schema: &Schema, wanted: &[usize]) -> Result<
         if !(kind.is_numeric() || matches!(kind, DataType::Boolean | DataType::Timestamp(..))) {
             let message = format!("{log}: column `{}` holds {kind}, not numbers", field.name());
             return Err(Error::new("wrong_type", message));
+        }
+    }
+    Ok(())
+}
+
+/// The wanted columns are packed in a way that is read.
+fn check_packing(
+    log: &Location,
+    metadata: &ParquetMetaData,
+    wanted: &[usize],
+) -> Result<(), Error> {
+    let schema = metadata.file_metadata().schema_descr();
+    for (leaf, chunk) in metadata.row_groups().iter().flat_map(|g| g.columns().iter().enumerate()) {
+        use Compression::{GZIP, SNAPPY, UNCOMPRESSED, ZSTD};
+        let packing = chunk.compression();
+        let is_read = matches!(packing, UNCOMPRESSED | SNAPPY | ZSTD(_) | GZIP(_));
+        if !is_read && wanted.contains(&schema.get_column_root_idx(leaf)) {
+            let name = packing.to_string();
+            let name = name.split('(').next().unwrap_or_default();
+            let message = format!(
+                "{log}: column `{}` is compressed by {name}, which is not read; write the file anew with zstd, snappy or gzip, as \
+                 with pyarrow: `pq.write_table(pq.read_table(OLD), NEW, compression=\"zstd\")`",
+                chunk.column_path().string()
+            );
+            return Err(Error::new("unknown_compression", message));
         }
     }
     Ok(())

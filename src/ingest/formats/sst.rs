@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use crate::contract::session::Meta;
 use crate::ingest::aids::Aids;
-use crate::ingest::error::Error;
+use crate::ingest::error::{DAMAGED, Error};
 use crate::ingest::format::{Format, Head};
 use crate::ingest::formats::csv::start_time;
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
@@ -102,7 +102,7 @@ impl File {
         let rate = u16::from_le_bytes([header[4], header[5]]);
         if rate == 0 {
             let message = format!("{log} says that its rate is 0 Hz: its header is damaged");
-            return Err(Error::new("unreadable", message));
+            return Err(Error::new(DAMAGED, message));
         }
         let start = header[8..].iter().rev().fold(0_u64, |sum, b| sum << 8 | u64::from(*b));
         Ok(File { rate: f64::from(rate), start: start as i64 as f64, samples: rest.to_vec() })

@@ -88,8 +88,7 @@ fn cells_of(
             Ok(true) => {}
             Ok(false) => break,
             Err(e) => {
-                let io = std::io::Error::other(e.to_string());
-                return Err(Error::unreadable(log, &io));
+                return Err(Error::unreadable(log, &e.into()));
             }
         }
         count += 1;

@@ -38,13 +38,13 @@ pub fn bytes(log: Source) -> Result<Arc<dyn Bytes>, Mf4Error> {
 
 #[cfg(unix)]
 mod local {
-    use std::fs::File;
-    use std::os::unix::fs::FileExt;
     use std::sync::Arc;
 
     use falcon_mdf::Mf4Error;
     use falcon_mdf::io::range::RangeSource;
     use falcon_mdf::io::{ByteSlice, ByteSource};
+
+    use crate::objects::source::LocalLog;
 
     /// Less than this is read in windows that are kept: a description's many small blocks.
     const SMALL: usize = 32 << 10;
@@ -55,14 +55,14 @@ mod local {
     /// A file on this machine. It is not mapped into memory: were it cut off meanwhile, that
     /// would end the program.
     pub struct Local {
-        file: Arc<File>,
+        file: Arc<LocalLog>,
         len: u64,
         small: Box<dyn ByteSource>,
     }
 
     impl Local {
-        pub fn new(file: File) -> Result<Self, Mf4Error> {
-            let len = file.metadata()?.len();
+        pub fn new(file: LocalLog) -> Result<Self, Mf4Error> {
+            let len = file.size()?;
             let file = Arc::new(file);
             let of_windows = Arc::clone(&file);
             let fetch = move |at: u64, out: &mut [u8]| Ok(of_windows.read_exact_at(out, at)?);
