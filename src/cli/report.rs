@@ -121,14 +121,16 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if !out.is_dir() {
         return Err(Failure::Usage(format!("{} is not a folder", out.display())));
     }
+    let benches = arguments.bench.iter().map(|bench| read_bench(bench));
+    let benches = benches.collect::<Result<Vec<_>, Failure>>()?;
     report::tables::check(&out).map_err(failure)?;
     let mut outputs = Outputs::default();
     outputs.tables(&(&out).into());
     arguments.copies.declare(&mut outputs)?;
     outputs.apart_from_files(arguments.bench.iter().map(|bench| bench_file(bench).1))?;
     let _reading = Reading::of(&out).map_err(|e| Failure::Output(e.to_string()))?;
-    for bench in &arguments.bench {
-        keep_bench(&out, bench)?;
+    for (name, bytes) in &benches {
+        file::write_bytes(out.join(name), bytes).map_err(|e| Failure::Output(e.to_string()))?;
     }
     let kind = arguments.pages.kind;
     if let Some(session) = &arguments.open {
@@ -155,9 +157,9 @@ fn bench_file(bench: &str) -> (Option<Axle>, &Path) {
     of_tyre.map_or((None, Path::new(bench)), |(axle, path)| (Some(axle), path))
 }
 
-/// Reads bench values, or bench points of a tyre (`front=FILE.tdx`), and keeps them in the folder.
-fn keep_bench(out: &Path, bench: &str) -> Result<(), Failure> {
-    let (name, bytes) = match bench_file(bench) {
+/// Reads bench values, or bench points of a tyre (`front=FILE.tdx`); the name by which the folder keeps them, and the bytes.
+fn read_bench(bench: &str) -> Result<(String, Vec<u8>), Failure> {
+    Ok(match bench_file(bench) {
         (Some(axle), path) => {
             let fail = |message: String| Failure::Usage(message);
             let bytes = std::fs::read(path)
@@ -179,8 +181,7 @@ fn keep_bench(out: &Path, bench: &str) -> Result<(), Failure> {
             bench_values::parse(&text).map_err(fail)?;
             (bench_values::FILE.to_owned(), text.into_bytes())
         }
-    };
-    file::write_bytes(out.join(name), &bytes).map_err(|e| Failure::Output(e.to_string()))
+    })
 }
 
 fn failure(e: Error) -> Failure {

@@ -451,7 +451,8 @@ fn is_unread(e: &Error) -> bool {
     return false;
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use std::os::unix::fs::symlink;
 

@@ -127,14 +127,14 @@ const FILES: &[OfFile] = &[
         line: "run log.parquet --bikes bikes --out new --markdown AT",
         at: "it.md",
         input: Some("bikes/archive_01.toml"),
-        holds: "archive_s0001",
+        holds: "# Tyre coefficients",
     },
     OfFile {
         option: "report --markdown",
         line: "report out --bench bench.csv --markdown AT",
         at: "it.md",
         input: Some("bench.csv"),
-        holds: "archive_s0001",
+        holds: "# Tyre coefficients",
     },
     OfFile {
         option: "convert --out",
