@@ -122,7 +122,8 @@ fn refuse_strange(file: &File, path: &Path) -> std::io::Result<()> {
     if is_ours { Ok(()) } else { Err(std::io::Error::new(ErrorKind::InvalidData, why)) }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use std::os::unix::fs::symlink;
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::NonEmptyStringValueParser;
 
+use crate::batch::local_copy::LocalCopy;
 use crate::batch::mark;
 use crate::batch::reading::Reading;
 use crate::cli::browser;
@@ -123,14 +124,16 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     if !out.is_dir() {
         return Err(Failure::Usage(format!("{} is not a folder", out.display())));
     }
+    let benches = arguments.bench.iter().map(|bench| read_bench(bench));
+    let benches = benches.collect::<Result<Vec<_>, Failure>>()?;
     mark::require(&Location::from(&out))?;
     let mut outputs = Outputs::default();
     outputs.tables(&(&out).into());
     arguments.copies.declare(&mut outputs)?;
     outputs.apart_from_files(arguments.bench.iter().map(|bench| bench_file(bench).1))?;
     let _reading = Reading::of(&out).map_err(|e| Failure::Output(e.to_string()))?;
-    for bench in &arguments.bench {
-        keep_bench(&out, bench)?;
+    for (name, bytes) in &benches {
+        file::write_bytes(out.join(name), bytes).map_err(|e| Failure::Output(e.to_string()))?;
     }
     let kind = arguments.pages.kind;
     if let Some(session) = &arguments.open {
@@ -142,9 +145,12 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         return Ok(());
     }
     let only = arguments.session.as_deref();
-    report::build(&out, kind, true)
-        .and_then(|()| arguments.copies.write(&out, only))
+    // without what is damaged
+    let copy = LocalCopy::of(&Location::from(&out))?;
+    report::build(copy.folder(), kind, true)
+        .and_then(|()| arguments.copies.write(copy.folder(), only))
         .map_err(failure)?;
+    copy.publish(["report"])?;
     say!("{}", out.join("report").join("index.html").display());
     Ok(())
 }
@@ -157,9 +163,9 @@ fn bench_file(bench: &str) -> (Option<Axle>, &Path) {
     of_tyre.map_or((None, Path::new(bench)), |(axle, path)| (Some(axle), path))
 }
 
-/// Reads bench values, or bench points of a tyre (`front=FILE.tdx`), and keeps them in the folder.
-fn keep_bench(out: &Path, bench: &str) -> Result<(), Failure> {
-    let (name, bytes) = match bench_file(bench) {
+/// Reads bench values, or bench points of a tyre (`front=FILE.tdx`); the name by which the folder keeps them, and the bytes.
+fn read_bench(bench: &str) -> Result<(String, Vec<u8>), Failure> {
+    Ok(match bench_file(bench) {
         (Some(axle), path) => {
             let fail = |message: String| Failure::Usage(message);
             let bytes = std::fs::read(path)
@@ -181,8 +187,7 @@ fn keep_bench(out: &Path, bench: &str) -> Result<(), Failure> {
             bench_values::parse(&text).map_err(fail)?;
             (bench_values::FILE.to_owned(), text.into_bytes())
         }
-    };
-    file::write_bytes(out.join(name), &bytes).map_err(|e| Failure::Output(e.to_string()))
+    })
 }
 
 fn failure(e: Error) -> Failure {

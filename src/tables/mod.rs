@@ -1,6 +1,7 @@
 //! Output tables: what each is ([`registry`]), its [`rows`], how they are written whole as Parquet
-//! ([`mod@file`]) and read back ([`read`], [`by_session`]), the [`names`] of their files, and the rule for paths that a user
-//! names ([`mod@output`]).
+//! ([`mod@file`]) and read back ([`read`], [`by_session`]), and the [`names`] of their files.
+//!
+//! [`mod@output`] has the rule for paths that a user names.
 
 pub mod by_session;
 mod columns;
