@@ -4,6 +4,7 @@
 //! ```text
 //! cargo run --release --example coverage -- --rides 100 > coverage.md
 //! cargo run --release --example coverage -- --rides 100 --learn
+//! cargo run --release --example coverage -- --rides 100 --bands
 //! cargo run --release --example coverage -- --plant ../shared/data/independent_plant
 //! ```
 //!
@@ -20,11 +21,12 @@ use roadbench::contract::coefficient::{Coefficient, Id, Part, Source};
 use roadbench::effects::ModelError;
 use roadbench::ingest::write_session;
 use roadbench::objects::Location;
-use roadbench::pipeline::{self, Input, Pipeline};
+use roadbench::pipeline::{self, Input, Outcome, Pipeline};
 use roadbench::simulate::hidden::Kind;
 use roadbench::simulate::population::bike::{self, BikeFile};
 use roadbench::simulate::population::ride::{self, Ridden};
 
+mod bands;
 mod plant;
 
 #[derive(Parser)]
@@ -41,6 +43,9 @@ struct Arguments {
     /// Prints what is to be added to the intervals instead: `[fit.model_error]` of the pipeline.
     #[arg(long)]
     learn: bool,
+    /// Prints for each chart how many points of its 95 % bands hold the true curve instead.
+    #[arg(long)]
+    bands: bool,
     /// A line per coefficient of every ride.
     #[arg(long)]
     verbose: bool,
@@ -80,6 +85,18 @@ fn median(x: &[f64]) -> f64 {
     x.get(x.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
+/// What `run` makes of a log under a bike file.
+fn outcome(log: &Path, bike: &Bike, pipeline: &Pipeline) -> Result<Outcome, Failure> {
+    let input = Input {
+        log: Location::from(log),
+        maps: &[],
+        input_hash: String::new(),
+        pipeline_hash: String::new(),
+        signals: false,
+    };
+    Ok(pipeline::run(&input, bike, pipeline).map_err(|e| e.message)?)
+}
+
 /// What `run` makes of a log under a bike file, beside the truth.
 fn characterised(
     log: &Path,
@@ -88,14 +105,7 @@ fn characterised(
     file: BikeFile,
     truth: &[(Id, f64)],
 ) -> Result<Vec<Compared>, Failure> {
-    let input = Input {
-        log: Location::from(log),
-        maps: &[],
-        input_hash: String::new(),
-        pipeline_hash: String::new(),
-        signals: false,
-    };
-    let outcome = pipeline::run(&input, bike, pipeline).map_err(|e| e.message)?;
+    let outcome = outcome(log, bike, pipeline)?;
     let row = |c: &roadbench::tables::rows::Coefficient| {
         let part = Part::from_name(&c.tyre)?;
         let coefficient = Coefficient::from_name(&c.coefficient)?;
@@ -202,7 +212,7 @@ fn folders(of: &Path) -> Vec<PathBuf> {
 }
 
 fn main() {
-    let Arguments { rides, seed, files, learn: learns, verbose, machines, logs, plant } =
+    let Arguments { rides, seed, files, learn: learns, bands, verbose, machines, logs, plant } =
         Arguments::parse();
     let mut taken = BikeFile::ALL.to_vec();
     taken.retain(|f| files.is_empty() || files.iter().any(|name| name == f.name()));
@@ -225,6 +235,9 @@ fn main() {
         pipeline.fit.model_error.clear();
     }
     let work = tempfile::tempdir().expect("a folder for the logs");
+    if bands {
+        return bands::print(rides, seed, &pipeline, work.path());
+    }
     let one = |(name, found): (String, Result<Vec<Compared>, Failure>)| match found {
         Ok(cells) => {
             if verbose {

@@ -118,7 +118,7 @@ def _arrays(frame: Any) -> Rows:
     return {
         name: np.array(values, dtype=object if name in texts else float)
         for name, values in columns.items()
-        if name in texts or name in ("x", "y", "y_low", "y_high", "weight", "shade")
+        if name in texts or name in ("x", "y", "y_low", "y_high", "scatter_low", "scatter_high", "weight", "shade")
     }
 
 
@@ -185,14 +185,14 @@ def _plot(ax: Axes, name: str, rows: Rows) -> None:
         x, y = line["x"] * plot.x.scale, line["y"] * plot.y.scale
         low, high = line["y_low"] * plot.y.scale, line["y_high"] * plot.y.scale
         label = SERIES.get(series, series.replace("_", " "))
-        if np.isfinite(low).any():
-            label += ", 95 % band"
-            if plot.turns_back:
-                ok = np.isfinite(low) & np.isfinite(high)
+        none = np.full_like(x, np.nan)
+        scatter = [line.get(name, none) * plot.y.scale for name in ("scatter_low", "scatter_high")]
+        bands = [(low, high, 0.16, "95 % interval"), (*scatter, 0.3, "of it scatter between manoeuvres")]
+        for low, high, alpha, words in bands:
+            ok = np.isfinite(low) & np.isfinite(high)
+            if ok.any():
                 edge = np.r_[x[ok], x[ok][::-1]], np.r_[low[ok], high[ok][::-1]]
-                ax.fill(*edge, color=colour, alpha=0.22, linewidth=0)
-            else:
-                ax.fill_between(x, low, high, color=colour, alpha=0.22, linewidth=0)
+                ax.fill(*edge, color=colour, alpha=alpha, linewidth=0, label=words if number == 0 else None)
         ax.plot(x, y, color=colour, linewidth=1.8, label=label)
     ax.set(title=plot.title, xlabel=str(plot.x), ylabel=str(plot.y))
     ax.grid(alpha=0.25)

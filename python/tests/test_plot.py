@@ -36,7 +36,7 @@ def test_outliers_and_bands_are_marked(written, log):
     out = int((cloud["weight"] == 0).sum())
     assert out > 0
     legend = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert legend == [f"outliers ({out})", "fit, 95 % band"]
+    assert legend == [f"outliers ({out})", "95 % interval", "of it scatter between manoeuvres", "fit"]
     points = sum(len(c.get_offsets()) for c in ax.collections if type(c).__name__ == "PathCollection")
     assert points == len(cloud)
     assert any("Poly" in type(c).__name__ or "FillBetween" in type(c).__name__ for c in ax.collections)

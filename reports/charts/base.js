@@ -22,7 +22,7 @@ const unstep = column => {
 };
 for (const chart of [...data.charts, ...data.panels])
   for (const part of [...chart.lines, ...chart.clouds])
-    for (const name of ["x", "y", "lo", "hi", "w", "s"]) if (part[name]) part[name] = unstep(part[name]);
+    for (const name of ["x", "y", "lo", "hi", "scatter_lo", "scatter_hi", "w", "s"]) if (part[name]) part[name] = unstep(part[name]);
 // the time line's abscissae are there once
 for (const p of data.panels) for (const l of p.lines) if (!l.x.length) l.x = data.panels[0].lines[0].x;
 if (data.laps)
@@ -124,6 +124,12 @@ const beyond = (chart, view) => {
     n + c.x.filter((v, i) => out(v, view.x) || out(c.y[i], view.y)).length, 0);
 };
 
+// The bands of a line: the whole interval lightly, what the scatter between manoeuvres has in it darker upon it.
+const BAND = "\u0000band", SCATTER = "\u0000scatter", LIGHT = 0.16, DARK = 0.3;
+const bandsOf = line => [
+  ...(line.lo.length ? [[line.lo, line.hi, BAND, line.scatter_lo ? LIGHT : 0.2]] : []),
+  ...(line.scatter_lo ? [[line.scatter_lo, line.scatter_hi, SCATTER, DARK]] : []),
+];
 // Lines on their common abscissa: one column per line, then its lower and upper edge.
 const columns = (chart, hidden, palette) => {
   const tables = [], series = [{}], bands = [];
@@ -135,11 +141,12 @@ const columns = (chart, hidden, palette) => {
     const show = !hidden.has(line.name);
     series.push({ label: line.name, show, stroke: colour, width: chart.clouds.length ? 2 : chart.group && line.colour === 0 ? 3 : 1.5, pxAlign: 0, points: { show: false } });
     const table = [line.x, line.y];
-    if (line.lo.length) {
-      table.push(line.lo, line.hi);
+    for (const [low, high, key, share] of bandsOf(line)) {
+      const edge = series.length;
+      table.push(low, high);
       for (let k = 0; k < 2; k++)
-        series.push({ label: "", show, width: 0, stroke: alpha(colour, 0.01), points: { show: false } });
-      bands.push({ series: [first + 2, first + 1], fill: alpha(colour, 0.2) });
+        series.push({ label: "", show: show && !hidden.has(key), width: 0, stroke: alpha(colour, 0.01), points: { show: false } });
+      bands.push({ series: [edge + 1, edge], fill: alpha(colour, share) });
     }
     tables.push(table);
   });
@@ -260,5 +267,15 @@ const lineEntries = (chart, palette) => chart.lines.map((l, i) => ({
   key: l.name, label: l.label, mark: "line",
   paint: e => { e.style.background = palette()[(l.colour ?? i) % palette().length]; },
 }));
+// which band is which, where a line has two
+const bandEntries = (chart, palette) => {
+  const found = chart.lines.findIndex(l => l.scatter_lo);
+  if (found < 0) return [];
+  const l = chart.lines[found], tone = share => e => { e.style.background = alpha(palette()[(l.colour ?? found) % palette().length], share); };
+  return [
+    { key: BAND, label: "95 % interval", mark: "band", paint: tone(LIGHT + 0.09) },
+    { key: SCATTER, label: "of it scatter between manoeuvres", mark: "band", paint: tone(LIGHT + DARK) },
+  ];
+};
 
 const drawn = []; // every chart's own redraw, for a change of theme or width

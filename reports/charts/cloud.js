@@ -64,7 +64,7 @@ const drawCloud = (u, cloud, hidden, range) => {
   ctx.restore();
 };
 
-// Lines that turn back, from point to point.
+// Lines that turn back, from point to point, each with its bands.
 const drawPaths = (u, chart, hidden, palette) => {
   const { ctx, bbox } = u, px = devicePixelRatio || 1;
   chart.lines.forEach((line, k) => {
@@ -73,7 +73,19 @@ const drawPaths = (u, chart, hidden, palette) => {
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
-    ctx.strokeStyle = palette[(line.colour ?? k) % palette.length];
+    const colour = palette[(line.colour ?? k) % palette.length];
+    const at = (i, y) => [u.valToPos(line.x[i], "x", true), u.valToPos(y[i], "y", true)];
+    for (const [low, high, key, share] of bandsOf(line)) {
+      if (hidden.has(key)) continue;
+      const known = line.x.map((_, i) => i).filter(i => low[i] != null && high[i] != null);
+      ctx.fillStyle = alpha(colour, share);
+      ctx.beginPath();
+      known.forEach((i, n) => ctx[n ? "lineTo" : "moveTo"](...at(i, low)));
+      known.reverse().forEach(i => ctx.lineTo(...at(i, high)));
+      ctx.closePath();
+      ctx.fill();
+    }
+    ctx.strokeStyle = colour;
     ctx.lineWidth = 2 * px;
     ctx.beginPath();
     line.x.forEach((x, i) => ctx[i ? "lineTo" : "moveTo"](u.valToPos(x, "x", true), u.valToPos(line.y[i], "y", true)));

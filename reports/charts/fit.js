@@ -47,7 +47,7 @@ const fit = (holder, chart) => {
   const far = beyond(chart, home);
   if (far) make("span", "count", holder.closest("figure").querySelector("figcaption"), ` ${far} beyond the axes.`);
   let u, view = home;
-  const entries = first ? lineEntries(chart, palette) : [];
+  const entries = first ? [...lineEntries(chart, palette), ...bandEntries(chart, palette)] : [];
   for (const c of chart.clouds) {
     c.fitted = chart.lines.length > 0 && c.w.some(w => w !== 1);
     entries.push({ key: c.name, label: c.label || words(c.name), mark: "dot", paint: e => { e.style.background = range ? ramp(0.5) : theme.cloud; } });
@@ -66,8 +66,11 @@ const fit = (holder, chart) => {
       const t = (x - l.x[i - 1]) / (l.x[i] - l.x[i - 1] || 1);
       const at = a => a[i - 1] + t * (a[i] - a[i - 1]);
       rows.push([l.label, withUnit(at(l.y), yr, chart.y)]);
-      if (l.lo.length && l.lo[i] != null && l.lo[i - 1] != null)
-        rows.push(["  95 % band", `${figure(at(l.lo), yr)} to ${withUnit(at(l.hi), yr, chart.y)}`]);
+      for (const [low, high, key] of bandsOf(l)) {
+        if (hidden.has(key) || low[i] == null || low[i - 1] == null) continue;
+        const what = key === SCATTER ? "of it scatter" : l.band || "95 % interval";
+        rows.push([`  ${what}`, `${figure(at(low), yr)} to ${withUnit(at(high), yr, chart.y)}`]);
+      }
     }
     for (const s of chart.spans || []) if (s.from <= x && x <= s.to) rows.push([s.label]);
     const found = nearest(u, chart, hidden);

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use super::contents::Contents;
 use super::dispersion;
 use super::error::Error;
-use super::fleet_rows::{Units, complete, event_rows, pooled_rows, ratio_rows};
+use super::fleet_rows::{Own, Owns, Units, complete, event_rows, pooled_rows, ratio_rows};
 use super::{kind, tyres};
 use crate::contract::status::Status;
 use crate::fleet::{Observation, common};
@@ -50,13 +50,14 @@ pub fn write(out: &Path) -> Result<Vec<FleetRow>, Error> {
         let frame = estimated(&paths)?;
         rows = aggregate(&frame).map_err(fail)?;
         let (mut observations, units) = observations(&frame).map_err(fail)?;
+        let own = owns(&frame).map_err(fail)?;
         place(out, &mut observations);
         let bikes = crate::fleet::analyse(&observations);
         complete(&mut rows, &bikes);
-        pooled = bikes.iter().flat_map(|bike| pooled_rows(bike, &units)).collect();
+        pooled = bikes.iter().flat_map(|bike| pooled_rows(bike, &units, &own)).collect();
         events = bikes.iter().flat_map(event_rows).collect();
         ratios = bikes.iter().flat_map(ratio_rows).collect();
-        (of_tyres, of_bikes) = tyres::rows(out, &there, &bikes)?;
+        (of_tyres, of_bikes) = tyres::rows(out, &there, &bikes, &own)?;
     }
     save(out, &rows)?;
     save(out, &pooled)?;
@@ -92,6 +93,8 @@ fn paths(out: &Path, there: &Contents) -> BTreeSet<PathBuf> {
 /// The columns that the fleet needs of a coefficient.
 const TEXTS: [&str; 6] = ["bike_id", "tyre", "coefficient", "unit", "session_id", "status"];
 const NUMBERS: [&str; 3] = ["start_time", "value", "std_error"];
+/// The ends of its interval, which tables need not have.
+const ENDS: [&str; 2] = ["ci95_low", "ci95_high"];
 
 /// What sessions are put together by.
 const KEYS: [&str; 4] = [TEXTS[0], TEXTS[1], TEXTS[2], TEXTS[3]];
@@ -125,6 +128,8 @@ struct Estimated {
     value: Vec<f64>,
     /// NaN where there is none that is finite.
     std_error: Vec<f64>,
+    /// In the order of [`ENDS`]; NaN where there is none.
+    ends: [Vec<f64>; 2],
 }
 
 impl Estimated {
@@ -132,12 +137,13 @@ impl Estimated {
     fn read(path: &Path) -> Result<Self, Error> {
         let mut all = Self::default();
         let wanted = [&TEXTS[..], &NUMBERS].concat();
-        for batch in read::batches(path, Some(&wanted))? {
+        let with_ends = [&wanted[..], &ENDS].concat();
+        for batch in read::batches(path, Some(&with_ends))? {
             if let Some(name) = wanted.iter().find(|name| batch.column_by_name(name).is_none()) {
                 let message = format!("it has no column `{name}`");
                 return Err(read::Error { path: path.to_owned(), message }.into());
             }
-            let columns = Columns::new(path, Coefficient::spec(), &batch, &wanted)?;
+            let columns = Columns::new(path, Coefficient::spec(), &batch, &with_ends)?;
             (0..batch.num_rows()).for_each(|i| all.push(&columns, i));
         }
         Ok(all)
@@ -158,6 +164,9 @@ impl Estimated {
         self.start_time.push(start.map(|micros| micros as f64 / MICROSECONDS_PER_DAY));
         self.value.push(value);
         self.std_error.push(columns.number("std_error", i));
+        for (column, name) in self.ends.iter_mut().zip(ENDS) {
+            column.push(columns.number(name, i));
+        }
     }
 
     fn append(&mut self, mut other: Self) {
@@ -167,6 +176,9 @@ impl Estimated {
         self.start_time.append(&mut other.start_time);
         self.value.append(&mut other.value);
         self.std_error.append(&mut other.std_error);
+        for (column, more) in self.ends.iter_mut().zip(&mut other.ends) {
+            column.append(more);
+        }
     }
 
     fn frame(self) -> PolarsResult<DataFrame> {
@@ -177,6 +189,8 @@ impl Estimated {
         columns.push(Column::new("start_time".into(), self.start_time));
         columns.push(Column::new("value".into(), self.value));
         columns.push(Column::new("std_error".into(), self.std_error));
+        let ends = ENDS.into_iter().zip(self.ends);
+        columns.extend(ends.map(|(name, ends)| Column::new(name.into(), ends)));
         DataFrame::new(height, columns)
     }
 }
@@ -240,6 +254,27 @@ fn observations(frame: &DataFrame) -> PolarsResult<(Vec<Observation>, Units)> {
         });
     }
     Ok((rows, units))
+}
+
+/// What each session's row says of itself.
+fn owns(frame: &DataFrame) -> PolarsResult<Owns> {
+    let texts = |name: &str| frame.column(name)?.str();
+    let [bike, session] = [texts("bike_id")?, texts("session_id")?];
+    let [tyre, coefficient] = [texts("tyre")?, texts("coefficient")?];
+    let numbers = |name: &str| frame.column(name)?.f64();
+    let [value, error] = [numbers("value")?, numbers("std_error")?];
+    let [low, high] = [numbers(ENDS[0])?, numbers(ENDS[1])?];
+    let known = |column: &Float64Chunked, i: usize| column.get(i).filter(|x| x.is_finite());
+    let of = |i: usize| {
+        let text = |column: &StringChunked| column.get(i).unwrap_or_default().to_owned();
+        let own = Own {
+            value: known(value, i)?,
+            std_error: known(error, i)?,
+            interval: [known(low, i)?, known(high, i)?],
+        };
+        Some(([text(bike), text(session), text(tyre), text(coefficient)], own))
+    };
+    Ok((0..frame.height()).filter_map(of).collect())
 }
 
 /// Puts in where each session was ridden, where there are motorcycles enough to have a site in common.

@@ -13,6 +13,20 @@ use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, Status};
 /// Unit by tyre and coefficient.
 pub type Units = BTreeMap<(String, String), String>;
 
+/// What a session's own row of `coefficients` says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Own {
+    /// Estimate.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Its 95 % interval.
+    pub interval: [f64; 2],
+}
+
+/// Rows by bike, session, tyre and coefficient.
+pub type Owns = BTreeMap<[String; 4], Own>;
+
 /// What the analysis adds to each row of `fleet`.
 pub fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
     for row in rows {
@@ -36,7 +50,10 @@ pub fn complete(rows: &mut [FleetRow], bikes: &[BikeAnalysis]) {
 }
 
 /// The rows of `fleet_pooled`.
-pub fn pooled_rows(bike: &BikeAnalysis, units: &Units) -> Vec<PooledRow> {
+///
+/// What no other session has a part in keeps the interval of its own row: of few manoeuvres it is wider than 1.96 standard
+/// errors.
+pub fn pooled_rows(bike: &BikeAnalysis, units: &Units, owns: &Owns) -> Vec<PooledRow> {
     let history = &bike.history;
     let mut rows = Vec::new();
     for (c, key) in history.keys.iter().enumerate() {
@@ -47,6 +64,11 @@ pub fn pooled_rows(bike: &BikeAnalysis, units: &Units) -> Vec<PooledRow> {
                 true => (history.values[c][i], history.errors[c][i], Status::Ok),
                 false => (history.poor[c][i], history.poor_errors[c][i], Status::PoorlyDetermined),
             };
+            let session = [&bike.bike, &history.sessions[i], &key.0, &key.1].map(String::clone);
+            let own = owns.get(&session).map(|own| own.interval);
+            let half = 1.96 * pooled.error;
+            let usual = [pooled.value - half, pooled.value + half];
+            let interval = own.filter(|_| pooled.shrinkage == 0.0).unwrap_or(usual);
             rows.push(PooledRow {
                 bike_id: bike.bike.clone(),
                 session_id: history.sessions[i].clone(),
@@ -56,10 +78,12 @@ pub fn pooled_rows(bike: &BikeAnalysis, units: &Units) -> Vec<PooledRow> {
                 status,
                 value,
                 std_error: error,
+                ci95_low: own.map(|ends| ends[0]),
+                ci95_high: own.map(|ends| ends[1]),
                 pooled: pooled.value,
                 pooled_std_error: pooled.error,
-                pooled_ci95_low: pooled.value - 1.96 * pooled.error,
-                pooled_ci95_high: pooled.value + 1.96 * pooled.error,
+                pooled_ci95_low: interval[0],
+                pooled_ci95_high: interval[1],
                 shrinkage: pooled.shrinkage,
             });
         }
@@ -165,7 +189,7 @@ mod tests {
         assert_eq!(events[0].first_session, "s07");
         assert!(events[0].false_discovery_rate.is_some_and(|q| q < 1e-3), "{events:?}");
         assert_eq!(events[0].first_time.as_deref(), Some("2024-10-11T00:00:00Z"));
-        let pooled = pooled_rows(&bikes[0], &Units::new());
+        let pooled = pooled_rows(&bikes[0], &Units::new(), &Owns::new());
         assert_eq!(pooled.len(), 20);
         assert!(pooled[3].shrinkage > pooled[2].shrinkage && pooled[7].shrinkage == 0.0);
         assert_eq!(pooled[9].status, Status::PoorlyDetermined);

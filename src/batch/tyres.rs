@@ -10,9 +10,10 @@ use rayon::prelude::*;
 
 use super::contents::Contents;
 use super::error::Error;
+use super::fleet_rows::Owns;
 use crate::contract::error_source::MODEL;
 use crate::fleet::BikeAnalysis;
-use crate::fleet::combine::{Estimate, Shared};
+use crate::fleet::combine::{Estimate, Key, Shared};
 use crate::fleet::evidence::Piece;
 use crate::fleet::tyres::{self, BikeTyres, Model, OnBike};
 use crate::tables::read::file_rows;
@@ -25,7 +26,7 @@ const TELLS: f64 = 0.2;
 /// A number is doubted from so many standard errors on.
 const DOUBTED: f64 = 1.0;
 
-/// Rows of both tables, in order of bike, tyre and coefficient.
+/// Rows of both tables, in order of bike, tyre and coefficient; `owns` are the sessions' own rows.
 ///
 /// # Errors
 /// A table `evidence` cannot be read.
@@ -33,6 +34,7 @@ pub fn rows(
     out: &Path,
     there: &Contents,
     bikes: &[BikeAnalysis],
+    owns: &Owns,
 ) -> Result<(Vec<TyreRow>, Vec<BikeRow>), Error> {
     let mut parts: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for session in there.sessions() {
@@ -45,7 +47,8 @@ pub fn rows(
             for part in parts.get(bike.bike.as_str()).into_iter().flatten() {
                 pieces.extend(evidence(out, &bike.bike, part)?);
             }
-            let found = tyres::of_bike(bike, &pieces);
+            let mut found = tyres::of_bike(bike, &pieces);
+            of_one_ride(&mut found, owns);
             if found.alone {
                 tracing::warn!(
                     bike = %bike.bike,
@@ -89,6 +92,17 @@ fn evidence(out: &Path, bike: &str, part: &str) -> Result<Vec<Piece>, Error> {
         row.status == Status::Ok && row.value.is_finite() && row.shift.is_finite()
     };
     Ok(rows.into_iter().filter(usable).map(piece).collect())
+}
+
+/// An estimate of one ride is that ride's: the same value and interval as its own row has.
+fn of_one_ride(found: &mut BikeTyres, owns: &Owns) {
+    for OnBike { estimate, sessions, .. } in &mut found.tyres {
+        let Key { tyre, coefficient, .. } = &estimate.key;
+        let row = [&found.bike, &sessions[0], tyre, coefficient].map(String::clone);
+        let Some(own) = owns.get(&row).filter(|_| estimate.rides == 1) else { continue };
+        (estimate.value, estimate.std_error) = (own.value, own.std_error);
+        (estimate.median, estimate.interval) = (own.value, own.interval);
+    }
 }
 
 fn tyre_row(bike: &str, tyre: &OnBike) -> TyreRow {

@@ -10,6 +10,7 @@ use crate::cli::location::location;
 use crate::cli::say::{put, say};
 use crate::cli::tyre_measured::against_measured;
 use crate::effects::tyre_file;
+use crate::model::magic_formula::slip_ratio;
 use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::lateral_bench::LateralBench;
@@ -116,7 +117,7 @@ fn print_upright(benches: &[LateralBench<'_>]) {
     line("overturning stiffness", "m", |b| b.overturning_stiffness);
     line("pneumatic trail", "m", |b| b.trail);
     line("peak braking friction", "1", |b| b.peak_friction);
-    line("slip of that peak", "1", |b| b.peak_slip);
+    line("slip ratio of that peak", "1", |b| slip_ratio(b.peak_slip));
     line("rolling radius", "m", |b| b.rolling_radius);
     line("relaxation length", "m", |b| b.relaxation_length);
 }

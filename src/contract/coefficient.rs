@@ -177,7 +177,7 @@ coefficients! {
         "effective rolling radius", OnRoad, RADIUS;
     Drag: "drag", "c_drag", "kg/m", "aerodynamic drag", OnRoad, RESISTANCE;
     RollingResistance: "rolling_resistance", "c_rol", "1", "rolling resistance", OnRoad, RESISTANCE;
-    PeakSlip: "peak_slip", "sigma_x_max", "1", "slip ratio at peak friction", OnRoad, FRICTION;
+    PeakSlip: "peak_slip", "sigma_x_max", "1", "slip ratio κ at peak friction (the key is σ = κ/(1 − κ))", OnRoad, FRICTION;
     MfB: "mf_b", "b", "1", "Magic Formula B", OnRoad, FRICTION;
     MfC: "mf_c", "c", "1", "Magic Formula C", OnRoad, FRICTION;
     MfD: "mf_d", "d", "1", "Magic Formula D", OnRoad, FRICTION;

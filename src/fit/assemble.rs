@@ -56,6 +56,8 @@ pub struct Assembled {
     pub values: Values,
     /// `k_alpha0` of each tyre: `1 / t1`, or printed (39).
     pub stiffness: [Quotient; 2],
+    /// What its denominator gains with the square of camber, 1/rad²: `t2`, or `c3` as printed.
+    pub growth: [f64; 2],
 }
 
 impl Assembled {
@@ -69,6 +71,7 @@ impl Assembled {
         Assembled {
             values: self.values.minus(&other.values),
             stiffness: [difference(0), difference(1)],
+            growth: [0, 1].map(|k| self.growth[k] - other.growth[k]),
         }
     }
 }
@@ -118,7 +121,17 @@ impl Parameters {
         for part in Part::ALL {
             v[(part, C::OverturningStiffness)] = k_x * overturning_share(bike, formulation, part);
         }
-        Assembled { values: v, stiffness }
+        let growth = [0, 1].map(|k| self.growth(inputs, k));
+        Assembled { values: v, stiffness, growth }
+    }
+
+    fn growth(&self, inputs: &Inputs, k: usize) -> f64 {
+        let lateral = &self.lateral[k];
+        let found = match inputs.formulation {
+            Formulation::Corrected => lateral.t2,
+            Formulation::Paper => lateral.slip.map(|[_, c3]| c3),
+        };
+        found.unwrap_or(f64::NAN)
     }
 
     fn stiffness(&self, inputs: &Inputs, k: usize) -> Quotient {

@@ -133,6 +133,7 @@ fn model_errors(
                 (Coefficient::CorneringStiffness0, Some(axle)) => {
                     let stiffness = &mut change.stiffness[axle as usize];
                     stiffness.denominator = share * found.stiffness[axle as usize].denominator;
+                    change.growth[axle as usize] = share * found.growth[axle as usize];
                 }
                 _ => {
                     let id = Id::from((part, coefficient));

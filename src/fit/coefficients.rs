@@ -3,7 +3,7 @@
 use super::config::Config;
 use super::solution::{Solution, Upstream};
 use super::verdict::{Case, is_of_rule};
-use crate::contract::bike::Bike;
+use crate::contract::bike::{Axle, Bike};
 use crate::contract::coefficient::{Coefficient as C, Id, RULE};
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::{Interval, combined_dof, delta, ratio, ratio_se};
@@ -63,7 +63,7 @@ pub(super) struct Estimate {
     /// Degrees of freedom of the standard error.
     pub(super) dof: f64,
     /// 95 %.
-    interval: Interval,
+    pub(super) interval: Interval,
 }
 
 /// Of what nothing is known.
@@ -104,7 +104,7 @@ pub(super) fn estimate(
 }
 
 /// Standard error and degrees of freedom of a fit's own variance and that of what is upstream.
-fn together(own: &Uncertainty, outside: f64) -> (f64, f64) {
+pub(super) fn together(own: &Uncertainty, outside: f64) -> (f64, f64) {
     let std_error = (own.variance + outside).sqrt();
     let dof = if own.dof > 0.0 {
         combined_dof(&[(own.variance.sqrt(), own.dof), (outside.sqrt(), f64::INFINITY)])
@@ -116,8 +116,7 @@ fn together(own: &Uncertainty, outside: f64) -> (f64, f64) {
     (std_error, dof)
 }
 
-/// `k_alpha0` or `k_gamma0 = C k_alpha0`: a quotient of two uncertain numbers, so its interval
-/// is Fieller's, which opens where the denominator may vanish.
+/// `k_alpha0` or `k_gamma0 = C k_alpha0` as the table has it: upright.
 fn stiffness(
     solution: &Solution,
     upstream: &[&Upstream],
@@ -128,19 +127,42 @@ fn stiffness(
     let Some(axle) = id.part.axle() else {
         return UNKNOWN;
     };
-    let k = axle as usize;
     let camber = id.coefficient == C::CamberStiffness0;
-    let quotient = solution.found.stiffness[k];
-    let (numerator, denominator) = (quotient.numerator, quotient.denominator);
-    let value = numerator / denominator;
-    let c = bike.wheel(axle).side_force_ratio;
-    let scale = if camber { c } else { 1.0 };
+    let quotient_of = solution.found.stiffness[axle as usize];
+    let value = solution.found.values[id];
     // own variance is that of the quotient: as if all of it were the denominator's
-    let own_relative = own.variance.sqrt() / (scale * value).abs();
-    let mut covariance = [0.0, 0.0, (own_relative * denominator).powi(2)];
+    let sd = own.variance.sqrt() / value.abs() * quotient_of.denominator.abs();
+    quotient(solution, upstream, bike, (axle, camber), 0.0, (sd, own.dof))
+}
+
+/// Cornering stiffness of a tyre at a camber (rad), or that of camber: a quotient of two uncertain numbers, so its interval
+/// is Fieller's, which opens where the denominator may vanish. `own` is the standard error that the fit gives the denominator, and
+/// its degrees of freedom.
+pub(super) fn quotient(
+    solution: &Solution,
+    upstream: &[&Upstream],
+    bike: &Bike,
+    (axle, of_camber): (Axle, bool),
+    camber: f64,
+    own: (f64, f64),
+) -> Estimate {
+    let k = axle as usize;
+    let (square, tangent) =
+        (camber * camber, if camber.abs() < 1e-6 { 1.0 } else { camber.tan() / camber });
+    // upright the growth does not matter, whether it is known or not
+    let grown = |growth: f64| if square > 0.0 { growth * square } else { 0.0 };
+    let found = solution.found.stiffness[k];
+    let denominator = found.denominator + grown(solution.found.growth[k]);
+    let c = bike.wheel(axle).side_force_ratio;
+    let scale = if of_camber { c } else { 1.0 };
+    let numerator = tangent * found.numerator;
+    let value = scale * numerator / denominator;
+    let own_relative = own.0 / denominator.abs();
+    let mut covariance = [0.0, 0.0, own.0 * own.0];
     for change in upstream.iter().map(|u| &u.change) {
-        let (mut d_n, d_d) = (change.stiffness[k].numerator, change.stiffness[k].denominator);
-        if camber {
+        let mut d_n = tangent * change.stiffness[k].numerator;
+        let d_d = change.stiffness[k].denominator + grown(change.growth[k]);
+        if of_camber {
             d_n = c * d_n + numerator * change.values[(axle, C::SideForceRatio)];
         }
         if d_n.is_finite() && d_d.is_finite() {
@@ -150,9 +172,9 @@ fn stiffness(
         }
     }
     let std_error = ratio_se(scale * numerator, denominator, covariance);
-    let relative = std_error / (scale * value).abs();
+    let relative = std_error / value.abs();
     let outside = (relative * relative - own_relative * own_relative).max(0.0).sqrt();
-    let dof = combined_dof(&[(own_relative, own.dof), (outside, f64::INFINITY)]);
+    let dof = combined_dof(&[(own_relative, own.1), (outside, f64::INFINITY)]);
     Estimate { std_error, dof, interval: ratio(scale * numerator, denominator, covariance, dof) }
 }
 

@@ -202,6 +202,8 @@ pub struct Parameters {
     pub ct: Option<f64>,
     /// (39): one over the upright cornering stiffness per load, rad.
     pub t1: Option<f64>,
+    /// (39): what that gains with the square of camber, 1/rad.
+    pub t2: Option<f64>,
 }
 
 impl Lateral {
@@ -240,7 +242,8 @@ impl Parameters {
         Parameters {
             slip: slip.map(|t| [t[C1], t[C3]]),
             ct: friction.map(|t| t[CT]),
-            t1: compliance.map(|t| t[T1]),
+            t1: compliance.as_ref().map(|t| t[T1]),
+            t2: compliance.as_ref().map(|t| t[T2]),
         }
     }
 }

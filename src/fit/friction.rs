@@ -269,7 +269,7 @@ pub struct Friction {
     response: DMatrix<f64>,
     residuals: Vec<f64>,
     /// Coefficients of another curve that describes the samples as well.
-    other: Option<Vec<f64>>,
+    pub(super) other: Option<Vec<f64>>,
     /// Lowest and highest slip ratio of the samples (their 1 % and 99 % quantiles).
     pub slip_range: [f64; 2],
     /// Deepest slip ratio of each manoeuvre that braked, the deepest first.

@@ -4,9 +4,10 @@
 //! order on the samples of a session ([`data`], [`selection`], [`rows`]) and again for every upstream quantity
 //! that is uncertain ([`variation`], [`refit`]); [`assemble`] makes the coefficients of what was
 //! fitted, [`coefficients`] the rows of the table, with the status of [`verdict`], [`missing`] what the
-//! numbers cost that the bike file does not have.
+//! numbers cost that the bike file does not have, [`bands`] how well the curves are known that charts draw.
 
 pub mod assemble;
+pub mod bands;
 pub mod by_course;
 pub mod chain;
 pub mod coasting;

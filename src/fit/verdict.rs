@@ -6,6 +6,7 @@ use super::friction::is_of_curve;
 use super::solution::Solution;
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient as C, GIVEN, Id, Source};
+use crate::model::magic_formula::slip_ratio;
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::Interval;
 use crate::tables::rows::Status;
@@ -159,6 +160,11 @@ impl Case<'_> {
         let wide = 0.5 * (high - low) > self.config.max_relative_interval * self.scale();
         wide.then(|| {
             let remedy = self.remedy();
+            // as people read it
+            let [low, high] = match self.id.coefficient {
+                C::PeakSlip => [low, high].map(slip_ratio),
+                _ => [low, high],
+            };
             poor(format!("the interval is wide, {low:.3} to {high:.3}: {remedy}"))
         })
     }

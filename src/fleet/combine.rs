@@ -25,6 +25,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::Piece;
 use super::slopes::{self, Slopes};
+use crate::contract::coefficient::Coefficient;
 use crate::contract::error_source::{MODEL, OWN};
 use crate::statistics::interval::{combined_dof, t95};
 
@@ -35,6 +36,8 @@ const ROUNDS: usize = 6;
 /// Fewest rides that a spread is estimated from; of fewer it is `FEW` of the value.
 const RIDES: usize = 4;
 const FEW: f64 = 0.02;
+/// The same of a rolling radius: pressure, temperature and wear of one tyre leave it within this, an estimate.
+const FEW_RADIUS: f64 = 0.003;
 
 /// What is combined: a coefficient of one tyre on one motorcycle.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -328,7 +331,8 @@ impl Problem {
                 Scale::Log(_) => 1.0,
                 Scale::Linear => found.x[k].abs(),
             };
-            return FEW * size;
+            let radius = self.keys[k].coefficient == Coefficient::EffectiveRollingRadius.name();
+            return if radius { FEW_RADIUS } else { FEW } * size;
         }
         let free = all.len() as f64 - 1.0;
         let excess =

@@ -35,6 +35,11 @@ pub struct Point {
     pub slope_by: [f64; 5],
 }
 
+/// The slip ratio of braking, `kappa`, of a normalised slip `sigma = kappa / (1 - kappa)` as in eq. 3.
+pub fn slip_ratio(sigma: f64) -> f64 {
+    sigma / (1.0 + sigma)
+}
+
 impl MagicFormula {
     /// Engaged longitudinal friction over slip ratio, eq. 28.
     pub fn value(&self, s: f64) -> f64 {

@@ -78,7 +78,7 @@ pub fn run(
         true => Some(signals(&ride, &data, &solution)?),
         false => None,
     };
-    let plots = plots::road::rows(&ride, &segments, &data, &solution);
+    let plots = plots::road::rows(&ride, &segments, &data, &solution, &coefficients);
     let warnings = warnings(&ident, noticed);
     let session = session(&ride, input, bike, &manoeuvres, &coefficients, &warnings, provenance);
     Ok(Outcome {

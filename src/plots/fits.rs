@@ -3,11 +3,10 @@
 use super::plot::{Axis, FIT, Plot, Series, front_and_rear};
 use super::sheet::{CLOUD_POINTS, Cloud, Sheet, abscissae};
 use crate::GRAVITY;
-use crate::fit::coasting::{DRAG, GRADE, ROLLING};
-use crate::fit::cornering::{C1, C3, CT, K_X};
-use crate::fit::{Data, Solution, cornering, friction};
-use crate::model::formulation::Formulation;
-use crate::statistics::interval::t95;
+use crate::fit::bands::Bands;
+use crate::fit::coasting::GRADE;
+use crate::fit::cornering::{C1, C3};
+use crate::fit::{Data, Solution, cornering};
 
 pub(super) const CAMBER: Axis = Axis::degrees("camber");
 pub(super) const ROLL: Axis = Axis::degrees("roll");
@@ -51,7 +50,8 @@ pub const FRICTION_Y_SLIP: [Plot; 2] = {
         "lateral friction over slip angle",
         [ALPHA, MU_Y],
         "Steady corners: to each slip angle its camber, so the curve runs through both fits \
-         (eqs. 37, 38); it is no sweep at a fixed camber."
+         (eqs. 37, 38); it is no sweep at a fixed camber. The bands are of the friction at that \
+         camber."
     );
     [Plot { turns_back: true, ..front }, Plot { turns_back: true, ..rear }]
 };
@@ -67,8 +67,7 @@ pub const STIFFNESS: [Plot; 2] = {
         "stiffness",
         "stiffness",
         [CAMBER, PER_LOAD],
-        "Cornering and camber stiffness (eq. 39, multiplied through); the band is the scatter \
-         between manoeuvres."
+        "Cornering and camber stiffness (eq. 39, multiplied through)."
     );
     const LINES: &[Series] = &[K_ALPHA, K_GAMMA];
     [Plot { series: LINES, ..front }, Plot { series: LINES, ..rear }]
@@ -129,17 +128,23 @@ impl Used {
     }
 }
 
-pub(super) fn draw(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, used: &Used) {
+pub(super) fn draw(
+    sheet: &mut Sheet<'_>,
+    data: &Data,
+    solution: &Solution,
+    used: &Used,
+    bands: &Bands<'_>,
+) {
     for k in 0..2 {
-        friction(sheet, solution, used, k);
-        lateral(sheet, solution, used, k);
-        stiffness(sheet, solution, k);
+        friction(sheet, solution, used, bands, k);
+        lateral(sheet, solution, used, bands, k);
+        stiffness(sheet, solution, bands, k);
     }
-    coast_down(sheet, data, solution);
-    overturning(sheet, data, solution);
+    coast_down(sheet, data, solution, bands);
+    overturning(sheet, data, solution, bands);
 }
 
-fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
+fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, bands: &Bands<'_>, k: usize) {
     let Some(fit) = &solution.fits.friction[k] else { return };
     let rows = &solution.samples.friction[k];
     let cloud = Cloud {
@@ -151,25 +156,11 @@ fn friction(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     };
     let plot = &FRICTION_X[k];
     sheet.cloud(plot, &cloud, CLOUD_POINTS);
-    let band = |s: f64| {
-        let covariance = fit.covariance.as_ref()?;
-        let at = |theta: &[f64]| friction::curve(theta).value(s);
-        let gradient: Vec<f64> = (0..fit.theta.len())
-            .map(|j| {
-                let step = 1e-4 * fit.theta[j].abs().max(0.1);
-                let mut moved = fit.theta.clone();
-                moved[j] += step;
-                (at(&moved) - at(&fit.theta)) / step
-            })
-            .collect();
-        let (se, dof) = covariance.contrast(&gradient);
-        Some(t95(dof.max(1.0)) * se)
-    };
     let [from, to] = fit.slip_range;
-    sheet.line(plot, &FIT, [from, to.max(0.0)], &|s| (fit.formula.value(s), band(s)));
+    sheet.curve(plot, &FIT, [from, to.max(0.0)], &|s| bands.friction(k, s));
 }
 
-fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
+fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, bands: &Bands<'_>, k: usize) {
     let lateral = &solution.fits.lateral[k];
     let rows = &solution.samples.lateral[k];
     let low = rows.camber.iter().copied().fold(0.0, f64::min);
@@ -179,71 +170,44 @@ fn lateral(sheet: &mut Sheet<'_>, solution: &Solution, used: &Used, k: usize) {
     if let Some(fit) = &lateral.slip {
         let own = Cloud { x: &rows.camber, y: &rows.slip_angle, weights: &fit.weights, ..cloud };
         sheet.cloud(&SLIP_ANGLE[k], &own, CLOUD_POINTS);
-        sheet.line(&SLIP_ANGLE[k], &FIT, [low, high], &|g| {
-            let contrast = [g, g.powi(3)];
-            let half = fit.covariance.as_ref().map(|c| {
-                let (se, dof) = c.contrast(&contrast);
-                t95(dof.max(1.0)) * se
-            });
-            (fit.theta[C1] * contrast[0] + fit.theta[C3] * contrast[1], half)
-        });
+        sheet.curve(&SLIP_ANGLE[k], &FIT, [low, high], &|g| bands.slip_angle(k, g));
     }
     let Some(fit) = &lateral.friction else { return };
-    let at = |g: f64| {
-        let half = fit.covariance.as_ref().map(|c| {
-            t95(c.dof[CT].max(1.0)) * c.covariance[(CT, CT)].max(0.0).sqrt() * g.tan().abs()
-        });
-        (fit.theta[CT] * g.tan(), half)
-    };
+    let at = |g: f64| bands.lateral_friction(k, g);
     let own = Cloud { x: &rows.camber, y: &rows.friction, weights: &fit.weights, ..cloud };
     sheet.cloud(&FRICTION_Y[k], &own, CLOUD_POINTS);
-    sheet.line(&FRICTION_Y[k], &FIT, [low, high], &at);
+    sheet.curve(&FRICTION_Y[k], &FIT, [low, high], &at);
     // a steady corner has one slip angle to its camber: the curve runs through both fits
     let Some(slip) = &lateral.slip else { return };
     let plot = &FRICTION_Y_SLIP[k];
     let own = Cloud { x: &rows.slip_angle, y: &rows.friction, weights: &fit.weights, ..cloud };
     sheet.cloud(plot, &own, CLOUD_POINTS);
     for g in abscissae([low, high]) {
-        let (y, half) = at(g);
         let x = slip.theta[C1] * g + slip.theta[C3] * g.powi(3);
-        let y = [Some(y), half.map(|h| y - h), half.map(|h| y + h)];
-        sheet.point(plot, &FIT, x, y);
+        if let Some(band) = at(g) {
+            sheet.banded(plot, &FIT, x, &band);
+        }
     }
 }
 
-fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, wheel: usize) {
-    let lateral = &solution.fits.lateral[wheel];
-    let formulation = solution.inputs.formulation;
-    let bike = &solution.inputs.bike;
-    let ratio = [&bike.front, &bike.rear][wheel].side_force_ratio;
-    if lateral.k_alpha(0.0, ratio, formulation).is_none() {
-        return;
-    }
-    // 1/k is linear in what is fitted; the printed form is a quotient of two fits without a
-    // common covariance
-    let half = |g: f64, k: f64| {
-        let fit = lateral.compliance.as_ref()?;
-        let (se, dof) = fit.covariance.as_ref()?.contrast(&[1.0, g * g]);
-        let tangent = if g.abs() < 1e-6 { 1.0 } else { g.tan() / g };
-        (formulation == Formulation::Corrected).then(|| t95(dof.max(1.0)) * se * k * k / tangent)
-    };
-    let at = |g: f64| {
-        let k = lateral.k_alpha(g, ratio, formulation).unwrap_or(f64::NAN);
-        (g, k, half(g, k))
-    };
-    // both lines are one, but for its scale
-    let points: Vec<_> = abscissae([0.0, lateral.max_camber]).map(at).collect();
-    for (series, scale) in [(K_ALPHA, 1.0), (K_GAMMA, ratio)] {
-        for &(g, k, half) in &points {
-            let edge = |sign: f64| half.map(|h| scale * k + sign * scale * h);
-            let y = [Some(scale * k), edge(-1.0), edge(1.0)];
-            sheet.point(&STIFFNESS[wheel], &series, g, y);
+fn stiffness(sheet: &mut Sheet<'_>, solution: &Solution, bands: &Bands<'_>, wheel: usize) {
+    let ends = [0.0, solution.fits.lateral[wheel].max_camber];
+    for (series, of_camber) in [(K_ALPHA, false), (K_GAMMA, true)] {
+        if bands.stiffness(wheel, of_camber, 0.0).is_none() {
+            continue;
+        }
+        let plot = &STIFFNESS[wheel];
+        for g in abscissae(ends) {
+            match bands.stiffness(wheel, of_camber, g) {
+                Some(band) => sheet.banded(plot, &series, g, &band),
+                None => sheet.point(plot, &series, g, [None; 3]),
+            }
         }
     }
 }
 
 /// Force that slows the coasting bike, wheels' inertia included, over the speed squared.
-fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
+fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, bands: &Bands<'_>) {
     let inputs = &solution.inputs;
     let Some(fit) = &solution.fits.coasting.resistance else { return };
     let x = &data.coast;
@@ -254,16 +218,7 @@ fn coast_down(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
         Cloud { x: &square, y: &force, weights: &fit.weights, clusters: &x.segment, colour: &[] };
     sheet.cloud(&COAST_DOWN, &own, CLOUD_POINTS);
     let top = square.iter().copied().fold(0.0, f64::max);
-    sheet.line(&COAST_DOWN, &FIT, [0.0, top], &|v2| {
-        let half = fit.covariance.as_ref().map(|c| {
-            let mut contrast = vec![0.0; fit.theta.len()];
-            contrast[DRAG] = v2;
-            contrast[ROLLING] = weight;
-            let (se, dof) = c.contrast(&contrast);
-            t95(dof.max(1.0)) * se
-        });
-        (fit.theta[DRAG] * v2 + fit.theta[ROLLING] * weight, half)
-    });
+    sheet.curve(&COAST_DOWN, &FIT, [0.0, top], &|v2| bands.resistance(v2, weight));
 }
 
 /// Force that slows each coasting sample, the grade taken off, N.
@@ -280,7 +235,7 @@ pub(super) fn coasting_force(data: &Data, solution: &Solution, theta: &[f64]) ->
         .collect()
 }
 
-fn overturning(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
+fn overturning(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution, bands: &Bands<'_>) {
     let Some(fit) = &solution.fits.overturning else { return };
     let inputs = &solution.inputs;
     let weight = inputs.bike.mass * GRAVITY;
@@ -300,12 +255,7 @@ fn overturning(sheet: &mut Sheet<'_>, data: &Data, solution: &Solution) {
     let low = roll.iter().copied().fold(0.0, f64::min);
     let high = roll.iter().copied().fold(0.0, f64::max);
     let scale = per_tangent / weight;
-    sheet.line(&OVERTURNING, &FIT, [low, high], &|r| {
-        let half = fit.covariance.as_ref().map(|c| {
-            t95(c.dof[K_X].max(1.0))
-                * c.covariance[(K_X, K_X)].max(0.0).sqrt()
-                * (scale * r.tan()).abs()
-        });
-        (fit.theta[K_X] * scale * r.tan(), half)
-    });
+    let of_lever = bands.overturning();
+    let at = |r: f64| of_lever.map(|band| band.times(scale * r.tan()));
+    sheet.curve(&OVERTURNING, &FIT, [low, high], &at);
 }

@@ -5,7 +5,8 @@
 //! ([`plot::Plot`]).
 //!
 //! Of a cloud the samples that would lie under others are left out ([`downsample`]); lines are the
-//! fits over the ridden range with the 95 % band of the curve; the time line keeps the mean,
+//! fits over the ridden range with the 95 % interval of the curve and, inside it, the part that the
+//! scatter between manoeuvres has in it ([`crate::fit::bands`]); the time line keeps the mean,
 //! least and largest value of each of [`sheet::TIMELINE_BINS`] spans, so that no peak is lost.
 
 pub mod catalogue;

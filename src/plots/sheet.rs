@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::downsample::downsample;
 use super::plot::{DATA, Plot, Series, TIMELINE};
 use crate::contract::session::Session;
+use crate::fit::bands::Band;
 use crate::tables::rows::PlotPoint;
 
 /// Largest number of points of a cloud over part of the ride.
@@ -75,6 +76,18 @@ impl<'a> Sheet<'a> {
         self.push(plot.name, series.name, x, y);
     }
 
+    /// One point of a curve with its bands.
+    pub(super) fn banded(&mut self, plot: &Plot, series: &Series, x: f64, band: &Band) {
+        let before = self.rows.len();
+        let of = |ends: Option<[f64; 2]>, side: usize| ends.map(|ends| ends[side]);
+        let y = [Some(band.value), of(band.interval, 0), of(band.interval, 1)];
+        self.point(plot, series, x, y);
+        let finite = |side: usize| of(band.scatter, side).filter(|v| v.is_finite()).map(single);
+        for row in &mut self.rows[before..] {
+            (row.scatter_low, row.scatter_high) = (finite(0), finite(1));
+        }
+    }
+
     fn push(
         &mut self,
         plot: &'static str,
@@ -116,18 +129,18 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// A line from one abscissa to another; `f` gives its ordinate and half the width of its band.
-    pub(super) fn line(
+    /// A curve from one abscissa to another with its bands; left out where `f` knows nothing.
+    pub(super) fn curve(
         &mut self,
         plot: &Plot,
         series: &Series,
         ends: [f64; 2],
-        f: &dyn Fn(f64) -> (f64, Option<f64>),
+        f: &dyn Fn(f64) -> Option<Band>,
     ) {
         for x in abscissae(ends) {
-            let (y, half) = f(x);
-            let edge = |sign: f64| half.map(|h| y + sign * h);
-            self.point(plot, series, x, [Some(y), edge(-1.0), edge(1.0)]);
+            if let Some(band) = f(x) {
+                self.banded(plot, series, x, &band);
+            }
         }
     }
 

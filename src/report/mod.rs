@@ -22,6 +22,7 @@ pub use open::open;
 pub use page_shell::is_own;
 pub use written::{damaged, is_whole};
 
+pub mod as_read;
 pub mod assets;
 pub mod build;
 pub mod charts;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::report::as_read;
 use crate::report::error::Error;
 use crate::report::labels;
 use crate::tables::by_session::SessionFiles;
@@ -177,7 +178,7 @@ impl RunTables {
         check(out)?;
         Ok(RunTables {
             sessions: sessions(out)?,
-            coefficients: coefficients(out)?,
+            coefficients: as_read(coefficients(out)?),
             warnings: warnings(out)?,
         })
     }
@@ -190,6 +191,7 @@ impl RunTables {
         let mut coefficients =
             SessionFiles::<Coefficient>::read_one(out, session)?.rows(session)?;
         sort_coefficients(&mut coefficients);
+        let coefficients = as_read(coefficients);
         Ok(RunTables {
             sessions: SessionFiles::<SessionRow>::read_one(out, session)?.rows(session)?,
             coefficients,
@@ -206,6 +208,12 @@ impl RunTables {
     pub fn warnings_of(&self, session: &Ident) -> &[WarningRow] {
         rows_of(&self.warnings, session, |w| &w.ident)
     }
+}
+
+/// Coefficients as pages have them.
+fn as_read(mut rows: Vec<Coefficient>) -> Vec<Coefficient> {
+    rows.iter_mut().for_each(as_read::coefficient);
+    rows
 }
 
 /// One session's rows of those sorted by [`Ident::key`].

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use crate::contract::coefficient::Coefficient as C;
+use crate::report::as_read;
 use crate::report::coefficient_text::CoefficientText;
 use crate::report::labels;
 use crate::report::number_format::{self, fixed};
@@ -56,14 +57,21 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
                 ),
             );
         }
-        let shown = CoefficientText::of(c);
+        let mut read = (*c).clone();
+        as_read::coefficient(&mut read);
+        let shown = CoefficientText::of(&read);
+        let name = if read.symbol == c.symbol {
+            c.coefficient.clone()
+        } else {
+            format!("{}, kappa", c.coefficient)
+        };
         let sign = if shown.std_error.is_empty() { ' ' } else { '±' };
         let value = if shown.value.is_empty() { "-" } else { &shown.value };
         line(
             &mut out,
             &format!(
                 "  {:<24}{:>11} {sign} {:<10}{:>22}  {:<6}  {}",
-                clean(&c.coefficient),
+                clean(&name),
                 value,
                 shown.std_error,
                 shown.interval(" to "),

@@ -206,6 +206,8 @@ pub struct PlotPoint {
     pub y: Option<f64>,
     pub y_low: Option<f64>,
     pub y_high: Option<f64>,
+    pub scatter_low: Option<f64>,
+    pub scatter_high: Option<f64>,
     pub weight: Option<f64>,
     pub manoeuvre_id: Option<i64>,
     pub shade: Option<f64>,
@@ -252,6 +254,8 @@ pub struct PooledRow {
     pub status: Status,
     pub value: f64,
     pub std_error: f64,
+    pub ci95_low: Option<f64>,
+    pub ci95_high: Option<f64>,
     pub pooled: f64,
     pub pooled_std_error: f64,
     pub pooled_ci95_low: f64,
@@ -478,6 +482,21 @@ impl SimulationError {
         };
         let logs: Vec<f64> = rows.iter().filter_map(log).filter(|x| x.is_finite()).collect();
         (!logs.is_empty()).then(|| logs.iter().sum::<f64>() / logs.len() as f64)
+    }
+
+    /// Share of what is beyond noise in the simulation that the named causes take away, over all channels and kinds of
+    /// manoeuvres in noise floors; `None` where nothing was named or nothing is beyond noise.
+    pub fn explained(rows: &[SimulationError]) -> Option<f64> {
+        let beyond = |error: f64, r: &SimulationError| {
+            ((error / r.noise_floor).powi(2) - 1.0).max(0.0) * r.n as f64
+        };
+        let of = |r: &SimulationError| {
+            let ends = [beyond(r.rmse_base, r), beyond(r.rmse_extended?, r)];
+            ends.iter().all(|x| x.is_finite()).then_some(ends)
+        };
+        let sum = |sum: [f64; 2], x: [f64; 2]| [sum[0] + x[0], sum[1] + x[1]];
+        let [before, after] = rows.iter().filter_map(of).fold([0.0; 2], sum);
+        (before > 0.0).then(|| 1.0 - after / before)
     }
 
     /// Error of the best model that there is, in noise floors.

@@ -90,7 +90,7 @@ def test_hover_shows_values_with_units(report, browser):
     )
     ActionChains(browser.driver).move_to_element_with_offset(over(holder), round(x), round(y)).perform()
     text = hint(holder)
-    assert "slip ratio" in text and "fit" in text and "95 % band" in text, text
+    assert "slip ratio" in text and "fit" in text and "95 % interval" in text, text
     assert "manoeuvre" in text and "wheel load" in text and text.count(" N") == 1, text
     holder = chart(browser, "[aria-label^='Coast-down']")
     ActionChains(browser.driver).move_to_element(over(holder)).perform()

@@ -1,6 +1,7 @@
 //! The tests that use roadbench from the outside, in one binary.
 
 mod advice;
+mod bands;
 mod batch;
 mod bike_new;
 mod book;

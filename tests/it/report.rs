@@ -200,6 +200,7 @@ fn plots(ident: &Ident) -> Vec<PlotPoint> {
             manoeuvre_id: m,
             shade: weight.map(|_| 1300.0 + 400.0 * x),
             n: weight.map(|_| 3),
+            ..PlotPoint::default()
         });
     };
     let magic = |s: f64| {

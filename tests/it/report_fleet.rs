@@ -95,6 +95,7 @@ fn generate(out: &Path) {
             pooled_ci95_low: value - 0.02,
             pooled_ci95_high: value + 0.02,
             shrinkage: 0.37,
+            ..PooledRow::default()
         });
         let point = |series: &'static str, x: f64, weight: Option<f64>| PlotPoint {
             session_id: ident.session_id.as_str().into(),
@@ -109,6 +110,7 @@ fn generate(out: &Path) {
             manoeuvre_id: weight.map(|_| 0),
             shade: weight.map(|_| 1200.0 + 100.0 * x),
             n: weight.map(|_| 2),
+            ..PlotPoint::default()
         };
         let at = |k: i32| 0.01 * f64::from(k);
         let mut points: Vec<PlotPoint> = (-9..9).map(|k| point("data", at(k), Some(0.9))).collect();

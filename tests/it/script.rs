@@ -186,6 +186,7 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
                 manoeuvre_id: None,
                 shade: None,
                 n: None,
+                ..PlotPoint::default()
             })
             .collect(),
         signals: input

@@ -127,6 +127,15 @@ pub struct Line {
     /// Upper edge of the band.
     #[serde(serialize_with = "pack::gaps")]
     pub hi: Vec<Option<f64>>,
+    /// Lower edge of the part of the band that comes from the scatter between manoeuvres; empty where there is none.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "pack::gaps")]
+    pub scatter_lo: Vec<Option<f64>>,
+    /// Upper edge of it.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "pack::gaps")]
+    pub scatter_hi: Vec<Option<f64>>,
+    /// What the band is, in the hint under the cursor and in the legend; empty where it is a 95 % interval.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub band: &'static str,
     /// Whether the abscissae turn back: then it is drawn from point to point.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub path: bool,

@@ -19,6 +19,8 @@ use crate::tables::rows::{Manoeuvre, PlotPoint};
 const PANEL_PARTS: f64 = 4_000.0;
 /// Height of a chart of residuals, px.
 const RESIDUAL_HEIGHT: u32 = 170;
+/// What the band of a residual's mean is.
+const BAND_OF_MEAN: &str = "95 % by the scatter between manoeuvres alone";
 const TIME: Axis = Axis { label: "time", unit: "s", scale: 1.0 };
 
 /// Everything a session's page draws, as its script reads it.
@@ -215,6 +217,11 @@ fn line(plot: &Plot, name: &str, decimals: [usize; 2], mut points: Vec<&PlotPoin
         true => points.iter().map(|p| get(p).map(&y)).collect(),
         false => Vec::new(),
     };
+    let scatter = points.iter().any(|p| p.scatter_low.is_some() && p.scatter_high.is_some());
+    let of_scatter = |get: fn(&PlotPoint) -> Option<f64>| match scatter {
+        true => points.iter().map(|p| get(p).map(&y)).collect(),
+        false => Vec::new(),
+    };
     let declared = plot.series.iter().find(|s| s.name == name);
     Line {
         name: name.to_owned(),
@@ -223,6 +230,9 @@ fn line(plot: &Plot, name: &str, decimals: [usize; 2], mut points: Vec<&PlotPoin
         y: points.iter().map(|p| p.y.map(&y)).collect(),
         lo: edge(|p| p.y_low),
         hi: edge(|p| p.y_high),
+        scatter_lo: of_scatter(|p| p.scatter_low),
+        scatter_hi: of_scatter(|p| p.scatter_high),
+        band: if plot.section == Section::Residual { BAND_OF_MEAN } else { "" },
         path,
         colour: None,
     }
@@ -248,6 +258,8 @@ mod tests {
             y: Some(y),
             y_low: None,
             y_high: None,
+            scatter_low: None,
+            scatter_high: None,
             weight,
             manoeuvre_id: None,
             shade: None,

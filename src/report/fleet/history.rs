@@ -120,8 +120,11 @@ impl<'a> History<'a> {
             cloud.y.push(put(s.value));
             cloud.w.push(if s.determined { 1.0 } else { 0.35 });
             cloud.m.push(None);
-            cloud.lo.push(some(s.value - 1.96 * s.error));
-            cloud.hi.push(some(s.value + 1.96 * s.error));
+            // tables of an older version have no ends
+            let usual = [s.value - 1.96 * s.error, s.value + 1.96 * s.error];
+            let ends = if s.ends[0].is_finite() { s.ends } else { usual };
+            cloud.lo.push(some(ends[0]));
+            cloud.hi.push(some(ends[1]));
             let doubt = if s.determined { "" } else { ", poorly determined" };
             cloud.t.push(format!("{}{doubt}", self.fleet.sessions[i].ident.session_id));
             cloud.h.push(self.fleet.pages[i].clone());

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::report::as_read;
 use crate::report::error::Error;
 use crate::report::labels;
 use crate::tables::read;
@@ -16,6 +17,7 @@ use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow, S
 /// A file cannot be read or lacks a column.
 pub fn fleet(out: &Path) -> Result<Vec<FleetRow>, Error> {
     let mut rows: Vec<FleetRow> = read::rows(out)?;
+    rows.iter_mut().for_each(as_read::fleet);
     rows.sort_by(|a, b| {
         (&a.bike_id, labels::order(&a.tyre, &a.coefficient))
             .cmp(&(&b.bike_id, labels::order(&b.tyre, &b.coefficient)))
@@ -58,6 +60,8 @@ pub struct SessionEstimate {
     pub value: f32,
     /// Standard error of that.
     pub error: f32,
+    /// Ends of its own 95 % interval; NaN where there are none.
+    pub ends: [f32; 2],
     /// The pooled estimate.
     pub pooled: f32,
     /// Lower end of the pooled estimate's 95 % interval.
@@ -82,7 +86,8 @@ pub fn histories(out: &Path, sessions: &[SessionRow]) -> Result<Histories, Error
     let mut found = Histories::new();
     for path in read::files(out, PooledRow::spec())? {
         // one file is held at a time
-        for row in read::file_rows::<PooledRow>(&path)? {
+        for mut row in read::file_rows::<PooledRow>(&path)? {
+            as_read::pooled(&mut row);
             let Some(place) = places.get(&(row.bike_id.as_str(), row.session_id.as_str())) else {
                 continue;
             };
@@ -91,6 +96,7 @@ pub fn histories(out: &Path, sessions: &[SessionRow]) -> Result<Histories, Error
                 determined: row.status == Status::Ok,
                 value: row.value as f32,
                 error: row.std_error as f32,
+                ends: [row.ci95_low, row.ci95_high].map(|end| end.map_or(f32::NAN, |x| x as f32)),
                 pooled: row.pooled as f32,
                 low: row.pooled_ci95_low as f32,
                 high: row.pooled_ci95_high as f32,

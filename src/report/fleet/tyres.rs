@@ -48,7 +48,11 @@ impl Tyres {
         specimens.sort_unstable();
         specimens.dedup();
         let specimens = specimens.len();
-        let is_shown = |r: &TyreRow| SHOWN.iter().any(|c| c.name() == r.coefficient);
+        // a model of one tyre is that tyre
+        let is_shown = |r: &TyreRow| {
+            (r.bike_id.is_some() || r.n_tyres > 1)
+                && SHOWN.iter().any(|c| c.name() == r.coefficient)
+        };
         let mut tyres: Vec<TyreRow> = rows.into_iter().filter(is_shown).collect();
         tyres.sort_by_key(|r| {
             let order = labels::order(&r.tyre, &r.coefficient);

@@ -15,6 +15,7 @@ use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::objects::files::read_text;
 use crate::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
+use crate::report::as_read;
 use crate::report::charts::chart::{Chart, Cloud};
 use crate::report::error::Error;
 use crate::report::number_format::{self, fixed, typeset};
@@ -145,15 +146,16 @@ impl BenchValues {
         estimate: Option<f64>,
     ) -> Option<String> {
         let found = self.of(bike, tyre, coefficient).find(|v| v.camber == 0.0)?;
-        let digits = number_format::decimals_of(found.value, found.std_error);
-        let error = found.std_error.map(|e| format!(" ± {}", fixed(e, digits)));
-        let off = estimate.filter(|_| found.value != 0.0).map(|e| {
-            let off = 100.0 * (e / found.value - 1.0);
+        let (value, std_error) = as_read::number(coefficient, found.value, found.std_error);
+        let digits = number_format::decimals_of(value, std_error);
+        let error = std_error.map(|e| format!(" ± {}", fixed(e, digits)));
+        let off = estimate.filter(|_| value != 0.0).map(|e| {
+            let off = 100.0 * (e / value - 1.0);
             format!(": {}{} % from it", if off > 0.0 { "+" } else { "" }, fixed(off, 1))
         });
         let text = format!(
             "bench {}{}{}",
-            fixed(found.value, digits),
+            fixed(value, digits),
             error.unwrap_or_default(),
             off.unwrap_or_default()
         );

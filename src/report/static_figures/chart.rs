@@ -7,7 +7,7 @@ use kuva::backend::raster::RasterBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::plot::annotations::ShadedRegion;
 use kuva::plot::legend::LegendPosition;
-use kuva::plot::{BoxPlot, LinePlot, LineStyle, ScatterPlot};
+use kuva::plot::{BandPlot, BoxPlot, LinePlot, LineStyle, ScatterPlot};
 use kuva::render::figure::Figure;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
@@ -34,6 +34,11 @@ const OUTLIER: &str = "#c0392b";
 
 /// Names of [`COLOURS`], for a heading that does without a legend.
 const COLOUR_NAMES: [&str; 6] = ["blue", "vermilion", "green", "pink", "orange", "sky blue"];
+
+/// Opacities of a line's bands: of the whole interval, of the part within it, of one that stands alone.
+const LIGHT: f64 = 0.16;
+const DARK: f64 = 0.3;
+const ONLY: f64 = 0.3;
 
 /// Pixels of a PNG per unit of the SVG: 300 to the inch at 16 cm. At two the turned labels, which
 /// `kuva` draws without grey edges, look bold.
@@ -185,6 +190,8 @@ fn in_days(chart: &Chart) -> Chart {
                 y: l.y.clone(),
                 lo: l.lo.clone(),
                 hi: l.hi.clone(),
+                scatter_lo: l.scatter_lo.clone(),
+                scatter_hi: l.scatter_hi.clone(),
                 ..Line::default()
             })
             .collect(),
@@ -272,8 +279,18 @@ fn line(line: &Line, place: usize, legend: bool) -> Vec<Plot> {
         let edge = |e: &[Option<f64>]| -> Option<Vec<f64>> {
             stretch.clone().map(|i| e.get(i).copied().flatten()).collect()
         };
-        if let (false, Some(low), Some(high)) = (line.path, edge(&line.lo), edge(&line.hi)) {
-            plot = plot.with_band(low, high);
+        let x = || stretch.clone().map(|i| line.x[i]);
+        let two = !line.scatter_lo.is_empty();
+        let bands = [
+            (&line.lo, &line.hi, if two { LIGHT } else { ONLY }, "95 % interval"),
+            (&line.scatter_lo, &line.scatter_hi, DARK, "of it scatter"),
+        ];
+        for (low, high, opacity, words) in bands {
+            if let (Some(low), Some(high)) = (edge(low), edge(high)) {
+                let band = BandPlot::new(x(), low, high).with_color(colour).with_opacity(opacity);
+                let band = if named || !two { band } else { band.with_legend(words) };
+                plots.push(Plot::Band(band));
+            }
         }
         if !named {
             plot = plot.with_legend(line.label.clone());
