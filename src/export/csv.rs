@@ -37,8 +37,12 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
         "table: longitudinal (slip ratio, upright), lateral (slip angle and camber, no slip ratio), combined",
     );
     comment("(all three at the nominal load; the model's rule, not ridden).");
-    comment("ridden: 1 where the side force is within what the ride reached, 0 beyond and of combined slip");
-    comment("Both forces together stay within the friction circle, of the larger of the peak of Fx and of");
+    comment(
+        "ridden: 1 where the side force is within what the ride reached, 0 beyond and of combined slip",
+    );
+    comment(
+        "Both forces together stay within the friction circle, of the larger of the peak of Fx and of",
+    );
     comment("the side force over load that was ridden.");
     for line in effects_of(tyres, &NO_COLUMN) {
         comment(&line);
