@@ -340,8 +340,15 @@ fn run_tour(mut tour: Tour, arguments: &Arguments, bar: ProgressBar) -> Result<(
 fn compare(own: &Tour, tour: &Tour, skill: &Skill, out: &Location) -> Result<(), Failure> {
     let fail = |e: file::Error| Failure::Output(e.to_string());
     let (reference, other) = (ride::ride(own, skill, 0), ride::ride(tour, skill, 0));
-    let rows = compare::peaks(&reference, &other);
-    say!("\n{:26} {:>6} {:>12} {:>12} {:>9}", "peak", "unit", "own tyres", "given", "error");
+    let falls = compare::falls(&reference, &other);
+    // the peaks of a ride that fell over are those of its fall
+    let rows = if falls.is_empty() { compare::peaks(&reference, &other) } else { Vec::new() };
+    for fall in &falls {
+        say!("\n{fall}; no peaks are compared");
+    }
+    if !rows.is_empty() {
+        say!("\n{:26} {:>6} {:>12} {:>12} {:>9}", "peak", "unit", "own tyres", "given", "error");
+    }
     for row in &rows {
         say!(
             "{:26} {:>6} {:12.5} {:12.5} {:8.1}%",

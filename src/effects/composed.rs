@@ -22,6 +22,9 @@ pub struct Acting<'a> {
     pub extra_load: f64,
 }
 
+/// Friction and stiffness that fall with load do not fall below this share: no load turns a force.
+pub const LEAST_UNDER_LOAD: f64 = 0.2;
+
 impl ModelError {
     /// Force of drag, N, `coefficient v²` on still air, riding `along` the first straight's heading (1)
     /// or back (-1).
@@ -58,8 +61,8 @@ impl ModelError {
     pub fn tyre_output(&self, out: Output, acting: &Acting<'_>) -> Output {
         let Acting { tyre, slip_angle, camber, load, reference_load, extra_load } = *acting;
         let mut changed = Output {
-            force_x: out.force_x * self.relative_friction(1.0, extra_load),
-            force_y: out.force_y * self.relative_stiffness(1.0, extra_load),
+            force_x: out.force_x * self.relative_friction(1.0, extra_load).max(LEAST_UNDER_LOAD),
+            force_y: out.force_y * self.relative_stiffness(1.0, extra_load).max(LEAST_UNDER_LOAD),
             ..out
         };
         let trail = self.relative_trail(0.0);

@@ -1,7 +1,7 @@
 //! A tyre with what its formulas leave out: a tyre of the simulator that departs from them.
 
 use super::ModelError;
-use super::composed::Acting;
+use super::composed::{Acting, LEAST_UNDER_LOAD};
 use super::physics::Rolling;
 use crate::model::custom::Custom;
 use crate::model::tyre::{Input, Output, Tyre};
@@ -16,6 +16,8 @@ pub struct ExtendedTyre {
     base: Box<dyn TyreModel>,
     /// The paper's tyre that is like the base, and that which the base should be like.
     like: [Tyre; 2],
+    /// The paper's tyre that the base is, whose friction circle holds the forces.
+    bounded: Option<Tyre>,
     /// Load to which changes are relative, N.
     load: f64,
     /// How it departs.
@@ -29,7 +31,8 @@ impl ExtendedTyre {
     /// beyond what its springs and its toroid do by themselves, too.
     /// `crown` is its width over the front tyre's.
     pub fn boxed(custom: Custom, error: &ModelError, crown: f64) -> Box<dyn TyreModel> {
-        Self::departing(Box::new(custom), [custom.tyre; 2], custom.nominal_load, error, crown)
+        let (tyre, load) = (custom.tyre, custom.nominal_load);
+        Self::departing((Box::new(custom), Some(tyre)), [tyre; 2], load, error, crown)
     }
 
     /// Of a tyre of any formulas, that is `like` the first and should be `like` the second of two of the
@@ -40,11 +43,11 @@ impl ExtendedTyre {
         load: f64,
         error: &ModelError,
     ) -> Box<dyn TyreModel> {
-        Self::departing(base, like, load, &error.of_hooks(), 1.0)
+        Self::departing((base, None), like, load, &error.of_hooks(), 1.0)
     }
 
     fn departing(
-        base: Box<dyn TyreModel>,
+        (base, bounded): (Box<dyn TyreModel>, Option<Tyre>),
         like: [Tyre; 2],
         load: f64,
         error: &ModelError,
@@ -53,7 +56,7 @@ impl ExtendedTyre {
         if *error == ModelError::default() {
             return base;
         }
-        Box::new(ExtendedTyre { base, like, load, error: *error, crown })
+        Box::new(ExtendedTyre { base, like, bounded, load, error: *error, crown })
     }
 }
 
@@ -76,7 +79,10 @@ impl TyreModel for ExtendedTyre {
             out.force_y -= ratio * k_alpha * load * input.camber; // (15)
         }
         out.moment_z -= (should.twisting_stiffness - is.twisting_stiffness) * load * input.camber;
-        self.error.tyre_output(out, &acting)
+        let out = self.error.tyre_output(out, &acting);
+        let Some(tyre) = &self.bounded else { return out };
+        let share = self.error.relative_friction(1.0, acting.extra_load).max(LEAST_UNDER_LOAD);
+        out.within(share * tyre.circle(input.friction) * load)
     }
 
     fn relaxation(&self, load: f64, speed: f64) -> Relaxation {

@@ -59,8 +59,8 @@ fn over(
         let (mut largest, mut off) = (0.0_f64, 0.0_f64);
         for load in loads {
             for input in points(grid, tyre, load) {
-                let wanted = of(&tyre.forces(&input)) / load;
-                let found = of(&read.forces(&Input { friction: 1.0, ..input })) / load;
+                let wanted = of(&tyre.wanted(&input)) / load;
+                let found = of(&read.forces(&input)) / load;
                 largest = largest.max(wanted.abs());
                 off = off.max((found - wanted).abs());
             }

@@ -37,7 +37,13 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
         "table: longitudinal (slip ratio, upright), lateral (slip angle and camber, no slip ratio), combined",
     );
     comment("(all three at the nominal load; the model's rule, not ridden).");
-    comment("ridden: 1 where the side force is within what the ride reached, 0 beyond");
+    comment(
+        "ridden: 1 where the side force is within what the ride reached, 0 beyond and of combined slip",
+    );
+    comment(
+        "Both forces together stay within the friction circle, of the larger of the peak of Fx and of",
+    );
+    comment("the side force over load that was ridden.");
     for line in effects_of(tyres, &NO_COLUMN) {
         comment(&line);
     }
@@ -84,13 +90,15 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
 fn rows(out: &mut String, tyre: &Characterised, table: &str, over: [&[f64]; 4]) {
     let [slips, angles, cambers, loads] = over;
     let most = tyre.ridden_side() * (1.0 + 1e-9);
+    let pure = |slip: f64, angle: f64, camber: f64| slip == 0.0 || angle == 0.0 && camber == 0.0;
     for &load in loads {
         for &camber in cambers {
             for &angle in angles {
-                let pure = tyre.forces(&tyre.input(0.0, angle, camber, load));
-                let ridden = u8::from(pure.force_y.abs() <= most * load);
+                let side = tyre.free_forces(&tyre.input(0.0, angle, camber, load)).force_y;
+                let reached = side.abs() <= most * load;
                 for &slip in slips {
                     let o = tyre.forces(&tyre.input(slip, angle, camber, load));
+                    let ridden = u8::from(reached && pure(slip, angle, camber));
                     let _ = writeln!(
                         out,
                         "{},{table},{slip:.6},{angle:.6},{camber:.6},{load:.3},{:.4},{:.4},{:.5},{:.5},{ridden}",

@@ -225,13 +225,35 @@ pub fn differences(
 
 /// What the head says of the lateral peak.
 pub fn peak(file: &mut File, c: &Characterised, peak: f64) {
-    let assumed = Validity::of(c).peak;
+    let assumed = Validity::of(c).peak / c.tyre.tyre.reference_friction;
     file.comment(&format!(
         "No ride reaches the lateral peak: PDY1 = {peak:.3} is shaped between 1.0 and 1.15 times {assumed:.3},"
     ));
     file.comment(
         "the larger of the longitudinal peak mf_d and 1.15 times the side force that was ridden.",
     );
+}
+
+/// What the head says of the road of the ride.
+pub fn road(file: &mut File, c: &Characterised) {
+    let friction = c.tyre.tyre.reference_friction;
+    file.comment(&format!(
+        "Ridden on a road of friction {friction} (--friction). PDX1, PDY1 and what goes with them are those of a"
+    ));
+    file.comment(&format!(
+        "road of 1: on the road of the ride a reader takes LMUX = LMUY = {friction}, or that road's friction."
+    ));
+}
+
+/// Stiffness of the carcass over load, along and across.
+pub fn carcass(file: &mut File, [along, across]: [[f64; 2]; 2]) {
+    let note = "set: as the slip stiffness, for one relaxation length at every load";
+    file.number("PCFX1", along[0], note);
+    file.number("PCFX2", along[1], note);
+    file.number("PCFX3", 0.0, "set");
+    file.number("PCFY1", across[0], note);
+    file.number("PCFY2", across[1], note);
+    file.number("PCFY3", 0.0, "set");
 }
 
 /// The ranges in which the file may be used: wider than what was ridden, see [`super::validity`].

@@ -31,8 +31,11 @@ pub fn motorcycle(tyre: &Characterised) -> Result<MfMc, String> {
     let over_load = OverLoad::of(tyre);
     let mut set = start(tyre, &over_load);
     lateral(tyre, &mut set, &over_load)?;
-    let length = tyre.tyre.tyre.relaxation_length;
-    set.lag = [length / set.Kya(tyre.load(), 0.0).abs(), 0.0, 0.0];
+    let friction = tyre.tyre.tyre.reference_friction;
+    // from the friction of the ride's road to 1
+    set.pDx = set.pDx.map(|x| x / friction);
+    set.pDy[0] /= friction;
+    set.qBz[0] *= friction;
     if tyre.with_bike {
         combined(tyre, &mut set)?;
     }
@@ -91,6 +94,8 @@ fn start(c: &Characterised, over_load: &OverLoad) -> MfMc {
         qHz: [0.0; 2],
         lag: [0.0; 3],
         lag_x: c.tyre.longitudinal_relaxation,
+        // saturated from a thousandth of the nominal load on: the same at every load
+        relaxation: Some([t.relaxation_length / radius, 1.0, 0.001]),
         rolling: t.rolling_resistance,
         rolling_speed: c.error.rolling_resistance(0.0, 1.0),
         camber_scale: 1.0,
@@ -214,6 +219,7 @@ fn lateral_at_nominal(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
         set,
         Grid::lateral,
         &Shape {
+            friction: Some(1.0),
             force: SIDE,
             apply,
             bounds: &bounds,
@@ -231,6 +237,7 @@ fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
     };
     let starts = [vec![8.0, 8.0, 0.95], vec![30.0, 30.0, 0.95]];
     let along = Shape {
+        friction: None,
         force: ALONG,
         apply,
         bounds: &COMBINED,
@@ -248,6 +255,7 @@ fn combined(c: &Characterised, set: &mut MfMc) -> Result<(), String> {
         set,
         Grid::combined,
         &Shape {
+            friction: None,
             force: SIDE,
             apply,
             bounds: &COMBINED,

@@ -39,10 +39,26 @@ pub fn magic_formula_62(c: &Characterised) -> Result<Mf62, String> {
         set.Kxk(c.load()) / c.tyre.longitudinal_relaxation.max(1e-3),
         -set.Kya(c.load(), 0.0) / length,
     ];
+    let along = OverLoad::carcass(c, |load| set.Kxk(load));
+    let across = OverLoad::carcass(c, |load| set.Kya(load, 0.0));
+    set.pcfx = [along[0], along[1], 0.0];
+    set.pcfy = [across[0], across[1], 0.0];
+    on_a_road_of_one(&mut set, c.tyre.tyre.reference_friction);
     if c.with_bike {
         combined(c, &mut set)?;
     }
     Ok(set)
+}
+
+/// From the friction of the ride's road to 1: peaks, and what the form has in proportion to them.
+fn on_a_road_of_one(set: &mut Mf62, friction: f64) {
+    for x in set.pDx[..2].iter_mut().chain(&mut set.pDy[..2]).chain(&mut set.pVy[2..]) {
+        *x /= friction;
+    }
+    for k in [7, 9] {
+        set.qDz[k] /= friction;
+    }
+    set.qBz[0] *= friction;
 }
 
 /// What follows in closed form.
@@ -164,6 +180,7 @@ fn lateral(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
         set,
         Grid::lateral,
         &Shape {
+            friction: Some(1.0),
             force: SIDE,
             apply,
             bounds: &bounds,
@@ -185,6 +202,7 @@ fn combined(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
         set.rEx = [x[4], 0.0];
     };
     let along = Shape {
+        friction: None,
         force: ALONG,
         apply,
         bounds: &bounds,
@@ -203,6 +221,7 @@ fn combined(c: &Characterised, set: &mut Mf62) -> Result<(), String> {
         set,
         Grid::combined,
         &Shape {
+            friction: None,
             force: SIDE,
             apply,
             bounds: &bounds,

@@ -48,7 +48,7 @@ impl Grid {
         for g in steps([-camber, camber], self.lateral[1]) {
             for a in steps([-angle, angle], self.lateral[0]) {
                 let input = tyre.input(0.0, a, g, load);
-                if tyre.forces(&input).force_y.abs() <= most {
+                if tyre.free_forces(&input).force_y.abs() <= most {
                     out.push(input);
                 }
             }
@@ -64,7 +64,7 @@ impl Grid {
         for s in steps(self.ends.slip_ratio, 13) {
             for g in steps([-camber, camber], 7) {
                 for a in steps([-angle, angle], 7) {
-                    let pure = tyre.forces(&tyre.input(0.0, a, g, load));
+                    let pure = tyre.free_forces(&tyre.input(0.0, a, g, load));
                     if pure.force_y.abs() <= most {
                         out.push(tyre.input(s, a, g, load));
                     }

@@ -30,6 +30,7 @@ pub fn write(
     file::head(&mut top, fitted, c, "Magic Formula 6.2");
     file::differences(&mut top, c, &worst, &beyond);
     file::peak(&mut top, c, set.pDy[0]);
+    file::road(&mut top, c);
     file::effects(&mut top, c);
     Ok((top.0 + &body, worst))
 }
@@ -65,9 +66,7 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &Mf62) -
         c.noted(&row(C::RelaxationLength), "relaxation_length")
     );
     f.number("LATERAL_STIFFNESS", set.stiffness[1], &note);
-    for key in ["PCFX1", "PCFX2", "PCFX3", "PCFY1", "PCFY2", "PCFY3"] {
-        f.number(key, 0.0, "set: stiffness of the carcass does not depend on load");
-    }
+    file::carcass(&mut f, [set.pcfx, set.pcfy].map(|p| [p[0], p[1]]));
     file::ranges(&mut f, c, c.with_bike);
     longitudinal(&mut f, c, set, &row);
     overturning(&mut f, c, set, &row);

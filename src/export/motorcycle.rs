@@ -16,6 +16,10 @@ use super::tyre::{Characterised, Setting};
 use crate::contract::coefficient::{Coefficient as C, Part};
 use crate::model::mf_mc::MfMc;
 
+/// What the relaxation length of the slip ratio loses with the nominal load once more: `Fz (1 - x dfz)` is closest to
+/// one value from half of the nominal load to its double.
+const PTX2: f64 = 0.4;
+
 /// The property file of one tyre, and how well it gives the tyre back.
 ///
 /// # Errors
@@ -33,6 +37,7 @@ pub fn write(
     file::head(&mut top, fitted, c, "motorcycle Magic Formula 5.2");
     file::differences(&mut top, c, &worst, &beyond);
     file::peak(&mut top, c, set.pDy[0]);
+    file::road(&mut top, c);
     file::effects(&mut top, c);
     Ok((top.0 + &body, worst))
 }
@@ -61,13 +66,6 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>, set: &MfMc) -
     f.comment("keys that no other reader knows");
     let note = "overturning_stiffness and the deflection at the nominal load, m";
     f.number("CROWN_RADIUS", set.carcass.crown, note);
-    let length = c.tyre.tyre.relaxation_length;
-    let note = format!(
-        "relaxation length {} m ({}) over cornering stiffness",
-        short(length),
-        c.noted(&row(C::RelaxationLength), "relaxation_length")
-    );
-    f.number("LAG_C0", set.lag[0], &note);
     f.number("LAG_X", set.lag_x, "placeholder: relaxation length of the slip ratio, m");
     file::ranges(&mut f, c, c.with_bike);
 
@@ -93,6 +91,10 @@ fn longitudinal(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> 
     for key in ["PEX2", "PEX3", "PHX1", "PHX2", "PVX1", "PVX2"] {
         f.number(key, 0.0, NO_LOAD);
     }
+    let note = format!("placeholder: relaxation length of the slip ratio, {} m", short(set.lag_x));
+    f.number("PTX1", set.lag_x / set.R0, &note);
+    f.number("PTX2", -set.lag_x / set.R0 * PTX2, "set: as little change with load as the form can");
+    f.number("PTX3", 0.0, "set");
     let note = "shaped";
     f.number("RBX1", set.rBx[0], note);
     f.number("RBX2", set.rBx[1], note);
@@ -155,6 +157,15 @@ fn lateral(f: &mut File, c: &Characterised, set: &MfMc, row: &dyn Fn(C) -> Strin
     for key in ["PHY1", "PHY2", "PVY1", "PVY2"] {
         f.number(key, 0.0, "set: no offset");
     }
+    let [length, curve, most] = set.relaxation.unwrap_or_default();
+    let note = format!(
+        "from relaxation_length = {} m ({}), over UNLOADED_RADIUS",
+        short(c.tyre.tyre.relaxation_length),
+        c.noted(&row(C::RelaxationLength), "relaxation_length")
+    );
+    f.number("PTY1", length, &note);
+    f.number("PTY2", curve, "set: with PTY3 the same relaxation length at every load");
+    f.number("PTY3", most, "set");
     for (key, value) in
         [("RBY1", set.rBy[0]), ("RBY2", set.rBy[1]), ("RBY3", set.rBy[2]), ("RCY1", set.rCy1)]
     {

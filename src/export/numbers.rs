@@ -47,6 +47,7 @@ pub const ALL: &[Number] = numbers! {
     camber_moment_decay, "", "eq. 17", |c, _| c.tyre.tyre.camber_moment_decay;
     reference_friction, "", "mu0: the road of the ride", |c, _| c.tyre.tyre.reference_friction;
     peak_slip, "", "sigma_max, eq. 3", |c, _| c.tyre.tyre.peak_slip;
+    lateral_peak, "", "side force over load that was reached: no friction circle is smaller", |c, _| c.tyre.tyre.lateral_peak;
     deflection_share, "", "of the deflection, by which it rolls shorter", |c, _| c.tyre.deflection_share;
     width_over_front, "", "width over that of the front tyre, of which radius_camber is said", |c, _| c.crown;
     friction_load, "", "named by a diagnosis: friction lost with the nominal load once more", |c, _| c.error.friction_load;

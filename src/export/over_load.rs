@@ -8,6 +8,7 @@
 
 use super::ends::{Ends, steps};
 use super::tyre::Characterised;
+use super::validity::Validity;
 use crate::model::tyre::slip_stiffness_under;
 
 /// What changes with load, each over its value under the load at rest.
@@ -56,6 +57,26 @@ impl OverLoad {
     /// What the side force per load gains with the nominal load once more, over that at the nominal load.
     pub fn side_force_gain(&self) -> f64 {
         self.side_force[1] / self.side_force[0]
+    }
+
+    /// Stiffness of a carcass over its load, `1 + a dfz + b dfz²`, with which a relaxation length is the same at every
+    /// load: in proportion to a slip stiffness (of a load, N), closest over the loads of the file.
+    pub fn carcass(c: &Characterised, stiffness: impl Fn(f64) -> f64) -> [f64; 2] {
+        let nominal = stiffness(c.load());
+        let [mut aa, mut ab, mut bb, mut ay, mut by] = [0.0; 5];
+        for load in steps(Validity::of(c).ends.load, 59) {
+            let (dfz, share) = (load / c.load() - 1.0, stiffness(load) / nominal);
+            // of relative errors, as those of the length are
+            let per = 1.0 / share.abs().max(0.05);
+            let (a, b, y) = (dfz * per, dfz * dfz * per, (share - 1.0) * per);
+            aa += a * a;
+            ab += a * b;
+            bb += b * b;
+            ay += a * y;
+            by += b * y;
+        }
+        let det = aa * bb - ab * ab;
+        if det > 0.0 { [(ay * bb - by * ab) / det, (by * aa - ay * ab) / det] } else { [1.0, 0.0] }
     }
 
     /// `PKX1` and `PKX2` of a slip stiffness per load (the curve's own).

@@ -62,6 +62,7 @@ pub fn write(
     if !c.lateral {
         top.comment("The ride gave no lateral stiffness: its section is left out (USE_MODE 1).");
     }
+    file::road(&mut top, c);
     file::effects(&mut top, c);
     Ok((top.0 + &body, worst))
 }
@@ -96,6 +97,19 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
             file.number("LATERAL_STIFFNESS", k_alpha * load / radius, note);
         }
     }
+    let [per_load, gain] = over_load.slip_stiffness_of(t.friction.stiffness());
+    let length = c.tyre.longitudinal_relaxation.max(1e-3);
+    let note =
+        format!("placeholder: slip stiffness over a relaxation length of {} m", short(length));
+    file.number("LONGITUDINAL_STIFFNESS", per_load * load / length, &note);
+    let pky2 = PKY2.min(proportional(over_load.side_force_gain()));
+    let exponent = over_load.friction_exponent;
+    let along = OverLoad::carcass(c, |at: f64| {
+        let dfz = at / load - 1.0;
+        at * (per_load + gain * dfz) * (exponent * dfz).exp()
+    });
+    let across = OverLoad::carcass(c, |at| (2.0 * (at / load / pky2).atan()).sin());
+    file::carcass(&mut file, [along, across]);
 
     file::ranges(&mut file, c, c.with_bike);
     if c.longitudinal {
@@ -125,9 +139,9 @@ fn body(fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) -> String {
         Ok((fitted, row)) if fitted != t.twisting_stiffness => {
             let note = format!("from twisting_stiffness = {} ({})", short(fitted), origin(row));
             let note = c.noted(&note, "twisting_stiffness");
-            file.number("QDZ8", -t.twisting_stiffness / radius, &note);
+            file.number("QDZ8", -t.twisting_stiffness / radius / t.reference_friction, &note);
         }
-        found => file.coefficient("QDZ8", found, -1.0 / radius),
+        found => file.coefficient("QDZ8", found, -1.0 / radius / t.reference_friction),
     }
     file.0
 }
@@ -141,7 +155,8 @@ fn longitudinal(file: &mut File, fitted: &Fitted, c: &Characterised, over_load: 
     // the form has the odd part as a share of the even one
     let e1 = if mf.e1.abs() < 1e-6 { 1e-6 } else { mf.e1 };
     file.number("PCX1", mf.c, &row(C::MfC));
-    let [d, slope] = over_load.friction.map(|share| mf.d * share);
+    let road = c.tyre.tyre.reference_friction;
+    let [d, slope] = over_load.friction.map(|share| mf.d * share / road);
     file.number("PDX1", d, &c.friction_note(&row(C::MfD)));
     file.number("PEX1", e1, &row(C::MfE1));
     let [stiffness, gain] = over_load.slip_stiffness_of(mf.stiffness());
@@ -164,7 +179,8 @@ fn lateral(
     let row = |coefficient: C| {
         fitted.value(c.axle, coefficient).map_or(String::new(), |(_, r)| origin(r))
     };
-    let (t, d) = (&c.tyre.tyre, c.tyre.tyre.friction.d);
+    let t = &c.tyre.tyre;
+    let d = t.friction.d / t.reference_friction;
     file.section("LATERAL_COEFFICIENTS");
     file.number("PCY1", 1.3, "placeholder: the ride does not reach the lateral peak");
     let gain = over_load.side_force_gain();

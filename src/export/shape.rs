@@ -21,6 +21,8 @@ pub type Force<S> = (fn(&S, &Input) -> f64, fn(&Output) -> f64);
 pub struct Shape<'a, S> {
     /// Which force.
     pub force: Force<S>,
+    /// Road friction at which the set is asked, where it is not that of the ride.
+    pub friction: Option<f64>,
     /// Where the parameters go.
     pub apply: Apply<S>,
     /// Of each parameter.
@@ -31,6 +33,13 @@ pub struct Shape<'a, S> {
     pub beyond: f64,
     /// Largest difference beyond, over the largest force there; where it is more, beyond weighs more.
     pub most: f64,
+}
+
+impl<S> Shape<'_, S> {
+    /// What the set is asked for an input of the tyre.
+    fn of_set(&self, input: &Input) -> Input {
+        Input { friction: self.friction.unwrap_or(input.friction), ..*input }
+    }
 }
 
 /// How much more beyond weighs, one after the other, as long as it is too far off.
@@ -66,7 +75,7 @@ impl<S: Clone> Model for Curve<'_, S> {
         (self.shape.apply)(&mut set, theta);
         let points = self.inputs.iter().zip(self.wanted).zip(self.scale);
         for (o, ((input, wanted), scale)) in out.iter_mut().zip(points) {
-            let e = (self.shape.force.0)(&set, input) - wanted;
+            let e = (self.shape.force.0)(&set, &self.shape.of_set(input)) - wanted;
             *o = if self.even { 1e3 * scale * e * e.abs() / self.largest } else { e * scale };
         }
     }
@@ -91,14 +100,14 @@ pub fn solve<S: Clone>(
     let ridden = one_side(&Grid::ridden(c));
     let beyond = one_side(&Grid::whole(c));
     let most = |inputs: &[Input]| {
-        inputs.iter().map(|i| of(&c.forces(i)).abs()).fold(1e-9 * load, f64::max)
+        inputs.iter().map(|i| of(&c.wanted(i)).abs()).fold(1e-9 * load, f64::max)
     };
     let largest = most(&ridden);
     let share = (ridden.len() as f64 / beyond.len().max(1) as f64).sqrt();
     let first_beyond = ridden.len();
     let inputs: Vec<Input> = ridden.into_iter().chain(beyond).collect();
     let wanted: Vec<f64> =
-        inputs.iter().map(|input| of(&c.forces(input)).clamp(-peak, peak)).collect();
+        inputs.iter().map(|input| of(&c.wanted(input)).clamp(-peak, peak)).collect();
     let before = set.clone();
     let options = Options { tuning: f64::INFINITY, least_gain: 1e-5, ..Options::default() };
     let fit = |curve: &Curve<'_, S>, starts: &[Vec<f64>]| {
@@ -133,7 +142,7 @@ pub fn solve<S: Clone>(
             .filter(|(_, wanted)| wanted.abs() < peak);
         let (mut off, mut most) = (0.0_f64, 1e-9 * load);
         for (input, wanted) in believed {
-            off = off.max(((shape.force.0)(&set, input) - wanted).abs());
+            off = off.max(((shape.force.0)(&set, &shape.of_set(input)) - wanted).abs());
             most = most.max(wanted.abs());
         }
         off / most

@@ -116,7 +116,7 @@ fn sweeps(c: &Characterised) -> Vec<Input> {
         }
     }
     inputs.retain(|i| {
-        let pure = c.forces(&Input { slip_ratio: 0.0, ..*i });
+        let pure = c.free_forces(&Input { slip_ratio: 0.0, ..*i });
         pure.force_y.abs() <= most * i.load
     });
     inputs

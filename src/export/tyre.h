@@ -43,6 +43,20 @@ static inline double roadbench_friction_x(const roadbench_tyre *t, double s)
     return t->mf_d * sin(t->mf_c * atan(x - e * (x - atan(x))));
 }
 
+/* Radius of the friction circle over load on a road, under the nominal load. */
+static inline double roadbench_circle(const roadbench_tyre *t, double friction)
+{
+    const double along = fabs(t->mf_d), mu = friction > 1e-3 ? friction : 1e-3;
+    return (along > t->lateral_peak ? along : t->lateral_peak) * mu / t->reference_friction;
+}
+
+/* Share of a force that a friction circle leaves, both in N. */
+static inline double roadbench_share(double force_x, double force_y, double circle)
+{
+    const double square = force_x * force_x + force_y * force_y;
+    return square > circle * circle ? circle / sqrt(square) : 1.0;
+}
+
 /* Cornering stiffness per load, 1/rad, eq. 39; its denominator stays above a fifth of the upright. */
 static inline double roadbench_cornering_stiffness(const roadbench_tyre *t, double camber)
 {
@@ -103,7 +117,8 @@ static inline double roadbench_slip_angle_rate(const roadbench_tyre *t, double o
 static inline roadbench_output roadbench_forces(const roadbench_tyre *t, const roadbench_input *in)
 {
     roadbench_output out = {0.0, 0.0, 0.0, 0.0};
-    const double load = in->load, camber = in->camber, mu = in->friction;
+    const double load = in->load, camber = in->camber;
+    const double mu = in->friction > 1e-3 ? in->friction : 1e-3;
     const double most = t->peak_slip, ratio = t->side_force_ratio, k_x = t->overturning_stiffness;
     if (!(load > 0.0)) {
         return out;
@@ -127,46 +142,62 @@ static inline roadbench_output roadbench_forces(const roadbench_tyre *t, const r
     const double similar = t->reference_friction / mu;
     const double fx0 = fabs(roadbench_friction_x(t, similar * s_eq)) * load; /* (6a) */
     const double k = roadbench_cornering_stiffness(t, camber);
-    const double k_similar =
-        similar == 1.0 ? k : roadbench_cornering_stiffness(t, similar * camber);
-    const double fy0 = k_similar * load * fabs(similar * atan(tan_alpha)); /* (6b) */
+    const double fy0 = k * load * fabs(similar * atan(tan_alpha)); /* (6b) */
 
     const double cos_l = n > 0.0 ? fabs(x) / n : 1.0; /* (9) */
     const double sin_l = n > 0.0 ? y / n : 0.0;
     const double gamma = n < 1.0 ? n : 1.0;
     const double fx_basic = fx0 - gamma * (fx0 - fy0) * sin_l * sin_l; /* (7a) */
     const double fy_basic = fy0 - gamma * (fy0 - fx0) * cos_l * cos_l; /* (7b) */
-    const double fx = -cos_l / similar * fx_basic * direction;         /* (8a) */
-    const double fy_alpha = sin_l / similar * fy_basic;                /* (8b) */
+    const double fx_free = -cos_l / similar * fx_basic * direction;    /* (8a) */
+    const double fy_alpha_free = sin_l / similar * fy_basic;           /* (8b) */
+    const double fy_gamma_free =
+        -ratio * k * load * camber / (1.0 + t->camber_force_decay * x * x); /* (13)-(15) */
+
+    /* both forces end at the friction circle, in the direction that they have */
+    const double circle = roadbench_circle(t, mu) * load;
+    const double share = roadbench_share(fx_free, fy_alpha_free + fy_gamma_free, circle);
+    const double fx = share * fx_free, fy_alpha = share * fy_alpha_free;
+    const double fy_gamma = share * fy_gamma_free;
 
     const double k0 = roadbench_cornering_stiffness(t, 0.0);
     const double left = 1.0 - k0 / (3.0 * mu) * tan_alpha;
     const double trail = roadbench_trail(t, load) * (left > 0.0 ? left : 0.0); /* (11) */
-    const double fy_gamma =
-        -ratio * k * load * camber / (1.0 + t->camber_force_decay * x * x); /* (13)-(15) */
     const double mz_gamma = -t->twisting_stiffness * load * camber
                             / (1.0 + t->camber_moment_decay * n * n); /* (16), (17) */
     const double by_slip = -k * in->slip_angle * load;
     const double less = 1.0 - k / 3.0 * fabs(tan(in->slip_angle));
     const double more =
         t->pneumatic_trail * roadbench_trail(t, t->nominal_load) * (less > 0.0 ? less : 0.0);
-    out.force_x = fx * (1.0 - t->friction_load * extra);
-    out.force_y = (fy_alpha + fy_gamma) * (1.0 + t->stiffness_load * extra);
+    const double friction_over = 1.0 - t->friction_load * extra;
+    const double stiffness_over = 1.0 + t->stiffness_load * extra;
+    const double less_friction = friction_over > 0.2 ? friction_over : 0.2;
+    const double more_side = stiffness_over > 0.2 ? stiffness_over : 0.2;
+    const double force_x = fx * less_friction, force_y = (fy_alpha + fy_gamma) * more_side;
+    const double within = roadbench_share(force_x, force_y, less_friction * circle);
+    out.force_x = force_x * within;
+    out.force_y = force_y * within;
     out.moment_x = -k_x * load * tan(camber);                                /* (18) */
     out.moment_z = -trail * fy_alpha + mz_gamma + k_x * fx * tan(camber) /* (10), (19), (20) */
                    - more * by_slip;
     return out;
 }
 
-/* 1 where all of it was ridden. */
+/*
+ * 1 where all of it was ridden: on the road of the ride (another friction was not ridden), within its ranges, and not
+ * both slips at once: of slip ratio and side force one is less than a twentieth of its peak.
+ */
 static inline int roadbench_ridden(const roadbench_tyre *t, const roadbench_input *in)
 {
-    const double side = roadbench_cornering_stiffness(t, in->camber)
-                        * (in->slip_angle + t->side_force_ratio * in->camber);
-    return in->slip_ratio >= t->slip_ratio_min && in->slip_ratio <= t->slip_ratio_max
+    const double side = fabs(roadbench_cornering_stiffness(t, in->camber)
+                             * (in->slip_angle + t->side_force_ratio * in->camber));
+    const int along = fabs(in->slip_ratio) > 0.05 * t->peak_slip;
+    const int across = side > 0.05 * t->side_friction_max;
+    return fabs(in->friction / t->reference_friction - 1.0) <= 1e-6 && !(along && across)
+           && in->slip_ratio >= t->slip_ratio_min && in->slip_ratio <= t->slip_ratio_max
            && fabs(in->slip_angle) <= t->slip_angle_max && fabs(in->camber) <= t->camber_max
            && in->load >= t->load_min && in->load <= t->load_max
-           && fabs(side) <= t->side_friction_max * (1.0 + 1e-9);
+           && side <= t->side_friction_max * (1.0 + 1e-9);
 }
 @@TYRES@@
 #endif

@@ -1,6 +1,7 @@
 //! The characterised tyre: the fitted coefficients put into the model, with what the bike file adds.
 
 use super::effects::{self, Named};
+use super::ends::Ends;
 use super::fitted::Fitted;
 use super::ranges::Ranges;
 use crate::contract::bike::{Axle, Bike, WheelData};
@@ -31,6 +32,8 @@ pub struct Characterised {
     nominal: f64,
     /// The whole tyre.
     whole: Box<dyn TyreModel>,
+    /// The same without a friction circle.
+    free: Box<dyn TyreModel>,
     /// Whether the ride gave the longitudinal friction.
     pub longitudinal: bool,
     /// Whether the ride gave the lateral stiffnesses.
@@ -62,6 +65,8 @@ impl Default for Setting<'_> {
     }
 }
 
+/// Share of its peak up to which a slip counts as none beside another.
+const PURE: f64 = 0.05;
 /// Load where neither a bike file nor the user says one, N.
 pub const LOAD: f64 = 1500.0;
 
@@ -132,6 +137,11 @@ impl Characterised {
             ranges.mean_by_square(|friction| error.relative_friction(1.0, extra(friction)))
         });
         tyre.tyre.friction.d /= braked_friction;
+        if no_y.is_none() {
+            tyre.tyre.lateral_peak = ridden_side(&tyre.tyre, &ranges);
+        }
+        let mut free = tyre;
+        free.tyre.lateral_peak = f64::INFINITY;
         let crown = setting.bike.map_or(1.0, |bike| bike.wheel(axle).width / bike.front.width);
         let loads = match setting.bike {
             Some(bike) => ranges.load(bike, axle),
@@ -146,6 +156,7 @@ impl Characterised {
             braked_friction,
             nominal: load,
             whole: ExtendedTyre::boxed(tyre, &error, crown),
+            free: ExtendedTyre::boxed(free, &error, crown),
             longitudinal: no_x.is_none(),
             lateral: no_y.is_none(),
             with_bike: setting.bike.is_some(),
@@ -202,6 +213,33 @@ impl Characterised {
         self.whole.forces(input)
     }
 
+    /// The same without the friction circle: what a property file is shaped to, which has a peak of its own.
+    pub fn free_forces(&self, input: &Input) -> Output {
+        self.free.forces(input)
+    }
+
+    /// What a property file should answer: the tyre's, and of the side force alone the one without the friction circle.
+    pub fn wanted(&self, input: &Input) -> Output {
+        if input.slip_ratio == 0.0 { self.free_forces(input) } else { self.forces(input) }
+    }
+
+    /// Whether all of it was ridden, as the C header says it: on the road of the ride, within its ranges, and not both
+    /// slips at once.
+    pub fn ridden(&self, input: &Input) -> bool {
+        let (t, ends) = (&self.tyre.tyre, Ends::of(self));
+        let k_alpha = t.stiffness.k_alpha(input.camber, t.side_force_ratio);
+        let side = (k_alpha * (input.slip_angle + t.side_force_ratio * input.camber)).abs();
+        let most = self.ridden_side();
+        let along = input.slip_ratio.abs() > PURE * t.peak_slip;
+        (input.friction / t.reference_friction - 1.0).abs() <= 1e-6
+            && !(along && side > PURE * most)
+            && (ends.slip_ratio[0]..=ends.slip_ratio[1]).contains(&input.slip_ratio)
+            && input.slip_angle.abs() <= ends.slip_angle
+            && input.camber.abs() <= ends.camber
+            && (ends.load[0]..=ends.load[1]).contains(&input.load)
+            && side <= most * (1.0 + 1e-9)
+    }
+
     /// An input at the friction of the ride.
     pub fn input(&self, slip_ratio: f64, slip_angle: f64, camber: f64, load: f64) -> Input {
         let friction = self.tyre.tyre.reference_friction;
@@ -210,10 +248,14 @@ impl Characterised {
 
     /// The side force over the load that was ridden, or that the ranges' camber gives.
     pub fn ridden_side(&self) -> f64 {
-        let camber = Ranges::both_ways(self.ranges.camber).unwrap_or(0.5);
-        let tyre = &self.tyre.tyre;
-        (tyre.stiffness.ct * camber.tan()).abs()
+        ridden_side(&self.tyre.tyre, &self.ranges)
     }
+}
+
+/// The same of a tyre that is in the making.
+fn ridden_side(tyre: &Tyre, ranges: &Ranges) -> f64 {
+    let camber = Ranges::both_ways(ranges.camber).unwrap_or(0.5);
+    (tyre.stiffness.ct * camber.tan()).abs()
 }
 
 /// What a file of some tyres of one session says of the effects; `left_out` are those that its form has no place for.

@@ -87,7 +87,7 @@ fn camber(c: &Characterised, peak: f64) -> f64 {
     let mut last = [0.0, 0.0];
     for g in steps([0.0, CAMBER], 101) {
         let load = c.load();
-        let pull = -c.forces(&c.input(0.0, 0.0, g, load)).force_y / load;
+        let pull = -c.free_forces(&c.input(0.0, 0.0, g, load)).force_y / load;
         if pull < last[1] || pull > peak {
             break;
         }

@@ -107,6 +107,7 @@ impl Custom {
             camber_moment_decay: wheel.camber_moment_decay,
             reference_friction: friction,
             peak_slip,
+            lateral_peak: 0.0,
         };
         let gain = value(C::SlipStiffnessLoad).or(wheel.slip_stiffness_load);
         let slip_stiffness_load = gain.unwrap_or(USUAL_SLIP_STIFFNESS_LOAD);

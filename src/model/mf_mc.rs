@@ -54,6 +54,8 @@ pub struct MfMc {
     pub lag: [f64; 3],
     /// Relaxation length of the slip ratio, m.
     pub lag_x: f64,
+    /// `pTy1..3` of a file that has them and no lag: relaxation length over radius, its shape and load.
+    pub relaxation: Option<[f64; 3]>,
     /// Rolling resistance coefficient.
     pub rolling: f64,
     /// What it gains per speed, s/m: `qSy3 / LONGVL` of a property file.
@@ -127,6 +129,13 @@ impl MfMc {
                 false => fixed(list("LAG_C0 LAG_C1 LAG_C2")?),
             },
             lag_x: if own { keys.or("LAG_X", 0.1) } else { k("LAG_X")? },
+            relaxation: (own && keys.number("PTY1").is_ok()).then(|| {
+                // without the third the second is the load, and the shape that of version 5.2
+                match keys.number("PTY3") {
+                    Ok(third) => [keys.or("PTY1", 0.0), keys.or("PTY2", 2.0), third],
+                    Err(_) => [keys.or("PTY1", 0.0), 2.0, keys.or("PTY2", 1.0)],
+                }
+            }),
             rolling: keys.or("QSY1", 0.0),
             rolling_speed: keys.or("QSY3", 0.0) / keys.or("LONGVL", 16.7).max(0.1),
             camber_scale: keys.or("LKYC", 1.0),
@@ -234,6 +243,8 @@ impl TyreModel for MfMc {
         let with_slip = |b: f64| sign(b) * b.hypot(Kxk * k / Kya0);
         let Bt =
             (self.qBz[0] + self.qBz[1] * dfz) * (1.0 + self.qBz[2] * g.abs() + self.qBz[3] * g * g);
+        // slip shortens the trail the more, the less the road grips
+        let Bt = if self.overturning.is_some() { Bt / mu.max(LEAST) } else { Bt };
         let Dt = Fz
             * (self.R0 / self.Fz0)
             * (self.qDz[0] + self.qDz[1] * dfz)
@@ -265,9 +276,13 @@ impl TyreModel for MfMc {
     fn relaxation(&self, load: f64, speed: f64) -> Relaxation {
         let [c0, c1, c2] = self.lag;
         let per_stiffness = c0 + c1 * speed + c2 * speed * speed;
-        let lateral = match self.overturning.is_some() && self.lag == [0.0; 3] {
-            true => self.R0, // the file does not say: about a radius is usual
-            false => self.Kya(load, 0.0).abs() * per_stiffness,
+        let lateral = match (self.overturning.is_some() && self.lag == [0.0; 3], self.relaxation) {
+            (true, Some([p1, p2, p3])) if p1 != 0.0 && p3 != 0.0 => {
+                let share = load.max(0.0) / (p3 * self.Fz0);
+                (p1 * (p2 * share.atan()).sin() * self.R0).max(0.0)
+            }
+            (true, _) => self.R0, // the file does not say: about a radius is usual
+            (false, _) => self.Kya(load, 0.0).abs() * per_stiffness,
         };
         Relaxation { longitudinal: self.lag_x, lateral, camber: None }
     }

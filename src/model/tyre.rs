@@ -11,7 +11,9 @@
 //! ```
 //!
 //! Source: Bartolozzi et al. 2024, with these departures from the print:
-//! - (6b) scales the slip angle by `mu0/mu`, as (6a) does the slip: friction similarity;
+//! - (6b) scales the slip angle by `mu0/mu`, as (6a) does the slip: friction similarity. Its stiffness is that at the
+//!   camber itself: at `mu0/mu gamma`, as printed, it has a pole where that is a right angle;
+//! - both forces together stay within the friction circle ([`Tyre::circle`]), which the print leaves open;
 //! - (9a) uses the total normalised slip: how large the slip is decides, not its direction;
 //! - (11) the friction scales the trail's slip argument once;
 //! - (18) carries a minus: in a left corner the contact point moves inwards and rights the bike.
@@ -21,6 +23,8 @@ use serde::{Deserialize, Serialize};
 
 use super::magic_formula::MagicFormula;
 
+/// Least road friction: ice has some.
+const LEAST_FRICTION: f64 = 1e-3;
 /// `1 + s` is kept above this: a locked wheel is a limit, not a division by zero.
 const MIN_ROLLING: f64 = 1e-4;
 /// A slip stiffness that falls with load does not fall below this share.
@@ -97,6 +101,10 @@ pub struct Tyre {
     pub reference_friction: f64,
     /// `sigma_x_max` = `sigma_y_max`.
     pub peak_slip: f64,
+    /// Side force over load that the tyre has reached on that road, where it is more than the longitudinal peak: no
+    /// friction circle is smaller. Infinite for a side force without a limit.
+    #[serde(default)]
+    pub lateral_peak: f64,
 }
 
 /// What acts on a tyre.
@@ -127,6 +135,22 @@ pub struct Output {
     pub moment_z: f64,
 }
 
+impl Output {
+    /// Share of a force of this size (N) that a friction circle (N) leaves.
+    #[inline]
+    fn share(force_x: f64, force_y: f64, circle: f64) -> f64 {
+        let square = force_x * force_x + force_y * force_y;
+        if square > circle * circle { circle / square.sqrt() } else { 1.0 }
+    }
+
+    /// Both forces shortened to a friction circle (N) where they leave it; the moments stay.
+    #[inline]
+    pub fn within(self, circle: f64) -> Self {
+        let share = Self::share(self.force_x, self.force_y, circle);
+        Output { force_x: share * self.force_x, force_y: share * self.force_y, ..self }
+    }
+}
+
 /// `sign` of the paper: zero at zero.
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
@@ -139,6 +163,14 @@ impl Tyre {
     /// usual relation between the two.
     pub fn trail_0(&self, Fz: f64) -> f64 {
         trail_0(self.rolling_radius, self.vertical_stiffness, Fz)
+    }
+
+    /// Radius of the friction circle over load on a road: the larger of the longitudinal peak and of what the side force
+    /// has reached, in proportion to the friction.
+    #[inline]
+    pub fn circle(&self, mu: f64) -> f64 {
+        self.friction.d.abs().max(self.lateral_peak) * mu.max(LEAST_FRICTION)
+            / self.reference_friction
     }
 
     /// Rolling resistance force, N, eq. 21.
@@ -164,7 +196,7 @@ impl Tyre {
         if Fz <= 0.0 {
             return Output::default(); // off the ground
         }
-        let mu0 = self.reference_friction;
+        let (mu, mu0) = (mu.max(LEAST_FRICTION), self.reference_friction);
         let sigma_max = self.peak_slip; // of both directions
         let C = self.side_force_ratio;
         let k_x = self.overturning_stiffness;
@@ -184,11 +216,7 @@ impl Tyre {
         let similarity = mu0 / mu;
         let Fx0 = self.friction.value(similarity * s_eq).abs() * Fz; // (6a)
         let k_alpha = self.stiffness.k_alpha_at(gamma, tan_gamma, C);
-        let k_alpha_similar = match similarity == 1.0 {
-            true => k_alpha,
-            false => self.stiffness.k_alpha(similarity * gamma, C),
-        };
-        let Fy0 = k_alpha_similar * Fz * (similarity * tan_alpha_eq.atan()).abs(); // (6b), corrected
+        let Fy0 = k_alpha * Fz * (similarity * tan_alpha_eq.atan()).abs(); // (6b), corrected
 
         // with one peak slip for both directions eta (9b) and theta (9c) are one angle, and lambda (9a)
         // is it whatever q1
@@ -202,13 +230,17 @@ impl Tyre {
         let Fx = -cos_lambda / similarity * Fx0_basic * sign(sigma_xn); // (8a)
         let Fy_alpha = sin_lambda / similarity * Fy0_basic; // (8b)
 
+        let Fy_gamma = -C * k_alpha * Fz * gamma // (13), (14)
+            / (1.0 + self.camber_force_decay * sigma_xn * sigma_xn); // (15)
+
+        // both forces end at the friction circle, in the direction that they have
+        let share = Output::share(Fx, Fy_alpha + Fy_gamma, self.circle(mu) * Fz);
+        let (Fx, Fy_alpha, Fy_gamma) = (share * Fx, share * Fy_alpha, share * Fy_gamma);
+
         let k_alpha0 = self.stiffness.k_alpha_at(0.0, 0.0, C);
         let relative_trail = (1.0 - k_alpha0 / (3.0 * mu) * tan_alpha_eq).max(0.0);
         let t_p = self.trail_0(Fz) * relative_trail; // (11), friction once
         let Mz_alpha = -t_p * Fy_alpha; // (10)
-
-        let Fy_gamma = -C * k_alpha * Fz * gamma // (13), (14)
-            / (1.0 + self.camber_force_decay * sigma_xn * sigma_xn); // (15)
         let Mz_gamma = -self.twisting_stiffness * Fz * gamma // (16)
             / (1.0 + self.camber_moment_decay * sigma_n * sigma_n); // (17)
         let Mx = -k_x * Fz * tan_gamma; // (18), corrected
@@ -262,6 +294,7 @@ mod tests {
             camber_moment_decay: 1.0,
             reference_friction: 1.0,
             peak_slip: 0.12,
+            lateral_peak: 0.0,
         }
     }
 

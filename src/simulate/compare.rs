@@ -68,6 +68,15 @@ fn peak(samples: &[Sample], c: &Compared, sign: f64) -> f64 {
     }
 }
 
+/// Which of two rides did not come to its end, how and when.
+pub fn falls(reference: &MultibodyRide, other: &MultibodyRide) -> Vec<String> {
+    let both = [("its own tyres", reference), ("the given tyres", other)];
+    let fell = |(tyres, ride): (&str, &MultibodyRide)| {
+        ride.fall.map(|fall| format!("on {tyres} the motorcycle {fall}"))
+    };
+    both.into_iter().filter_map(fell).collect()
+}
+
 /// Peaks of every channel: in the reference, and in the other ride of the same sign.
 pub fn peaks(reference: &MultibodyRide, other: &MultibodyRide) -> Vec<PeakRow> {
     let rms = |f: fn(&Sample) -> f64| {

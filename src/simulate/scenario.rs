@@ -344,6 +344,7 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
             camber_moment_decay: wheel.camber_moment_decay,
             reference_friction: 1.0,
             peak_slip: friction.peak_slip().unwrap_or(1.0),
+            lateral_peak: 0.0,
         }
     };
     let tyres = [tyre(Axle::Front), tyre(Axle::Rear)];

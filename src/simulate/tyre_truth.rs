@@ -117,6 +117,7 @@ pub fn like(tyre: &dyn TyreModel, load: f64) -> Tyre {
         camber_moment_decay: 1.0,
         reference_friction: 1.0,
         peak_slip: if peak_slip.is_finite() { peak_slip } else { 0.2 },
+        lateral_peak: 0.0,
     }
 }
 

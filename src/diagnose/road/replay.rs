@@ -73,6 +73,8 @@ pub fn plant(values: &Parameters) -> Plant {
             camber_moment_decay: 0.0,
             reference_friction: 1.0,
             peak_slip: values.friction[k].peak_slip().unwrap_or(0.2),
+            // a ride that never brakes to the limit shows no peak: its corners are none either
+            lateral_peak: f64::INFINITY,
         }
     });
     Plant {
