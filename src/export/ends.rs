@@ -2,6 +2,7 @@
 
 use super::ranges::Ranges;
 use super::tyre::Characterised;
+use crate::model::tyre::Input;
 
 /// What a ride without samples of a kind is given.
 const SLIP: [f64; 2] = [-0.2, 0.0];
@@ -32,6 +33,28 @@ impl Ends {
             camber: Ranges::both_ways(ranges.camber).unwrap_or(CAMBER).clamp(0.1, 1.2),
             load: tyre.loads,
         }
+    }
+}
+
+/// Share of its peak up to which a slip counts as none beside another.
+const PURE: f64 = 0.05;
+
+impl Characterised {
+    /// Whether all of it was ridden, as the C header says it: on the road of the ride, within its ranges, and not both
+    /// slips at once.
+    pub fn ridden(&self, input: &Input) -> bool {
+        let (t, ends) = (&self.tyre.tyre, Ends::of(self));
+        let k_alpha = t.stiffness.k_alpha(input.camber, t.side_force_ratio);
+        let side = (k_alpha * (input.slip_angle + t.side_force_ratio * input.camber)).abs();
+        let most = self.ridden_side();
+        let along = input.slip_ratio.abs() > PURE * t.peak_slip;
+        (input.friction / t.reference_friction - 1.0).abs() <= 1e-6
+            && !(along && side > PURE * most)
+            && (ends.slip_ratio[0]..=ends.slip_ratio[1]).contains(&input.slip_ratio)
+            && input.slip_angle.abs() <= ends.slip_angle
+            && input.camber.abs() <= ends.camber
+            && (ends.load[0]..=ends.load[1]).contains(&input.load)
+            && side <= most * (1.0 + 1e-9)
     }
 }
 

@@ -1,7 +1,6 @@
 //! The characterised tyre: the fitted coefficients put into the model, with what the bike file adds.
 
 use super::effects::{self, Named};
-use super::ends::Ends;
 use super::fitted::Fitted;
 use super::ranges::Ranges;
 use crate::contract::bike::{Axle, Bike, WheelData};
@@ -65,8 +64,6 @@ impl Default for Setting<'_> {
     }
 }
 
-/// Share of its peak up to which a slip counts as none beside another.
-const PURE: f64 = 0.05;
 /// Load where neither a bike file nor the user says one, N.
 pub const LOAD: f64 = 1500.0;
 
@@ -221,23 +218,6 @@ impl Characterised {
     /// What a property file should answer: the tyre's, and of the side force alone the one without the friction circle.
     pub fn wanted(&self, input: &Input) -> Output {
         if input.slip_ratio == 0.0 { self.free_forces(input) } else { self.forces(input) }
-    }
-
-    /// Whether all of it was ridden, as the C header says it: on the road of the ride, within its ranges, and not both
-    /// slips at once.
-    pub fn ridden(&self, input: &Input) -> bool {
-        let (t, ends) = (&self.tyre.tyre, Ends::of(self));
-        let k_alpha = t.stiffness.k_alpha(input.camber, t.side_force_ratio);
-        let side = (k_alpha * (input.slip_angle + t.side_force_ratio * input.camber)).abs();
-        let most = self.ridden_side();
-        let along = input.slip_ratio.abs() > PURE * t.peak_slip;
-        (input.friction / t.reference_friction - 1.0).abs() <= 1e-6
-            && !(along && side > PURE * most)
-            && (ends.slip_ratio[0]..=ends.slip_ratio[1]).contains(&input.slip_ratio)
-            && input.slip_angle.abs() <= ends.slip_angle
-            && input.camber.abs() <= ends.camber
-            && (ends.load[0]..=ends.load[1]).contains(&input.load)
-            && side <= most * (1.0 + 1e-9)
     }
 
     /// An input at the friction of the ride.

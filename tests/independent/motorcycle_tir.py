@@ -333,9 +333,12 @@ def main(tir, coefficients, tables, end):
     in_tables = {}
     with open(tables, encoding="utf-8") as file:
         for row in csv.DictReader(line for line in file if not line.startswith("#")):
-            if row["tyre"] != end or row["ridden"] != "1":
-                continue
             at = [float(row[k]) for k in ("slip_ratio_1", "slip_angle_rad", "camber_rad", "load_N")]
+            # combined slip is never ridden: compared where each slip by itself was
+            alone = abs(friction_y(at[1], at[2], at[3] / p["FNOMIN"] - 1)) <= side
+            compared = row["ridden"] == "1" or row["table"] == "combined" and alone
+            if row["tyre"] != end or not compared:
+                continue
             for name, found in zip(("Fx_N", "Fy_N", "Mx_Nm", "Mz_Nm"), tyre.forces(*at)):
                 worst = in_tables.setdefault(f"{row['table']} {name[:2]}", Worst())
                 worst.see(found / at[3], float(row[name]) / at[3])
