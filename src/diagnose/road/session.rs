@@ -372,7 +372,7 @@ mod tests {
         assert!(worsens(&rows));
         assert!(!worsens(&rows[..4]), "as many worse as better");
         assert!(!worsens(&[row(2.0, 2.001)]) && !worsens(&[]));
-        // of 8 + 7 in squares of the noise beyond it 81 - 1 + 64 - 1 were there
+        // squares beyond the noise: 81 - 1 and 64 - 1 before, twice 9 - 1 after
         let explained = SimulationError::explained(&rows[..2]).expect("something was wrong");
         assert!((explained - (1.0 - 16.0 / 143.0)).abs() < 1e-12, "{explained}");
     }
