@@ -174,7 +174,8 @@ fn by_stage(
     let coefficients = stages.plain("rows", || {
         fit::coefficients::rows(&solution, bike, &pipeline.fit, &|_| None, &ident, &made)
     });
-    let plots = stages.plain("plots", || plots::road::rows(&session, &segments, &data, &solution));
+    let plots = stages
+        .plain("plots", || plots::road::rows(&session, &segments, &data, &solution, &coefficients));
     stages.time("(encoding)", || {
         let coefficients = file::to_bytes(&coefficients)?;
         Ok::<_, file::Error>((coefficients, file::to_bytes(&plots)?))

@@ -135,7 +135,7 @@ struct Size {
 fn compared(ride: &Ride, nulls: usize) -> Result<(Cells, Vec<Size>), Failure> {
     let pipeline = Pipeline::onroad();
     let effects = Settings::default().effects;
-    let Fitted { session, segments, samples, base } =
+    let Fitted { session, segments, samples, base, .. } =
         road::fitted(&ride.session, &ride.bike, &pipeline).map_err(|e| e.message)?;
     let start = base.starting_point(&samples, &effects);
     let simulation = NullSimulation::new(&session, &segments, &start.noise, 1)

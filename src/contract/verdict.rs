@@ -11,6 +11,8 @@ pub enum Verdict {
     Named,
     /// The candidate, or another that the ride cannot tell from it, is a cause.
     Ambiguous,
+    /// In the place of an ambiguous one; it is not in the model beside that.
+    Alternative,
     /// The ride would show it, and nothing speaks for it.
     NotNeeded,
     /// The ride would not show it.
@@ -21,9 +23,10 @@ pub enum Verdict {
 
 impl Verdict {
     /// Every verdict.
-    pub const ALL: [Verdict; 5] = [
+    pub const ALL: [Verdict; 6] = [
         Verdict::Named,
         Verdict::Ambiguous,
+        Verdict::Alternative,
         Verdict::NotNeeded,
         Verdict::NotIdentifiable,
         Verdict::Unexplained,
@@ -34,6 +37,7 @@ impl Verdict {
         match self {
             Verdict::Named => "named",
             Verdict::Ambiguous => "ambiguous",
+            Verdict::Alternative => "alternative",
             Verdict::NotNeeded => "not_needed",
             Verdict::NotIdentifiable => "not_identifiable",
             Verdict::Unexplained => UNEXPLAINED,
@@ -45,6 +49,7 @@ impl Verdict {
         match self {
             Verdict::Named => "named",
             Verdict::Ambiguous => "one of several",
+            Verdict::Alternative => "one of several, instead",
             Verdict::NotNeeded => "not needed",
             Verdict::NotIdentifiable => "not visible in this ride",
             Verdict::Unexplained => "unexplained",

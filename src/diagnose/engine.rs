@@ -171,10 +171,12 @@ pub fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
     let mut judged = engine.judge(&stage);
     let alarm = largest(judged.iter());
     let mut named: Vec<Cause> = Vec::new();
+    let mut instead: Vec<Cause> = Vec::new();
     while largest(judged.iter()) > rules.alarm || judged.iter().any(|j| j.relieves) {
         let Some((cause, rivals, refit)) = best(engine, &stage, &judged, &named) else {
             break;
         };
+        instead.extend(rivals.iter().map(|rival| rival.2.clone()));
         named.push(cause);
         stage = engine.join(stage, refit, &named);
         judged = engine.judge(&stage);
@@ -189,13 +191,32 @@ pub fn name<E: Engine>(engine: &E) -> Naming<E::Model> {
     }
     let confirmed = engine.confirm(stage, judged, named);
     let Confirmed { mut named, rejected, mut rest, extended, structure, unexplained } = confirmed;
+    let alternatives = alternatives(&named, &mut rest, instead);
     rest.sort_by(|a, b| b.score.total_cmp(&a.score));
+    named.extend(alternatives);
     named.extend(rejected.into_iter().chain(rest));
     Naming { causes: named, extended, alarm, structure, unexplained }
 }
 
-/// Candidates that gain nearly as much as the named one, with their gains.
-type Rivals = Vec<(&'static str, f64)>;
+/// The equivalents of what is named, with the size that each would have in its place; they are taken out of `rest`, where
+/// they are judged beside it and seem not to be needed.
+fn alternatives(named: &[Cause], rest: &mut Vec<Cause>, instead: Vec<Cause>) -> Vec<Cause> {
+    let is_open = |cause: &Cause| {
+        let name = cause.candidate.name;
+        named.iter().any(|c| c.verdict.is_cause() && c.equivalent.contains(&name))
+    };
+    let open: Vec<Cause> = rest.extract_if(.., |cause| is_open(cause)).collect();
+    let of = |cause: Cause| {
+        let same = |c: &&Cause| c.candidate.name == cause.candidate.name;
+        // the last one: what was named before is in the model with both
+        let found = instead.iter().rfind(same).cloned();
+        found.unwrap_or(Cause { verdict: Verdict::Alternative, ..cause })
+    };
+    open.into_iter().map(of).collect()
+}
+
+/// Candidates that gain nearly as much as the named one, with their gains, and as what they would be in its place.
+type Rivals = Vec<(&'static str, f64, Cause)>;
 
 /// The candidate that the model gains most by, as a cause, and the model with it.
 fn best<E: Engine>(
@@ -209,8 +230,13 @@ fn best<E: Engine>(
     let best = refits.remove(at);
     let least = engine.rules().equivalent * best.gain;
     let near = |r: &&Refit<E::Model>| r.gain > least;
+    let instead = |r: &Refit<E::Model>| Cause {
+        estimate: r.estimate,
+        gain: r.gain,
+        ..r.judged.cause(Verdict::Alternative)
+    };
     let rivals: Rivals =
-        refits.iter().filter(near).map(|r| (r.judged.candidate.name, r.gain)).collect();
+        refits.iter().filter(near).map(|r| (r.judged.candidate.name, r.gain, instead(r))).collect();
     let cause = Cause {
         estimate: best.estimate,
         gain: best.gain,
@@ -223,4 +249,54 @@ fn best<E: Engine>(
 /// The largest score; zero of none.
 fn largest<'a>(judged: impl Iterator<Item = &'a Judged>) -> f64 {
     judged.map(|j| j.score).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::cause::Candidate;
+
+    fn cause(
+        name: &'static str,
+        verdict: Verdict,
+        size: f64,
+        equivalent: &[&'static str],
+    ) -> Cause {
+        let candidate = Candidate {
+            place: 0,
+            name,
+            parameter: "size",
+            sentence: "it does",
+            opposite: "it does not",
+            unit: "1",
+            separate_by: "riding",
+            typical: 1.0,
+            bounds: [-9.0, 9.0],
+        };
+        Cause {
+            candidate,
+            verdict,
+            objection: None,
+            estimate: Some(Estimate::linear(size, 0.1)),
+            bias: 0.0,
+            score: size,
+            gain: 0.0,
+            equivalent: equivalent.to_vec(),
+        }
+    }
+
+    /// Beside the wind that was named the grade seems not to be needed; it is the other of the two.
+    #[test]
+    fn an_equivalent_has_the_size_that_it_would_have_alone() {
+        let named = [cause("wind", Verdict::Ambiguous, 3.0, &["road_grade"])];
+        let mut rest = vec![
+            cause("road_grade", Verdict::NotNeeded, 0.3, &[]),
+            cause("lift", Verdict::NotNeeded, 0.1, &[]),
+        ];
+        let alone = vec![cause("road_grade", Verdict::Alternative, 2.5, &[])];
+        let open = alternatives(&named, &mut rest, alone);
+        assert_eq!((open.len(), rest.len()), (1, 1));
+        assert_eq!((open[0].verdict, open[0].value()), (Verdict::Alternative, 2.5));
+        assert!(!Verdict::Alternative.is_cause(), "it is not in the model beside the wind");
+    }
 }

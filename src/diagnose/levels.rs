@@ -83,6 +83,10 @@ impl Evidence {
         if row.verdict == Verdict::NotIdentifiable.name() {
             return Err("not identifiable in them");
         }
+        // its size is that without the other, and both cannot be
+        if row.verdict == Verdict::Alternative.name() {
+            return Err("one of several in them");
+        }
         let (Some(value), Some(low), Some(high)) = (row.value, row.ci95_low, row.ci95_high) else {
             return Err("no size or error");
         };

@@ -26,7 +26,7 @@ pub fn session(
     let named: Vec<&CauseRow> = causes.iter().filter(is_cause).collect();
     let unexplained = causes.iter().find(|c| c.verdict == Verdict::Unexplained.name());
     lines.extend(unnamed(causes, &named, unexplained, alarm));
-    lines.extend(named.iter().map(|c| cause(c)));
+    lines.extend(named.iter().map(|c| cause(c, alarm[1])));
     let gains = causes.iter().find_map(|c| c.gain_heldout.zip(c.gain_upper_bound));
     if let Some((gain, bound)) = gains {
         lines.push(format!(
@@ -68,8 +68,8 @@ fn unnamed(
     }
 }
 
-/// A named cause with its size and its equivalents.
-fn cause(row: &CauseRow) -> String {
+/// A named cause with its size and its equivalents; `needed` is the score that a name takes elsewhere.
+fn cause(row: &CauseRow, needed: f64) -> String {
     let mut text = format!("{}: {}", row.effect, row.reason);
     let number = |v: Option<f64>| v.map_or("?".to_owned(), significant);
     let (value, low, high) = (number(row.value), number(row.ci95_low), number(row.ci95_high));
@@ -79,6 +79,9 @@ fn cause(row: &CauseRow) -> String {
         "\n      {value} {}, 95 % interval {low} to {high}; score {:.1}",
         row.unit, row.score
     );
+    if row.score <= needed {
+        let _ = write!(text, " (below {needed}, but it relieves a base model that is strained)");
+    }
     text
 }
 
@@ -134,10 +137,17 @@ fn simulated(errors: &[SimulationError]) -> Vec<String> {
         )
     };
     let gains = SimulationError::gains(errors);
+    let share = SimulationError::explained(errors).map(|share| {
+        let percent = (100.0 * share.max(0.0)).round();
+        format!("Of what is beyond noise in the simulation of manoeuvres left out {percent} % is explained.")
+    });
     let better = gains.iter().take(GAINS).map(|row| format!("simulated: {}", clause(row)));
     let worse = errors.iter().find(|r| r.is_worse());
-    let mut lines: Vec<String> =
-        better.chain(worse.map(|row| format!("simulated worse: {}", clause(row)))).collect();
+    let mut lines: Vec<String> = share
+        .into_iter()
+        .chain(better)
+        .chain(worse.map(|row| format!("simulated worse: {}", clause(row))))
+        .collect();
     if gains.is_empty() && errors.iter().any(|r| r.rmse_extended.is_some()) {
         let none =
             "The simulation of manoeuvres left out gets no better, or by too little to be seen.";

@@ -89,7 +89,7 @@ fn reason(cause: &Cause, remark: &str) -> String {
         ),
         (_, Some(Objection::WorseSimulation)) => format!(
             "explains part of the misfit (twice the log likelihood +{gain:.0}), but makes the simulation of manoeuvres that were left \
-             out worse"
+             out worse, as a whole or in more signals than better"
         ),
         (Verdict::Named, None) => {
             format!("{sentence}{remark}: twice the log likelihood rises by {gain:.0}")
@@ -97,6 +97,10 @@ fn reason(cause: &Cause, remark: &str) -> String {
         (Verdict::Ambiguous, None) => format!(
             "{sentence}, or one of {}: this ride cannot tell them apart; what would: {separate_by}",
             cause.equivalent.join(", "),
+        ),
+        (Verdict::Alternative, None) => format!(
+            "{sentence}, in the place of what stands above: this ride cannot tell them apart; alone it would have this size \
+             (twice the log likelihood +{gain:.0})"
         ),
         (Verdict::NotIdentifiable, None) => {
             format!("not identifiable in this ride{remark}; what would show it: {separate_by}")

@@ -351,7 +351,10 @@ fn longitudinal(
         zeros.latency_se = latency_se;
         if latency.abs() > 5e-3 {
             let late = 1e3 * latency;
-            let message = format!("the velocity lags the acceleration by {late:.1} ms; corrected");
+            let message = format!(
+                "the velocity lags the acceleration by {late:.1} ms; corrected here, and `diagnose`, \
+                 which reads the log without that, lists it as `latency`"
+            );
             warnings.push(noticed("velocity_latency", Channel::VelocityX, message));
         }
     }

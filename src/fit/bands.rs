@@ -15,9 +15,13 @@ use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::contract::error_source::MODEL;
 use crate::fit::coasting::{DRAG, ROLLING};
+use crate::statistics::cluster_covariance::ClusterCovariance;
 use crate::statistics::clustered_fit::{Fitted, Uncertainty};
 use crate::statistics::interval::delta;
 use crate::tables::rows::Coefficient;
+
+/// Place of the curve's height among its factors.
+const HEIGHT: usize = 2;
 
 /// A curve at one abscissa.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,8 +82,15 @@ impl<'a> Bands<'a> {
             })
             .collect();
         let (se, dof) = fit.covariance.as_ref().map_or((f64::NAN, 0.0), |c| c.contrast(&gradient));
+        // the shape is less well known than linearisation says, as in the shape factors' own rows; at the peak it is nothing
+        let mut shape = gradient.clone();
+        shape[HEIGHT] = 0.0;
+        let of_shape = |c: &ClusterCovariance| c.contrast(&shape).0.powi(2);
+        let [usual, left_out] =
+            [&fit.covariance, &fit.shape_covariance].map(|c| c.as_ref().map_or(0.0, of_shape));
+        let more = (left_out - usual).max(0.0);
         let valley = fit.other.as_ref().map_or(0.0, |other| 0.5 * (at(other) - value));
-        let variance = se * se + valley * valley;
+        let variance = se * se + more + valley * valley;
         let own = Uncertainty { variance, dof, quality: fit.quality.clone(), dispersion: None };
         let axle = Axle::BOTH[k];
         let change = |u: &Upstream| -> f64 {

@@ -35,6 +35,8 @@ use crate::segment::Segment;
 use crate::statistics::smooth::{gradient, smooth};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError};
 
+/// Name of the effect that characterising a ride corrects as well.
+const LATENCY: &str = "latency";
 /// Fewest blocks that are worth a diagnosis: half a minute of manoeuvres.
 const FEWEST: usize = 100;
 /// Rise of the simulation's errors as a whole, in logarithms, from which what was named is taken back. Without the
@@ -125,6 +127,9 @@ pub struct Fitted<'a> {
     pub samples: Samples,
     /// The base model.
     pub base: Base,
+    /// Latency of the velocity that characterising the ride finds and corrects, s; nil where it finds none. The base does not
+    /// know of it.
+    pub latency: f64,
 }
 
 /// Fits the base to a clean, unfiltered session.
@@ -161,7 +166,8 @@ pub fn fitted<'a>(
         return Err(refuse("too_few_manoeuvres", message));
     }
     let base = base::fit(&samples, &Parameters::new(bike, &solution));
-    Ok(Fitted { session, segments, samples, base })
+    let latency = solution.inputs.zeros.latency;
+    Ok(Fitted { session, segments, samples, base, latency })
 }
 
 /// A fitted session with its null simulations: all that naming needs but its constants.
@@ -178,7 +184,7 @@ pub struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     /// Simulates the session and scores the candidates on its null simulations.
     pub fn new(fitted: &'a Fitted<'a>, settings: &'a Settings) -> Self {
-        let Fitted { session, segments, samples, base } = fitted;
+        let Fitted { session, segments, samples, base, .. } = fitted;
         let effects = &settings.effects;
         let start = base.clone().starting_point(samples, effects);
         let seed = seed(&session.meta.session_id);
@@ -234,7 +240,7 @@ pub fn diagnose(
     };
     let mut naming = name(&engine);
     let (mut replays, mut simulation_errors) = simulated(&naming);
-    if SimulationError::change_of_all(&simulation_errors).is_some_and(|c| c > WORSE) {
+    if worsens(&simulation_errors) {
         naming = engine.withdrawn(naming, Objection::WorseSimulation);
         (replays, simulation_errors) = simulated(&naming);
     }
@@ -250,6 +256,7 @@ pub fn diagnose(
         .then(|| Advice::new(session, samples, &naming.extended, effects, bike, pipeline));
     let discrepancies = tables::discrepancies(&engine, &naming, &ident);
     let mut causes = tables::causes(&engine, &naming, &discrepancies, &ident);
+    corrected_already(&mut causes, fitted.latency);
     if let Some(advice) = &advice {
         let calibration = &prepared.calibration;
         advice::amend(&mut causes, &naming, calibration, advice, settings.advise);
@@ -274,6 +281,32 @@ pub fn diagnose(
     })
 }
 
+/// Says of a latency that is found here what `run` does about it.
+fn corrected_already(causes: &mut [CauseRow], latency: f64) {
+    let is_latency = |row: &&mut CauseRow| {
+        let is_cause = Verdict::from_name(&row.verdict).is_some_and(Verdict::is_cause);
+        row.effect == LATENCY && is_cause
+    };
+    for row in causes.iter_mut().filter(is_latency) {
+        let known = match latency {
+            0.0 => "`run` finds none to correct".to_owned(),
+            late => format!(
+                "`run` finds {:.1} ms and corrects them, so its coefficients are free of it",
+                1e3 * late
+            ),
+        };
+        row.reason = format!("{}; {known}", row.reason);
+    }
+}
+
+/// Whether what was named is taken back: the simulation of manoeuvres left out gets worse with it as a whole, or in more
+/// signals than it gets better in.
+fn worsens(errors: &[SimulationError]) -> bool {
+    let count = |is: fn(&SimulationError) -> bool| errors.iter().filter(|e| is(e)).count();
+    SimulationError::change_of_all(errors).is_some_and(|c| c > WORSE)
+        || count(SimulationError::is_worse) > count(SimulationError::is_better)
+}
+
 /// Seed of a session's null simulations, which so depend on the session alone.
 pub(super) fn seed(session_id: &str) -> u64 {
     let hash = blake3::hash(session_id.as_bytes());
@@ -292,4 +325,55 @@ fn accelerated(session: &Session) -> Session {
         session.set(Channel::AccelerationX, along);
     }
     session
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(before: f64, after: f64) -> SimulationError {
+        let ratio = after / before;
+        SimulationError {
+            rmse_base: before,
+            rmse_extended: Some(after),
+            noise_floor: 1.0,
+            ratio: Some(ratio),
+            ratio_ci95_low: Some(0.98 * ratio),
+            ratio_ci95_high: Some(1.02 * ratio),
+            n: 10,
+            ..SimulationError::default()
+        }
+    }
+
+    #[test]
+    fn a_latency_says_that_run_corrects_it() {
+        let row = |verdict: Verdict| CauseRow {
+            effect: LATENCY.into(),
+            verdict: verdict.name().into(),
+            reason: "it is late".into(),
+            ..CauseRow::default()
+        };
+        let mut rows = [row(Verdict::Named), row(Verdict::NotNeeded)];
+        corrected_already(&mut rows, 0.0194);
+        assert!(rows[0].reason.contains("`run` finds 19.4 ms and corrects"), "{}", rows[0].reason);
+        assert_eq!(rows[1].reason, "it is late");
+        let mut rows = [row(Verdict::Named)];
+        corrected_already(&mut rows, 0.0);
+        assert!(rows[0].reason.contains("finds none"), "{}", rows[0].reason);
+    }
+
+    /// Two signals much better, three a little worse: as a whole it is better, and yet no cause.
+    #[test]
+    fn what_makes_more_signals_worse_than_better_is_taken_back() {
+        let better = [row(9.0, 3.0), row(8.0, 3.0)];
+        let worse = [row(2.0, 2.3), row(3.0, 3.3), row(2.5, 2.8)];
+        let rows: Vec<SimulationError> = better.into_iter().chain(worse).collect();
+        assert!(SimulationError::change_of_all(&rows).is_some_and(|c| c < WORSE));
+        assert!(worsens(&rows));
+        assert!(!worsens(&rows[..4]), "as many worse as better");
+        assert!(!worsens(&[row(2.0, 2.001)]) && !worsens(&[]));
+        // squares beyond the noise: 81 - 1 and 64 - 1 before, twice 9 - 1 after
+        let explained = SimulationError::explained(&rows[..2]).expect("something was wrong");
+        assert!((explained - (1.0 - 16.0 / 143.0)).abs() < 1e-12, "{explained}");
+    }
 }

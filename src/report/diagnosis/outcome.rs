@@ -4,8 +4,12 @@ use serde::Serialize;
 
 use crate::contract::verdict::Verdict;
 use crate::report::diagnosis::{cause_labels, simulation};
+use crate::report::kinds;
 use crate::report::number_format::{self, fixed};
 use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
+
+/// Most signals that are listed as left.
+const LEFT: usize = 3;
 
 /// What a ride says, in the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -191,8 +195,41 @@ pub(super) fn verdict(
     }
 }
 
-pub(super) fn remarks(outcome: Outcome, causes: &[CauseRow]) -> Vec<String> {
+/// How much of what is beyond noise the causes explain, and where the simulation stays wrong.
+fn explained(errors: &[SimulationError]) -> Option<String> {
+    let share = SimulationError::explained(errors)?;
+    let left: Vec<String> = SimulationError::stays_wrong(errors)
+        .into_iter()
+        .take(LEFT)
+        .map(|r| {
+            let channel = cause_labels::channel(&r.channel, &r.unit);
+            let kind = kinds::label(&r.kind);
+            format!("{channel} while {kind}, {} times the noise", fixed(r.in_floors(), 1))
+        })
+        .collect();
+    let left = match left.is_empty() {
+        true => "nothing beyond twice the noise".to_owned(),
+        false => left.join("; "),
+    };
+    let share = if share > 0.0 {
+        format!("explains {} % of", fixed(100.0 * share, 0))
+    } else {
+        "explains nothing of".to_owned()
+    };
+    Some(format!(
+        "In the simulation of manoeuvres left out it {share} what is beyond noise; left: {left}."
+    ))
+}
+
+pub(super) fn remarks(
+    outcome: Outcome,
+    causes: &[CauseRow],
+    errors: &[SimulationError],
+) -> Vec<String> {
     let mut out = Vec::new();
+    if let Outcome::Named | Outcome::Ambiguous = outcome {
+        out.extend(explained(errors));
+    }
     if let (Outcome::Named | Outcome::Ambiguous, Some(c)) = (outcome, unexplained(causes)) {
         out.push(format!(
             "Something more is wrong that no candidate explains: {}.",

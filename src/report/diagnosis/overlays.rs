@@ -16,6 +16,8 @@ use crate::tables::rows::{DiscrepancyRow, SimulatedSample, SimulationError};
 const MOST: usize = 4;
 /// Most channels of which the gain is shown.
 const GAINS: usize = 2;
+/// A manoeuvre that is drawn lasts at least so long, s: of a shorter one nothing is to be seen.
+const SHORTEST: f64 = 2.0;
 /// Height of the residual's chart, px.
 const LOW: u32 = 150;
 
@@ -102,8 +104,8 @@ struct Pick<'a> {
     floor: Option<f64>,
 }
 
-/// What to draw: first where the causes make the simulation better, the worst manoeuvre and the middle
-/// one; then where residuals are structured, then where the ride is reproduced worst against noise. `misfits` are the
+/// What to draw: first where the causes make the simulation better, the manoeuvre that gains most and one that changes
+/// as all do; then where residuals are structured, then where the ride is reproduced worst against noise. `misfits` are the
 /// discrepancies, the worst first; rows are sorted by channel, kind, manoeuvre.
 pub fn overlays(
     rows: &[SimulatedSample],
@@ -121,11 +123,11 @@ pub fn overlays(
         let Some(place) = open.iter().position(own) else { continue };
         gained.push(&error.channel);
         let group = open.remove(place);
-        let note = format!("All {}: {}.", error.n, simulation::errors(error));
+        let note = format!("All {}, sample by sample: {}.", error.n, simulation::errors(error));
         let floor = Some(error.noise_floor);
-        let [worst, middle] = [Which::Worst, Which::Middle].map(|which| choose(&group.runs, which));
-        let is_same = worst.as_ref().map(|w| w.1.as_ptr()) == middle.as_ref().map(|m| m.1.as_ptr());
-        let both = worst.into_iter().chain(middle.filter(|_| !is_same));
+        let [most, typical] = [Which::Gain, Which::Typical].map(|which| choose(&group.runs, which));
+        let is_same = most.as_ref().map(|w| w.1.as_ptr()) == typical.as_ref().map(|m| m.1.as_ptr());
+        let both = most.into_iter().chain(typical.filter(|_| !is_same));
         picked.extend(both.map(|(which, run)| Pick { run, which, note: note.clone(), floor }));
     }
     for row in misfits.iter().filter(|r| r.structured) {
@@ -187,24 +189,60 @@ fn middle<'a>(group: Group<'a>, note: String, errors: &[SimulationError]) -> Opt
 /// Which of a group's runs is drawn.
 #[derive(Clone, Copy)]
 enum Which {
-    /// The one that the base model misses most.
-    Worst,
-    /// Neither the best nor the worst.
+    /// The one in which the causes take most of the error away.
+    Gain,
+    /// The one whose error changes as that of all together does.
+    Typical,
+    /// Neither the best nor the worst reproduced one.
     Middle,
 }
 
-/// A run by the base model's misfit, and in words which one it is.
+/// Sums of squared errors of a run under both models, on the samples that both can ride: as the errors over all
+/// manoeuvres are weighed, sample by sample.
+fn squares(run: Run<'_>) -> [f64; 2] {
+    let both = run.iter().filter_map(|r| {
+        let measured = r.measured?;
+        Some([measured - r.base?, measured - r.extended?])
+    });
+    both.fold([0.0; 2], |sum, d| [sum[0] + d[0] * d[0], sum[1] + d[1] * d[1]])
+}
+
+/// How long a run is, s.
+fn length(run: Run<'_>) -> f64 {
+    run.last().map_or(0.0, |last| last.time - run[0].time)
+}
+
+/// One of the runs of at least [`SHORTEST`], or of all where none is so long, and in words which one it is.
 fn choose<'a>(runs: &[Run<'a>], which: Which) -> Option<(String, Run<'a>)> {
-    let mut by: Vec<(f64, Run<'a>)> =
-        runs.iter().filter_map(|r| Some((rmse(r.iter(), |s| s.base)?, *r))).collect();
+    let is_long = |r: &Run<'_>| length(r) >= SHORTEST;
+    let any_long = runs.iter().any(is_long);
+    let known = runs.iter().filter(|r| !any_long || is_long(r));
+    let sums: Vec<[f64; 2]> = runs.iter().map(|r| squares(r)).collect();
+    let all = sums.iter().fold([0.0; 2], |sum, s| [sum[0] + s[0], sum[1] + s[1]]);
+    let rank = |r: Run<'_>| -> Option<f64> {
+        let [before, after] = squares(r);
+        match which {
+            Which::Gain => Some(before - after),
+            Which::Typical => {
+                let off = (after / before).ln() - (all[1] / all[0]).ln();
+                off.is_finite().then(|| -off.abs())
+            }
+            Which::Middle => rmse(r.iter(), |s| s.base),
+        }
+    };
+    let mut by: Vec<(f64, Run<'a>)> = known.filter_map(|r| Some((rank(r)?, *r))).collect();
     by.sort_by(|a, b| a.0.total_cmp(&b.0));
     let n = by.len();
     let (place, name) = match which {
-        Which::Worst => (n.checked_sub(1)?, "worst"),
-        Which::Middle => (n / 2, "middle"),
+        Which::Gain => (n.checked_sub(1)?, "with the largest gain"),
+        Which::Typical => (n.checked_sub(1)?, "whose error changes as that of all does"),
+        Which::Middle => (n / 2, "in the middle by misfit"),
     };
-    let text =
-        if n == 1 { "the only one".to_owned() } else { format!("the {name} one of {n} by misfit") };
+    let long = if any_long { format!(" of at least {SHORTEST:.0} s") } else { String::new() };
+    let text = match n {
+        1 => format!("the only one{long}"),
+        n => format!("the one {name}, of {n}{long}"),
+    };
     by.get(place).map(|(_, run)| (text, *run))
 }
 
@@ -267,6 +305,7 @@ fn pair(run: Run<'_>, floor: Option<f64>, group: &str) -> [Chart; 2] {
             y: edge(0.0),
             lo: edge(-half),
             hi: edge(half),
+            band: "twice noise alone",
             colour: Some(3),
             ..Line::default()
         }
@@ -338,12 +377,12 @@ mod tests {
     fn the_middle_manoeuvre_is_shown_and_angles_in_degrees() {
         let rows: Vec<SimulatedSample> = [(1, 0.5), (2, 0.01), (3, 0.1)]
             .iter()
-            .flat_map(|(m, off)| (0..20).map(|k| sample("roll", *m, k, *off)))
+            .flat_map(|(m, off)| (0..40).map(|k| sample("roll", *m, k, *off)))
             .collect();
         let (overlays, charts) = overlays(&rows, &[], &[]);
         assert_eq!((overlays.len(), charts.len()), (1, 2));
         assert!(
-            overlays[0].caption.contains("Manoeuvre 3, the middle one of 3 by misfit"),
+            overlays[0].caption.contains("Manoeuvre 3, the one in the middle by misfit, of 3"),
             "{overlays:?}"
         );
         assert_eq!(charts[0].y.unit, "°");
@@ -370,13 +409,21 @@ mod tests {
         assert!(overlays[1].title.starts_with("Speed"));
     }
 
+    /// The worst manoeuvre is a coast of 0.8 s that gains nothing; what is drawn is long, and shows what the sentence says.
     #[test]
-    fn the_worst_and_the_middle_manoeuvre_of_the_largest_gain_come_first() {
-        let mut rows: Vec<SimulatedSample> = [(1, 0.5), (2, 0.01), (3, 0.1)]
-            .iter()
-            .flat_map(|(m, off)| (0..20).map(|k| sample("roll", *m, k, *off)))
+    fn manoeuvres_that_show_the_gain_come_first_and_none_is_short() {
+        let run = |m: i64, samples: usize, before: f64, after: f64| {
+            (0..samples).map(move |k| {
+                let own = sample("roll", m, k, before);
+                SimulatedSample { extended: own.measured.map(|x| x - after), ..own }
+            })
+        };
+        let mut rows: Vec<SimulatedSample> = run(1, 9, 1.2, 1.15)
+            .chain(run(2, 40, 0.5, 0.05))
+            .chain(run(3, 40, 0.1, 0.099))
+            .chain(run(4, 60, 0.3, 0.2))
             .collect();
-        rows.extend((0..20).map(|k| sample("velocity_x", 1, k, 5.0)));
+        rows.extend((0..40).map(|k| sample("velocity_x", 1, k, 5.0)));
         let gain = SimulationError {
             channel: "roll".into(),
             kind: "cornering".into(),
@@ -386,12 +433,14 @@ mod tests {
             noise_floor: 0.05,
             ratio_ci95_low: Some(0.2),
             ratio_ci95_high: Some(0.5),
-            n: 3,
+            n: 4,
             ..SimulationError::default()
         };
         let (overlays, charts) = overlays(&rows, &[gain], &[]);
-        assert!(overlays[0].caption.contains("Manoeuvre 1, the worst one of 3"), "{overlays:?}");
-        assert!(overlays[1].caption.contains("Manoeuvre 3, the middle one of 3"), "{overlays:?}");
+        let most = "Manoeuvre 2, the one with the largest gain, of 3 of at least 2 s";
+        assert!(overlays[0].caption.contains(most), "{overlays:?}");
+        let typical = "Manoeuvre 4, the one whose error changes as that of all does, of 3";
+        assert!(overlays[1].caption.contains(typical), "{overlays:?}");
         assert!(overlays[0].note.contains("17.2 → 5.7°"), "{overlays:?}");
         // twice 0.05 rad, in degrees
         let band = &charts[1].lines[0];

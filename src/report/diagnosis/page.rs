@@ -128,7 +128,7 @@ pub fn build(
         outcome,
         answer,
         verdict,
-        remarks: remarks(outcome, causes),
+        remarks: remarks(outcome, causes, errors),
         findings,
         misfits: lines(misfits),
         others: lines(others),
@@ -150,14 +150,15 @@ pub fn build(
 fn candidate(row: &CauseRow) -> Candidate {
     let (size, interval) = cause_labels::size(row);
     // the sign of a size within its noise says nothing
-    let told = row.value.filter(|_| is_found(row) || row.score > 1.0);
+    let is_open = row.verdict == Verdict::Alternative.name();
+    let told = row.value.filter(|_| is_found(row) || is_open || row.score > 1.0);
     Candidate {
         name: row.effect.clone(),
         sentence: cause_labels::effect(&row.effect, told),
         verdict: cause_labels::verdict(&row.verdict),
         class: match Verdict::from_name(&row.verdict) {
             Some(Verdict::Named) => "named",
-            Some(Verdict::Ambiguous) => "ambiguous",
+            Some(Verdict::Ambiguous | Verdict::Alternative) => "ambiguous",
             _ if row.score > 1.0 => "beyond",
             _ => "rest",
         },
