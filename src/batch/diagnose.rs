@@ -5,9 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
 use super::error::Error;
-use super::kind::{self, Kind};
+use super::kind::{self, Kind, SHARED, SHARED_PLACES};
 use super::local_copy::LocalCopy;
-use super::pooled::{FOLDER as POOLED, PLACES};
 use super::settle;
 use super::store::Store;
 use super::what::What;
@@ -137,8 +136,8 @@ pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
     let rows = settle::pooled(store.root(), &copy)?;
     store.let_readers_in()?;
     report::build(copy.folder(), Pages::Auto, false)?;
-    copy.publish([POOLED, "report"])?;
-    settle::list_again(store.root(), &copy, &PLACES)?;
+    copy.publish([SHARED, "report"])?;
+    settle::list_again(store.root(), &copy, &SHARED_PLACES)?;
     store.clear_behind()?;
     Ok(rows)
 }

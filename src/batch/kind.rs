@@ -1,8 +1,16 @@
 //! How an output keeps account of the sessions of a command. Two commands may share an output: each
 //! has its own tables, its own commit marker and its own marks.
 
-use super::pooled;
 use crate::tables::registry::{self, Command, Presence, TableSpec};
+
+/// Folder of the rows of `causes` that several sessions share, below the output.
+pub const SHARED: &str = "causes/bike=_pooled";
+/// The file in it.
+pub const SHARED_TABLE: &str = "pooled.parquet";
+/// What several sessions share, as a model for `run --model`, below the output.
+pub const SHARED_MODEL: &str = "models/pooled.toml";
+/// Where what several sessions share is, below the output.
+pub const SHARED_PLACES: [&str; 2] = [SHARED, SHARED_MODEL];
 
 /// How an output keeps account of a command's sessions.
 #[derive(Debug)]
@@ -45,7 +53,7 @@ impl Kind {
     /// Folders and files below the output that are made over all sessions.
     pub fn derived(&self) -> Vec<&'static str> {
         match self.command {
-            Command::Diagnose => pooled::PLACES.to_vec(),
+            Command::Diagnose => SHARED_PLACES.to_vec(),
             _ => registry::of_fleet().map(|spec| spec.name).collect(),
         }
     }

@@ -15,9 +15,9 @@ use tempfile::TempDir;
 use bytes::Bytes;
 
 use super::error::Error;
-use super::kind::{DIAGNOSE, RUN};
+use super::kind::{self, DIAGNOSE, RUN};
 use super::manifest::{self, Manifest};
-use super::{mark, pooled};
+use super::mark;
 use crate::objects::url::Url;
 use crate::objects::{Location, client};
 use crate::report;
@@ -219,7 +219,7 @@ fn is_own(name: &str, key: &str, at: &Location) -> bool {
             (key.ends_with(".html") || key.starts_with("assets/"))
                 && at.read().is_ok_and(|bytes| report::is_own(&bytes))
         }
-        pooled::FOLDER => key == pooled::TABLE,
+        kind::SHARED => key == kind::SHARED_TABLE,
         _ => false,
     }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::Error;
+use super::kind::{SHARED as FOLDER, SHARED_MODEL as MODEL, SHARED_TABLE as TABLE};
 use super::local_copy::LocalCopy;
 use crate::diagnose::levels::{Member, Pooling, SharedCause};
 use crate::effects::pooled_effects::PooledEffects;
@@ -10,15 +11,6 @@ use crate::objects::Location;
 use crate::tables::by_session::SessionFiles;
 use crate::tables::rows::{CauseRow, DiagnosisRow};
 use crate::tables::{file, read};
-
-/// Folder of the rows of `causes` that several sessions share, below the output.
-pub const FOLDER: &str = "causes/bike=_pooled";
-/// The file in it.
-pub const TABLE: &str = "pooled.parquet";
-/// The same for `run --model`, below the output.
-pub const MODEL: &str = "models/pooled.toml";
-/// Both.
-pub const PLACES: [&str; 2] = [FOLDER, MODEL];
 
 /// Writes both, and gives back the rows.
 ///

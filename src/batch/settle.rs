@@ -2,7 +2,7 @@
 //! was killed in between.
 
 use super::error::Error;
-use super::kind::{DIAGNOSE, RUN};
+use super::kind::{DIAGNOSE, RUN, SHARED, SHARED_PLACES};
 use super::local_copy::LocalCopy;
 use super::manifest::{self, Manifest};
 use super::switch::Switching;
@@ -32,11 +32,11 @@ pub fn fleet(root: &Location, copy: &LocalCopy) -> Result<(), Error> {
 /// # Errors
 /// As [`fleet`].
 pub fn pooled(root: &Location, copy: &LocalCopy) -> Result<Vec<CauseRow>, Error> {
-    take_off(root, &pooled::PLACES)?;
+    take_off(root, &SHARED_PLACES)?;
     let rows = pooled::write(root, copy)?;
     if !root.is_remote() {
-        copy.publish([pooled::FOLDER])?;
-        list_again(root, copy, &pooled::PLACES)?;
+        copy.publish([SHARED])?;
+        list_again(root, copy, &SHARED_PLACES)?;
     }
     Ok(rows)
 }
