@@ -102,7 +102,7 @@ pub struct Tyre {
     /// `sigma_x_max` = `sigma_y_max`.
     pub peak_slip: f64,
     /// Side force over load that the tyre has reached on that road, where it is more than the longitudinal peak: no
-    /// friction circle is smaller. Infinite for a side force without a limit.
+    /// friction circle is smaller; [`NO_LIMIT`] for a side force without a limit.
     #[serde(default)]
     pub lateral_peak: f64,
 }
@@ -155,6 +155,9 @@ impl Output {
 fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
+
+/// A [`lateral_peak`](Tyre::lateral_peak) that limits nothing; a number, so that tyre files can hold it.
+pub const NO_LIMIT: f64 = 1e9;
 
 impl Tyre {
     /// Pneumatic trail at vanishing slip, m, eq. 12.

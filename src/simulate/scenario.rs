@@ -20,6 +20,7 @@ use crate::contract::schema::refuse_infinite_in;
 use crate::contract::schema::{closest, meant};
 use crate::effects::{Effect, ModelError};
 use crate::model::dive::{PITCH_GYRATION, contact_arms};
+use crate::model::tyre::NO_LIMIT;
 use crate::model::tyre_model::USUAL_SHARE;
 use crate::model::{MagicFormula, Stiffness, Tyre};
 use crate::objects::files::read_text;
@@ -345,7 +346,7 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
             reference_friction: 1.0,
             peak_slip: friction.peak_slip().unwrap_or(1.0),
             // the rides of the archive stay as they are: their side force has no limit yet
-            lateral_peak: f64::INFINITY,
+            lateral_peak: NO_LIMIT,
         }
     };
     let tyres = [tyre(Axle::Front), tyre(Axle::Rear)];

@@ -219,6 +219,7 @@ fn a_page_that_is_asked_for_is_written_alone_and_linked() {
     // asked for again it stays, and it stays over the next report, which links to it
     let at = out.join("report/ride_003_2.html");
     fs::write(&at, page(out, "ride_003_2.html") + "<!-- before -->").expect("page");
+    crate::report_pages::relist(out);
     report::open(out, "ride_003_2", None, Pages::Auto).expect("page");
     report::write(out).expect("report");
     assert!(page(out, "ride_003_2.html").ends_with("<!-- before -->"));

@@ -40,6 +40,19 @@ fn mark(out: &Path) {
     for (name, html) in pages(out) {
         fs::write(out.join("report").join(name), html + "<!-- before -->").expect("page");
     }
+    relist(out);
+}
+
+/// Lists the pages as they are now: one that is not as it was listed is written again.
+pub fn relist(out: &Path) {
+    let at = out.join("report/.written.json");
+    let list = fs::read(&at).expect("a list");
+    let mut list: BTreeMap<String, String> = serde_json::from_slice(&list).expect("a list");
+    for (name, sum) in &mut list {
+        let bytes = fs::read(out.join("report").join(name)).expect("a page");
+        *sum = blake3::hash(&bytes).to_hex().to_string();
+    }
+    fs::write(at, serde_json::to_vec(&list).expect("text")).expect("written");
 }
 
 fn stayed(out: &Path) -> usize {

@@ -19,6 +19,7 @@ use crate::ingest::gaps::bridge;
 use crate::ingest::grid::Interpolation;
 use crate::model::dive::above_axles;
 use crate::model::pair::both;
+use crate::model::tyre::NO_LIMIT;
 use crate::model::{Stiffness, Tyre};
 use crate::simulate::motorcycle::{Action, Exponential, Plant, State};
 use crate::simulate::programme::Lean;
@@ -74,7 +75,7 @@ pub fn plant(values: &Parameters) -> Plant {
             reference_friction: 1.0,
             peak_slip: values.friction[k].peak_slip().unwrap_or(0.2),
             // a ride that never brakes to the limit shows no peak: its corners are none either
-            lateral_peak: f64::INFINITY,
+            lateral_peak: NO_LIMIT,
         }
     });
     Plant {
