@@ -61,13 +61,20 @@ impl Committed {
 
     /// Whether this is another ride than one that began at `start`: loggers use their file names again.
     pub fn is_other_ride(&self, start: Option<i64>) -> bool {
-        let apart = self.start.zip(start).map(|(own, other)| own.abs_diff(other));
-        apart.is_some_and(|apart| apart > SAME_RIDE)
+        let Some((own, other)) = self.start.zip(start) else { return false };
+        // midnight is what a log has of which only the day is known, in the zone of whoever filed it
+        let is_day = |at: i64| at.rem_euclid(DAY) == 0;
+        let same = if is_day(own) || is_day(other) { SAME_DAY } else { SAME_RIDE };
+        own.abs_diff(other) > same
     }
 }
 
+/// Microseconds of a day.
+const DAY: i64 = 86_400_000_000;
 /// Starts that are no farther apart are those of one ride that was cut or exported again, microseconds.
 const SAME_RIDE: u64 = 600_000_000;
+/// The same where of one of them only the day is known.
+const SAME_DAY: u64 = 129_600_000_000;
 
 /// Columns of a commit marker that are read.
 const COLUMNS: [&str; 6] =
@@ -134,4 +141,19 @@ fn instants(column: &ArrayRef) -> Option<Int64Array> {
     let texts = cast(column, &DataType::Utf8).ok()?;
     let texts = texts.as_string_opt::<i32>()?;
     Some(texts.iter().map(|text| instant::microseconds(text?)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_ride_began_at_another_time_or_on_another_day() {
+        let at = |text: &str| instant::microseconds(text);
+        let ride = Committed { start: at("2026-05-01T10:00:00Z"), ..Committed::default() };
+        let other = |text: &str| ride.is_other_ride(at(text));
+        assert!(!other("2026-05-01T10:05:00Z") && other("2026-05-01T11:00:00Z"));
+        assert!(!other("2026-05-01") && !other("2026-05-02") && other("2026-05-03"));
+        assert!(!other("some day"), "it does not say");
+    }
 }

@@ -87,6 +87,7 @@ mod tests {
         let out = tempfile::tempdir().expect("folder");
         let folder = out.path();
         let root = Location::from(folder);
+        mark::claim(&root).expect("an output");
         root.join("sessions/a").write(b"old").expect("written");
         let reading = Reading::of(folder).expect("free");
         let _run = Lock::take(&root).expect("one run");
