@@ -59,10 +59,21 @@ impl ModelError {
     /// A tyre's output with the errors that are not errors of its numbers.
     #[inline]
     pub fn tyre_output(&self, out: Output, acting: &Acting<'_>) -> Output {
+        self.output(out, acting, f64::NEG_INFINITY)
+    }
+
+    /// The same of a tyre that stands alone, under any load: neither force turns round.
+    #[inline]
+    pub fn bounded_output(&self, out: Output, acting: &Acting<'_>) -> Output {
+        self.output(out, acting, LEAST_UNDER_LOAD)
+    }
+
+    #[inline]
+    fn output(&self, out: Output, acting: &Acting<'_>, least: f64) -> Output {
         let Acting { tyre, slip_angle, camber, load, reference_load, extra_load } = *acting;
         let mut changed = Output {
-            force_x: out.force_x * self.relative_friction(1.0, extra_load).max(LEAST_UNDER_LOAD),
-            force_y: out.force_y * self.relative_stiffness(1.0, extra_load).max(LEAST_UNDER_LOAD),
+            force_x: out.force_x * self.relative_friction(1.0, extra_load).max(least),
+            force_y: out.force_y * self.relative_stiffness(1.0, extra_load).max(least),
             ..out
         };
         let trail = self.relative_trail(0.0);

@@ -79,7 +79,7 @@ impl TyreModel for ExtendedTyre {
             out.force_y -= ratio * k_alpha * load * input.camber; // (15)
         }
         out.moment_z -= (should.twisting_stiffness - is.twisting_stiffness) * load * input.camber;
-        let out = self.error.tyre_output(out, &acting);
+        let out = self.error.bounded_output(out, &acting);
         let Some(tyre) = &self.bounded else { return out };
         let share = self.error.relative_friction(1.0, acting.extra_load).max(LEAST_UNDER_LOAD);
         out.within(share * tyre.circle(input.friction) * load)
