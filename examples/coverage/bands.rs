@@ -19,7 +19,7 @@ use roadbench::tables::rows::{Coefficient, PlotPoint};
 
 use super::{Failure, outcome};
 
-/// Points of one line on one page: how many, and how many of their bands hold the truth.
+/// Points of one line on one page: how many, and how many of their bands contain the true value.
 type Held = (String, bool, usize, usize);
 
 /// Prints a line per chart: rides, and the share of its points whose band holds the truth.
