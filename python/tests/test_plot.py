@@ -39,7 +39,7 @@ def test_outliers_and_bands_are_marked(written, log):
     assert legend == [f"outliers ({out})", "95 % interval", "of it scatter between manoeuvres", "fit"]
     points = sum(len(c.get_offsets()) for c in ax.collections if type(c).__name__ == "PathCollection")
     assert points == len(cloud)
-    assert any("Poly" in type(c).__name__ or "FillBetween" in type(c).__name__ for c in ax.collections)
+    assert len([patch for patch in ax.patches if type(patch).__name__ == "Polygon"]) == 2
 
 
 def test_every_plot_of_a_session_can_be_drawn(written, log):

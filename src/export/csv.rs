@@ -38,7 +38,7 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
     );
     comment("(all three at the nominal load; the model's rule, not ridden).");
     comment(
-        "ridden: 1 where the side force is within what the ride reached, 0 beyond and of combined slip",
+        "ridden: 1 where all of it was, 0 beyond and where both forces are above a twentieth of their peaks",
     );
     comment(
         "Both forces together stay within the friction circle, of the larger of the peak of Fx and of",
@@ -89,16 +89,12 @@ pub fn write(fitted: &Fitted, tyres: &[Characterised]) -> String {
 
 fn rows(out: &mut String, tyre: &Characterised, table: &str, over: [&[f64]; 4]) {
     let [slips, angles, cambers, loads] = over;
-    let most = tyre.ridden_side() * (1.0 + 1e-9);
-    let pure = |slip: f64, angle: f64, camber: f64| slip == 0.0 || angle == 0.0 && camber == 0.0;
     for &load in loads {
         for &camber in cambers {
             for &angle in angles {
-                let side = tyre.free_forces(&tyre.input(0.0, angle, camber, load)).force_y;
-                let reached = side.abs() <= most * load;
                 for &slip in slips {
-                    let o = tyre.forces(&tyre.input(slip, angle, camber, load));
-                    let ridden = u8::from(reached && pure(slip, angle, camber));
+                    let input = tyre.input(slip, angle, camber, load);
+                    let (o, ridden) = (tyre.forces(&input), u8::from(tyre.ridden(&input)));
                     let _ = writeln!(
                         out,
                         "{},{table},{slip:.6},{angle:.6},{camber:.6},{load:.3},{:.4},{:.4},{:.5},{:.5},{ridden}",

@@ -215,7 +215,10 @@ fn tables_call_no_combined_slip_ridden_and_stay_within_the_circle() {
             let words: Vec<&str> = line.split(',').collect();
             let n: Vec<f64> = words[2..].iter().map(|w| w.parse().expect("a number")).collect();
             assert!(n[4].hypot(n[5]) <= circle * n[3] + 1e-3, "{line}");
-            let is_combined = n[0] != 0.0 && (n[1] != 0.0 || n[2] != 0.0);
+            // above a twentieth of both peaks, with room for the rounding of the text
+            let t = &c.tyre.tyre;
+            let side = t.stiffness.k_alpha(n[2], t.side_force_ratio) * (n[1] + t.side_force_ratio * n[2]);
+            let is_combined = n[0].abs() > 0.051 * t.peak_slip && side.abs() > 0.051 * c.ridden_side();
             assert!(!is_combined || n[8] == 0.0, "{line}");
             combined += usize::from(is_combined);
             ridden += usize::from(n[8] == 1.0);
