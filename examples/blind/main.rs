@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::Settings;
-use roadbench::diagnose::cause::Cause;
+use roadbench::diagnose::cause::{Cause, Objection};
 use roadbench::diagnose::road;
 use roadbench::diagnose::road::other_machines::shown;
 use roadbench::diagnose::road::residuals::CHANNELS;
@@ -25,6 +25,7 @@ use roadbench::diagnose::road::structure::terms;
 use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden::{Case, Kind};
+use roadbench::tables::rows::SimulationError;
 use serde::{Deserialize, Serialize};
 
 mod machines;
@@ -88,6 +89,10 @@ struct Outcome {
     /// Largest residual structure of each channel, in what 19 of 20 null simulations stay below.
     structure: Vec<f64>,
     gain: Option<f64>,
+    /// Signals of manoeuvres left out that the extended model simulates better, and worse.
+    signals: [usize; 2],
+    /// Causes taken back because the simulation got worse.
+    withdrawn: Vec<String>,
     /// Held-out gain of the base with the hidden effects free.
     oracle: Option<f64>,
     seconds: f64,
@@ -114,6 +119,10 @@ struct Kept {
     #[serde(default)]
     structure: Vec<f64>,
     gain: Option<f64>,
+    #[serde(default)]
+    signals: [usize; 2],
+    #[serde(default)]
+    withdrawn: Vec<String>,
     oracle: Option<f64>,
     seconds: f64,
 }
@@ -142,6 +151,8 @@ impl Kept {
                 .collect(),
             structure: outcome.structure.clone(),
             gain: outcome.gain,
+            signals: outcome.signals,
+            withdrawn: outcome.withdrawn.clone(),
             oracle: outcome.oracle,
             seconds: outcome.seconds,
         }
@@ -160,6 +171,8 @@ impl Kept {
             found: self.found.into_iter().map(|x| x.unwrap_or([f64::NAN; 3])).collect(),
             structure: self.structure,
             gain: self.gain,
+            signals: self.signals,
+            withdrawn: self.withdrawn,
             oracle: self.oracle,
             seconds: self.seconds,
         }
@@ -336,6 +349,11 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
         cause.map_or([f64::NAN; 3], of)
     };
     let first = found.causes.iter().find(|c| c.gain_heldout.is_some());
+    let signals = [SimulationError::is_better, SimulationError::is_worse]
+        .map(|is| found.simulation_errors.iter().filter(|e| is(e)).count());
+    let is_withdrawn = |c: &&Cause| c.objection == Some(Objection::WorseSimulation);
+    let withdrawn = found.naming.causes.iter().filter(is_withdrawn);
+    let withdrawn = withdrawn.map(|c| format!("{} {:.4}", c.candidate.name, c.value())).collect();
     Some(Outcome {
         told,
         alarm: found.naming.alarm,
@@ -350,6 +368,8 @@ fn ask(case: Case, (log, bike): (PathBuf, PathBuf), arguments: &Arguments) -> Op
         found: ALL.iter().map(own).collect(),
         structure: structure(&found),
         gain: first.and_then(|c| c.gain_heldout),
+        signals,
+        withdrawn,
         oracle: (!case.hidden.is_empty()).then(|| {
             let hidden: Vec<Effect> = case.hidden.iter().map(|(e, _)| **e).collect();
             found.gain_of(&hidden)
@@ -388,7 +408,7 @@ fn print_case(o: &Outcome) {
         })
         .collect();
     println!(
-        "{:4} {:?} {:.2} {}{} -> {:.1} {}{} | {} ({:.0} s)",
+        "{:4} {:?} {:.2} {}{} -> {:.1} {}{} | {} | better {} worse {} taken back {:?} ({:.0} s)",
         o.case.number,
         o.case.kind,
         o.case.plan.len(),
@@ -398,6 +418,9 @@ fn print_case(o: &Outcome) {
         if o.unexplained { "UNEXPLAINED " } else { "" },
         o.covariate.as_deref().unwrap_or(""),
         told.join("; "),
+        o.signals[0],
+        o.signals[1],
+        o.withdrawn,
         o.seconds
     );
 }

@@ -15,6 +15,7 @@ use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Session;
 use roadbench::diagnose::Settings;
 use roadbench::diagnose::calibration::rms;
+use roadbench::diagnose::cause::Objection;
 use roadbench::diagnose::road::base::{self, Base};
 use roadbench::diagnose::road::null_calibration::{calibrate, cells};
 use roadbench::diagnose::road::null_simulation::NullSimulation;
@@ -27,6 +28,7 @@ use roadbench::diagnose::road::{self, Fitted};
 use roadbench::effects::Effect;
 use roadbench::manoeuvre::ManoeuvreKind;
 use roadbench::pipeline::{self, Pipeline};
+use roadbench::tables::rows::SimulationError;
 use serde_json::Value;
 
 #[derive(Parser)]
@@ -101,6 +103,16 @@ impl Ride {
             if row.effect == "unexplained" {
                 text += &format!("        {}\n", row.reason);
             }
+        }
+        let count = |is: fn(&SimulationError) -> bool| {
+            found.simulation_errors.iter().filter(|e| is(e)).count()
+        };
+        let (better, worse) = (count(SimulationError::is_better), count(SimulationError::is_worse));
+        text += &format!("    signals of manoeuvres left out: {better} better, {worse} worse\n");
+        for cause in
+            found.naming.causes.iter().filter(|c| c.objection == Some(Objection::WorseSimulation))
+        {
+            text += &format!("    taken back: {} {:.4}\n", cause.candidate.name, cause.value());
         }
         Ok(text)
     }

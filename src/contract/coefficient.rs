@@ -100,9 +100,27 @@ impl Requirement {
         // what asks for the handlebar is too fine for a course
         let is_fine = self.channels.contains(&C::SteerAngle);
         let turns = !is_fine && TURNING.iter().any(|way| way.iter().all(|c| valid(*c)));
-        let there = |c: Channel| valid(c) || (c == C::YawRate && turns);
+        let there = |c: Channel| match c {
+            C::YawRate => valid(c) || turns,
+            C::Gear => shows_coasting(session),
+            _ => valid(c),
+        };
         self.channels.iter().copied().filter(|&c| !there(c)).collect()
     }
+}
+
+/// Whether the channels tell coasting in neutral from gentle drive and from engine braking: a gear that is both neutral and
+/// engaged, or else a throttle that opens and closes beside both wheels' speeds and the acceleration.
+///
+/// METHOD: speed alone is the same in all three. A bicycle's GPS log, never coasting, gave a negative rolling resistance.
+pub fn shows_coasting(session: &Session) -> bool {
+    let both = |c: Channel, low: f64, high: f64| {
+        session.get(c).is_some_and(|x| x.iter().any(|v| *v < low) && x.iter().any(|v| *v > high))
+    };
+    let valid = |c: &Channel| session.get(*c).is_some_and(|x| x.iter().any(|v| v.is_finite()));
+    both(C::Gear, 0.5, 0.5)
+        || both(C::Throttle, 0.02, 0.1)
+            && [C::WheelSpeedFront, C::WheelSpeedRear, C::AccelerationX].iter().all(valid)
 }
 
 /// The riding that determines a coefficient.
@@ -129,11 +147,13 @@ pub struct Spec {
     pub source: Source,
     /// What it needs, one entry for each part that has the coefficient.
     pub requirements: &'static [Requirement],
+    /// Ends between which a motorcycle's or a bicycle's value lies; one beyond them is a fault of the log or its map.
+    pub bounds: [f64; 2],
 }
 
 macro_rules! coefficients {
     ($($variant:ident: $name:literal, $symbol:literal, $unit:literal, $words:literal,
-        $source:expr, $requirements:expr;)*) => {
+        $source:expr, $requirements:expr, $bounds:expr;)*) => {
         /// A coefficient of a tyre or of the vehicle.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Coefficient {
@@ -156,6 +176,7 @@ macro_rules! coefficients {
                         words: $words,
                         source: $source,
                         requirements: $requirements,
+                        bounds: $bounds,
                     },)*
                 }
             }
@@ -171,46 +192,46 @@ macro_rules! coefficients {
 // In the order of the data flow: coasting, braking and driving, corners; then what no ride gives, and
 // what only off-road riding gives.
 //
-// variant: name, symbol, unit, words, source, requirements
+// variant: name, symbol, unit, words, source, requirements, bounds
 coefficients! {
     EffectiveRollingRadius: "effective_rolling_radius", "R_rol", "m",
-        "effective rolling radius", OnRoad, RADIUS;
-    Drag: "drag", "c_drag", "kg/m", "aerodynamic drag", OnRoad, RESISTANCE;
-    RollingResistance: "rolling_resistance", "c_rol", "1", "rolling resistance", OnRoad, RESISTANCE;
-    PeakSlip: "peak_slip", "sigma_x_max", "1", "slip ratio κ at peak friction (the key is σ = κ/(1 − κ))", OnRoad, FRICTION;
-    MfB: "mf_b", "b", "1", "Magic Formula B", OnRoad, FRICTION;
-    MfC: "mf_c", "c", "1", "Magic Formula C", OnRoad, FRICTION;
-    MfD: "mf_d", "d", "1", "Magic Formula D", OnRoad, FRICTION;
-    MfE1: "mf_e1", "e1", "1", "Magic Formula E, symmetric part", OnRoad, CURVATURE;
-    MfE2: "mf_e2", "e2", "1", "Magic Formula E, braking/driving part", OnRoad, CURVATURE;
+        "effective rolling radius", OnRoad, RADIUS, [0.1, 0.6];
+    Drag: "drag", "c_drag", "kg/m", "aerodynamic drag", OnRoad, RESISTANCE, [0.0, 3.0];
+    RollingResistance: "rolling_resistance", "c_rol", "1", "rolling resistance", OnRoad, RESISTANCE, [0.0, 0.1];
+    PeakSlip: "peak_slip", "sigma_x_max", "1", "slip ratio κ at peak friction (the key is σ = κ/(1 − κ))", OnRoad, FRICTION, [0.0, 1.0];
+    MfB: "mf_b", "b", "1", "Magic Formula B", OnRoad, FRICTION, [0.0, 200.0];
+    MfC: "mf_c", "c", "1", "Magic Formula C", OnRoad, FRICTION, [0.5, 3.0];
+    MfD: "mf_d", "d", "1", "Magic Formula D", OnRoad, FRICTION, [0.05, 2.0];
+    MfE1: "mf_e1", "e1", "1", "Magic Formula E, symmetric part", OnRoad, CURVATURE, [-100.0, 1.0];
+    MfE2: "mf_e2", "e2", "1", "Magic Formula E, braking/driving part", OnRoad, CURVATURE, [-100.0, 100.0];
     SlipStiffnessLoad: "slip_stiffness_load", "k_s,N", "1",
-        "slip stiffness per load gained with the load at rest once more", TAKEN, ASSUMED;
-    SlipCamberC1: "slip_camber_c1", "c1", "1", "slip angle over camber, linear", OnRoad, SLIP_ANGLE;
+        "slip stiffness per load gained with the load at rest once more", TAKEN, ASSUMED, [-2.0, 2.0];
+    SlipCamberC1: "slip_camber_c1", "c1", "1", "slip angle over camber, linear", OnRoad, SLIP_ANGLE, [-1.0, 1.0];
     SlipCamberC3: "slip_camber_c3", "c3", "1/rad2",
-        "slip angle over camber, cubic", OnRoad, SLIP_ANGLE;
+        "slip angle over camber, cubic", OnRoad, SLIP_ANGLE, [-10.0, 10.0];
     LateralFrictionCt: "lateral_friction_ct", "ct", "1",
-        "lateral friction over tan(camber)", OnRoad, LATERAL_FORCE;
+        "lateral friction over tan(camber)", OnRoad, LATERAL_FORCE, [-1.5, 0.0];
     CorneringStiffness0: "cornering_stiffness_0", "k_alpha0", "1/rad",
-        "cornering stiffness per load, upright", OnRoad, SLIP_ANGLE;
+        "cornering stiffness per load, upright", OnRoad, SLIP_ANGLE, [0.0, 100.0];
     CamberStiffness0: "camber_stiffness_0", "k_gamma0", "1/rad",
-        "camber stiffness per load, upright", OnRoad, SLIP_ANGLE;
+        "camber stiffness per load, upright", OnRoad, SLIP_ANGLE, [0.0, 10.0];
     SideForceRatio: "side_force_ratio", "C", "1",
-        "camber to cornering stiffness ratio", TAKEN, ASSUMED;
+        "camber to cornering stiffness ratio", TAKEN, ASSUMED, [0.0, 1.0];
     TwistingStiffness: "twisting_stiffness", "k_t", "m/rad",
-        "twisting stiffness per load", TAKEN, ASSUMED;
+        "twisting stiffness per load", TAKEN, ASSUMED, [-0.2, 0.2];
     OverturningStiffness: "overturning_stiffness", "k_x", "m",
-        "overturning stiffness (crown radius)", OnRoad, OVERTURNING;
+        "overturning stiffness (crown radius)", OnRoad, OVERTURNING, [0.0, 0.3];
     RelaxationLength: "relaxation_length", "r_l", "m", "relaxation length",
-        BikeFile("the wheel radius (eq. 1), not given: a rule, true within 0.3 to 2 times"), ASSUMED;
+        BikeFile("the wheel radius (eq. 1), not given: a rule, true within 0.3 to 2 times"), ASSUMED, [0.0, 3.0];
     PneumaticTrail0: "pneumatic_trail_0", "t_p0", "m", "pneumatic trail at small slip",
-        BikeFile("from the vertical stiffness (eq. 12): a rule, true within 0.3 to 2 times"), ASSUMED;
+        BikeFile("from the vertical stiffness (eq. 12): a rule, true within 0.3 to 2 times"), ASSUMED, [0.0, 0.2];
     EngagedFrictionBraking: "engaged_friction_braking", "B/N", "1",
-        "friction engaged by braking", OffRoad, BRAKED_OFFROAD;
+        "friction engaged by braking", OffRoad, BRAKED_OFFROAD, [-3.0, 3.0];
     EngagedFrictionDriving: "engaged_friction_driving", "D/N", "1",
-        "friction engaged by driving", OffRoad, DRIVEN_OFFROAD;
+        "friction engaged by driving", OffRoad, DRIVEN_OFFROAD, [-3.0, 3.0];
     SlipStiffness: "slip_stiffness", "K_x", "1",
-        "slip stiffness over load (b c d)", InGear, RIDDEN_IN_GEAR;
-    BrakeGain: "brake_gain", "k_b", "N m/Pa", "brake torque over pressure", InGear, BRAKED_IN_GEAR;
+        "slip stiffness over load (b c d)", InGear, RIDDEN_IN_GEAR, [0.0, 200.0];
+    BrakeGain: "brake_gain", "k_b", "N m/Pa", "brake torque over pressure", InGear, BRAKED_IN_GEAR, [0.0, 0.01];
 }
 
 use Source::{BikeFile, InGear, OffRoad, OnRoad};
@@ -260,9 +281,10 @@ const BENCH: Riding = Riding {
 
 const RADIUS: &[Requirement] =
     &[needs(Part::Front, FRONT_WHEEL, COASTING), needs(Part::Rear, REAR_WHEEL, COASTING)];
+// the gear, or what shows coasting as well: `shows_coasting`
 const RESISTANCE: &[Requirement] = &[needs(
     Part::Vehicle,
-    &[C::VelocityX],
+    &[C::VelocityX, C::Gear],
     Riding {
         manoeuvres: "straight coasting in neutral from different speeds, in both directions",
         remedy: "coast in neutral at two speeds, in both directions",
@@ -346,10 +368,31 @@ impl Coefficient {
         self.spec().requirements.iter().find(|r| r.part == part)
     }
 
+    /// Why a value is none that a tyre or a motorcycle can have; `None` of one within [`Spec::bounds`], and of none.
+    pub fn impossible(self, value: f64) -> Option<String> {
+        let [low, high] = self.spec().bounds;
+        // the lower end is a sign more often than not: zero itself is none either
+        let beyond = value <= low || value >= high;
+        beyond.then(|| {
+            format!(
+                "{} is impossible, {} lies between {low} and {high}: units, signs and the channel map are to be \
+                 checked",
+                shown(value),
+                self.spec().words
+            )
+        })
+    }
+
     /// Whether every on-road session has a row of it, estimated or assumed.
     pub fn is_onroad(self) -> bool {
         matches!(self.spec().source, OnRoad | BikeFile(_))
     }
+}
+
+/// Three significant digits.
+fn shown(value: f64) -> String {
+    let decimals = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0);
+    format!("{value:.*}", decimals as usize)
 }
 
 impl fmt::Display for Coefficient {

@@ -43,6 +43,8 @@ pub struct Zeros {
     pub latency_se: f64,
     /// Zero of `acceleration_x`, m/s².
     pub acceleration_x: f64,
+    /// Whether that zero was found; without it the change of speed stands for the acceleration.
+    pub acceleration_known: bool,
     /// Standard error of that zero, m/s².
     pub acceleration_x_se: f64,
     /// Zero of `pitch`, rad: its value on straights without acceleration.
@@ -160,7 +162,20 @@ pub fn run(session: &Session, bike: &Bike) -> (Zeros, Vec<Warning>) {
             None => get(Channel::PitchRate),
         };
         let pitching = pitch_rate.map(|rate| slope(&rate, coarse.rate));
-        longitudinal(&v, &along, &turn, pitching.as_deref(), &coarse, &mut zeros, &mut warnings);
+        // leaning is turning, too
+        let leaning = get(Channel::Roll).map(|roll| {
+            roll.iter().zip(&v).map(|(roll, v)| GRAVITY * roll.tan() / v.max(1.0)).collect()
+        });
+        let turn: Option<Vec<f64>> = if yaw_rate.is_some() { Some(turn.clone()) } else { leaning };
+        longitudinal(
+            &v,
+            &along,
+            turn.as_deref(),
+            pitching.as_deref(),
+            &coarse,
+            &mut zeros,
+            &mut warnings,
+        );
     }
     if let Some(pitch) = get(Channel::Pitch) {
         zeros.pitch = pitch_zero(&v, &pitch, &turn, &coarse);
@@ -326,7 +341,7 @@ fn yaw_rate_zero(v: &[f64], rate: Option<&[f64]>, yaw: Option<&[f64]>, coarse: &
 fn longitudinal(
     v: &[f64],
     along: &[f64],
-    turn: &[f64],
+    turn: Option<&[f64]>,
     pitching: Option<&[f64]>,
     coarse: &Coarse,
     zeros: &mut Zeros,
@@ -359,6 +374,7 @@ fn longitudinal(
         }
     }
     // the zero from straight running only: in a bend an error of the lateral velocity comes in
+    let Some(turn) = turn else { return };
     let straight: Vec<usize> = rows.iter().copied().filter(|&i| turn[i].abs() < 0.1).collect();
     if (straight.len() as f64) < 10.0 * coarse.rate {
         return;
@@ -368,6 +384,7 @@ fn longitudinal(
         / straight.len() as f64;
     let differences: Vec<f64> =
         straight.iter().map(|&i| a[(i as i64 - best) as usize] - dv[i] - zero).collect();
+    zeros.acceleration_known = true;
     zeros.acceleration_x = zero;
     zeros.acceleration_x_se = of_ends(&straight, &differences, coarse.rate) / seconds;
     if zero.abs() > 0.1 {
@@ -594,7 +611,15 @@ mod tests {
             let v: Vec<f64> = (0..n).map(|i| speeds[(i * fine).saturating_sub(late)]).collect();
             let found = |pitching: Option<&[f64]>| {
                 let mut zeros = Zeros::default();
-                longitudinal(&v, &along, &turn, pitching, &coarse, &mut zeros, &mut Vec::new());
+                longitudinal(
+                    &v,
+                    &along,
+                    Some(&turn),
+                    pitching,
+                    &coarse,
+                    &mut zeros,
+                    &mut Vec::new(),
+                );
                 zeros.latency
             };
             let [with, without] = [found(Some(&second)), found(None)];

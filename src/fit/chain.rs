@@ -28,7 +28,7 @@ use crate::model::formulation::Formulation;
 pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config) -> Solution {
     let nominal = Inputs::nominal(bike, formulation, data.zeros);
     let mut fits = Fits {
-        coasting: coasting::fit(&data.coast, &data.front_rolling, &nominal),
+        coasting: coasting::fit(&data.coast, &data.front_rolling, data.shows_coasting, &nominal),
         ..Fits::default()
     };
     let mut inputs = nominal.clone();

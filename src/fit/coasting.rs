@@ -160,8 +160,9 @@ fn resistance_rows(x: &Samples, inputs: &Inputs, radius: [f64; 2]) -> Resistance
     rows
 }
 
-/// Fits everything that coasting gives; `front` are the samples for the front radius.
-pub fn fit(x: &Samples, front: &Samples, inputs: &Inputs) -> Coasting {
+/// Fits everything that coasting gives; `front` are the samples for the front radius, `known` says whether the log tells
+/// coasting from drive: else there is no resistance.
+pub fn fit(x: &Samples, front: &Samples, known: bool, inputs: &Inputs) -> Coasting {
     let mut out = Coasting::default();
     for (wheel, x) in [front, x].into_iter().enumerate() {
         let (omega, v, clusters) = radius_rows(x, inputs, wheel);
@@ -172,7 +173,7 @@ pub fn fit(x: &Samples, front: &Samples, inputs: &Inputs) -> Coasting {
     let fitted = out.radii();
     let radius = [0, 1].map(|k| fitted[k].unwrap_or(inputs.radius[k]));
     let rows = resistance_rows(x, inputs, radius);
-    if clustered_fit::count(&rows.clusters) >= 3 {
+    if known && clustered_fit::count(&rows.clusters) >= 3 {
         let columns: Vec<&[f64]> = rows.columns.iter().map(Vec::as_slice).collect();
         out.resistance = clustered_fit::fit(&columns, &rows.y, &rows.clusters, RESISTANCE_FLOOR);
     }

@@ -2,6 +2,7 @@
 
 use super::coasting;
 use crate::contract::bike::Bike;
+use crate::contract::coefficient::shows_coasting;
 use crate::contract::session::Session;
 use crate::estimate::quasi_static::QuasiStatic;
 use crate::estimate::samples::{Samples, gather};
@@ -15,6 +16,8 @@ use crate::{estimate, segment::Segment};
 pub struct Data {
     /// Coasting.
     pub coast: Samples,
+    /// Whether the channels tell coasting from gentle drive and engine braking: else it gives no resistance.
+    pub shows_coasting: bool,
     /// Where the front wheel rolls freely.
     pub front_rolling: Samples,
     /// For the front: front braking. For the rear: rear braking and driving.
@@ -59,6 +62,7 @@ impl Data {
         let step = (session.rate / config.corner_rate).round().max(1.0);
         Data {
             coast,
+            shows_coasting: shows_coasting(session),
             front_rolling,
             straight: [front, rear],
             action: [front_action, rear_action],

@@ -45,6 +45,7 @@ impl Case<'_> {
         let objection = self
             .assumed()
             .or_else(|| self.not_available(missing))
+            .or_else(|| self.impossible())
             .or_else(|| self.few_manoeuvres())
             .or_else(|| self.unknown_curve())
             .or_else(|| self.wide_interval());
@@ -109,6 +110,11 @@ impl Case<'_> {
             (!found).then(|| format!("no usable manoeuvre: {}", self.remedy()))
         };
         missing.or_else(unused).map(|reason| (Status::NotAvailable, reason))
+    }
+
+    /// A value that no tyre and no motorcycle has.
+    fn impossible(&self) -> Option<Objection> {
+        self.id.coefficient.impossible(self.value()).map(poor)
     }
 
     fn few_manoeuvres(&self) -> Option<Objection> {

@@ -102,6 +102,9 @@ fn missing_channels(session: &Session, id: coefficient::Id) -> Option<String> {
     if names.is_empty() {
         return None;
     }
+    if names.contains(&Channel::Gear.name()) && session.has(Channel::Gear) {
+        return Some("the gear never changes between neutral and engaged".to_owned());
+    }
     let plural = if names.len() == 1 { "channel" } else { "channels" };
     Some(format!("the log has no {plural} {}", names.join(", ")))
 }

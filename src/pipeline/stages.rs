@@ -128,7 +128,13 @@ pub fn characterise(
         Formulation::Paper => (Zeros::default(), Vec::new()), // the paper takes sensors as they are
     };
     warnings.extend(noticed);
+    // an accelerometer whose zero nothing shows would be a slope: the change of speed has none
+    let unknown = formulation == Formulation::Corrected && !zeros.acceleration_known;
+    let acceleration = if unknown { session.remove(Channel::AccelerationX) } else { None };
     let data = Data::gather(&session, &segments, bike, zeros, &pipeline.estimate);
+    if let Some(measured) = acceleration {
+        session.set(Channel::AccelerationX, measured);
+    }
     if is_derived {
         session.remove(Channel::YawRate);
     }

@@ -208,14 +208,14 @@ fn thirty_per_cent_gross_outliers_move_no_fit_by_three_per_cent() {
     // coasting: radii, drag and rolling resistance
     let mut coast = study.data.coast.clone();
     spoil(&mut coast.velocity_x, 6.0);
-    let again = coasting::fit(&coast, &coast, &study.solution.inputs);
+    let again = coasting::fit(&coast, &coast, true, &study.solution.inputs);
     for k in 0..2 {
         let theta = |c: &coasting::Coasting| c.radius[k].as_ref().expect("radius").theta.clone();
         close("radius", &theta(&fits.coasting), &theta(&again), 0.0);
     }
     let mut coast = study.data.coast.clone();
     spoil(&mut coast.acceleration_x, 3.0);
-    let again = coasting::fit(&coast, &coast, &study.solution.inputs);
+    let again = coasting::fit(&coast, &coast, true, &study.solution.inputs);
     let theta = |c: &coasting::Coasting| c.resistance.as_ref().expect("resistance").theta.clone();
     close("resistance", &theta(&fits.coasting)[..2], &theta(&again)[..2], 0.0);
     // corners: slip angle, friction, stiffness, overturning

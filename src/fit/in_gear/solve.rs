@@ -28,8 +28,12 @@ const REST: f64 = 0.02;
 const SETTLED: usize = 16;
 /// Share of the way that the acceleration goes in a round: at first, and from which round on less.
 const DAMPED: [(usize, f64); 2] = [(0, 0.5), (6, 0.2)];
-/// Least load of a wheel over the weight, for the friction that it used.
-const LEAST_SHARE: f64 = 0.2;
+/// Least load of a wheel over the weight, for the friction that it used: below it the error of the load transfer decides.
+const LEAST_SHARE: f64 = 0.3;
+/// Samples one after the other that must have reached a friction.
+const KEPT: usize = 3;
+/// Manoeuvres that must have reached a friction.
+const REACHED_BY: usize = 3;
 /// Neighbouring samples that count as one, of A and of the others.
 const SHARED: [f64; KINDS] = [6.0, 3.0, 3.0, 3.0];
 
@@ -318,7 +322,23 @@ fn covariance(
     Some((grow * with_prior * grow, parts.len()))
 }
 
-/// The lower bound of the peak friction: what was used, upright, less its error.
+/// What each manoeuvre kept up: of [`KEPT`] samples one after the other the least, where that is largest.
+fn kept_up<'a>(values: &[(f64, &'a Held)], columns: &Columns) -> Vec<(f64, &'a Held)> {
+    values
+        .chunk_by(|a, b| columns.cluster[a.1.at] == columns.cluster[b.1.at])
+        .filter_map(|manoeuvre| {
+            let whole = |w: &&[(f64, &Held)]| w[KEPT - 1].1.at - w[0].1.at == STEP * (KEPT - 1);
+            let least =
+                |w: &[(f64, &'a Held)]| w.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0));
+            let windows = manoeuvre.windows(KEPT).filter(whole);
+            windows.filter_map(least).max_by(|a, b| a.0.total_cmp(&b.0))
+        })
+        .collect()
+}
+
+/// The lower bound of the peak friction: what several manoeuvres kept up, upright, less its error.
+///
+/// METHOD: one sample of a log at 10 Hz is an impulse of the suspension as often as a force of the tyre.
 pub fn bound(model: &Model<'_>, fitted: &Fitted, wheel: usize, driven: bool) -> Option<f64> {
     let sign = if driven { 1.0 } else { -1.0 };
     let theta = &fitted.theta;
@@ -340,19 +360,16 @@ pub fn bound(model: &Model<'_>, fitted: &Fitted, wheel: usize, driven: bool) -> 
         };
         sign * found.used[wheel] * witness.clamp(0.0, 1.0)
     };
-    let mut values: Vec<(f64, &Held)> = fitted
+    let values: Vec<(f64, &Held)> = fitted
         .held
         .iter()
         .filter(near)
         .map(|held| (used(theta, held), held))
         .filter(|(x, _)| x.is_finite() && *x > 0.0)
         .collect();
-    if values.len() < 50 {
-        return None;
-    }
-    values.sort_by(|a, b| b.0.total_cmp(&a.0));
-    values.truncate((values.len() / 50).max(3));
-    let (middle, held) = values[values.len() / 2];
+    let mut kept = kept_up(&values, model.columns);
+    kept.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (middle, held) = *kept.get(REACHED_BY - 1)?;
     let steps: Theta = std::array::from_fn(|k| 1e-5 * theta[k].abs().max(0.01));
     let by = Vector::from_fn(|k, _| {
         let mut moved = *theta;
