@@ -1,6 +1,46 @@
-//! Scenarios that are built in, or in a file.
+//! Scenarios that are built in, or in a file: the one list of them all.
 
 use std::path::PathBuf;
+
+use super::motocross::scenario as motocross;
+use super::track::scenario as track;
+use super::{scenario, tour};
+use crate::contract::schema::meant;
+
+/// Name and text of scenarios of one kind.
+type List = &'static [(&'static str, &'static str)];
+
+/// Every built-in scenario, by what rides it.
+pub const ALL: [(&str, List); 4] = [
+    ("reduced-order motorcycle", scenario::BUILTIN),
+    ("nonlinear motorcycle", tour::BUILTIN),
+    ("nonlinear motorcycle on a closed track", track::BUILTIN),
+    ("motocross, off-road", motocross::BUILTIN),
+];
+
+/// Names of every built-in scenario.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    ALL.iter().flat_map(|(_, list)| list.iter().map(|(name, _)| *name))
+}
+
+/// Their names by what rides them, for a sentence.
+pub fn listed() -> String {
+    let one = |(what, list): &(&str, List)| {
+        let names: Vec<&str> = list.iter().map(|(name, _)| *name).collect();
+        format!("{} ({what})", names.join(", "))
+    };
+    ALL.iter().map(one).collect::<Vec<_>>().join("; ")
+}
+
+/// What to say of a scenario that is not there.
+pub fn unknown(name: &str) -> String {
+    let all: Vec<&str> = names().collect();
+    format!(
+        "no scenario `{name}`{}; give a file, or one of {}",
+        meant(name, all.iter().copied()),
+        all.join(", ")
+    )
+}
 
 /// The text of a built-in scenario, or of a scenario file that has a key by which its kind is known.
 pub(super) fn text_with_key(
@@ -14,5 +54,6 @@ pub(super) fn text_with_key(
     }
     let text = std::fs::read_to_string(&path).ok()?;
     let table: toml::Table = text.parse().ok()?;
-    table.contains_key(key).then_some((text, path))
+    // settings of a pipeline have a table of that name
+    table.get(key).is_some_and(|value| !value.is_table()).then_some((text, path))
 }

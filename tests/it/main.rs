@@ -70,6 +70,7 @@ mod segment;
 mod sensor_errors;
 mod slip_angles;
 mod superbike;
+mod supply;
 mod suspicions;
 mod track_ride;
 mod track_sessions;
