@@ -17,16 +17,27 @@ pub fn require(log: &Location) -> Result<(), Failure> {
         Ok(false) => return usage("file not found".to_owned()),
         Err(e) => return usage(e.to_string()),
     }
-    let Some(path) = log.as_path() else { return Ok(()) };
-    if path.is_dir() {
+    if log.as_path().is_some_and(std::path::Path::is_dir) {
         return usage(
-            "this is a folder, and one log is wanted; `roadbench run` takes folders".into(),
+            "this is a folder, and one log is wanted; `roadbench run` takes folders".to_owned(),
         );
     }
+    refuse_own(log)
+}
+
+/// Refuses a file of the program's own in the place of a log.
+///
+/// # Errors
+/// It is one: wrong usage.
+pub fn refuse_own(log: &Location) -> Result<(), Failure> {
+    let Some(path) = log.as_path() else { return Ok(()) };
     let is_toml = path.extension().is_some_and(|x| x.eq_ignore_ascii_case("toml"));
     let text = if is_toml { read_text(path).ok() } else { None };
     match text.and_then(|text| FileKind::of(&text)) {
-        Some(kind) => usage(format!("this is {}, and a log is wanted", kind.name())),
+        Some(kind) => Err(Failure::Usage(format!(
+            "{log}: this is {}, and a log is wanted",
+            kind.name()
+        ))),
         None => Ok(()),
     }
 }
