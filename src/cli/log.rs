@@ -34,10 +34,9 @@ pub fn refuse_own(log: &Location) -> Result<(), Failure> {
     let is_toml = path.extension().is_some_and(|x| x.eq_ignore_ascii_case("toml"));
     let text = if is_toml { read_text(path).ok() } else { None };
     match text.and_then(|text| FileKind::of(&text)) {
-        Some(kind) => Err(Failure::Usage(format!(
-            "{log}: this is {}, and a log is wanted",
-            kind.name()
-        ))),
+        Some(kind) => {
+            Err(Failure::Usage(format!("{log}: this is {}, and a log is wanted", kind.name())))
+        }
         None => Ok(()),
     }
 }

@@ -36,7 +36,8 @@ fn unpinned(action: &str) -> Option<String> {
     let commit = place.split_once('@').map_or("", |(_, commit)| commit.trim());
     let is_commit = commit.len() == 40 && commit.bytes().all(|b| b.is_ascii_hexdigit());
     let is_version = version.split('.').count() == 3;
-    (!is_commit || !is_version).then(|| format!("{action}: give the commit, and `# v1.2.3` behind it"))
+    (!is_commit || !is_version)
+        .then(|| format!("{action}: give the commit, and `# v1.2.3` behind it"))
 }
 
 /// The retired runners that a workflow asks for.
@@ -108,7 +109,14 @@ fn packages() -> Vec<Value> {
     let metadata = |more: &[&str]| {
         let mut command = Command::new(env!("CARGO"));
         command.current_dir(env!("CARGO_MANIFEST_DIR"));
-        command.args(["metadata", "--format-version", "1", "--locked", "--all-features", "--offline"]);
+        command.args([
+            "metadata",
+            "--format-version",
+            "1",
+            "--locked",
+            "--all-features",
+            "--offline",
+        ]);
         command.args(more).output().expect("cargo runs")
     };
     let version = Command::new("rustc").arg("-vV").output().expect("rustc runs");

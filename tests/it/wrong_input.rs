@@ -72,7 +72,11 @@ const CASES: &[(&str, u8, &str)] = &[
     ("verify gone", 2, "gone is not a folder"),
     ("forget gone --session s", 2, "gone is not a folder"),
     ("export gone --session s --format tir", 2, "gone is not a folder"),
-    ("export out --session archive_s0001 --format tir --tyre front --bikes gone", 2, "gone is not a folder"),
+    (
+        "export out --session archive_s0001 --format tir --tyre front --bikes gone",
+        2,
+        "gone is not a folder",
+    ),
     // a folder that is no output
     ("verify photos", 2, "photos is not an output of roadbench"),
     ("report photos", 2, "photos is not an output of roadbench"),
@@ -103,12 +107,36 @@ const CASES: &[(&str, u8, &str)] = &[
     // one kind of file in the place of another
     ("modes bike.toml", 2, "this is a bike file, and a motorcycle file"),
     ("modes scenario.toml", 2, "this is a scenario, and a motorcycle file"),
-    ("map LOG --bike motorcycle.toml", 2, "this is a motorcycle file of the simulator, and a bike file is wanted"),
-    ("run LOG --bikes BIKES --out new --pipeline bike.toml", 2, "this is a bike file, and a pipeline is wanted"),
-    ("diagnose LOG --bikes BIKES --out new --pipeline map.toml", 2, "this is a channel map, and a pipeline"),
-    ("run LOG --bikes BIKES --out new --map pipeline.toml", 2, "this is a pipeline, and a channel map is wanted"),
-    ("run LOG --bikes BIKES --out new --model motorcycle.toml", 2, "and a model of `diagnose` is wanted"),
-    ("tyre motorcycle.toml", 2, "this is a motorcycle file of the simulator, and a tyre file is wanted"),
+    (
+        "map LOG --bike motorcycle.toml",
+        2,
+        "this is a motorcycle file of the simulator, and a bike file is wanted",
+    ),
+    (
+        "run LOG --bikes BIKES --out new --pipeline bike.toml",
+        2,
+        "this is a bike file, and a pipeline is wanted",
+    ),
+    (
+        "diagnose LOG --bikes BIKES --out new --pipeline map.toml",
+        2,
+        "this is a channel map, and a pipeline",
+    ),
+    (
+        "run LOG --bikes BIKES --out new --map pipeline.toml",
+        2,
+        "this is a pipeline, and a channel map is wanted",
+    ),
+    (
+        "run LOG --bikes BIKES --out new --model motorcycle.toml",
+        2,
+        "and a model of `diagnose` is wanted",
+    ),
+    (
+        "tyre motorcycle.toml",
+        2,
+        "this is a motorcycle file of the simulator, and a tyre file is wanted",
+    ),
     ("simulate pipeline.toml --out new", 2, "this is a pipeline, and a scenario is wanted"),
     ("simulate motorcycle.toml --out new", 2, "and a scenario is wanted"),
     ("plan bike.toml", 2, "this is a bike file, and a scenario is wanted"),
