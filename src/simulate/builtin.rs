@@ -2,20 +2,40 @@
 
 use std::path::PathBuf;
 
-use super::motocross::scenario as motocross;
-use super::track::scenario as track;
-use super::{scenario, tour};
 use crate::contract::schema::meant;
 
 /// Name and text of scenarios of one kind.
-type List = &'static [(&'static str, &'static str)];
+pub type List = &'static [(&'static str, &'static str)];
+
+/// Of the reduced-order motorcycle.
+pub const REDUCED: List = &[
+    ("archive", include_str!("../../pipelines/scenarios/archive.toml")),
+    ("perfect", include_str!("../../pipelines/scenarios/perfect.toml")),
+    ("paper", include_str!("../../pipelines/scenarios/paper.toml")),
+    ("naturalistic", include_str!("../../pipelines/scenarios/naturalistic.toml")),
+    ("demo", include_str!("../../pipelines/scenarios/demo.toml")),
+];
+
+/// Of the nonlinear motorcycle.
+pub const TOURS: List = &[
+    ("characterise", include_str!("../../pipelines/scenarios/characterise.toml")),
+    ("lane_change", include_str!("../../pipelines/scenarios/lane_change.toml")),
+    ("grip_limit", include_str!("../../pipelines/scenarios/grip_limit.toml")),
+];
+
+/// On a closed track.
+pub const TRACKS: List = &[("track", include_str!("../../pipelines/scenarios/track.toml"))];
+
+/// Off-road.
+pub const MOTOCROSS: List =
+    &[("motocross", include_str!("../../pipelines/scenarios/motocross.toml"))];
 
 /// Every built-in scenario, by what rides it.
 pub const ALL: [(&str, List); 4] = [
-    ("reduced-order motorcycle", scenario::BUILTIN),
-    ("nonlinear motorcycle", tour::BUILTIN),
-    ("nonlinear motorcycle on a closed track", track::BUILTIN),
-    ("motocross, off-road", motocross::BUILTIN),
+    ("reduced-order motorcycle", REDUCED),
+    ("nonlinear motorcycle", TOURS),
+    ("nonlinear motorcycle on a closed track", TRACKS),
+    ("motocross, off-road", MOTOCROSS),
 ];
 
 /// Names of every built-in scenario.

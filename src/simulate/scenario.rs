@@ -29,13 +29,7 @@ use crate::objects::files::read_text;
 use crate::statistics::random::Random;
 
 /// Built-in scenarios by name.
-pub const BUILTIN: &[(&str, &str)] = &[
-    ("archive", include_str!("../../pipelines/scenarios/archive.toml")),
-    ("perfect", include_str!("../../pipelines/scenarios/perfect.toml")),
-    ("paper", include_str!("../../pipelines/scenarios/paper.toml")),
-    ("naturalistic", include_str!("../../pipelines/scenarios/naturalistic.toml")),
-    ("demo", include_str!("../../pipelines/scenarios/demo.toml")),
-];
+pub const BUILTIN: builtin::List = builtin::REDUCED;
 
 /// What the bike file cannot say and the simulation must know, with defaults: dotted path,
 /// default, meaning.
