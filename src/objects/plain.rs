@@ -33,7 +33,7 @@ pub fn plain(message: &str) -> Cow<'_, str> {
     Cow::Owned(text + rest)
 }
 
-/// Plain words for a kind of error; the system's own where there are none.
+/// Plain words for a kind of error; the system's own, which are plain enough, for the others.
 fn words(kind: ErrorKind, system: &str) -> String {
     let words = match kind {
         ErrorKind::NotFound => "file not found",
@@ -41,11 +41,8 @@ fn words(kind: ErrorKind, system: &str) -> String {
         ErrorKind::IsADirectory => "it is a folder, not a file",
         ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
         ErrorKind::AlreadyExists => "it is there already",
-        ErrorKind::StorageFull => "no space left on the disk",
-        ErrorKind::QuotaExceeded => "the disk quota is used up",
         ErrorKind::ReadOnlyFilesystem => "the disk is read-only",
-        ErrorKind::FileTooLarge => "the file would be too large",
-        _ => return system.to_lowercase(),
+        _ => system,
     };
     words.to_owned()
 }
