@@ -13,6 +13,7 @@ use roadbench::diagnose::road::ride_plan;
 #[pyfunction]
 pub fn plan(py: Python<'_>, scenario: &str, pipeline: PathBuf) -> PyResult<String> {
     let pipeline = errors::pipeline(&pipeline)?;
+    let scenario = ride_plan::scenario(scenario).map_err(PyValueError::new_err)?;
     let plan = py.detach(|| ride_plan::plan(scenario, &pipeline));
     json(&plan.map_err(PyValueError::new_err)?)
 }

@@ -12,6 +12,7 @@ use crate::contract::bike::{self, Bike, DEFAULT, STANDS_IN_FOR};
 use crate::effects::Who;
 use crate::ingest::{UNREACHABLE, UNREADABLE};
 use crate::objects::Location;
+use crate::objects::plain::plain;
 use crate::pipeline::{Pipeline, Rejection};
 use crate::tables::names::is_plain;
 
@@ -104,7 +105,15 @@ impl<'a> BikeFiles<'a> {
                 there.into_iter().map(|e| e.key).collect()
             }
             Some(path) => {
-                let there = std::fs::read_dir(path).map_err(|e| fail(e.to_string()))?;
+                let there = std::fs::read_dir(path).map_err(|e| match e.kind() {
+                    ErrorKind::NotFound => {
+                        fail("file not found; give a folder of bike files".into())
+                    }
+                    ErrorKind::NotADirectory => {
+                        fail("this is a file; give the folder that it is in".into())
+                    }
+                    _ => fail(plain(&e.to_string()).into_owned()),
+                })?;
                 let name = |e: std::fs::DirEntry| e.file_name().to_string_lossy().into_owned();
                 there.filter_map(|e| e.ok().map(name)).collect()
             }

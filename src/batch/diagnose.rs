@@ -69,7 +69,7 @@ impl Work for DiagnoseWork {
         }
         Ok(Output {
             ident: d.ident,
-            samples: 0,
+            samples: d.n_samples,
             files,
             result: Some(Verdict { summary: d.summary, causes: d.causes }),
         })

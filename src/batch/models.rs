@@ -98,7 +98,7 @@ fn is_model(name: &str) -> bool {
 
 fn text(at: &Location) -> Result<String, String> {
     let bytes = at.read().map_err(|e| match e.kind() {
-        ErrorKind::NotFound => format!("{at}: there is no such file or folder"),
+        ErrorKind::NotFound => format!("{at}: file not found"),
         _ => format!("{at}: {e}"),
     })?;
     String::from_utf8(bytes).map_err(|_| format!("{at}: it is not UTF-8 text"))

@@ -18,6 +18,7 @@ use crate::contract::instant;
 use crate::contract::session::Meta;
 use crate::effects::Who;
 use crate::ingest::Identified;
+use crate::objects::plain::plain;
 use crate::objects::{Location, source};
 use crate::pipeline::{Pipeline, Rejection};
 use crate::tables::rows::Rejected;
@@ -280,7 +281,7 @@ pub fn row(
         bike_id,
         stage: rejection.stage.to_owned(),
         code: rejection.code.to_owned(),
-        message: rejection.message,
+        message: plain(&rejection.message).into_owned(),
         limits: rejection.limits,
         input_hash,
         version: crate::VERSION.to_owned(),

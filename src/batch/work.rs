@@ -75,7 +75,7 @@ pub trait Work: Sync {
 pub struct Output<R> {
     /// Session, bike and start, as the log was read.
     pub ident: Ident,
-    /// Samples on the common clock; 0 where they are not counted.
+    /// Samples on the common clock.
     pub samples: i64,
     /// Its files, the commit marker's among them.
     pub files: Vec<SessionFile>,

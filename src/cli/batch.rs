@@ -16,6 +16,7 @@ use crate::batch::fence::{Asked, Fenced};
 use crate::batch::{self, Maps, Settings, State, Work};
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
+use crate::cli::log;
 use crate::objects::Location;
 use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;
@@ -147,6 +148,7 @@ impl Options {
     /// # Errors
     /// A file cannot be read, or is not what it should be.
     pub fn read(&self) -> Result<Given, Failure> {
+        self.inputs.iter().try_for_each(log::refuse_own)?;
         let pipeline = match &self.pipeline {
             Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
             None => Pipeline::onroad(),

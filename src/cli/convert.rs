@@ -8,6 +8,7 @@ use clap::ValueHint;
 use crate::cli::bike::bad_name;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
+use crate::cli::log::{self, rejected};
 use crate::cli::say::{put, say, tell};
 use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
@@ -64,6 +65,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         outputs.apart_from([&arguments.log])?;
         outputs.apart_from_files(arguments.map.iter().chain(&arguments.dbc))?;
     }
+    log::require(&arguments.log)?;
     let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
     let maps = with_aids(maps, &aids);
@@ -78,7 +80,6 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
         *slot = value;
     }
-    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
     if let Some(message) = arguments.bike.as_deref().and_then(bad_name) {
         return Err(Failure::Usage(format!("--bike: {message}")));
     }

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 
-use crate::batch::models;
 use crate::batch::reading::Reading;
+use crate::batch::{mark, models};
 use crate::cli::failure::Failure;
-use crate::cli::location::location;
+use crate::cli::location::{location, require_folder};
 use crate::export::written::{self, Format, Request, Set, Tyre, Written};
 use crate::objects::Location;
 use crate::tables::output::{self, Outputs};
@@ -59,6 +59,9 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    require_folder(&arguments.out)?;
+    mark::require(&Location::from(&arguments.out))?;
+    arguments.bikes.as_deref().map_or(Ok(()), require_folder)?;
     if let Some(file) = &arguments.file {
         let mut outputs = Outputs::default();
         outputs.tables(&(&arguments.out).into());

@@ -1,5 +1,6 @@
 //! Why a command did not do what it was asked; each kind has its exit code.
 
+use crate::objects::plain::plain;
 use crate::tables::output::Refusal;
 
 /// A message for stderr, by kind.
@@ -16,11 +17,12 @@ pub enum Failure {
 impl Failure {
     /// Exit code and message.
     pub fn parts(self) -> (u8, String) {
-        match self {
+        let (code, message) = match self {
             Failure::Rejected(message) => (1, message),
             Failure::Usage(message) => (2, message),
             Failure::Output(message) => (3, message),
-        }
+        };
+        (code, plain(&message).into_owned())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::batch::forget::{Which, forget};
 use crate::cli::failure::Failure;
-use crate::cli::location::location;
+use crate::cli::location::{location, require_folder};
 use crate::cli::say::say;
 use crate::objects::Location;
 use crate::report::number_format::count;
@@ -41,9 +41,7 @@ struct Named {
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let Arguments { out, named, dry_run } = arguments;
-    if out.as_path().is_some_and(|path| !path.is_dir()) {
-        return Err(Failure::Usage(format!("{out} is not a folder")));
-    }
+    out.as_path().map_or(Ok(()), require_folder)?;
     let which = Which { sessions: named.session, bikes: named.bike, missing: named.missing };
     let gone = forget(&out, &which, !dry_run)?;
     for one in &gone {

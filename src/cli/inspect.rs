@@ -6,7 +6,8 @@ use clap::ValueHint;
 
 use crate::cli::failure::Failure;
 use crate::cli::inspect_source::{Form, print, show};
-use crate::cli::location::location;
+use crate::cli::location::{location, require_folder};
+use crate::cli::log::{self, rejected};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::coefficient::{Coefficient, Requirement, Source};
@@ -61,6 +62,10 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    log::require(&arguments.log)?;
+    if let Some(folder) = &arguments.bikes {
+        require_folder(folder)?;
+    }
     let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
     let maps = with_aids(maps, &aids);
@@ -68,7 +73,6 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
-    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
     let form = match (arguments.propose, arguments.json) {
         (true, _) => Form::Draft,
         (_, true) => Form::Json,

@@ -6,6 +6,7 @@ use std::io::Write as _;
 use serde::Serialize;
 
 use crate::cli::failure::Failure;
+use crate::cli::log::rejected;
 use crate::cli::number::number;
 use crate::cli::say::tell;
 use crate::ingest::aids::Aids;
@@ -66,7 +67,6 @@ pub fn show(
     form: Form,
     why: Option<ingest::Error>,
 ) -> Result<(), Failure> {
-    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
     let Some(survey) = survey(log, aids).map_err(rejected)? else {
         return Err(why.map_or_else(
             || {

@@ -6,6 +6,8 @@ use indicatif::ProgressBar;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::fmt;
 
+use crate::objects::plain::plain;
+
 /// How log events are written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum LogFormat {
@@ -62,9 +64,10 @@ struct Lines {
 
 impl Write for Lines {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        let text = String::from_utf8_lossy(line);
         // a full disk or a pipe that has ended behind stderr is no reason to stop; an error would make the
         // subscriber say so on stderr, which panics
-        let _ = self.bar.suspend(|| io::stderr().write_all(line));
+        let _ = self.bar.suspend(|| io::stderr().write_all(plain(&text).as_bytes()));
         Ok(line.len())
     }
 

@@ -9,6 +9,7 @@ use clap::ValueHint;
 use crate::cli::failure::Failure;
 use crate::cli::inspect_source::print;
 use crate::cli::location::location;
+use crate::cli::log::{self, rejected};
 use crate::cli::say::{say, tell};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
@@ -17,10 +18,10 @@ use crate::ingest::judge::{by_motion, draft};
 use crate::ingest::listing::Listing;
 use crate::ingest::map::ChannelMap;
 use crate::ingest::map::file::with_aids;
+use crate::ingest::map_for;
 use crate::ingest::propose::compare::{Comparison, compare, mend};
 use crate::ingest::propose::physics::{Verdict, Verdicts};
 use crate::ingest::survey::survey;
-use crate::ingest::{self, map_for};
 use crate::objects::Location;
 use crate::objects::files::read_text;
 use crate::tables::output::{self, Outputs};
@@ -53,7 +54,7 @@ pub struct Arguments {
 /// # Errors
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    let rejected = |e: ingest::Error| Failure::Rejected(format!("{e} ({})", e.code));
+    log::require(&arguments.log)?;
     if let Some(out) = &arguments.out {
         let mut outputs = Outputs::default();
         outputs.file("--out", &out.into())?;
@@ -70,14 +71,16 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
         None => None,
     };
+    let map = arguments.map.as_deref().map(ChannelMap::read).transpose().map_err(Failure::Usage)?;
     let log = &arguments.log;
     let Some(survey) = survey(log, &aids).map_err(rejected)? else {
         let what = "is of a format whose channels cannot be listed without a channel map";
         return Err(Failure::Usage(format!("{log} {what}")));
     };
     let mut verdicts = by_motion(log, &aids, &survey, radii).map_err(rejected)?;
-    if let Some(path) = &arguments.map {
-        return check(&arguments, path, &aids, &survey.listing, &verdicts);
+    if let (Some(path), Some(map)) = (&arguments.map, map) {
+        let maps = with_aids(vec![map], &aids);
+        return check(&arguments, path, &maps, &survey.listing, &verdicts);
     }
     let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
     if terminal && arguments.out.is_some() {
@@ -102,14 +105,11 @@ fn put_map(arguments: &Arguments, text: &str, said: &str) -> Result<(), Failure>
 fn check(
     arguments: &Arguments,
     path: &std::path::Path,
-    aids: &Aids,
+    maps: &[ChannelMap],
     listing: &Listing,
     verdicts: &Verdicts,
 ) -> Result<(), Failure> {
-    let map = ChannelMap::read(path).map_err(Failure::Usage)?;
-    let maps = with_aids(vec![map], aids);
-    let fitted = map_for(&arguments.log, &maps)
-        .map_err(|e| Failure::Rejected(format!("{e} ({})", e.code)))?;
+    let fitted = map_for(&arguments.log, maps).map_err(rejected)?;
     let Some(fitted) = fitted else {
         let message = format!("{} is session.v1: it needs no channel map", arguments.log);
         return Err(Failure::Usage(message));

@@ -29,6 +29,7 @@ pub mod forget;
 pub mod inspect;
 pub mod inspect_source;
 mod location;
+mod log;
 pub mod logging;
 mod machine;
 pub mod map;

@@ -6,6 +6,7 @@ use clap::builder::NonEmptyStringValueParser;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::say;
+use crate::motorcycle::description::BUILTIN;
 use crate::motorcycle::modes::{Mode, Name, over_speed};
 use crate::motorcycle::{Model, Motorcycle, Road};
 use crate::objects::Location;
@@ -17,9 +18,7 @@ use crate::tables::rows::ModeRow;
 /// Eigenvalues of a motorcycle over speed: weave, wobble, capsize
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A built-in motorcycle (sports_small, sports_touring, sharp_1971, benchmark_bicycle) or a
-    /// motorcycle file.
-    #[arg(value_parser = NonEmptyStringValueParser::new())]
+    #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
     motorcycle: String,
     /// Lowest speed, m/s.
     #[arg(long, default_value_t = 4.0, value_name = "SPEED")]
@@ -37,6 +36,12 @@ pub struct Arguments {
 
 /// What is written into the folder.
 const FILES: [&str; 2] = ["modes.parquet", "modes.svg"];
+
+/// What is said of a motorcycle.
+pub(super) fn help() -> String {
+    let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+    format!("A built-in motorcycle ({}) or a motorcycle file", names.join(", "))
+}
 
 /// Runs the command.
 ///

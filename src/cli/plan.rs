@@ -8,15 +8,14 @@ use crate::cli::say::say;
 use crate::cli::steps::Steps;
 use crate::diagnose::road::advice::ALIKE;
 use crate::diagnose::road::null_calibration::LARGEST_LIMIT;
-use crate::diagnose::road::ride_plan::{EffectLimit, RidePlan, plan};
+use crate::diagnose::road::ride_plan::{self, EffectLimit, RidePlan};
 use crate::pipeline::Pipeline;
+use crate::simulate::scenario::BUILTIN;
 
 /// What a ride would and would not tell of the causes that `diagnose` looks for, before it is ridden
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A built-in scenario (archive, perfect, paper, naturalistic) or a scenario file: its first
-    /// session is ridden.
-    #[arg(value_parser = NonEmptyStringValueParser::new())]
+    #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
     scenario: String,
     /// Settings of the stages; a file or onroad (the default).
     #[arg(long, value_name = "FILE")]
@@ -24,6 +23,13 @@ pub struct Arguments {
     /// Print effects and pairs as JSON, one object a line, instead of tables.
     #[arg(long)]
     json: bool,
+}
+
+/// What is said of the scenario.
+fn help() -> String {
+    let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+    let names = names.join(", ");
+    format!("A built-in scenario ({names}) or a scenario file: its first session is ridden")
 }
 
 /// Runs the command.
@@ -35,8 +41,9 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
         Some(path) => Pipeline::read(path).map_err(Failure::Usage)?,
         None => Pipeline::onroad(),
     };
+    let scenario = ride_plan::scenario(&arguments.scenario).map_err(Failure::Usage)?;
     let steps = Steps::begin(bar, crate::effects::ALL.len(), "effects on a simulated ride");
-    let planned = plan(&arguments.scenario, &pipeline);
+    let planned = ride_plan::plan(scenario, &pipeline);
     drop(steps);
     let RidePlan { scenario, duration, effects, pairs } = planned.map_err(Failure::Usage)?;
     if arguments.json {

@@ -7,7 +7,9 @@ use clap::builder::NonEmptyStringValueParser;
 use indicatif::ProgressBar;
 
 use crate::cli::failure::Failure;
-use crate::cli::location::location;
+use crate::cli::location::{location, require_folder};
+use crate::cli::log::{self, rejected};
+use crate::cli::modes;
 use crate::cli::say::say;
 use crate::cli::steps::Steps;
 use crate::contract::bike::Bike;
@@ -30,8 +32,7 @@ pub struct Arguments {
     /// A log.
     #[arg(value_parser = location(), value_hint = ValueHint::AnyPath)]
     log: Location,
-    /// The motorcycle that brakes: built in, or a motorcycle file.
-    #[arg(long, value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, help = motorcycle_help(), value_parser = NonEmptyStringValueParser::new())]
     motorcycle: String,
     /// Its front tyre instead of its own: a published set or a .tir or .toml file.
     #[arg(long, value_name = "TYRE", value_parser = NonEmptyStringValueParser::new())]
@@ -51,6 +52,11 @@ pub struct Arguments {
     /// Folder for the table (replay.parquet) and the figure (replay.svg).
     #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
     out: Option<Location>,
+}
+
+/// What is said of the motorcycle.
+fn motorcycle_help() -> String {
+    format!("The motorcycle that brakes. {}", modes::help())
 }
 
 /// What is written into the folder.
@@ -74,6 +80,8 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
                 .chain(&arguments.rear_tyre),
         )?;
     }
+    log::require(&arguments.log)?;
+    require_folder(&arguments.bikes)?;
     let model = model(arguments)?;
     let (session, segments) = session(arguments)?;
     let brakings: Vec<&Segment> =
@@ -139,8 +147,7 @@ fn model(arguments: &Arguments) -> Result<Model, Failure> {
 fn session(arguments: &Arguments) -> Result<(Session, Vec<Segment>), Failure> {
     let maps = ChannelMap::read_all(&arguments.map).map_err(Failure::Usage)?;
     let pipeline = Pipeline::onroad();
-    let raw = ingest::read(&arguments.log, &maps)
-        .map_err(|e| Failure::Rejected(format!("{e} ({})", e.code)))?;
+    let raw = ingest::read(&arguments.log, &maps).map_err(rejected)?;
     let file = arguments.bikes.join(format!("{}.toml", raw.meta.bike_id));
     let bike = Bike::read(&file).map_err(|e| Failure::Usage(e.to_string()))?;
     let (mut session, _) = pipeline::prepare_raw(raw, &bike, &pipeline)

@@ -9,6 +9,7 @@ use crate::batch::mark;
 use crate::batch::reading::Reading;
 use crate::cli::browser;
 use crate::cli::failure::Failure;
+use crate::cli::location::require_folder;
 use crate::cli::say::say;
 use crate::contract::bike::Axle;
 use crate::objects::Location;
@@ -121,12 +122,13 @@ impl Copies {
 /// See [`Failure`].
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let out = arguments.out;
-    if !out.is_dir() {
-        return Err(Failure::Usage(format!("{} is not a folder", out.display())));
-    }
+    require_folder(&out)?;
     let benches = arguments.bench.iter().map(|bench| read_bench(bench));
     let benches = benches.collect::<Result<Vec<_>, Failure>>()?;
     mark::require(&Location::from(&out))?;
+    if let Some(session) = &arguments.session {
+        report::open::require_session(&out, session).map_err(failure)?;
+    }
     let mut outputs = Outputs::default();
     outputs.tables(&(&out).into());
     arguments.copies.declare(&mut outputs)?;

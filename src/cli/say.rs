@@ -3,6 +3,8 @@
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
 
+use crate::objects::plain::plain;
+
 /// Writes to stdout. A closed pipe is no error; any other failure is reported on
 /// stderr, once per line.
 pub fn write(text: Arguments<'_>) {
@@ -16,7 +18,7 @@ pub fn write(text: Arguments<'_>) {
 
 /// Writes to stderr; where that fails nobody can be told.
 pub fn remark(text: Arguments<'_>) {
-    let _ = std::io::stderr().write_fmt(text);
+    let _ = std::io::stderr().write_all(plain(&text.to_string()).as_bytes());
 }
 
 /// As `eprint!`, without its panic.

@@ -14,6 +14,7 @@ use crate::effects::tyre_file;
 use crate::ingest::write_session;
 use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
+use crate::simulate::builtin;
 use crate::simulate::compare::Quantity;
 use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
@@ -29,10 +30,7 @@ use crate::tables::output::{Outputs, is_output};
 /// Write a synthetic archive with known truth beside it
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A built-in scenario (archive, perfect, paper, naturalistic, demo; characterise, lane_change,
-    /// grip_limit with the nonlinear motorcycle; track on a closed track, with foreign logs; motocross
-    /// off-road) or a scenario file.
-    #[arg(value_parser = NonEmptyStringValueParser::new())]
+    #[arg(help = help(), value_parser = NonEmptyStringValueParser::new())]
     scenario: String,
     /// Folder of the archive: sessions/, bikes/ and truth/ are made in it.
     #[arg(long, value_parser = location(), value_hint = ValueHint::AnyPath)]
@@ -50,6 +48,11 @@ pub struct Arguments {
     /// Ride with the scenario's own tyres too, and compare the peaks: table and figure.
     #[arg(long)]
     compare: bool,
+}
+
+/// What is said of the scenario.
+fn help() -> String {
+    format!("A scenario file, or a built-in scenario: {}", builtin::listed())
 }
 
 /// Runs the command.

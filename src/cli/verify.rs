@@ -2,7 +2,7 @@
 
 use crate::batch::verify::{Mended, mend, verify};
 use crate::cli::failure::Failure;
-use crate::cli::location::location;
+use crate::cli::location::{location, require_folder};
 use crate::cli::say::say;
 use crate::objects::Location;
 use crate::report::number_format::count;
@@ -31,9 +31,7 @@ pub struct Arguments {
 /// See [`Failure`]; exit code 1 where the output is damaged.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let Arguments { out, no_logs, mend: mends, lose } = arguments;
-    if out.as_path().is_some_and(|path| !path.is_dir()) {
-        return Err(Failure::Usage(format!("{out} is not a folder")));
-    }
+    out.as_path().map_or(Ok(()), require_folder)?;
     let done = verify(&out, !no_logs)?;
     for finding in &done.findings {
         say!("{finding}");

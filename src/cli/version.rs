@@ -13,7 +13,7 @@ pub fn long() -> &'static str {
             _ => "",
         };
         // the release workflow sets it; nothing is asked of git where there may be none
-        let commit = option_env!("ROADBENCH_COMMIT").unwrap_or("not told");
+        let commit = option_env!("ROADBENCH_COMMIT").unwrap_or("unknown");
         let (system, machine) = (std::env::consts::OS, std::env::consts::ARCH);
         let features = if has.is_empty() { "none".to_owned() } else { has.join(", ") };
         format!(

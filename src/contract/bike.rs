@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::file_kind::FileKind;
 use super::schema::{Key, KeyTable};
 use crate::GRAVITY;
 use crate::objects::files::read_text;
@@ -178,12 +179,12 @@ impl Bike {
     /// # Errors
     /// As [`Bike::read`].
     pub fn parse(text: &str, bike_id: &str, path: &Path) -> Result<Self, Error> {
-        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| Error::Syntax {
+        let mut table: toml::Table = text.parse().map_err(|e: toml::de::Error| Error::Syntax {
             path: path.to_owned(),
             message: e.to_string(),
         })?;
         let fail = |message: String| Error::Key { path: path.to_owned(), message };
-        let mut table = table;
+        FileKind::Bike.expect(text).map_err(fail)?;
         let uncertainty = match table.remove("uncertainty") {
             None => toml::Table::new(),
             Some(toml::Value::Table(t)) => t,

@@ -6,6 +6,7 @@ pub mod bike;
 pub mod channel;
 pub mod coefficient;
 pub mod error_source;
+pub mod file_kind;
 pub mod fleet_event;
 pub mod instant;
 pub mod residual_channel;

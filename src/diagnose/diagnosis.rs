@@ -28,6 +28,8 @@ pub struct Diagnosis {
     /// Whether the sizes in `causes` are pooled over sessions with their own errors: those under a model
     /// that is known to be wrong are pooled with twice that.
     pub poolable: bool,
+    /// Samples on the session's common clock.
+    pub n_samples: i64,
     /// The verdict for a terminal: lines without colour, the last one not ended.
     pub summary: String,
 }
@@ -50,6 +52,7 @@ impl From<RoadDiagnosis> for Diagnosis {
                 [d.naming.alarm, RoadTuning::default().alarm],
             ),
             poolable: d.is_poolable(),
+            n_samples: d.n_samples,
             ident: d.ident,
             site: d.site,
             causes: d.causes,
@@ -72,6 +75,7 @@ impl From<OffroadDiagnosis> for Diagnosis {
                 [d.naming.alarm, OffroadTuning::default().alarm],
             ),
             poolable: false,
+            n_samples: d.n_samples,
             ident: d.ident,
             site: None,
             causes: d.causes,

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::remove::remove;
 use super::{Effect, ModelError};
 use crate::contract::bike::Bike;
+use crate::contract::file_kind::FileKind;
 use crate::contract::schema::with_hint;
 use crate::contract::session::Session;
 use crate::objects::files::read_text;
@@ -83,6 +84,7 @@ impl ExtendedModel {
     /// A sentence that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, String> {
         let fail = |e: String| format!("model {name}: {e}");
+        FileKind::Model.expect(text).map_err(fail)?;
         let model: ExtendedModel =
             toml::from_str(text).map_err(|e| fail(with_hint(&e.to_string())))?;
         for (name, found) in &model.effects {

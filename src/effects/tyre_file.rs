@@ -19,6 +19,7 @@ use serde::Deserialize;
 use super::extended_tyre::ExtendedTyre;
 use super::{Effect, ModelError};
 use crate::contract::bike::Axle;
+use crate::contract::file_kind::FileKind;
 use crate::contract::schema::{refuse_infinite, with_hint};
 use crate::model::custom::Custom;
 use crate::model::tir::{self, Error};
@@ -48,6 +49,7 @@ pub fn load(name_or_path: &str) -> Result<Box<dyn TyreModel>, Error> {
 /// # Errors
 /// Names the key.
 pub fn parse(text: &str) -> Result<Box<dyn TyreModel>, String> {
+    FileKind::Tyre.expect(text)?;
     let mut table: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
     refuse_infinite(&table)?;
     let (effects, crown) = (table.remove(EFFECTS), table.remove(CROWN));

@@ -1,6 +1,7 @@
 //! Why a log cannot be used.
 
 use crate::objects::Location;
+use crate::objects::plain::plain;
 
 /// Why a log cannot be used; `code` is the `rejected` table's.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -37,6 +38,6 @@ impl Error {
             _ if log.is_remote() => UNREACHABLE,
             _ => UNREADABLE,
         };
-        Error::new(code, format!("cannot read {log}: {error}"))
+        Error::new(code, plain(&format!("cannot read {log}: {error}")))
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use crate::contract::file_kind::FileKind;
 use crate::contract::schema::{KeyTable, Values};
 use crate::effects::tyre_file;
 use crate::model::published;
@@ -190,6 +191,7 @@ impl Motorcycle {
         let fail = |message: String| Error::Key { path: path.to_owned(), message };
         let table: toml::Table =
             text.parse().map_err(|e: toml::de::Error| fail(format!("not valid TOML: {e}")))?;
+        FileKind::Motorcycle.expect(text).map_err(fail)?;
         let values = schema().check(&table).map_err(fail)?;
         let motorcycle = assemble(&values, id, path).map_err(fail)?;
         motorcycle.check().map_err(fail)?;

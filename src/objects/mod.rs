@@ -13,6 +13,7 @@
 //! client     list, get, put, delete in a store, one request after the other
 //! lease      a run's lock on a prefix
 //! counts     how many requests were made
+//! plain      what the system says of files, in plain words
 //! ```
 //!
 //! Credentials and endpoints are taken from the environment, as each store's own tools do
@@ -27,6 +28,7 @@ pub mod lease;
 pub mod location;
 pub mod packed;
 mod pattern;
+pub mod plain;
 pub mod replace;
 pub mod search;
 pub mod source;

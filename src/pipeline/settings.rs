@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contract::file_kind::FileKind;
 use crate::contract::schema::KeyTable;
 use crate::effects::models::Models;
 use crate::objects::files::read_text;
@@ -92,10 +93,10 @@ impl Pipeline {
     /// # Errors
     /// A sentence that names the file and the key.
     pub fn parse(text: &str, name: &str) -> Result<Self, String> {
-        let pipeline: Pipeline = toml::from_str(text).map_err(|e| {
-            format!("pipeline {name}: {}", crate::contract::schema::with_hint(&e.to_string()))
-        })?;
         let fail = |e: String| format!("pipeline {name}: {e}");
+        FileKind::Pipeline.expect(text).map_err(fail)?;
+        let pipeline: Pipeline = toml::from_str(text)
+            .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
         // the text, not the settings: what it leaves out is in order
         let given: toml::Table = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
         KeyTable::embedded("pipeline").check_ranges(&given).map_err(fail)?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::contract::schema;
 use crate::report::assets::{self, Pages};
 use crate::report::diagnosis::sessions::Diagnosed;
+use crate::report::diagnosis::tables::causes;
 use crate::report::error::Error;
 use crate::report::lock::Lock;
 use crate::report::session::{bench_values, write::Writer};
@@ -86,6 +87,21 @@ fn find(keys: &[(&str, &str)], session: &str, bike: Option<&str>) -> Result<usiz
             "several bikes have a session `{session}`: say which with --bike ({})",
             bikes()
         )),
+    }
+}
+
+/// Makes sure that an output has a session, of whichever bike: one of a run or one that was diagnosed.
+///
+/// # Errors
+/// There is none of that name, or a table cannot be read.
+pub fn require_session(out: &Path, session: &str) -> Result<(), Error> {
+    let (ridden, diagnosed) = (tables::sessions(out)?, causes(out)?);
+    let idents = ridden.iter().map(|s| &s.ident).chain(diagnosed.iter().map(|c| &c.ident));
+    let keys: Vec<(&str, &str)> =
+        idents.map(|i| (i.bike_id.as_str(), i.session_id.as_str())).collect();
+    match keys.iter().any(|key| key.1 == session) {
+        true => Ok(()),
+        false => find(&keys, session, None).map(|_| ()).map_err(Error::NoSession),
     }
 }
 

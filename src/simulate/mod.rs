@@ -11,7 +11,7 @@
 //! Seeded and deterministic: a session depends on the scenario and its own number only.
 
 pub mod bench_points;
-mod builtin;
+pub mod builtin;
 pub mod compare;
 pub mod hidden;
 pub mod hidden_offroad;

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::builtin;
 use super::motorcycle::Plant;
 use super::plan::Plan;
 use super::rider::Disturbance;
@@ -16,8 +17,9 @@ use super::sensors::Sensors;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
+use crate::contract::file_kind::FileKind;
+use crate::contract::schema::closest;
 use crate::contract::schema::refuse_infinite_in;
-use crate::contract::schema::{closest, meant};
 use crate::effects::{Effect, ModelError};
 use crate::model::dive::{PITCH_GYRATION, contact_arms};
 use crate::model::tyre::NO_LIMIT;
@@ -27,13 +29,7 @@ use crate::objects::files::read_text;
 use crate::statistics::random::Random;
 
 /// Built-in scenarios by name.
-pub const BUILTIN: &[(&str, &str)] = &[
-    ("archive", include_str!("../../pipelines/scenarios/archive.toml")),
-    ("perfect", include_str!("../../pipelines/scenarios/perfect.toml")),
-    ("paper", include_str!("../../pipelines/scenarios/paper.toml")),
-    ("naturalistic", include_str!("../../pipelines/scenarios/naturalistic.toml")),
-    ("demo", include_str!("../../pipelines/scenarios/demo.toml")),
-];
+pub const BUILTIN: builtin::List = builtin::REDUCED;
 
 /// What the bike file cannot say and the simulation must know, with defaults: dotted path,
 /// default, meaning.
@@ -145,12 +141,8 @@ impl Scenario {
     /// # Errors
     /// There is none of that name, or it does not load (a defect that a test would find).
     pub fn builtin(name: &str) -> Result<Self, String> {
-        let (_, text) = BUILTIN.iter().find(|(n, _)| *n == name).ok_or_else(|| {
-            let names: Vec<&str> = BUILTIN.iter().map(|(n, _)| *n).collect();
-            let others = ["characterise", "lane_change", "grip_limit", "track", "motocross"];
-            let meant = meant(name, names.iter().copied().chain(others));
-            format!("no scenario `{name}`{meant}; give a file, or one of {}", names.join(", "))
-        })?;
+        let found = BUILTIN.iter().find(|(n, _)| *n == name);
+        let (_, text) = found.ok_or_else(|| builtin::unknown(name))?;
         Self::parse(text, name)
     }
 
@@ -174,6 +166,7 @@ impl Scenario {
     /// A sentence that names the key.
     pub fn parse(text: &str, source: &str) -> Result<Self, String> {
         let fail = |message: String| format!("scenario {source}: {message}");
+        FileKind::Scenario.expect(text).map_err(fail)?;
         refuse_infinite_in(text).map_err(fail)?;
         let file: File = toml::from_str(text)
             .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;

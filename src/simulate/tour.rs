@@ -14,7 +14,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::builtin::text_with_key;
+use super::builtin::{self, text_with_key};
 use super::imu::Imu;
 use super::manoeuvre::Manoeuvre;
 use super::rider::Disturbance;
@@ -28,11 +28,7 @@ use crate::model::tyre_model::TyreModel;
 use crate::motorcycle::{Model, Motorcycle, Road};
 
 /// Built-in rides by name.
-pub const BUILTIN: &[(&str, &str)] = &[
-    ("characterise", include_str!("../../pipelines/scenarios/characterise.toml")),
-    ("lane_change", include_str!("../../pipelines/scenarios/lane_change.toml")),
-    ("grip_limit", include_str!("../../pipelines/scenarios/grip_limit.toml")),
-];
+pub const BUILTIN: builtin::List = builtin::TOURS;
 
 /// What is more than a number; those are in `schemas/ride.v1.toml` with their ranges.
 #[derive(Debug, Deserialize)]

@@ -37,18 +37,25 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The commands of a page's `sh` blocks, in order; what a line continues is one command, and so is a
+/// The commands of a page's `sh` and `console` blocks, in order; what a line continues is one command, and so is a
 /// loop.
 fn commands(page: &str) -> Vec<String> {
-    let (mut all, mut inside) = (Vec::new(), false);
+    let (mut all, mut fence) = (Vec::new(), "");
     let mut open = String::new();
     for line in page.lines() {
         let line = line.trim();
         if line.starts_with("```") {
-            inside = !inside && line == "```sh";
+            fence = if fence.is_empty() { line } else { "" };
             continue;
         }
-        if !inside || line.is_empty() || line.starts_with('#') {
+        // of a console block the output is looked at by `printed.rs`; what it makes later commands need
+        let line = match fence {
+            "```sh" => line,
+            "```console" if open.is_empty() => line.strip_prefix("$ ").unwrap_or_default(),
+            "```console" => line,
+            _ => "",
+        };
+        if line.is_empty() || line.starts_with('#') {
             continue;
         }
         if !open.is_empty() {
@@ -188,6 +195,6 @@ fn of_the_book() {
 
 #[test]
 fn commands_are_found_in_a_page() {
-    let page = "x\n```sh\na b   # why\nfor x in 1 2; do c $x \\\n  d; done\n\n# a remark\n```\n```text\nno\n```\n";
-    assert_eq!(commands(page), ["a b   # why", "for x in 1 2; do c $x \\\nd; done"]);
+    let page = "x\n```sh\na b   # why\nfor x in 1 2; do c $x \\\n  d; done\n\n# a remark\n```\n```text\nno\n```\n```console\n$ e\nno\n```\n";
+    assert_eq!(commands(page), ["a b   # why", "for x in 1 2; do c $x \\\nd; done", "e"]);
 }

@@ -324,3 +324,22 @@ mod store {
         assert_same(&comparable(below()), &comparable(archive.files("out")));
     }
 }
+
+/// The event of a session says how many samples it has, as that of `run` does.
+#[test]
+fn events_have_the_samples_of_the_session() {
+    let archive = Archive::new(1);
+    let samples = |command: &[&str]| {
+        let all = [command, &["--log-format", "json"]].concat();
+        let output = archive.command(&all).output().expect("roadbench starts");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let events = said.lines().filter_map(|l| serde_json::from_str(l).ok());
+        let samples: Vec<i64> =
+            events.filter_map(|e: serde_json::Value| e["samples"].as_i64()).collect();
+        assert_eq!(samples.len(), 1, "{said}");
+        samples[0]
+    };
+    let run = samples(&["run", "in", "--out", "run"]);
+    assert!(run > 1000, "{run}");
+    assert_eq!(samples(&["diagnose", "in", "--out", "out", "--nulls", "8"]), run);
+}

@@ -185,7 +185,7 @@ fn a_full_temporary_folder_is_told_from_the_store() {
         command.envs(server.environment()).env("TMPDIR", temporary).output().expect("started")
     };
     for (temporary, why) in
-        [(small.0.as_path(), "No space left"), (&place.path("none"), "No such file")]
+        [(small.0.as_path(), "No space left"), (&place.path("none"), "file not found")]
     {
         let done = run(temporary);
         let said = said(&done);

@@ -44,6 +44,8 @@ pub struct OffroadDiagnosis {
     pub causes: Vec<CauseRow>,
     /// Rows of `discrepancies`.
     pub discrepancies: Vec<DiscrepancyRow>,
+    /// Samples on the session's common clock.
+    pub n_samples: i64,
 }
 
 /// Diagnoses a log.
@@ -89,7 +91,7 @@ pub fn diagnose(
     let weight = weights(&blocks, &long_run(&blocks, &bare), &sensors);
     let uncertain = uncertain::columns(&residuals, &forces, bike);
     let mut problem = Problem { blocks, curves, uncertain, weight };
-    let ident = Ident::from(&session.meta);
+    let (ident, n_samples) = (Ident::from(&session.meta), session.len as i64);
     let session = Pass {
         residuals: &residuals,
         bare: &bare,
@@ -108,7 +110,7 @@ pub fn diagnose(
     }
     let Found { naming, calibration, causes, discrepancies, .. } = found;
     let rider = with_named(&config.rider, &naming);
-    Ok(OffroadDiagnosis { ident, naming, calibration, rider, causes, discrepancies })
+    Ok(OffroadDiagnosis { ident, naming, calibration, rider, causes, discrepancies, n_samples })
 }
 
 /// What one pass over the candidates needs.

@@ -7,7 +7,10 @@ use super::session::{Fitted, fitted};
 use crate::effects::ALL;
 use crate::pipeline::Pipeline;
 use crate::simulate;
-use crate::simulate::scenario::Scenario;
+use crate::simulate::motocross::scenario::Motocross;
+use crate::simulate::scenario::{BUILTIN, Scenario};
+use crate::simulate::tour::Tour;
+use crate::simulate::track::Track;
 
 /// What the first session of a scenario would show, at best.
 #[derive(Debug, Serialize)]
@@ -60,12 +63,31 @@ pub struct AlikePair {
     pub separation_after: Option<f64>,
 }
 
-/// Simulates the first session of a scenario, a built-in one or a file, and works out what it shows.
+/// The scenario of a plan, a built-in one or a file.
 ///
 /// # Errors
-/// A sentence: there is no such scenario, or its ride does not hold what a diagnosis needs.
-pub fn plan(scenario: &str, pipeline: &Pipeline) -> Result<RidePlan, String> {
-    let scenario = Scenario::load(scenario)?;
+/// A sentence: there is no such scenario, or another simulator rides it.
+pub fn scenario(name_or_path: &str) -> Result<Scenario, String> {
+    let others = [
+        Motocross::load(name_or_path)?.is_some(),
+        Track::load(name_or_path)?.is_some(),
+        Tour::load(name_or_path)?.is_some(),
+    ];
+    if others.contains(&true) {
+        let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+        return Err(format!(
+            "scenario {name_or_path}: a plan is for rides of the reduced-order motorcycle, such as {}",
+            names.join(", ")
+        ));
+    }
+    Scenario::load(name_or_path)
+}
+
+/// Simulates the first session of a scenario and works out what it shows.
+///
+/// # Errors
+/// Its ride does not hold what a diagnosis needs.
+pub fn plan(scenario: Scenario, pipeline: &Pipeline) -> Result<RidePlan, String> {
     let machine = scenario.machine(0);
     let session = simulate::session(&scenario, &machine, 0).session;
     let fitted = fitted(&session, &machine.bike, pipeline)

@@ -69,6 +69,8 @@ pub struct RoadDiagnosis {
     pub model: ExtendedModel,
     /// Where it was ridden.
     pub site: Option<String>,
+    /// Samples on the session's common clock.
+    pub n_samples: i64,
     /// The samples that the residuals are made of.
     pub samples: Samples,
 }
@@ -277,6 +279,7 @@ pub fn diagnose(
         simulation_errors,
         model,
         site,
+        n_samples: session.len as i64,
         samples: fitted.samples.clone(),
     })
 }

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use serde::Deserialize;
 
 use crate::contract::channel::Channel;
+use crate::contract::file_kind::FileKind;
 use crate::contract::schema;
 use crate::contract::session::Meta;
 use crate::ingest::aids::{Aids, read_dbc};
@@ -124,6 +125,7 @@ struct FileEntry {
 /// Checks a map's text; `name` is for messages.
 fn parse(text: &str, name: &str) -> Result<ChannelMap, String> {
     let fail = |message: String| format!("channel map {name}: {message}");
+    FileKind::ChannelMap.expect(text).map_err(fail)?;
     schema::refuse_infinite_in(text).map_err(fail)?;
     let file: File = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
     let Some(log_format) = FORMATS.iter().find(|r| r.name == file.format) else {

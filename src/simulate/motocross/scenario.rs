@@ -20,13 +20,12 @@ use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::schema::refuse_infinite_in;
 use crate::model::offroad::machine::Machine;
-use crate::simulate::builtin::text_with_key;
+use crate::simulate::builtin::{self, text_with_key};
 use crate::simulate::sensors::Sensors;
 use crate::statistics::random::Random;
 
 /// Built-in motocross scenarios by name.
-pub const BUILTIN: &[(&str, &str)] =
-    &[("motocross", include_str!("../../../pipelines/scenarios/motocross.toml"))];
+pub const BUILTIN: builtin::List = builtin::MOTOCROSS;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -21,7 +21,7 @@ use crate::contract::schema::refuse_infinite_in;
 use crate::effects::ModelError;
 use crate::motorcycle::road::Wave;
 use crate::motorcycle::{Model, Motorcycle, Road};
-use crate::simulate::builtin::text_with_key;
+use crate::simulate::builtin::{self, text_with_key};
 use crate::simulate::imu::Imu;
 use crate::simulate::loggers::profile::Profile;
 use crate::simulate::population::Machine;
@@ -33,8 +33,7 @@ use crate::simulate::tyre_truth::bench;
 use crate::statistics::random::Random;
 
 /// Built-in tracks by name.
-pub const BUILTIN: &[(&str, &str)] =
-    &[("track", include_str!("../../../pipelines/scenarios/track.toml"))];
+pub const BUILTIN: builtin::List = builtin::TRACKS;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
