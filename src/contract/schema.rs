@@ -33,7 +33,7 @@ pub fn text(name: &str) -> Option<&'static str> {
 pub struct Column {
     /// Its name.
     pub name: String,
-    /// `float64`, `int64`, `bool`, `utf8`; `category`, a text that many rows share; `timestamp`, an instant.
+    /// `float64`, `int64`, `bool`, `utf8`; `timestamp`, an instant.
     #[serde(rename = "type")]
     pub kind: String,
     /// Unit of numbers.
@@ -81,14 +81,9 @@ impl Table {
         self.schema(Column::data_type)
     }
 
-    /// As [`Table::arrow`], with what rows hold: categories and instants as texts.
+    /// As [`Table::arrow`], with what rows hold: instants as texts.
     pub fn texts(&self) -> SchemaRef {
         self.schema(Column::row_type)
-    }
-
-    /// As [`Table::arrow`], with categories as texts.
-    pub fn flat(&self) -> SchemaRef {
-        self.schema(Column::flat_type)
     }
 
     fn schema(&self, kind: impl Fn(&Column) -> DataType) -> SchemaRef {
@@ -108,24 +103,16 @@ impl Column {
         self.field(self.data_type())
     }
 
-    /// The type in files: a category is a dictionary, an instant has its time zone.
+    /// The type in files: an instant has its time zone. Texts are plain for whoever reads; on disk Parquet keeps each of
+    /// those that many rows share once.
     pub fn data_type(&self) -> DataType {
         match self.kind.as_str() {
-            "category" => DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8)),
             "timestamp" => DataType::Timestamp(TimeUnit::Microsecond, Some("UTC".into())),
             _ => self.row_type(),
         }
     }
 
-    /// The type in files but for categories, which are texts.
-    pub fn flat_type(&self) -> DataType {
-        match self.kind.as_str() {
-            "category" => DataType::Utf8,
-            _ => self.data_type(),
-        }
-    }
-
-    /// The type that rows are made from: categories and instants are texts there.
+    /// The type that rows are made from: instants are texts there.
     pub fn row_type(&self) -> DataType {
         match self.kind.as_str() {
             "float64" => DataType::Float64,
