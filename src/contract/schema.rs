@@ -179,6 +179,26 @@ pub struct KeyTable {
     /// Its keys.
     #[serde(rename = "key")]
     pub keys: Vec<Key>,
+    /// Keys that it had once.
+    #[serde(default)]
+    pub removed: Vec<Removed>,
+}
+
+/// A key that a file may still have and that nothing reads any more.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Removed {
+    /// Dotted path.
+    pub path: String,
+    /// Why it went.
+    pub reason: String,
+}
+
+impl Removed {
+    /// What a person whose file still has it should know.
+    pub fn message(&self) -> String {
+        format!("`{}` is no key any more: {}; delete the line", self.path, self.reason)
+    }
 }
 
 /// Checked values of a TOML file, by dotted path; defaults are filled in.
@@ -219,6 +239,21 @@ impl KeyTable {
                 }
             }
         })
+    }
+
+    /// Takes keys out of a file's table that it had once; gives back which.
+    pub fn take_removed(&self, table: &mut toml::Table) -> Vec<&Removed> {
+        fn take(table: &mut toml::Table, path: &str) -> bool {
+            match path.split_once('.') {
+                // `uncertainty` has dotted paths for keys
+                None => table.remove(path).is_some(),
+                Some((head, rest)) => {
+                    let inner = table.get_mut(head).and_then(toml::Value::as_table_mut);
+                    inner.is_some_and(|inner| take(inner, rest)) || table.remove(path).is_some()
+                }
+            }
+        }
+        self.removed.iter().filter(|key| take(table, &key.path)).collect()
     }
 
     /// Checks a file's table against the keys and fills in the defaults.
