@@ -12,6 +12,7 @@ use super::contents::Contents;
 use super::error::Error;
 use super::fleet_rows::Owns;
 use crate::contract::error_source::MODEL;
+use crate::contract::reason::ReasonCode;
 use crate::fleet::BikeAnalysis;
 use crate::fleet::combine::{Estimate, Key, Shared};
 use crate::fleet::evidence::Piece;
@@ -175,6 +176,7 @@ fn bike_row(bike: &str, shared: &Shared, rides: usize) -> BikeRow {
         shift_sd: *std_error,
         told,
         n_sessions: rides as i64,
+        reason_code: reason.as_ref().map(|_| ReasonCode::DoubtedNumber.name().to_owned()),
         reason,
     }
 }

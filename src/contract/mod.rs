@@ -8,6 +8,7 @@ pub mod coefficient;
 pub mod error_source;
 pub mod fleet_event;
 pub mod instant;
+pub mod reason;
 pub mod residual_channel;
 pub mod schema;
 pub mod session;

@@ -107,7 +107,7 @@ impl Fitted {
                     Some(c) => format!(
                         "{}{}",
                         c.status.words(),
-                        c.reason.as_ref().map(|r| format!(": {r}")).unwrap_or_default()
+                        c.why().map(|r| format!(": {r}")).unwrap_or_default()
                     ),
                 };
                 Err(format!(
