@@ -568,7 +568,7 @@ mod tests {
     fn the_shape_of_a_curve_that_just_passes_its_peak_is_known_as_well_as_said() {
         let truth = MagicFormula { b: 12.3, c: 1.6, d: 1.0, e1: 0.36, e2: 0.0 };
         let held = |seed: u64| {
-            let fit = fit(&ride(&truth, seed), &FrictionConfig::default())?;
+            let fit = fit(&ride(&truth, seed))?;
             let known = fit.uncertainty(Coefficient::MfC)?;
             let half = 2.4 * known.variance.sqrt(); // 7 degrees of freedom
             Some((fit.formula.c - truth.c).abs() < half)
