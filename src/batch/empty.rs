@@ -1,7 +1,7 @@
 //! Tables without rows: a query over a table never fails because no ride of an output had rows for it.
 //!
-//! Each table of a command has one file without rows, in a partition of no motorcycle (`bike` is null there, by the
-//! name that readers of hive partitions know), so that every pattern that finds the other files finds this one.
+//! Each table of a command has one file without rows, in a partition of no motorcycle, so that every pattern that finds
+//! the other files finds this one. (The name that hive has for a null partition pyarrow cannot read.)
 
 use super::error::Error;
 use super::kind::Kind;
@@ -11,7 +11,7 @@ use crate::tables::file;
 use crate::tables::registry::{self, TableSpec};
 
 /// Folder of rows of no motorcycle.
-const NOBODY: &str = "bike=__HIVE_DEFAULT_PARTITION__";
+const NOBODY: &str = "bike=_none";
 
 /// The tables of a command that may have no rows, and their files without any, below the output.
 fn files(kind: &Kind) -> impl Iterator<Item = (&'static TableSpec, String)> {
