@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::bikes::BikeFile;
+use super::empty;
 use super::error::Error;
 use super::kind::{self, Kind, SHARED, SHARED_PLACES};
 use super::local_copy::LocalCopy;
@@ -132,6 +133,7 @@ impl DiagnoseWork {
 /// # Errors
 /// A table cannot be read, or the output not be written.
 pub fn finish(store: &Store) -> Result<Vec<CauseRow>, Error> {
+    empty::write(store.root(), &kind::DIAGNOSE)?;
     let copy = LocalCopy::of(store.root())?;
     let rows = settle::pooled(store.root(), &copy)?;
     store.let_readers_in()?;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 
+use crate::contract::reason::ReasonCode;
 use crate::fleet::BikeAnalysis;
 use crate::fleet::events::{Event, Moved};
 use crate::fleet::ratio::Ratio;
@@ -130,11 +131,11 @@ pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
         let status = r.status();
         let reason = (status != Status::Ok).then(|| {
             format!(
-                "the side force per camber differs between sessions by {:.3}, of which it is known to {:.3}; \
-                 riders who lean off differently, or wide and tight bends, would tell",
+                "the side force per camber differs between sessions by {:.3}, of which it is known to {:.3}",
                 r.variety, r.noise
             )
         });
+        let advice = "riders who lean off differently, or wide and tight bends, would tell";
         RatioRow {
             bike_id: bike.bike.clone(),
             tyre: r.axle.name().to_owned(),
@@ -149,6 +150,8 @@ pub fn ratio_rows(bike: &BikeAnalysis) -> Vec<RatioRow> {
             variety: r.variety,
             noise: r.noise,
             status,
+            reason_code: reason.as_ref().map(|_| ReasonCode::AlikeSessions.name().to_owned()),
+            advice: reason.as_ref().map(|_| advice.to_owned()),
             reason,
         }
     };

@@ -96,7 +96,7 @@ pub fn rows(at: &Location, file: impl ChunkReader + 'static) -> Option<Vec<Commi
     let mut rows = Vec::new();
     for batch in reader {
         let batch = batch.ok()?;
-        let is_old = *batch.column_by_name(COLUMNS[0])?.data_type() == DataType::Utf8;
+        let is_old = batch.column_by_name(START).is_none_or(|c| *c.data_type() == DataType::Utf8);
         let mut texts = Vec::with_capacity(COLUMNS.len());
         for name in COLUMNS {
             texts.push(cast(batch.column_by_name(name)?, &DataType::Utf8).ok()?);

@@ -209,7 +209,7 @@ impl Files<'_> {
                 rows.entry((*id).to_owned()).or_default().extend(batches);
             }
             // a batch per session, however its rows were read: the file's bytes must not tell
-            let schema = spec.table().flat();
+            let schema = spec.table().arrow();
             let whole = |some: Vec<RecordBatch>| match <[RecordBatch; 1]>::try_from(some) {
                 Ok([batch]) => Ok(batch),
                 Err(some) => concat_batches(&schema, &some),
@@ -288,7 +288,7 @@ impl Files<'_> {
         let mut rows = BTreeMap::new();
         for spec in tables {
             let Some((_, bytes)) = files.get(spec.name) else { continue };
-            match flat(spec, bytes.clone()) {
+            match of_today(spec, bytes.clone()) {
                 Ok(batches) => _ = rows.insert(spec.name, batches),
                 Err(e) => return Ok(Err(format!("{}: {e}", spec.name))),
             }
@@ -393,9 +393,9 @@ fn without_input(batch: &RecordBatch) -> Result<RecordBatch, Error> {
         .map_err(|e| Error::Internal(e.to_string()))
 }
 
-/// The batches of a table's file, categories as texts.
+/// The batches of a table's file.
 fn typed(spec: &TableSpec, at: &Location, bytes: Bytes) -> Result<Vec<RecordBatch>, Error> {
-    flat(spec, bytes).map_err(|e| {
+    of_today(spec, bytes).map_err(|e| {
         Error::Output(format!(
             "cannot read {at}: {e}; restore it from a backup, or let `roadbench verify OUT --mend` remove it and run again: \
              its sessions are then computed anew"
@@ -403,13 +403,13 @@ fn typed(spec: &TableSpec, at: &Location, bytes: Bytes) -> Result<Vec<RecordBatc
     })
 }
 
-/// The batches of a table in its schema of today, categories as texts.
+/// The batches of a table in its schema of today.
 ///
 /// # Errors
 /// It is no such table.
-pub(super) fn flat(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, String> {
+pub(super) fn of_today(spec: &TableSpec, bytes: Bytes) -> Result<Vec<RecordBatch>, String> {
     let batches = read::batches_of(bytes)?;
-    batches.iter().map(|batch| file::flat(spec.table(), batch)).collect()
+    batches.iter().map(|batch| file::typed(spec.table(), batch)).collect()
 }
 
 /// The files of their own that sessions had and have no more.

@@ -88,7 +88,7 @@ fn stage(there: &Contents, row: &Committed) -> Result<(), Error> {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => continue,
             Err(e) => return Err(Error::Output(format!("cannot read {at}: {e}"))),
         };
-        if let Err(e) = merge::flat(spec, bytes.clone().into()) {
+        if let Err(e) = merge::of_today(spec, bytes.clone().into()) {
             tracing::warn!("{at}: {e}; session {} is computed anew", row.session_id);
             return Ok(());
         }

@@ -27,6 +27,7 @@ pub mod discover;
 #[cfg(feature = "fleet")]
 pub mod dispersion;
 pub mod distributed;
+mod empty;
 pub mod engine;
 pub mod error;
 pub mod fence;

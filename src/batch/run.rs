@@ -2,6 +2,7 @@
 //! the report over all sessions of the output.
 
 use super::bikes::BikeFile;
+use super::empty;
 use super::error::Error;
 use super::kind::{self, Kind};
 use super::local_copy::LocalCopy;
@@ -99,6 +100,7 @@ pub fn finish(
     pages: Pages,
     also: impl FnOnce(&LocalCopy) -> Result<(), report::Error>,
 ) -> Result<LocalCopy, Error> {
+    empty::write(store.root(), &kind::RUN)?;
     let copy = LocalCopy::of(store.root())?;
     settle::fleet(store.root(), &copy)?;
     store.let_readers_in()?;

@@ -25,6 +25,7 @@ use walkdir::WalkDir;
 
 use super::blame;
 use super::contents::{Contents, Stale};
+use super::empty;
 use super::error::Error;
 use super::kind::Kind;
 use super::lock::Lock;
@@ -371,7 +372,10 @@ impl Store {
                 && (makes_fleet || !mark.read().is_ok_and(|says| says == ONLY_FLEET))
         };
         let makes = |file: &&&str| makes_fleet || !file.starts_with("fleet/");
-        let lacks = || self.found.kind.over_all.iter().filter(makes).any(|file| !has(file));
+        let lacks = || {
+            self.found.kind.over_all.iter().filter(makes).any(|file| !has(file))
+                || empty::lacks(self.found.kind, has)
+        };
         self.behind.get().is_some() || is_marked() || lacks() || !self.is_derived_whole()
     }
 

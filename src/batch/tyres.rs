@@ -12,6 +12,7 @@ use super::contents::Contents;
 use super::error::Error;
 use super::fleet_rows::Owns;
 use crate::contract::error_source::MODEL;
+use crate::contract::reason::ReasonCode;
 use crate::fleet::BikeAnalysis;
 use crate::fleet::combine::{Estimate, Key, Shared};
 use crate::fleet::evidence::Piece;
@@ -155,6 +156,16 @@ fn model_row(model: &Model) -> TyreRow {
     }
 }
 
+/// Without the noise of sums and of changes of unit: the number that a file says comes back as it stands there.
+fn digits(x: f64) -> f64 {
+    format!("{x:.11e}").parse().unwrap_or(x)
+}
+
+/// The same of what is compared with one: where nothing was learnt it is 0 or 1, not 1e-28 or so.
+fn share(x: f64) -> f64 {
+    (x * 1e9).round() / 1e9 + 0.0
+}
+
 fn bike_row(bike: &str, shared: &Shared, rides: usize) -> BikeRow {
     let Shared { source, taken, found, std_error } = shared;
     let told = (1.0 - std_error * std_error).clamp(0.0, 1.0);
@@ -167,14 +178,15 @@ fn bike_row(bike: &str, shared: &Shared, rides: usize) -> BikeRow {
     BikeRow {
         bike_id: bike.to_owned(),
         source: source.clone(),
-        taken: taken.map(|t| t[0]),
-        taken_sd: taken.map(|t| t[1]),
-        found: number.map(|n| n.0),
-        found_sd: number.map(|n| n.1),
-        shift: *found,
-        shift_sd: *std_error,
-        told,
+        taken: taken.map(|t| digits(t[0])),
+        taken_sd: taken.map(|t| digits(t[1])),
+        found: number.map(|n| digits(n.0)),
+        found_sd: number.map(|n| digits(n.1)),
+        shift: share(*found),
+        shift_sd: share(*std_error),
+        told: share(told),
         n_sessions: rides as i64,
+        reason_code: reason.as_ref().map(|_| ReasonCode::DoubtedNumber.name().to_owned()),
         reason,
     }
 }
@@ -230,6 +242,14 @@ mod tests {
         assert!((doubted.told - 0.91).abs() < 1e-12);
         assert!(doubted.reason.as_ref().is_some_and(|r| r.contains("242.0")), "{doubted:?}");
         assert_eq!(bike_row("b", &shared(-2.0, 0.95), 9).reason, None, "told little");
+        // nothing was learnt, but for the noise of sums
+        let mut same = shared(-2e-28, 1.0 - 1e-16);
+        same.taken = Some([0.1 + 0.2, 3.0 * 0.1]);
+        let row = bike_row("b", &same, 9);
+        assert_eq!((row.taken, row.taken_sd), (Some(0.3), Some(0.3)));
+        assert_eq!((row.found, row.found_sd), (Some(0.3), Some(0.3)));
+        assert_eq!((row.shift, row.shift_sd, row.told), (0.0, 1.0, 0.0));
+        assert!(row.shift.is_sign_positive(), "a negative zero");
         assert_eq!(bike_row("b", &shared(0.5, 0.3), 9).reason, None, "as it was taken");
         let nothing = bike_row("b", &Shared { taken: None, ..shared(0.1, 1.001) }, 9);
         assert_eq!((nothing.found, nothing.told), (None, 0.0));

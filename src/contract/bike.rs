@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::file_kind::FileKind;
-use super::schema::{Key, KeyTable};
+use super::schema::{Key, KeyTable, Removed};
 use crate::GRAVITY;
 use crate::objects::files::read_text;
 
@@ -103,8 +103,6 @@ pub struct WheelData {
     pub slip_stiffness_load: Option<f64>,
     /// Relaxation length, m; `None` means the wheel radius.
     pub relaxation_length: Option<f64>,
-    /// Slip transition coefficient `q1`.
-    pub slip_transition: f64,
     /// `c_Fy_gamma` of eq. 15.
     pub camber_force_decay: f64,
     /// `c_Mz_gamma` of eq. 17.
@@ -150,6 +148,8 @@ pub struct Bike {
     pub curves: BTreeMap<String, Vec<[f64; 2]>>,
     /// Whether this is the folder's `default.toml`, for a bike that has no file of its own.
     pub stands_in: bool,
+    /// What to say of keys in the file that nothing reads any more.
+    pub removed_keys: Vec<String>,
     keys: BTreeMap<String, f64>,
     /// Of keys that the file does not have. Apart from `uncertainty`: simulations draw the truth
     /// around that, and a default is none of theirs.
@@ -185,12 +185,18 @@ impl Bike {
         })?;
         let fail = |message: String| Error::Key { path: path.to_owned(), message };
         FileKind::Bike.expect(text).map_err(fail)?;
-        let uncertainty = match table.remove("uncertainty") {
+        let mut uncertainty = match table.remove("uncertainty") {
             None => toml::Table::new(),
             Some(toml::Value::Table(t)) => t,
             Some(_) => return Err(fail("`uncertainty` must be a table".into())),
         };
         let schema = schema();
+        // nobody edits the files of an old archive: what changes nothing is passed by, and said
+        let removed: BTreeSet<String> = [&mut table, &mut uncertainty]
+            .into_iter()
+            .flat_map(|table| schema.take_removed(table))
+            .map(Removed::message)
+            .collect();
         let values = schema.check(&table).map_err(fail)?;
         let uncertainty = schema.check_uncertainty(&uncertainty).map_err(fail)?;
         if let Some(linkage) = values.curve.get("offroad.linkage")
@@ -209,6 +215,7 @@ impl Bike {
         let stands_in = values.text.contains_key(STANDS_IN_FOR);
         let mut bike = Self::assemble(bike_id, values.text, values.number, uncertainty);
         bike.stands_in = stands_in;
+        bike.removed_keys = removed.into_iter().collect();
         bike.curves = values.curve;
         bike.prior = bike.priors(&schema, &values.defaulted);
         if bike.cg_to_front >= bike.wheelbase {
@@ -236,7 +243,9 @@ impl Bike {
             }
         }
         let bike = Self::assemble(&self.bike_id, text, keys, self.uncertainty.clone());
-        Bike { curves: self.curves.clone(), prior, stands_in: self.stands_in, ..bike }
+        let removed_keys = self.removed_keys.clone();
+        let stands_in = self.stands_in;
+        Bike { curves: self.curves.clone(), prior, stands_in, removed_keys, ..bike }
     }
 
     /// The same bike with one numeric key known anew: varied by its standard deviation, and missing where it was.
@@ -433,7 +442,6 @@ impl Bike {
             longitudinal_relaxation: opt(&format!("{end}.longitudinal_relaxation")),
             slip_stiffness_load: opt(&format!("{end}.slip_stiffness_load")),
             relaxation_length: opt(&format!("{end}.relaxation_length")),
-            slip_transition: get(&format!("{end}.slip_transition")),
             camber_force_decay: get(&format!("{end}.camber_force_decay")),
             camber_moment_decay: get(&format!("{end}.camber_moment_decay")),
         };
@@ -457,6 +465,7 @@ impl Bike {
             uncertainty,
             curves: BTreeMap::new(),
             stands_in: false,
+            removed_keys: Vec::new(),
             keys,
             prior: BTreeMap::new(),
         }

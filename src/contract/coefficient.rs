@@ -375,8 +375,7 @@ impl Coefficient {
         let beyond = value <= low || value >= high;
         beyond.then(|| {
             format!(
-                "{} is impossible, {} lies between {low} and {high}: units, signs and the channel map are to be \
-                 checked",
+                "{} is impossible, {} lies between {low} and {high}",
                 shown(value),
                 self.spec().words
             )

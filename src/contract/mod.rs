@@ -9,6 +9,7 @@ pub mod error_source;
 pub mod file_kind;
 pub mod fleet_event;
 pub mod instant;
+pub mod reason;
 pub mod residual_channel;
 pub mod schema;
 pub mod session;

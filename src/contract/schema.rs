@@ -33,7 +33,7 @@ pub fn text(name: &str) -> Option<&'static str> {
 pub struct Column {
     /// Its name.
     pub name: String,
-    /// `float64`, `int64`, `bool`, `utf8`; `category`, a text that many rows share; `timestamp`, an instant.
+    /// `float64`, `int64`, `bool`, `utf8`; `timestamp`, an instant.
     #[serde(rename = "type")]
     pub kind: String,
     /// Unit of numbers.
@@ -81,14 +81,9 @@ impl Table {
         self.schema(Column::data_type)
     }
 
-    /// As [`Table::arrow`], with what rows hold: categories and instants as texts.
+    /// As [`Table::arrow`], with what rows hold: instants as texts.
     pub fn texts(&self) -> SchemaRef {
         self.schema(Column::row_type)
-    }
-
-    /// As [`Table::arrow`], with categories as texts.
-    pub fn flat(&self) -> SchemaRef {
-        self.schema(Column::flat_type)
     }
 
     fn schema(&self, kind: impl Fn(&Column) -> DataType) -> SchemaRef {
@@ -108,24 +103,16 @@ impl Column {
         self.field(self.data_type())
     }
 
-    /// The type in files: a category is a dictionary, an instant has its time zone.
+    /// The type in files: an instant has its time zone. Texts are plain for whoever reads; on disk Parquet keeps each of
+    /// those that many rows share once.
     pub fn data_type(&self) -> DataType {
         match self.kind.as_str() {
-            "category" => DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8)),
             "timestamp" => DataType::Timestamp(TimeUnit::Microsecond, Some("UTC".into())),
             _ => self.row_type(),
         }
     }
 
-    /// The type in files but for categories, which are texts.
-    pub fn flat_type(&self) -> DataType {
-        match self.kind.as_str() {
-            "category" => DataType::Utf8,
-            _ => self.data_type(),
-        }
-    }
-
-    /// The type that rows are made from: categories and instants are texts there.
+    /// The type that rows are made from: instants are texts there.
     pub fn row_type(&self) -> DataType {
         match self.kind.as_str() {
             "float64" => DataType::Float64,
@@ -192,6 +179,26 @@ pub struct KeyTable {
     /// Its keys.
     #[serde(rename = "key")]
     pub keys: Vec<Key>,
+    /// Keys that it had once.
+    #[serde(default)]
+    pub removed: Vec<Removed>,
+}
+
+/// A key that a file may still have and that nothing reads any more.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Removed {
+    /// Dotted path.
+    pub path: String,
+    /// Why it went.
+    pub reason: String,
+}
+
+impl Removed {
+    /// What a person whose file still has it should know.
+    pub fn message(&self) -> String {
+        format!("`{}` is no key any more: {}; delete the line", self.path, self.reason)
+    }
 }
 
 /// Checked values of a TOML file, by dotted path; defaults are filled in.
@@ -232,6 +239,21 @@ impl KeyTable {
                 }
             }
         })
+    }
+
+    /// Takes keys out of a file's table that it had once; gives back which.
+    pub fn take_removed(&self, table: &mut toml::Table) -> Vec<&Removed> {
+        fn take(table: &mut toml::Table, path: &str) -> bool {
+            match path.split_once('.') {
+                // `uncertainty` has dotted paths for keys
+                None => table.remove(path).is_some(),
+                Some((head, rest)) => {
+                    let inner = table.get_mut(head).and_then(toml::Value::as_table_mut);
+                    inner.is_some_and(|inner| take(inner, rest)) || table.remove(path).is_some()
+                }
+            }
+        }
+        self.removed.iter().filter(|key| take(table, &key.path)).collect()
     }
 
     /// Checks a file's table against the keys and fills in the defaults.

@@ -107,7 +107,7 @@ impl Fitted {
                     Some(c) => format!(
                         "{}{}",
                         c.status.words(),
-                        c.reason.as_ref().map(|r| format!(": {r}")).unwrap_or_default()
+                        c.why().map(|r| format!(": {r}")).unwrap_or_default()
                     ),
                 };
                 Err(format!(
@@ -243,6 +243,10 @@ struct Entry<'a> {
     status: Status,
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason_code: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    advice: Option<&'a str>,
 }
 
 impl<'a> Entry<'a> {
@@ -262,6 +266,8 @@ impl<'a> Entry<'a> {
             r_squared: c.r_squared,
             status: c.status,
             reason: c.reason.as_deref(),
+            reason_code: c.reason_code.as_deref(),
+            advice: c.advice.as_deref(),
         }
     }
 }

@@ -288,7 +288,6 @@ fn stand_in_wheel(radius: f64) -> WheelData {
         longitudinal_relaxation: None,
         slip_stiffness_load: None,
         relaxation_length: None,
-        slip_transition: 1.1,
         camber_force_decay: 1.0,
         camber_moment_decay: 1.0,
     }

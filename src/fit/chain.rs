@@ -48,7 +48,7 @@ pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config
             friction_rows(data, inputs, &signals, k, &keep, &fits.coasting, &config.friction)
         };
         samples.friction[k] = rows(&inputs);
-        fits.friction[k] = friction::fit(&samples.friction[k], &config.friction);
+        fits.friction[k] = friction::fit(&samples.friction[k]);
         if let Some(known) = gain_known(&inputs, axle, fits.friction[k].as_ref(), rows) {
             inputs.bike = known;
             samples.friction[k] = rows(&inputs);

@@ -5,6 +5,7 @@ use super::solution::{Solution, Upstream};
 use super::verdict::{Case, is_of_rule};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::coefficient::{Coefficient as C, Id, RULE};
+use crate::contract::reason::Reason;
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::{Interval, combined_dof, delta, ratio, ratio_se};
 use crate::tables::rows::{Coefficient, Ident, Provenance, Status};
@@ -14,7 +15,7 @@ pub fn rows(
     solution: &Solution,
     bike: &Bike,
     config: &Config,
-    missing: &dyn Fn(Id) -> Option<String>,
+    missing: &dyn Fn(Id) -> Option<Reason>,
     ident: &Ident,
     provenance: &Provenance,
 ) -> Vec<Coefficient> {
@@ -31,7 +32,7 @@ pub fn rows(
             let finite = |x: f64| Some(x).filter(|x| x.is_finite() && available);
             let fitted = own.quality.n_samples > 0 && available;
             let spec = id.coefficient.spec();
-            Coefficient {
+            let mut row = Coefficient {
                 ident: ident.clone(),
                 tyre: id.part.name().to_owned(),
                 coefficient: spec.name.to_owned(),
@@ -48,10 +49,11 @@ pub fn rows(
                 outlier_fraction: fitted.then_some(own.quality.outlier_fraction).and_then(finite),
                 r_squared: fitted.then_some(own.quality.r_squared).and_then(finite),
                 status,
-                reason,
                 provenance: provenance.clone(),
                 ..Coefficient::default()
-            }
+            };
+            row.explain(reason);
+            row
         })
         .collect()
 }

@@ -58,13 +58,11 @@ pub struct FrictionConfig {
     pub friction_error: f64,
     /// Smallest expected error of the forward velocity, m/s; the residuals of coasting may raise it.
     pub velocity_error: f64,
-    /// Simplex iterations from each start.
-    pub search_iterations: u64,
 }
 
 impl Default for FrictionConfig {
     fn default() -> Self {
-        FrictionConfig { friction_error: 0.01, velocity_error: 0.005, search_iterations: 120 }
+        FrictionConfig { friction_error: 0.01, velocity_error: 0.005 }
     }
 }
 

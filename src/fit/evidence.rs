@@ -10,7 +10,7 @@
 
 use super::solution::{Solution, Upstream};
 use super::variation::Source;
-use crate::contract::bike::{Axle, Bike};
+use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::contract::error_source::{MODEL, OWN};
 use crate::contract::session::Meta;
@@ -42,15 +42,10 @@ pub fn rows(
             continue;
         };
         let errors = errors(solution, bike, Id::from((part, coefficient)), value, std_error);
-        let tyre_model = match part.axle() {
-            Some(Axle::Front) => meta.tyre_front.clone(),
-            Some(Axle::Rear) => meta.tyre_rear.clone(),
-            None => None,
-        };
         out.extend(errors.into_iter().map(|(source, shift)| EvidenceRow {
             ident: Ident::from(meta),
             tyre: row.tyre.clone(),
-            tyre_model: tyre_model.clone(),
+            tyre_model: row.tyre_model.clone(),
             site: meta.site.clone(),
             coefficient: row.coefficient.clone(),
             unit: row.unit.clone(),

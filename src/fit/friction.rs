@@ -14,7 +14,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::config::FrictionConfig;
 use crate::contract::coefficient::Coefficient;
 use crate::model::MagicFormula;
 use crate::statistics::cluster_covariance::{
@@ -293,14 +292,13 @@ const BOUNDS: [(f64, f64); MOST] = [(1.0, 80.0), (1.0, 2.4), (0.1, 2.5), (-6.0, 
 const OPTIONS: Options = Options { scale_floor: 0.5, ..Options::DEFAULT };
 
 /// Fits eq. 28; `None` where the samples cannot carry it.
-pub fn fit(rows: &Rows, config: &FrictionConfig) -> Option<Friction> {
+pub fn fit(rows: &Rows) -> Option<Friction> {
     let p = rows.parameters();
     let mut sizes: Vec<f64> = rows.friction.iter().map(|m| m.abs()).collect();
     let peak = quantile(&mut sizes, 0.98)?.clamp(0.2, 2.0);
     let starts: Vec<Vec<f64>> =
         STARTS.iter().map(|&(b, c, e)| vec![b, c, peak, e, 0.0][..p].to_vec()).collect();
-    let options = Options { search_iterations: config.search_iterations, ..OPTIONS };
-    fit_from(rows, &starts, &options)
+    fit_from(rows, &starts, &OPTIONS)
 }
 
 /// The same of samples that have changed little since a fit: from its curve, without a search.
@@ -570,7 +568,7 @@ mod tests {
     fn the_shape_of_a_curve_that_just_passes_its_peak_is_known_as_well_as_said() {
         let truth = MagicFormula { b: 12.3, c: 1.6, d: 1.0, e1: 0.36, e2: 0.0 };
         let held = |seed: u64| {
-            let fit = fit(&ride(&truth, seed), &FrictionConfig::default())?;
+            let fit = fit(&ride(&truth, seed))?;
             let known = fit.uncertainty(Coefficient::MfC)?;
             let half = 2.4 * known.variance.sqrt(); // 7 degrees of freedom
             Some((fit.formula.c - truth.c).abs() < half)

@@ -6,6 +6,7 @@ use super::friction::is_of_curve;
 use super::solution::Solution;
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient as C, GIVEN, Id, Source};
+use crate::contract::reason::{Reason, ReasonCode};
 use crate::model::magic_formula::slip_ratio;
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::Interval;
@@ -23,7 +24,7 @@ const CURVATURE_SCALE: f64 = 0.5;
 const C3_SCALE: f64 = 0.1;
 
 /// A status, and why it is not `ok`.
-type Objection = (Status, String);
+type Objection = (Status, Reason);
 
 /// What a verdict is made of.
 pub struct Case<'a> {
@@ -41,7 +42,7 @@ pub struct Case<'a> {
 
 impl Case<'_> {
     /// Status and reason; `missing` is the reason where a needed channel is not there.
-    pub fn verdict(&self, missing: Option<String>) -> (Status, Option<String>) {
+    pub fn verdict(&self, missing: Option<Reason>) -> (Status, Option<Reason>) {
         let objection = self
             .assumed()
             .or_else(|| self.not_available(missing))
@@ -63,12 +64,17 @@ impl Case<'_> {
         self.id.requirement().riding.remedy
     }
 
+    /// Poorly determined; the riding that the coefficient takes would change that.
+    fn poor(&self, code: ReasonCode, sentence: impl Into<String>) -> Objection {
+        (Status::PoorlyDetermined, Reason::new(code, sentence).with_advice(self.remedy()))
+    }
+
     fn assumed(&self) -> Option<Objection> {
         let reason = match self.id.coefficient.spec().source {
             Source::BikeFile(reason) => self.taken(reason),
             _ if self.id.coefficient == C::MfE2 && self.value() == 0.0 => {
-                "the wheel was not both braked and driven: e1 is the curvature of the ridden side"
-                    .to_owned()
+                let words = "the wheel was not both braked and driven: e1 is the curvature of the ridden side";
+                Reason::new(ReasonCode::OneSided, words)
             }
             _ => return None,
         };
@@ -76,22 +82,24 @@ impl Case<'_> {
     }
 
     /// Where a value that is not estimated comes from; `reason` is the coefficient's own.
-    fn taken(&self, reason: &str) -> String {
+    fn taken(&self, reason: &str) -> Reason {
         let bike = &self.solution.inputs.bike;
         if is_of_rule(bike, self.id) {
-            return reason.to_owned();
+            return Reason::new(ReasonCode::Rule, reason);
         }
         if self.id.coefficient == C::SlipStiffnessLoad && self.is_narrowed() {
-            return "the bike file's or a usual one, drawn to where braking and driving give one curve"
-                .to_owned();
+            let words =
+                "the bike file's or a usual one, drawn to where braking and driving give one curve";
+            return Reason::new(ReasonCode::BikeFileNarrowed, words);
         }
         let key = format!("{}.{}", self.id.part, self.id.coefficient);
         match bike.priors_of_missing().get(&key) {
             Some(prior) => {
                 let sd = significant(prior.sd);
-                format!("default of the bike file's schema, not given: ±{sd}")
+                let words = format!("default of the bike file's schema, not given: ±{sd}");
+                Reason::new(ReasonCode::BikeFileDefault, words)
             }
-            None => GIVEN.to_owned(),
+            None => Reason::new(ReasonCode::BikeFile, GIVEN),
         }
     }
 
@@ -104,23 +112,27 @@ impl Case<'_> {
         both.both_signs && known.deviation(&key) > 0.0
     }
 
-    fn not_available(&self, missing: Option<String>) -> Option<Objection> {
+    fn not_available(&self, missing: Option<Reason>) -> Option<Objection> {
         let unused = || {
             let found = self.value().is_finite();
-            (!found).then(|| format!("no usable manoeuvre: {}", self.remedy()))
+            let reason = || Reason::new(ReasonCode::NoManoeuvre, "no usable manoeuvre");
+            (!found).then(|| reason().with_advice(self.remedy()))
         };
         missing.or_else(unused).map(|reason| (Status::NotAvailable, reason))
     }
 
     /// A value that no tyre and no motorcycle has.
     fn impossible(&self) -> Option<Objection> {
-        self.id.coefficient.impossible(self.value()).map(poor)
+        let words = self.id.coefficient.impossible(self.value())?;
+        let advice = "check units, signs and the channel map: `roadbench map LOG --map MAP`";
+        let reason = Reason::new(ReasonCode::Impossible, words).with_advice(advice);
+        Some((Status::PoorlyDetermined, reason))
     }
 
     fn few_manoeuvres(&self) -> Option<Objection> {
         let n = self.own.quality.n_clusters;
         (n < self.config.min_manoeuvres)
-            .then(|| poor(format!("only {n} usable manoeuvre(s): {}", self.remedy())))
+            .then(|| self.poor(ReasonCode::FewManoeuvres, format!("only {n} usable manoeuvre(s)")))
     }
 
     /// For a coefficient of the friction curve: whether the slip is known and the curve was ridden.
@@ -133,19 +145,16 @@ impl Case<'_> {
         let fit = self.solution.fits.friction[k].as_ref()?;
         let radius = &self.solution.fits.coasting.radius[k];
         if radius.as_ref().is_none_or(|r| r.quality.n_clusters < self.config.min_manoeuvres) {
-            return Some(poor(
-                "the rolling radius is not known from this ride, and the slip with it: coast in \
-                 neutral"
-                    .to_owned(),
-            ));
+            let words = "the rolling radius is not known from this ride, and the slip with it";
+            let reason = Reason::new(ReasonCode::UnknownRadius, words);
+            return Some((Status::PoorlyDetermined, reason.with_advice("coast in neutral")));
         }
         if fit.quality.r_squared < MIN_CURVE {
-            return Some(poor(format!(
-                "the curve explains {:.0} % of the friction only, the rest is noise of the slip \
-                 ratio: {}",
-                100.0 * fit.quality.r_squared.max(0.0),
-                self.remedy()
-            )));
+            let words = format!(
+                "the curve explains {:.0} % of the friction only, the rest is noise of the slip ratio",
+                100.0 * fit.quality.r_squared.max(0.0)
+            );
+            return Some(self.poor(ReasonCode::NoisySlip, words));
         }
         // one deep slip may be noise: as many brakings as a coefficient needs must have reached it
         let needed = self.config.min_manoeuvres.max(1);
@@ -154,24 +163,24 @@ impl Case<'_> {
         let peak = fit.formula.peak_slip();
         let reached = peak.is_some_and(|p| deepest / (1.0 - deepest) > REACHED * p);
         (!reached && coefficient != C::MfB).then(|| {
-            let remedy = self.remedy();
-            poor(format!("braked to a slip of {deepest:.3} only, short of the peak: {remedy}"))
+            let words = format!("braked to a slip of {deepest:.3} only, short of the peak");
+            self.poor(ReasonCode::PeakNotReached, words)
         })
     }
 
     fn wide_interval(&self) -> Option<Objection> {
         let Some((low, high)) = self.interval.ends() else {
-            return Some(poor(format!("the ride does not bound it: {}", self.remedy())));
+            return Some(self.poor(ReasonCode::Unbounded, "the ride does not bound it"));
         };
         let wide = 0.5 * (high - low) > self.config.max_relative_interval * self.scale();
         wide.then(|| {
-            let remedy = self.remedy();
             // as people read it
             let [low, high] = match self.id.coefficient {
                 C::PeakSlip => [low, high].map(slip_ratio),
                 _ => [low, high],
             };
-            poor(format!("the interval is wide, {low:.3} to {high:.3}: {remedy}"))
+            let words = format!("the interval is wide, {low:.3} to {high:.3}");
+            self.poor(ReasonCode::WideInterval, words)
         })
     }
 
@@ -205,8 +214,4 @@ pub fn is_of_rule(bike: &Bike, id: Id) -> bool {
 fn significant(x: f64) -> String {
     let decimals = (1.0 - x.abs().log10().floor()).clamp(0.0, 9.0);
     format!("{x:.*}", decimals as usize)
-}
-
-fn poor(reason: String) -> Objection {
-    (Status::PoorlyDetermined, reason)
 }

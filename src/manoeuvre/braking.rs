@@ -13,6 +13,7 @@
 //! ([`engine`](super::engine)) is taken off the rear wheel's force first: what a closed throttle takes is no braking.
 //! A deceleration beyond what the rear wheel can give is never the rear brake alone.
 
+use crate::contract::reason::{Reason, ReasonCode};
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -270,28 +271,39 @@ impl Detector for Config {
         let reason = if claim.kind == &COMBINED_BRAKING {
             let known = f.slip.is_some() || f.pressure.iter().any(Option::is_some);
             Some(if known {
-                "both brakes: the tyres' shares of the force are not known".to_owned()
+                let words = "both brakes: the tyres' shares of the force are not known";
+                Reason::new(ReasonCode::UnknownShares, words)
             } else {
-                "which brake cannot be told without wheel speeds or pressures".to_owned()
+                let words = "which brake cannot be told without wheel speeds or pressures";
+                Reason::new(ReasonCode::UnknownBrake, words)
             })
         } else if peak < self.least_peak {
-            Some(format!(
-                "decelerates with {peak:.1} m/s² at most, less than {:.1}",
-                self.least_peak
+            Some(Reason::new(
+                ReasonCode::Weak,
+                format!(
+                    "decelerates with {peak:.1} m/s² at most, less than {:.1}",
+                    self.least_peak
+                ),
             ))
         } else if claim.kind == &REAR_BRAKING
             && f.pressure[1].is_none()
             && engine.may > 0.5
             && !engine.known
         {
-            Some("rear brake or engine: neither pressures nor throttle and gear tell".to_owned())
+            Some(Reason::new(
+                ReasonCode::UnknownBrake,
+                "rear brake or engine: neither pressures nor throttle and gear tell",
+            ))
         } else if claim.kind == &FRONT_BRAKING
             && engine.share > 1.0 - self.front_share
             && f.front_share.is_none_or(|share| share < self.front_share)
         {
-            Some(format!(
-                "in gear: the engine takes {:.0} % of the force, at the rear tyre",
-                100.0 * engine.share
+            Some(Reason::new(
+                ReasonCode::EngineBraking,
+                format!(
+                    "in gear: the engine takes {:.0} % of the force, at the rear tyre",
+                    100.0 * engine.share
+                ),
             ))
         } else {
             None

@@ -4,6 +4,7 @@
 //! that is a deceleration as drag and rolling resistance give it and wheels that turn at the
 //! ratio of their radii.
 
+use crate::contract::reason::{Reason, ReasonCode};
 use serde::{Deserialize, Serialize};
 
 use super::declaration::{Course, Declaration, Peak, Terrain};
@@ -119,8 +120,12 @@ impl Detector for Config {
 
     fn judge(&self, f: &Features, claim: &Claim, _: &[bool]) -> Verdict {
         let seconds = claim.at.len() as f64 / f.rate;
-        let reason = (seconds < self.shortest_used)
-            .then(|| format!("lasts {seconds:.1} s, shorter than {:.1} s", self.shortest_used));
+        let reason = (seconds < self.shortest_used).then(|| {
+            Reason::new(
+                ReasonCode::Short,
+                format!("lasts {seconds:.1} s, shorter than {:.1} s", self.shortest_used),
+            )
+        });
         Verdict { quality: (seconds / 6.0).min(1.0), reason }
     }
 }

@@ -1,5 +1,6 @@
 //! Leaning steadily in a bend.
 
+use crate::contract::reason::{Reason, ReasonCode};
 use serde::{Deserialize, Serialize};
 
 use super::declaration::{Course, Declaration, Direction, Peak, Terrain};
@@ -96,12 +97,18 @@ impl Detector for Config {
         let reason = if both >= self.least_share {
             None
         } else if uncombined < steady {
-            Some(format!(
-                "braking or accelerating while leaning for {:.0} % of it",
-                100.0 * (1.0 - uncombined)
+            Some(Reason::new(
+                ReasonCode::Combined,
+                format!(
+                    "braking or accelerating while leaning for {:.0} % of it",
+                    100.0 * (1.0 - uncombined)
+                ),
             ))
         } else {
-            Some(format!("rolling for {:.0} % of it: no steady lean", 100.0 * (1.0 - steady)))
+            Some(Reason::new(
+                ReasonCode::NotSteady,
+                format!("rolling for {:.0} % of it: no steady lean", 100.0 * (1.0 - steady)),
+            ))
         };
         Verdict { quality: both * (all / f.rate / 3.0).min(1.0), reason }
     }

@@ -1,5 +1,6 @@
 //! What a detector is: it claims blocks of a ride for a kind of manoeuvre and judges what it gets.
 
+use crate::contract::reason::{Reason, ReasonCode};
 use std::ops::Range;
 
 use super::declaration::{Declaration, Direction};
@@ -29,13 +30,13 @@ pub struct Verdict {
     /// 0 to 1; NaN counts as 0.
     pub quality: f64,
     /// Why it cannot be used; `None` where it can.
-    pub reason: Option<String>,
+    pub reason: Option<Reason>,
 }
 
 impl Verdict {
     /// Of quality 0, for this reason.
-    pub fn unusable(reason: impl Into<String>) -> Self {
-        Verdict { quality: 0.0, reason: Some(reason.into()) }
+    pub fn unusable(code: ReasonCode, sentence: impl Into<String>) -> Self {
+        Verdict { quality: 0.0, reason: Some(Reason::new(code, sentence)) }
     }
 }
 

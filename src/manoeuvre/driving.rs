@@ -1,5 +1,6 @@
 //! Under engine power, straight: what is neither bend nor brake nor coasting.
 
+use crate::contract::reason::{Reason, ReasonCode};
 use serde::{Deserialize, Serialize};
 
 use super::declaration::{Course, Declaration, Peak, Terrain};
@@ -56,15 +57,21 @@ impl Detector for Config {
         let peak = at.clone().map(|i| f.surplus[i]).fold(f64::NEG_INFINITY, f64::max);
         let mean = at.clone().map(|i| f.push[i]).sum::<f64>() / at.len() as f64;
         let reason = if seconds < self.shortest_used {
-            Some(format!("lasts {seconds:.1} s, shorter than {:.1} s", self.shortest_used))
+            Some(Reason::new(
+                ReasonCode::Short,
+                format!("lasts {seconds:.1} s, shorter than {:.1} s", self.shortest_used),
+            ))
         } else if peak == f64::NEG_INFINITY {
-            Some("too near gaps in the velocity to tell its acceleration".to_owned())
+            Some(Reason::new(
+                ReasonCode::MissingSamples,
+                "too near gaps in the velocity to tell its acceleration",
+            ))
         } else if peak >= self.least_peak {
             None
         } else if mean < -0.3 {
-            Some("slows on a closed throttle".to_owned())
+            Some(Reason::new(ReasonCode::EngineBraking, "slows on a closed throttle"))
         } else {
-            Some("the speed is held: too little slip to learn from".to_owned())
+            Some(Reason::new(ReasonCode::Weak, "the speed is held: too little slip to learn from"))
         };
         Verdict { quality: (peak / 3.0).clamp(0.0, 1.0), reason }
     }

@@ -1,5 +1,6 @@
 //! Rolling into and out of a bend: no longer straight and not yet a bend, so it is not used.
 
+use crate::contract::reason::ReasonCode;
 use std::ops::Range;
 
 use super::cornering;
@@ -48,6 +49,6 @@ impl Detector for Rolling<'_> {
     }
 
     fn judge(&self, _: &Features, _: &Claim, _: &[bool]) -> Verdict {
-        Verdict::unusable("rolling into or out of a bend")
+        Verdict::unusable(ReasonCode::Transition, "rolling into or out of a bend")
     }
 }

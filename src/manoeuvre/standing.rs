@@ -4,6 +4,7 @@ use super::declaration::{Course, Declaration, Peak, Terrain};
 use super::detector::{Claim, Detector, Verdict};
 use super::features::Features;
 use super::mask::{hysteresis, runs};
+use crate::contract::reason::ReasonCode;
 
 pub(super) static OTHER: Declaration = Declaration {
     name: "other",
@@ -31,7 +32,7 @@ impl Detector for NoVelocity {
     }
 
     fn judge(&self, _: &Features, _: &Claim, _: &[bool]) -> Verdict {
-        Verdict::unusable("no forward velocity recorded")
+        Verdict::unusable(ReasonCode::NoVelocity, "no forward velocity recorded")
     }
 }
 
@@ -52,7 +53,10 @@ impl Detector for Standing {
     }
 
     fn judge(&self, _: &Features, _: &Claim, _: &[bool]) -> Verdict {
-        Verdict::unusable(format!("standing or slower than {:.1} m/s", self.min_speed))
+        Verdict::unusable(
+            ReasonCode::Slow,
+            format!("standing or slower than {:.1} m/s", self.min_speed),
+        )
     }
 }
 

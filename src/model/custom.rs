@@ -102,7 +102,6 @@ impl Custom {
             rolling_resistance,
             relaxation_length: get(C::RelaxationLength)?,
             vertical_stiffness: wheel.vertical_stiffness,
-            slip_transition: wheel.slip_transition,
             camber_force_decay: wheel.camber_force_decay,
             camber_moment_decay: wheel.camber_moment_decay,
             reference_friction: friction,

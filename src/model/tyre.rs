@@ -91,8 +91,6 @@ pub struct Tyre {
     pub relaxation_length: f64,
     /// `K_z`, N/m, eq. 12.
     pub vertical_stiffness: f64,
-    /// `q1`, eq. 9.
-    pub slip_transition: f64,
     /// `c_Fy_gamma`, eq. 15.
     pub camber_force_decay: f64,
     /// `c_Mz_gamma`, eq. 17.
@@ -292,7 +290,6 @@ mod tests {
             rolling_resistance: 0.015,
             relaxation_length: 0.31,
             vertical_stiffness: 141e3,
-            slip_transition: 1.1,
             camber_force_decay: 1.0,
             camber_moment_decay: 1.0,
             reference_friction: 1.0,

@@ -9,6 +9,7 @@ use super::stages::{Characterised, characterise};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::coefficient;
+use crate::contract::reason::{Reason, ReasonCode};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
@@ -96,17 +97,22 @@ pub fn run(
 }
 
 /// Why the channels do not allow a coefficient, if they do not.
-fn missing_channels(session: &Session, id: coefficient::Id) -> Option<String> {
+fn missing_channels(session: &Session, id: coefficient::Id) -> Option<Reason> {
     let missing = id.requirement().missing(session);
     let names: Vec<&str> = missing.into_iter().map(Channel::name).collect();
     if names.is_empty() {
         return None;
     }
-    if names.contains(&Channel::Gear.name()) && session.has(Channel::Gear) {
-        return Some("the gear never changes between neutral and engaged".to_owned());
+    if names == [Channel::Gear.name()] {
+        let words = match session.has(Channel::Gear) {
+            true => "the gear never changes between neutral and engaged",
+            false => "the log has no channel gear, nor throttle, both wheels and acceleration instead",
+        };
+        return Some(Reason::new(ReasonCode::UnknownCoasting, words));
     }
     let plural = if names.len() == 1 { "channel" } else { "channels" };
-    Some(format!("the log has no {plural} {}", names.join(", ")))
+    let words = format!("the log has no {plural} {}", names.join(", "));
+    Some(Reason::new(ReasonCode::MissingChannel, words))
 }
 
 /// Rolling radii, front and rear: estimated where they were, else the bike file's.

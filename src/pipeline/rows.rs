@@ -3,7 +3,7 @@
 use super::outcome::Input;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
-use crate::contract::session::Session;
+use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
 use crate::segment::Segment;
 use crate::tables::rows;
@@ -21,12 +21,18 @@ pub fn provenance(input: &Input<'_>) -> rows::Provenance {
 pub fn name_machine(coefficients: &mut [rows::Coefficient], ride: &Session, bike: &Bike) {
     for row in coefficients {
         let tyre = Axle::BOTH.into_iter().find(|axle| axle.name() == row.tyre);
-        row.tyre_model = tyre.and_then(|axle| match axle {
-            Axle::Front => ride.meta.tyre_front.clone(),
-            Axle::Rear => ride.meta.tyre_rear.clone(),
-        });
+        row.tyre_model = tyre.and_then(|axle| tyre_model(&ride.meta, bike, axle));
         row.motorcycle.clone_from(&bike.name);
     }
+}
+
+/// Model of a tyre: what the log or its map says, else the bike file's.
+fn tyre_model(meta: &Meta, bike: &Bike, axle: Axle) -> Option<String> {
+    let ridden = match axle {
+        Axle::Front => &meta.tyre_front,
+        Axle::Rear => &meta.tyre_rear,
+    };
+    ridden.as_ref().or(bike.wheel(axle).model.as_ref()).cloned()
 }
 
 /// The rows of `warnings`.
@@ -95,7 +101,8 @@ pub fn manoeuvres(
                 direction: s.direction.map(|d| d.name().to_owned()),
                 quality: s.quality,
                 used: s.used,
-                reason: s.reason.clone(),
+                reason: s.reason.as_deref().map(str::to_owned),
+                reason_code: s.reason.as_ref().map(|r| r.code.name().to_owned()),
                 speed_start: finite(cut(v, start, end).and_then(|v| v.first().copied())),
                 speed_end: finite(cut(v, start, end).and_then(|v| v.last().copied())),
                 speed_mean: cut(v, start, end).and_then(|v| mean(v.iter().copied())),
@@ -140,8 +147,8 @@ pub fn session(
         n_coefficients_ok: coefficients.iter().filter(|c| c.status == rows::Status::Ok).count()
             as i64,
         n_warnings: warnings.len() as i64,
-        tyre_front: meta.tyre_front.clone().or_else(|| bike.front.model.clone()),
-        tyre_rear: meta.tyre_rear.clone().or_else(|| bike.rear.model.clone()),
+        tyre_front: tyre_model(meta, bike, Axle::Front),
+        tyre_rear: tyre_model(meta, bike, Axle::Rear),
         site: meta.site.clone(),
         rider_id: meta.rider_id.clone(),
         provenance,

@@ -95,11 +95,15 @@ impl Pipeline {
     pub fn parse(text: &str, name: &str) -> Result<Self, String> {
         let fail = |e: String| format!("pipeline {name}: {e}");
         FileKind::Pipeline.expect(text).map_err(fail)?;
+        // the text, not the settings: what it leaves out is in order
+        let mut given: toml::Table = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        let keys = KeyTable::embedded("pipeline");
+        if let Some(removed) = keys.take_removed(&mut given).first() {
+            return Err(fail(removed.message()));
+        }
         let pipeline: Pipeline = toml::from_str(text)
             .map_err(|e| fail(crate::contract::schema::with_hint(&e.to_string())))?;
-        // the text, not the settings: what it leaves out is in order
-        let given: toml::Table = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
-        KeyTable::embedded("pipeline").check_ranges(&given).map_err(fail)?;
+        keys.check_ranges(&given).map_err(fail)?;
         pipeline.estimate.check().map_err(fail)?;
         pipeline.fit.check().map_err(fail)?;
         pipeline.in_gear.check().map_err(fail)?;

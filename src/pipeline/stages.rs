@@ -58,6 +58,7 @@ pub fn prepare_raw(
     let (mut session, mut warnings) =
         ingest::run(raw, &pipeline.ingest).map_err(Rejection::from)?;
     warnings.extend(default_bike(bike));
+    warnings.extend(removed_keys(bike));
     if pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
         warnings
             .extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(Rejection::from)?);
@@ -78,6 +79,19 @@ fn default_bike(bike: &Bike) -> Option<Warning> {
              `roadbench bike new {id}` writes one",
             id = bike.bike_id
         ),
+    })
+}
+
+/// Says which keys of the bike file nothing reads any more.
+fn removed_keys(bike: &Bike) -> Option<Warning> {
+    let keys = &bike.removed_keys;
+    (!keys.is_empty()).then(|| Warning {
+        stage: "ingest",
+        code: "removed_key",
+        channel: None,
+        count: keys.len(),
+        time: None,
+        message: format!("bike file `{}`: {}", bike.bike_id, keys.join("; ")),
     })
 }
 

@@ -81,13 +81,13 @@ pub fn summary(session: &SessionRow, coefficients: &[Coefficient]) -> String {
         );
         // once under those that share it
         let shared = rows.get(i + 1).is_some_and(|next| {
-            (&next.tyre, next.status, &next.reason) == (&c.tyre, c.status, &c.reason)
+            (&next.tyre, next.status, next.why()) == (&c.tyre, c.status, c.why())
         });
         if c.status != Status::Ok
             && !shared
-            && let Some(reason) = &c.reason
+            && let Some(reason) = c.why()
         {
-            for text in wrap(&clean(reason), WIDTH - 6) {
+            for text in wrap(&clean(&reason), WIDTH - 6) {
                 line(&mut out, &format!("      {text}"));
             }
         }

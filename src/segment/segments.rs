@@ -1,5 +1,6 @@
 //! Segments: what the stage gives to the estimates and to the table `manoeuvres`.
 
+use crate::contract::reason::Reason;
 use crate::manoeuvre::{Direction, ManoeuvreKind};
 
 /// One manoeuvre: samples `start..end` of the session.
@@ -18,5 +19,5 @@ pub struct Segment {
     /// Whether estimation may use it.
     pub used: bool,
     /// Why estimation may not use it.
-    pub reason: Option<String>,
+    pub reason: Option<Reason>,
 }

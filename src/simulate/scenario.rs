@@ -333,7 +333,6 @@ fn plant(bike: &Bike, truth: &BTreeMap<String, f64>) -> Plant {
             rolling_resistance: truth["rolling_resistance"],
             relaxation_length: wheel.relaxation_length.unwrap_or(rolling_radius),
             vertical_stiffness: wheel.vertical_stiffness,
-            slip_transition: wheel.slip_transition,
             camber_force_decay: wheel.camber_force_decay,
             camber_moment_decay: wheel.camber_moment_decay,
             reference_friction: 1.0,

@@ -112,7 +112,6 @@ pub fn like(tyre: &dyn TyreModel, load: f64) -> Tyre {
         rolling_resistance: b.rolling_resistance,
         relaxation_length: b.relaxation_length,
         vertical_stiffness: tyre.carcass().stiffness,
-        slip_transition: 1.1,
         camber_force_decay: 1.0,
         camber_moment_decay: 1.0,
         reference_friction: 1.0,

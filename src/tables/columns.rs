@@ -1,17 +1,15 @@
 //! Rows to columns: a serde serializer that puts every field of a row where its column grows.
 //!
-//! One pass, no text between: a float goes into a float column, a category is looked up once and then known. What is not a
+//! One pass, no text between: a float goes into a float column. What is not a
 //! flat row of numbers, texts and what may be missing is refused, and so is a row that does not fit its schema.
 
-use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;
 
 use arrow::array::{
-    ArrayRef, BooleanBuilder, DictionaryArray, Float64Builder, Int32Builder, Int64Builder,
-    RecordBatch, StringBuilder, TimestampMicrosecondBuilder,
+    ArrayRef, BooleanBuilder, Float64Builder, Int64Builder, RecordBatch, StringBuilder,
+    TimestampMicrosecondBuilder,
 };
-use arrow::datatypes::Int32Type;
 use serde::ser::{self, Impossible, Serialize, Serializer};
 
 use crate::contract::instant;
@@ -51,7 +49,6 @@ enum Growing {
     Int(Int64Builder),
     Bool(BooleanBuilder),
     Text(StringBuilder),
-    Category(Category),
     Instant(TimestampMicrosecondBuilder),
 }
 
@@ -61,7 +58,6 @@ impl Growing {
             "float64" => Growing::Float(Float64Builder::with_capacity(rows)),
             "int64" => Growing::Int(Int64Builder::with_capacity(rows)),
             "bool" => Growing::Bool(BooleanBuilder::with_capacity(rows)),
-            "category" => Growing::Category(Category::default()),
             "timestamp" => Growing::Instant(
                 TimestampMicrosecondBuilder::with_capacity(rows).with_timezone("UTC"),
             ),
@@ -81,8 +77,6 @@ impl Growing {
             (Growing::Bool(b), Scalar::Null) => b.append_null(),
             (Growing::Text(b), Scalar::Text(x)) => b.append_value(x),
             (Growing::Text(b), Scalar::Null) => b.append_null(),
-            (Growing::Category(c), Scalar::Text(x)) => c.push(x),
-            (Growing::Category(c), Scalar::Null) => c.keys.append_null(),
             // a text that is no time is no reason to lose the row
             (Growing::Instant(b), Scalar::Text(x)) => b.append_option(instant::microseconds(x)),
             (Growing::Instant(b), Scalar::Null) => b.append_null(),
@@ -97,46 +91,8 @@ impl Growing {
             Growing::Int(mut b) => Arc::new(b.finish()),
             Growing::Bool(mut b) => Arc::new(b.finish()),
             Growing::Text(mut b) => Arc::new(b.finish()),
-            Growing::Category(c) => Arc::new(c.finish()?),
             Growing::Instant(mut b) => Arc::new(b.finish()),
         })
-    }
-}
-
-/// A column of few different texts, in order of their first appearance.
-#[derive(Default)]
-struct Category {
-    keys: Int32Builder,
-    places: HashMap<String, i32>,
-    texts: StringBuilder,
-    /// The last one: rows of one kind follow one another.
-    last: Option<(String, i32)>,
-}
-
-impl Category {
-    fn push(&mut self, text: &str) {
-        let key = match &self.last {
-            Some((last, key)) if last == text => *key,
-            _ => {
-                let next = self.places.len() as i32;
-                let key = match self.places.get(text) {
-                    Some(key) => *key,
-                    None => {
-                        self.places.insert(text.to_owned(), next);
-                        self.texts.append_value(text);
-                        next
-                    }
-                };
-                self.last = Some((text.to_owned(), key));
-                key
-            }
-        };
-        self.keys.append_value(key);
-    }
-
-    fn finish(mut self) -> Result<DictionaryArray<Int32Type>, String> {
-        DictionaryArray::try_new(self.keys.finish(), Arc::new(self.texts.finish()))
-            .map_err(|e| e.to_string())
     }
 }
 

@@ -14,7 +14,7 @@ use parquet::schema::types::ColumnPath;
 use serde::Serialize;
 
 use crate::contract::instant;
-use crate::contract::schema::{Column, Table};
+use crate::contract::schema::Table;
 use crate::objects::Location;
 pub use crate::objects::replace::TEMPORARY;
 use crate::tables::columns;
@@ -54,39 +54,22 @@ fn batch_of<R: Serialize>(table: &Table, rows: &[R]) -> Result<RecordBatch, Erro
         .map_err(|message| Error::Encode { table: table.name.clone(), message })
 }
 
-/// A batch in the types of its table's schema: of one whose categories and instants are texts, or that a roadbench of
-/// before wrote. A column that may be null may be missing; one that the schema has not is left out.
+/// A batch in the types of its table's schema: of one whose instants are texts, or that an earlier roadbench wrote, whose
+/// ids are dictionaries. A column that may be null may be missing; one that the schema has not is left out.
 ///
 /// # Errors
 /// A sentence: a column is missing or of another type.
 pub fn typed(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, String> {
-    conform(table, batch, table.arrow(), Column::data_type)
-}
-
-/// As [`typed`], with categories as texts: batches of several files can then follow one another.
-///
-/// # Errors
-/// As [`typed`].
-pub fn flat(table: &Table, batch: &RecordBatch) -> Result<RecordBatch, String> {
-    conform(table, batch, table.flat(), Column::flat_type)
-}
-
-fn conform(
-    table: &Table,
-    batch: &RecordBatch,
-    schema: SchemaRef,
-    kind: impl Fn(&Column) -> DataType,
-) -> Result<RecordBatch, String> {
     let columns: Vec<ArrayRef> = table
         .columns
         .iter()
         .map(|column| match batch.column_by_name(&column.name) {
-            Some(array) => conform_column(&column.name, array, &kind(column)),
-            None if column.nullable => Ok(new_null_array(&kind(column), batch.num_rows())),
+            Some(array) => conform_column(&column.name, array, &column.data_type()),
+            None if column.nullable => Ok(new_null_array(&column.data_type(), batch.num_rows())),
             None => Err(format!("it has no column `{}`", column.name)),
         })
         .collect::<Result<_, String>>()?;
-    RecordBatch::try_new(schema, columns).map_err(|e| e.to_string())
+    RecordBatch::try_new(table.arrow(), columns).map_err(|e| e.to_string())
 }
 
 /// A column in a type of its table. No cast of arrow's puts a zone on an instant or takes its text with one: that would
@@ -158,18 +141,18 @@ pub fn batch_to_bytes(table: &str, batch: &RecordBatch) -> Result<Vec<u8>, Error
         .map_err(|message| Error::Encode { table: table.to_owned(), message })
 }
 
-/// Batches one after the other, flat ones too, as the bytes of one Parquet file of their table.
+/// Batches one after the other, as the bytes of one Parquet file of their table.
 ///
 /// # Errors
 /// A batch does not fit the table.
 pub fn batches_to_bytes(table: &Table, batches: &[RecordBatch]) -> Result<Vec<u8>, Error> {
     // what follows another is put together first, as far as it is small: a batch of one row costs as much as one of many
     let chunks = batches.chunk_by(|_, next| next.num_rows() < SMALL);
-    let typed = chunks.flat_map(|some| some.chunks(TOGETHER)).map(|some| {
-        let all = concat_batches(&table.flat(), some).map_err(|e| e.to_string())?;
-        typed(table, &all)
-    });
-    encode(table.arrow(), typed)
+    let schema = table.arrow();
+    let whole = chunks
+        .flat_map(|some| some.chunks(TOGETHER))
+        .map(|some| concat_batches(&schema, some).map_err(|e| e.to_string()));
+    encode(Arc::clone(&schema), whole)
         .map_err(|message| Error::Encode { table: table.name.clone(), message })
 }
 

@@ -189,8 +189,7 @@ pub(super) fn selected(
     reader.map(|batch| batch.map_err(|e| fail(e.to_string()))).collect()
 }
 
-/// The columns of one batch by name, in the types of files but for categories, which are texts; rows get instants as
-/// texts, too.
+/// The columns of one batch by name, in the types of files; rows get instants as texts.
 #[derive(Debug)]
 pub struct Columns(BTreeMap<&'static str, ArrayRef>);
 
@@ -214,7 +213,7 @@ impl Columns {
             let fail = |message: String| Error { path: path.to_owned(), message };
             match batch.column_by_name(&column.name) {
                 Some(array) => {
-                    let array = file::conform_column(&column.name, array, &column.flat_type())
+                    let array = file::conform_column(&column.name, array, &column.data_type())
                         .map_err(fail)?;
                     columns.insert(column.name.as_str(), array);
                 }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use super::ident::Ident;
 pub use super::lap_rows::{LapCornerRow, LapPointRow, LapRow};
+use crate::contract::reason::Reason;
 pub use crate::contract::status::Status;
 
 /// Stands for what is not one thing in a pooled row.
@@ -68,9 +69,41 @@ pub struct Coefficient {
     pub status: Status,
     /// Why not `ok`.
     pub reason: Option<String>,
+    /// Its kind.
+    pub reason_code: Option<String>,
+    /// What would change it.
+    pub advice: Option<String>,
     /// From what.
     #[serde(flatten)]
     pub provenance: Provenance,
+}
+
+impl Coefficient {
+    /// Puts a reason in, with its code and its advice; none where all is well.
+    pub fn explain(&mut self, reason: Option<Reason>) {
+        self.reason_code = reason.as_ref().map(|r| r.code.name().to_owned());
+        self.advice = reason.as_ref().and_then(|r| r.advice.clone());
+        self.reason = reason.map(|r| r.sentence);
+    }
+
+    /// Reason and advice as people read them; tables of earlier versions have both in one.
+    pub fn why(&self) -> Option<String> {
+        why(self.reason.as_deref(), self.advice.as_deref())
+    }
+}
+
+impl RatioRow {
+    /// As [`Coefficient::why`].
+    pub fn why(&self) -> Option<String> {
+        why(self.reason.as_deref(), self.advice.as_deref())
+    }
+}
+
+fn why(reason: Option<&str>, advice: Option<&str>) -> Option<String> {
+    match (reason, advice) {
+        (Some(reason), Some(advice)) => Some(format!("{reason}: {advice}")),
+        (reason, advice) => reason.or(advice).map(str::to_owned),
+    }
 }
 
 /// A row of `evidence`.
@@ -107,6 +140,7 @@ pub struct Manoeuvre {
     pub quality: f64,
     pub used: bool,
     pub reason: Option<String>,
+    pub reason_code: Option<String>,
     pub speed_start: Option<f64>,
     pub speed_end: Option<f64>,
     pub speed_mean: Option<f64>,
@@ -300,6 +334,8 @@ pub struct RatioRow {
     pub noise: f64,
     pub status: Status,
     pub reason: Option<String>,
+    pub reason_code: Option<String>,
+    pub advice: Option<String>,
 }
 
 /// A row of `tyres`.
@@ -342,6 +378,7 @@ pub struct BikeRow {
     pub told: f64,
     pub n_sessions: i64,
     pub reason: Option<String>,
+    pub reason_code: Option<String>,
 }
 
 /// A row of `causes`.

@@ -89,7 +89,6 @@ fn audited() -> Tyre {
         rolling_resistance: 0.015,
         relaxation_length: 0.31,
         vertical_stiffness: 141e3,
-        slip_transition: 1.1,
         camber_force_decay: 1.0,
         camber_moment_decay: 1.0,
         reference_friction: 1.0,

@@ -242,7 +242,7 @@ fn thirty_per_cent_gross_outliers_move_no_fit_by_three_per_cent() {
         let clean = fits.friction[k].as_ref().expect("curve");
         let mut rows: Rows = study.solution.samples.friction[k].clone();
         spoil(&mut rows.friction, 0.8);
-        let dirty = fit::friction::fit(&rows, &Default::default()).expect("curve");
+        let dirty = fit::friction::fit(&rows).expect("curve");
         let [from, to] = clean.slip_range;
         for i in 0..=50 {
             let s = from + (to - from) * f64::from(i) / 50.0;

@@ -274,7 +274,7 @@ fn times_and_reasons() {
     println!("{} segments in {} samples: {:?}", found.len(), simulated.session.len, now.elapsed());
     let mut reasons: BTreeMap<(ManoeuvreKind, String), usize> = BTreeMap::new();
     for s in &found {
-        let reason = s.reason.clone().unwrap_or_else(|| "used".into());
+        let reason = s.reason.as_deref().unwrap_or("used").to_owned();
         *reasons.entry((s.kind, reason)).or_default() += 1;
     }
     for ((kind, reason), count) in reasons {

@@ -21,7 +21,7 @@ fn pair(truth: &toml::Table, key: &str) -> [f64; 2] {
 }
 
 /// The drafted map; only what no log says is filled in: with which radius wheel speeds in km/h were computed.
-fn drafted() -> String {
+pub fn drafted() -> String {
     let log = fixture().join("superbike.csv");
     let output = Command::cargo_bin("roadbench")
         .expect("built")

@@ -69,7 +69,6 @@ pub fn plant(values: &Parameters) -> Plant {
             rolling_resistance: values.rolling_resistance,
             relaxation_length: values.relaxation_length[k],
             vertical_stiffness: values.vertical_stiffness[k],
-            slip_transition: 1.1,
             camber_force_decay: 0.0,
             camber_moment_decay: 0.0,
             reference_friction: 1.0,

@@ -3,6 +3,7 @@
 
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
+use crate::contract::reason::{Reason, ReasonCode};
 use crate::tables::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
 use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
@@ -242,31 +243,47 @@ fn coefficient(
     let (status, reason) = match n {
         0 if !possible => (
             Status::NotAvailable,
-            Some("the channels do not determine the force, see the warnings".to_owned()),
+            Some(Reason::new(
+                ReasonCode::MissingChannel,
+                "the channels do not determine the force, see the warnings",
+            )),
         ),
         0 => (
             Status::NotAvailable,
-            Some(format!(
-                "no segment has {LEAST_TIME} s with more than {ENGAGED:.0} N along the chassis and \
+            Some(Reason::new(
+                ReasonCode::NoManoeuvre,
+                format!(
+                    "no segment has {LEAST_TIME} s with more than {ENGAGED:.0} N along the chassis and \
                  {LEAST_LOAD:.0} N of load"
+                ),
             )),
         ),
-        n if n < FEWEST => {
-            (Status::PoorlyDetermined, Some(format!("{n} segments only, of {FEWEST} or more")))
-        }
+        n if n < FEWEST => (
+            Status::PoorlyDetermined,
+            Some(Reason::new(
+                ReasonCode::FewManoeuvres,
+                format!("{n} segments only, of {FEWEST} or more"),
+            )),
+        ),
         _ if value.zip(half).is_some_and(|(v, h)| h > WIDEST * v.abs()) => {
             let rider = model.abs() > sampled.unwrap_or(0.0);
-            let why = if rider {
-                "how the rider shares his pull between bar and pegs leaves it open"
+            let (code, why) = if rider {
+                (
+                    ReasonCode::UnknownShares,
+                    "how the rider shares his pull between bar and pegs leaves it open",
+                )
             } else {
-                "the segments differ too much"
+                (ReasonCode::SegmentsDiffer, "the segments differ too much")
             };
-            (Status::PoorlyDetermined, Some(format!("interval wider than half the value: {why}")))
+            (
+                Status::PoorlyDetermined,
+                Some(Reason::new(code, format!("interval wider than half the value: {why}"))),
+            )
         }
         _ => (Status::Ok, None),
     };
     let spec = friction.coefficient.spec();
-    Coefficient {
+    let mut row = Coefficient {
         ident: ident.clone(),
         tyre: friction.axle.name().to_owned(),
         coefficient: spec.name.to_owned(),
@@ -283,10 +300,11 @@ fn coefficient(
         outlier_fraction: None,
         r_squared: None,
         status,
-        reason,
         provenance: provenance.clone(),
         ..Coefficient::default()
-    }
+    };
+    row.explain(reason);
+    row
 }
 
 impl ForceRow {

@@ -8,6 +8,7 @@ use super::InGear;
 use super::parameters::*;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
+use crate::contract::reason::{Reason, ReasonCode};
 use crate::statistics::interval::t95;
 use crate::tables::rows::{Coefficient, Ident, Provenance, Status};
 
@@ -26,7 +27,7 @@ struct Word {
     std_error: Option<f64>,
     interval: [Option<f64>; 2],
     status: Status,
-    reason: Option<String>,
+    reason: Option<Reason>,
 }
 
 /// Whether the ordinary fits lack what the in-gear fit gives: without the rear rolling radius there
@@ -96,10 +97,9 @@ pub fn doubt(rows: &mut [Coefficient]) {
         row.ci95_low = row.ci95_low.map(|low| value - half(low));
         row.ci95_high = row.ci95_high.map(|high| value + half(high));
         row.status = Status::PoorlyDetermined;
-        row.reason = Some(
-            "found under drive: latency, growth and load move it by 0.2 to 0.6 %; coast in neutral"
-                .into(),
-        );
+        let words = "estimated under drive: latency, growth and load move it by 0.2 to 0.6 %";
+        let reason = Reason::new(ReasonCode::UnderDrive, words);
+        row.explain(Some(reason.with_advice("coast in neutral")));
     }
 }
 
@@ -116,7 +116,7 @@ impl InGear {
         row.outlier_fraction = known.then_some(self.fitted.outliers);
         row.r_squared = None;
         row.status = word.status;
-        row.reason = word.reason;
+        row.explain(word.reason);
     }
 
     /// `None` of what this fit says nothing about.
@@ -189,9 +189,11 @@ impl InGear {
             std_error: None,
             interval: [Some(bound), None],
             status: Status::LowerBound,
-            reason: Some(format!(
-                "at least {bound:.2} was used (95 %, upright); the peak was not reached: {remedy}"
-            )),
+            reason: because(
+                ReasonCode::PeakNotReached,
+                format!("at least {bound:.2} was used (95 %, upright); the peak was not reached"),
+                remedy,
+            ),
         }
     }
 
@@ -212,11 +214,15 @@ impl InGear {
             std_error: Some(value * sd),
             interval: [Some(value * (-half).exp()), Some(value * half.exp())],
             status: Status::PoorlyDetermined,
-            reason: Some(format!(
-                "slip stiffness {stiffness:.1} over c and d, which are assumed ({:.2}, {:.2}): {remedy}",
-                theta[c].exp(),
-                theta[d].exp()
-            )),
+            reason: because(
+                ReasonCode::AssumedShape,
+                format!(
+                    "slip stiffness {stiffness:.1} over c and d, which are assumed ({:.2}, {:.2})",
+                    theta[c].exp(),
+                    theta[d].exp()
+                ),
+                remedy,
+            ),
         }
     }
 }
@@ -231,6 +237,10 @@ const MODEL_ERROR_DRAG: f64 = 0.18;
 /// Tyres whose slip stiffness goes with the load in another way.
 const MODEL_ERROR_STIFFNESS: [f64; 2] = [0.08, 0.10];
 
+fn because(code: ReasonCode, sentence: String, remedy: &str) -> Option<Reason> {
+    Some(Reason::new(code, sentence).with_advice(remedy))
+}
+
 fn undetermined(value: f64, half: f64, remedy: &str) -> Word {
     // two digits of the uncertainty
     let digits = (1.0 - half.log10().floor()).clamp(0.0, 9.0) as usize;
@@ -239,9 +249,13 @@ fn undetermined(value: f64, half: f64, remedy: &str) -> Word {
         std_error: None,
         interval: [None, None],
         status: Status::NotAvailable,
-        reason: Some(format!(
-            "the ride in gear hardly narrows what was assumed ({value:.digits$} ± {half:.digits$}): {remedy}"
-        )),
+        reason: because(
+            ReasonCode::HardlyNarrowed,
+            format!(
+                "the ride in gear hardly narrows what was assumed ({value:.digits$} ± {half:.digits$})"
+            ),
+            remedy,
+        ),
     }
 }
 
@@ -252,9 +266,13 @@ impl Word {
             std_error: Some(sd),
             interval: ends.map(Some),
             status: if wide { Status::PoorlyDetermined } else { Status::Ok },
-            reason: wide.then(|| {
-                format!("the interval is wide, {:.3} to {:.3}: {remedy}", ends[0], ends[1])
-            }),
+            reason: match wide {
+                true => {
+                    let words = format!("the interval is wide, {:.3} to {:.3}", ends[0], ends[1]);
+                    because(ReasonCode::WideInterval, words, remedy)
+                }
+                false => None,
+            },
         }
     }
 
@@ -264,7 +282,11 @@ impl Word {
             std_error: None,
             interval: [None, None],
             status: Status::NotAvailable,
-            reason: Some(format!("no bound of the peak without the tyre's own force: {remedy}")),
+            reason: because(
+                ReasonCode::UnknownShares,
+                "no bound of the peak without the tyre's own force".to_owned(),
+                remedy,
+            ),
         }
     }
 }

@@ -80,7 +80,7 @@ fn ratio(row: &RatioRow) -> Ratio {
         status: status.name(),
         status_label: status.words(),
         sign: status.sign(),
-        reason: row.reason.clone().unwrap_or_default(),
+        reason: row.why().unwrap_or_default(),
     }
 }
 

@@ -169,7 +169,7 @@ fn undetermined(rows: &[&Coefficient]) -> String {
         let value = typeset(&fixed(value, number_format::decimals_of(value, None)));
         return format!("assumed {value} {}", labels::unit(&c.unit)).trim_end().to_owned();
     }
-    match rows.iter().find_map(|c| c.reason.as_deref()) {
+    match rows.iter().find_map(|c| c.why()) {
         Some(reason) => format!("{}: {reason}", rows[0].status.words()),
         None => rows[0].status.words().to_owned(),
     }

@@ -313,7 +313,7 @@ fn row(c: &Coefficient) -> Row {
         status: c.status.name(),
         status_label: c.status.words(),
         sign: c.status.sign(),
-        reason: c.reason.clone().unwrap_or_default(),
+        reason: c.why().unwrap_or_default(),
         bench: String::new(),
         estimate: c.value,
     }
@@ -341,7 +341,7 @@ fn missing(coefficients: &[Coefficient]) -> Vec<Missing> {
         let item = (
             format!("{} {}", c.tyre, labels::coefficient(&c.coefficient)),
             c.status.words(),
-            c.reason.clone().unwrap_or_default(),
+            c.why().unwrap_or_default(),
         );
         match out.iter_mut().find(|m| m.ride == ride) {
             Some(group) => group.items.push(item),

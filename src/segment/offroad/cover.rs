@@ -1,5 +1,6 @@
 //! Kinds sample by sample made into segments that cover the ride.
 
+use crate::contract::reason::{Reason, ReasonCode};
 use std::ops::Range;
 
 use crate::manoeuvre::means::Ride;
@@ -47,9 +48,12 @@ fn segment(ride: &Ride<'_>, at: Range<usize>, kind: ManoeuvreKind, config: &Conf
     let missing = ride.load[at.clone()].iter().filter(|v| !v.is_finite()).count();
     let missing = missing as f64 / at.len() as f64;
     let reason = if missing > config.missing {
-        Some(format!("{:.0} % of its samples have no estimate", 100.0 * missing))
+        Some(Reason::new(
+            ReasonCode::MissingSamples,
+            format!("{:.0} % of its samples have no estimate", 100.0 * missing),
+        ))
     } else if kind == ManoeuvreKind::Other {
-        Some("neither flight, whoops, corner, braking nor drive".to_owned())
+        Some(Reason::new(ReasonCode::NoKind, "neither flight, whoops, corner, braking nor drive"))
     } else {
         None
     };
