@@ -9,6 +9,7 @@ use bytes::Bytes;
 use rayon::prelude::*;
 use walkdir::WalkDir;
 
+use super::empty;
 use super::error::Error;
 use super::kind::Kind;
 use super::log_hash::hash_file;
@@ -116,6 +117,7 @@ impl Contents {
         let wanted = |path: &str| {
             folders.iter().any(|f| manifest::is_below(path, f))
                 && !derived.iter().any(|f| manifest::is_below(path, f))
+                && !empty::is_one(path)
         };
         self.damaged = match &self.names {
             None => list.damaged(&self.root, wanted),

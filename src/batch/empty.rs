@@ -22,6 +22,11 @@ fn files(kind: &Kind) -> impl Iterator<Item = (&'static TableSpec, String)> {
     of_sessions.chain([(rejected, format!("{}/empty.parquet", rejected.name))])
 }
 
+/// Whether it is such a file: it has nothing to lose, and the next run writes it again.
+pub fn is_one(path: &str) -> bool {
+    path.ends_with(&format!("/{NOBODY}/empty.parquet"))
+}
+
 /// Whether one of them is not there; `has` says of each.
 pub fn lacks(kind: &Kind, has: impl Fn(&str) -> bool) -> bool {
     files(kind).any(|(_, path)| !has(&path))

@@ -181,6 +181,7 @@ fn resolved(name: &str) -> (toml::Table, Vec<String>) {
 }
 
 #[test]
+#[ignore = "not finished: longer than ten minutes unoptimised, and its result was never seen"]
 fn every_key_of_a_pipeline_changes_some_result() {
     let (road, track, dirt) = (road(), track(), dirt());
     let mut idle_keys = Vec::new();
