@@ -13,7 +13,8 @@ use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{
-    Data, Solution, by_course, coefficients, cornering, evidence, in_gear, missing, wheel_scale,
+    Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, missing,
+    wheel_scale,
 };
 use crate::laps::Known;
 use crate::model::formulation::Formulation;
@@ -69,6 +70,7 @@ pub fn run(
     }
     by_course::widen(&mut coefficients, &ride);
     wheel_scale::widen(&mut coefficients, ride.wheel_scale_sd);
+    contradicted::object(&mut coefficients, &ride);
     name_machine(&mut coefficients, &ride, bike);
     let evidence = evidence::rows(&solution, bike, &coefficients, &ride.meta);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };

@@ -1,5 +1,6 @@
 //! How late one channel is after another: the lag at which their changes agree best.
 
+use super::lag::halves_error;
 use super::signal::RATE;
 use crate::statistics::order;
 
@@ -46,9 +47,12 @@ pub fn delay(reference: &[f64], channel: &[f64]) -> Option<Delay> {
         return Some(Delay { value: whole / RATE, error: 0.1, r });
     }
     let count = parts.len() as f64;
+    let (first, second) = parts.split_at(parts.len() / 2);
+    let halves = [first, second].map(|half| order::median(&mut half.to_vec()));
     let middle = order::median(&mut parts)?;
     // of a median, and never less than a hundredth of a step
     let error = (1.25 * order::spread_about(&parts, middle) / count.sqrt()).max(0.01 / RATE);
+    let error = halves_error(halves, error);
     Some(Delay { value: whole / RATE, error, r })
 }
 
