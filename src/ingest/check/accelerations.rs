@@ -62,7 +62,11 @@ pub(super) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> 
 
 /// A scale of `a_x` that is not that of `dv/dt`, and whether the velocity's unit may be the reason.
 fn scale(view: &View, ax: &[f64], dv: &[f64]) -> Option<(Finding, bool)> {
-    let pair = view.pair(ax, dv, LEAST)?;
+    // what a tilt adds is no scale
+    let rest = |i: usize| if dv[i].abs() < 0.5 * LEAST { ax[i] } else { f64::NAN };
+    let offset = view.median(rest).map_or(0.0, |m| m.value);
+    let level: Vec<f64> = ax.iter().map(|a| a - offset).collect();
+    let pair = view.pair(&level, dv, LEAST)?;
     let apart = pair.together < TOGETHER;
     let off = pair.scale.abs().ln().abs() > EQUAL.ln();
     let what = match (apart, off) {

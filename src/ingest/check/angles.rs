@@ -136,7 +136,13 @@ fn bends(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     };
     let yaw = view.get(Channel::Yaw).map(|y| view.rate_of(y));
     let smooth = view.smooth(r);
-    let heading = yaw.as_ref().and_then(|y| view.ratio(|i| y[i], |i| smooth[i], TURN));
+    let together = |a: &[f64], b: &[f64], least: f64| {
+        view.pair(a, b, least).is_none_or(|p| p.together > TOGETHER)
+    };
+    let heading = yaw
+        .as_ref()
+        .filter(|y| together(y, &smooth, TURN))
+        .and_then(|y| view.ratio(|i| y[i], |i| smooth[i], TURN));
     let lateral = |i: usize| v[i] * r[i] / GRAVITY;
     let roll = view.get(Channel::Roll);
     let lean = roll.and_then(|roll| view.ratio(|i| roll[i].tan(), lateral, BEND));
@@ -169,6 +175,7 @@ fn bends(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     let track = view.track();
     let course = track
         .as_ref()
+        .filter(|(_, turn)| together(turn, &smooth, TURN))
         .and_then(|(_, turn)| view.ratio(|i| v[i] * turn[i] / GRAVITY, lateral, BEND));
     if let Some(lean) = lean.filter(|m| m.value > SIGNED) {
         let ay = view.get(Channel::AccelerationY);

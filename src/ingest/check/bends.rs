@@ -18,6 +18,8 @@ const BEND: f64 = 0.1;
 const EQUAL: f64 = 1.45;
 /// Less than this of each other is left of accounts that do not go together.
 const TOGETHER: f64 = 0.25;
+/// No motorcycle turns faster, rad/s.
+const FASTEST: f64 = 2.5;
 /// Degrees per radian.
 const DEGREES: f64 = 57.295_78;
 /// Largest ratio of two units of speed.
@@ -35,7 +37,8 @@ struct Account {
 pub(super) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> Result<(), Error> {
     let mut accounts = accounts(view);
     // what is known to be wrong is no witness, and is not said twice
-    accounts.retain(|a| !out.concern(a.channel));
+    let mirrored = out.warnings.iter().any(|w| w.code == "sign_lateral");
+    accounts.retain(|a| !out.concern(a.channel) && !(mirrored && a.channel == Channel::Latitude));
     let pairs: Vec<(usize, usize, Pair)> = (0..accounts.len())
         .flat_map(|i| (0..i).map(move |j| (j, i)))
         .filter_map(|(i, j)| Some((i, j, compared(view, &accounts[i], &accounts[j])?)))
@@ -55,10 +58,33 @@ pub(super) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> 
             (1.., 0) => Some(j),
             _ => None,
         };
+        // a wrong velocity puts all accounts by it on one side: then no number of them outvotes the rest
+        let by_unit =
+            pair.scale > 0.0 && pair.together > TOGETHER && pair.scale.ln().abs() < OF_SPEED.ln();
+        let side = |k: usize| {
+            let with = pairs.iter().filter(move |(a, b, p)| (*a == k || *b == k) && agrees(p));
+            let with = with.flat_map(|(a, b, _)| [*a, *b]).chain([k]);
+            let speeds: Vec<bool> = with.map(|n| accounts[n].by_speed).collect();
+            speeds.iter().all(|s| *s == speeds[0]).then(|| speeds[0])
+        };
+        let speed =
+            !speed_agrees && by_unit && matches!((side(i), side(j)), (Some(a), Some(b)) if a != b);
+        let odd = odd.filter(|_| !speed);
+        // signs of the others are judged by checks of their own
+        let side = |k: usize| accounts[k].channel == Channel::AccelerationY;
+        let own = odd.map_or(side(i) || side(j), side) && !mirrored;
+        if pair.scale < 0.0 && agrees(&Pair { scale: -pair.scale, ..*pair }) && !own {
+            continue;
+        }
         let (of, other) = odd.map_or((j, i), |odd| (odd, if odd == i { j } else { i }));
         let scale = if of == i { pair.scale } else { 1.0 / pair.scale };
         let finding = finding(&accounts[of], &accounts[other], scale, pair, odd.is_some());
         match odd {
+            // a track is no channel that could be left out
+            Some(odd) if accounts[odd].channel == Channel::Latitude => {
+                said.push(odd);
+                out.push_contradiction(finding, &[Channel::Latitude, Channel::Longitude])?;
+            }
             Some(odd) => {
                 said.push(odd);
                 out.push(finding)?;
@@ -69,10 +95,6 @@ pub(super) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> 
                 if channels.contains(&Channel::Latitude) {
                     channels.push(Channel::Longitude);
                 }
-                let speed = accounts[i].by_speed != accounts[j].by_speed
-                    && !speed_agrees
-                    && pair.scale > 0.0
-                    && pair.scale.ln().abs() < OF_SPEED.ln();
                 if speed {
                     channels.push(Channel::VelocityX);
                 }
@@ -104,7 +126,14 @@ fn accounts(view: &View) -> Vec<Account> {
         put(Channel::YawRate, true, in_g(&view.smooth(rate)));
     }
     if let Some(yaw) = view.get(Channel::Yaw) {
-        put(Channel::Yaw, true, in_g(&view.rate_of(yaw)));
+        let turn = view.rate_of(yaw);
+        let fast = |r: f64| r.abs() > FASTEST;
+        // where an angle closes its circle it does not turn; in another unit it would do so all the time
+        let all = view.moving(|i| turn[i]);
+        let rare = all.iter().filter(|r| fast(**r)).count() * 20 < all.len();
+        let turn: Vec<f64> =
+            turn.iter().map(|r| if rare && fast(*r) { f64::NAN } else { *r }).collect();
+        put(Channel::Yaw, true, in_g(&turn));
     }
     if let Some((_, turn)) = view.track() {
         put(Channel::Latitude, true, in_g(&turn));

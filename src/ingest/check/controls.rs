@@ -9,9 +9,9 @@ use crate::ingest::error::Error;
 const BRAKES: f64 = 3.0;
 /// A pressure that presses, as a share of the largest.
 const PRESSED: f64 = 0.15;
-/// Deceleration per pressure of both lines together, m/s² per bar: machines differ by a factor of 4 from lightest to heaviest
+/// Deceleration per pressure of both lines together, m/s² per bar: machines differ by a factor of 5
 /// either way, units by 10 and more.
-const PER_BAR: [f64; 2] = [0.08, 4.0];
+const PER_BAR: [f64; 2] = [0.1, 2.8];
 /// Pa.
 const BAR: f64 = 1e5;
 /// Units that loggers write, Pa.

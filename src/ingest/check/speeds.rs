@@ -234,10 +234,11 @@ fn unit_candidates(
         suspects.iter().map(|w| off(w.ratio.value, expected(w))).fold(0.0, f64::max)
     };
     let mut candidates = Vec::new();
+    // of equals the first stays first: a unit of the velocity is the simpler account of two wheels
+    for (factor, how) in misread().filter(|_| velocity_suspect) {
+        candidates.push((worst(&|_| factor), "unit_velocity", how));
+    }
     for (factor, how) in misread() {
-        if velocity_suspect {
-            candidates.push((worst(&|_| factor), "unit_velocity", how.clone()));
-        }
         candidates.push((worst(&|_| 1.0 / factor), "unit_wheel_speed", how));
     }
     for unit in &SPIN_UNITS {
@@ -245,8 +246,7 @@ fn unit_candidates(
     }
     let tread = "m/s (the speed of the tread, not rad/s)";
     candidates.push((worst(&|w| 1.0 / w.radius), "unit_wheel_speed", tread.to_owned()));
-    // of equals the velocity's: it was put first
-    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    candidates.sort_by(|a, b| (1e6 * a.0).round().total_cmp(&(1e6 * b.0).round()));
     candidates
 }
 
