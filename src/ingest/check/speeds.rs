@@ -122,22 +122,19 @@ fn over_ground(
             ),
         })?;
     } else if off(ratio.value, 1.0) > (1.0 + GROUND).ln() {
-        // wheels that roll as the bike file says speak for the velocity
-        let (channel, what) = match by_wheel {
+        // wheels that roll as the bike file says may be in the same wrong unit: they only tell where to look
+        let what = match by_wheel {
             true => {
-                (Channel::Latitude, "the wheels agree with it: are latitude and longitude right?")
+                "the wheels agree with the velocity: check latitude and longitude, and the units of all speeds"
             }
-            false => (Channel::VelocityX, "check its unit and calibration"),
+            false => "check its unit and calibration",
         };
         let or = nearest.map_or(String::new(), |n| format!(" (as {})", n.2));
-        let contradict = match by_wheel {
-            true => vec![Channel::Latitude, Channel::Longitude],
-            false => vec![Channel::VelocityX],
-        };
+        let contradict = [Channel::VelocityX, Channel::Latitude, Channel::Longitude];
         out.push_contradiction(
             Finding {
                 code: "speed_over_ground",
-                channel,
+                channel: Channel::VelocityX,
                 count: ratio.n,
                 message: format!("velocity_x does not fit the track: {seen}{or}; {what}"),
             },

@@ -1,6 +1,5 @@
 //! How late one channel is after another: the lag at which their changes agree best.
 
-use super::lag::halves_error;
 use super::signal::RATE;
 use crate::statistics::order;
 
@@ -54,6 +53,15 @@ pub fn delay(reference: &[f64], channel: &[f64]) -> Option<Delay> {
     let error = (1.25 * order::spread_about(&parts, middle) / count.sqrt()).max(0.01 / RATE);
     let error = halves_error(halves, error);
     Some(Delay { value: whole / RATE, error, r })
+}
+
+/// A standard error of a delay, s: as much as two halves of the log are apart, and not less than `least`.
+pub fn halves_error(halves: [Option<f64>; 2], least: f64) -> f64 {
+    match halves {
+        [Some(a), Some(b)] => least.max(0.5 * (a - b).abs()),
+        // a half that does not tell is no witness
+        _ => 1.5 * least,
+    }
 }
 
 /// Lag of the largest correlation, in steps and parts of one, and that correlation.

@@ -12,7 +12,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::delay::Delay;
+use super::delay::{Delay, halves_error};
 use super::signal::{self, RATE};
 use crate::GRAVITY;
 use crate::statistics::order;
@@ -64,15 +64,6 @@ pub fn lag(wheel: &Wheel<'_>, speed: &[f64]) -> Option<Delay> {
         _ => ERROR,
     };
     Some(Delay { value, error: halves_error(halves.map(|h| h.map(|h| h.0)), least), r })
-}
-
-/// A standard error of a delay, s: as much as two halves of the log are apart, and not less than `least`.
-pub fn halves_error(halves: [Option<f64>; 2], least: f64) -> f64 {
-    match halves {
-        [Some(a), Some(b)] => least.max(0.5 * (a - b).abs()),
-        // a half that does not tell is no witness
-        _ => 1.5 * least,
-    }
 }
 
 fn terms(wheel: &Wheel<'_>) -> Vec<Vec<f64>> {

@@ -30,14 +30,13 @@ use crate::contract::channel::Channel;
 pub use self::log::Log;
 pub use self::signal::Clock;
 pub use self::speeds::RADIUS;
+use self::verdict::FAR;
 pub use self::verdict::{Verdict, Verdicts};
 
 /// Delays below this are not written, s, ...
 const LATE: f64 = 0.015;
 /// ... and those that are not known better than so many standard errors.
 const SURE: f64 = 2.0;
-/// Standard errors by which a channel must be earlier than the reference to be it.
-const FAR: f64 = 5.0;
 /// A channel is on another clock than its bus only beyond this, s.
 const OVERWHELMING: f64 = 0.15;
 /// A channel that is earlier than the reference by more than this is the reference, s.

@@ -1,11 +1,10 @@
 //! Position, speed over ground and the wheels' speeds: they go with each other.
 
-use super::FAR;
 use super::delay::Delay;
 use super::lag::{Wheel, lag};
 use super::log::{Log, Unit, unit_of};
 use super::signal::{self, RATE, change, line, mean, regression};
-use super::verdict::{Verdict, Verdicts};
+use super::verdict::{FAR, Verdict, Verdicts};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::ingest::units;
