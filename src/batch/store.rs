@@ -385,7 +385,8 @@ impl Store {
         let Some(out) = self.root().as_path() else { return true };
         let list = Manifest::read(self.root());
         let folders = self.found.kind.derived();
-        let is_derived = |path: &str| folders.iter().any(|f| manifest::is_below(path, f));
+        let is_derived =
+            |path: &str| folders.iter().any(|f| manifest::is_below(path, f)) || empty::is_one(path);
         let has_fleet = !cfg!(feature = "fleet")
             || registry::of_fleet()
                 .map(|spec| format!("{0}/{0}.parquet", spec.name))

@@ -95,7 +95,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         put!("{}", mapping(&raw, map.as_ref()));
         return Ok(());
     }
-    let (session, warnings) = ingest::run(raw, &config).map_err(rejected)?;
+    let (session, mut warnings) = ingest::run(raw, &config).map_err(rejected)?;
+    // what a run would refuse or leave out is said here already; the file has what the log has
+    warnings.extend(ingest::look(&session, None, &config));
     for warning in &warnings {
         tell!("warning: {}: {}\n", warning.code, warning.message);
     }

@@ -137,8 +137,10 @@ fn inspect(
         .collect();
     let facts = facts(&session, bike.map(|b| b.0.clone()));
     let mut rejected = None;
-    if let Some((_, bike)) = bike {
-        match ingest::check(&mut session, bike, config) {
+    // as a run does; off-road a session without velocity has nothing that could be checked
+    let known = bike.map(|b| &b.1);
+    if known.is_some() && pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
+        match ingest::check(&mut session, known, config) {
             Ok(more) => warnings.extend(more),
             Err(e) => rejected = Some(Reason { code: e.code, message: e.message }),
         }

@@ -13,6 +13,8 @@ use crate::cli::log::{self, rejected};
 use crate::cli::say::{say, tell};
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
+use crate::contract::warning::Warning;
+use crate::ingest;
 use crate::ingest::aids::Aids;
 use crate::ingest::judge::{by_motion, draft};
 use crate::ingest::listing::Listing;
@@ -64,13 +66,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         outputs.apart_from_files(arguments.map.iter().filter(|_| !arguments.mend))?;
     }
     let aids = Aids::read(&arguments.dbc).map_err(Failure::Usage)?;
-    let radii = match &arguments.bike {
-        Some(path) => {
-            let bike = Bike::read(path).map_err(|e| Failure::Usage(e.to_string()))?;
-            Some(Axle::BOTH.map(|axle| bike.wheel(axle).radius))
-        }
-        None => None,
-    };
+    let bike = arguments.bike.as_ref().map(|path| Bike::read(path)).transpose();
+    let bike = bike.map_err(|e| Failure::Usage(e.to_string()))?;
+    let radii = bike.as_ref().map(|bike| Axle::BOTH.map(|axle| bike.wheel(axle).radius));
     let map = arguments.map.as_deref().map(ChannelMap::read).transpose().map_err(Failure::Usage)?;
     let log = &arguments.log;
     let Some(survey) = survey(log, &aids).map_err(rejected)? else {
@@ -80,7 +78,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let mut verdicts = by_motion(log, &aids, &survey, radii).map_err(rejected)?;
     if let (Some(path), Some(map)) = (&arguments.map, map) {
         let maps = with_aids(vec![map], &aids);
-        return check(&arguments, path, &maps, &survey.listing, &verdicts);
+        return check(&arguments, path, &maps, bike.as_ref(), (&survey.listing, &verdicts));
     }
     let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
     if terminal && arguments.out.is_some() {
@@ -106,8 +104,8 @@ fn check(
     arguments: &Arguments,
     path: &std::path::Path,
     maps: &[ChannelMap],
-    listing: &Listing,
-    verdicts: &Verdicts,
+    bike: Option<&Bike>,
+    (listing, verdicts): (&Listing, &Verdicts),
 ) -> Result<(), Failure> {
     let fitted = map_for(&arguments.log, maps).map_err(rejected)?;
     let Some(fitted) = fitted else {
@@ -115,7 +113,14 @@ fn check(
         return Err(Failure::Usage(message));
     };
     let found = compare(&fitted, listing, verdicts);
-    let said = report(&found);
+    let mut said = report(&found);
+    let named = |w: &Warning| found.findings.iter().any(|f| Some(f.channel) == w.channel);
+    let mut wrong = found.findings.len();
+    for warning in as_read(&arguments.log, &maps, bike).iter().filter(|w| !named(w)) {
+        let channel = warning.channel.map_or("log", Channel::name);
+        let _ = writeln!(said, "{channel}: {}: {}", warning.code, warning.message);
+        wrong += usize::from(!UNDECIDED.contains(&warning.code));
+    }
     if arguments.mend {
         let text = read_text(path)
             .map_err(|e| Failure::Usage(format!("cannot read {}: {e}", path.display())))?;
@@ -128,12 +133,22 @@ fn check(
         );
     }
     print(&said)?;
-    match found.findings.len() {
+    match wrong {
         0 => Ok(()),
         n => Err(Failure::Rejected(format!(
             "{n} of the map's statements contradict the log's motion; --mend writes the map without them"
         ))),
     }
+}
+
+/// What a run's checks say without contradicting the map.
+const UNDECIDED: [&str; 2] = ["standstill", "brakes_unclear"];
+
+/// What the checks of a run say of the log as this map reads it; nothing of a log that cannot be read: a run says why.
+fn as_read(log: &Location, maps: &[ChannelMap], bike: Option<&Bike>) -> Vec<Warning> {
+    let config = ingest::Config::default();
+    let session = ingest::read(log, maps).and_then(|raw| ingest::run(raw, &config));
+    session.map_or_else(|_| Vec::new(), |(session, _)| ingest::look(&session, bike, &config))
 }
 
 /// What a comparison found, for people.

@@ -35,13 +35,23 @@ pub struct Session {
     /// How far the scales of the wheel speeds, front and rear, may be off: a share, one standard deviation. Zero where
     /// the log measures turns.
     pub wheel_scale_sd: [f64; 2],
+    /// Channels that other channels contradict and that stay all the same, with what was seen: no coefficient that
+    /// depends on one of them is determined.
+    pub contradicted: Vec<(Channel, String)>,
     columns: Vec<Option<Vec<f64>>>,
 }
 
 impl Session {
     /// An empty session of `len` samples at `rate` Hz.
     pub fn new(meta: Meta, rate: f64, len: usize) -> Self {
-        Session { meta, rate, len, wheel_scale_sd: [0.0; 2], columns: vec![None; Channel::COUNT] }
+        Session {
+            meta,
+            rate,
+            len,
+            wheel_scale_sd: [0.0; 2],
+            contradicted: Vec::new(),
+            columns: vec![None; Channel::COUNT],
+        }
     }
 
     /// The samples of a channel, SI units, NaN where there is none.

@@ -13,6 +13,7 @@ pub mod chain;
 pub mod coasting;
 pub mod coefficients;
 pub mod config;
+pub mod contradicted;
 pub mod cornering;
 pub mod data;
 pub mod evidence;

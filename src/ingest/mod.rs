@@ -48,7 +48,7 @@ mod warning;
 mod write;
 pub mod yaw;
 
-pub use check::check;
+pub use check::{check, look};
 pub use config::Config;
 pub use detect::format_of;
 pub use error::{CHANGED, DAMAGED, Error, UNREACHABLE, UNREADABLE};

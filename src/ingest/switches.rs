@@ -46,10 +46,16 @@ pub const CHECKS: &[Check] = &[
     check("standstill", "too little motion to check anything", Effect::Warn),
     check("sign_velocity_x", "a negative velocity while riding", Effect::Reject),
     check("unit_velocity", "`v / (omega R)`, track over ground", Effect::Reject),
+    check(
+        "speed_over_ground",
+        "velocity and track over ground by more than 12 % apart, in no unit's ratio",
+        Effect::Warn,
+    ),
     check("unit_wheel_speed", "`v / (omega R)`", Effect::Reject),
     check("sign_wheel_speed", "a negative wheel speed while riding", Effect::Reject),
     check("implausible_radius", "`v / (omega R)` off by 25 % (by 10 %: a warning)", Effect::Reject),
-    check("stuck", "a wheel speed that stays while `v` changes", Effect::LeaveOut),
+    check("stuck", "a channel that stays while the others move", Effect::LeaveOut),
+    check("impossible", "many samples beyond what a motorcycle does", Effect::LeaveOut),
     check(
         "unit_angle",
         "magnitudes, `tan(roll)` against `v r / g`, angles against rates",
@@ -73,6 +79,21 @@ pub const CHECKS: &[Check] = &[
         "`a_x` against `dv/dt`, `a_y` against `v r`",
         Effect::LeaveOut,
     ),
+    check(
+        "scale_acceleration",
+        "`a_x` and `dv/dt` in another ratio than 1, or not together at all",
+        Effect::LeaveOut,
+    ),
+    check(
+        "scale_lateral",
+        "lean, yaw rate, yaw, track and `a_y`: the lateral acceleration by each against the others",
+        Effect::LeaveOut,
+    ),
+    check("scale_rate", "roll and pitch rate against the change of their angles", Effect::LeaveOut),
+    check("scale_steer", "steering against the path's curvature in slow bends", Effect::LeaveOut),
+    check("unit_pressure", "deceleration per pressure of the brakes", Effect::LeaveOut),
+    check("sign_pressure", "a brake pressure that falls when it brakes", Effect::LeaveOut),
+    check("sign_throttle", "a throttle that is open under braking", Effect::LeaveOut),
     check("wheels_swapped", "which wheel turns faster the more the engine drives", Effect::Reject),
     check(
         "brakes_swapped",
@@ -99,6 +120,11 @@ impl Switches {
     /// Whether none is set.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+
+    /// What the pipeline says of a code, if it says something.
+    pub fn given(&self, code: &str) -> Option<Effect> {
+        self.0.get(code).copied()
     }
 
     /// What a finding of this code does.

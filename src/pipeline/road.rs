@@ -14,7 +14,8 @@ use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{
-    Data, Solution, by_course, coefficients, cornering, evidence, in_gear, missing, wheel_scale,
+    Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, missing,
+    wheel_scale,
 };
 use crate::laps::Known;
 use crate::model::formulation::Formulation;
@@ -70,6 +71,7 @@ pub fn run(
     }
     by_course::widen(&mut coefficients, &ride);
     wheel_scale::widen(&mut coefficients, ride.wheel_scale_sd);
+    contradicted::object(&mut coefficients, &ride);
     name_machine(&mut coefficients, &ride, bike);
     let evidence = evidence::rows(&solution, bike, &coefficients, &ride.meta);
     let known = Known { bike, coefficients: &coefficients, radius, drag, roll_zero, latency };
@@ -106,7 +108,9 @@ fn missing_channels(session: &Session, id: coefficient::Id) -> Option<Reason> {
     if names == [Channel::Gear.name()] {
         let words = match session.has(Channel::Gear) {
             true => "the gear never changes between neutral and engaged",
-            false => "the log has no channel gear, nor throttle, both wheels and acceleration instead",
+            false => {
+                "the log has no channel gear, nor throttle, both wheels and acceleration instead"
+            }
         };
         return Some(Reason::new(ReasonCode::UnknownCoasting, words));
     }

@@ -60,8 +60,9 @@ pub fn prepare_raw(
     warnings.extend(default_bike(bike));
     warnings.extend(removed_keys(bike));
     if pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
-        warnings
-            .extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(Rejection::from)?);
+        warnings.extend(
+            ingest::check(&mut session, Some(bike), &pipeline.ingest).map_err(Rejection::from)?,
+        );
     }
     Ok((session, warnings))
 }

@@ -42,8 +42,8 @@ fn root() -> &'static Path {
 fn commands(page: &str) -> Vec<String> {
     let (mut all, mut fence) = (Vec::new(), "");
     let mut open = String::new();
-    for line in page.lines() {
-        let line = line.trim();
+    for whole in page.lines() {
+        let line = whole.trim();
         if line.starts_with("```") {
             fence = if fence.is_empty() { line } else { "" };
             continue;
@@ -51,7 +51,8 @@ fn commands(page: &str) -> Vec<String> {
         // of a console block the output is looked at by `printed.rs`; what it makes later commands need
         let line = match fence {
             "```sh" => line,
-            "```console" if open.is_empty() => line.strip_prefix("$ ").unwrap_or_default(),
+            // what is indented is output
+            "```console" if open.is_empty() => whole.strip_prefix("$ ").unwrap_or_default(),
             "```console" => line,
             _ => "",
         };

@@ -11,6 +11,7 @@ mod cli;
 mod cluster;
 mod coefficients;
 mod commands;
+mod contradictions;
 mod damage;
 mod diagnose;
 mod diagnose_batch;

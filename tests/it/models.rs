@@ -262,7 +262,7 @@ fn what_is_wrong_with_models_is_said() {
         assert!(!place.path("out").exists(), "{model}");
     };
     refused("empty", &["there is no model in this folder", "roadbench diagnose"]);
-    refused("gone", &["gone", "no such file or folder"]);
+    refused("gone", &["gone", "file not found"]);
     refused("causes/models/bike=archive_01", &["one motorcycle's", "the folder above"]);
     refused("causes/models/pooled.toml", &["what sessions share", "the folder"]);
 

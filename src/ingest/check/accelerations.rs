@@ -16,13 +16,25 @@ const LEAST: f64 = 1.0;
 /// An offset of this is a tilt of 3 deg, more than a sensor's bias, m/s².
 const TILT: f64 = 0.5;
 
-pub(super) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
+/// Factors that scales are equal within: friction, pitch and filters change them less, units more.
+const EQUAL: f64 = 1.4;
+/// Less than this of each other is left of two channels that do not go together.
+const TOGETHER: f64 = 0.3;
+
+pub(super) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> Result<(), Error> {
     let Some(v) = view.get(Channel::VelocityX) else { return Ok(()) };
     if let Some(ax) = view.get(Channel::AccelerationX) {
         let (dv, ax) = (view.rate_of(v), view.smooth(ax));
         let ratio = view.ratio(|i| ax[i], |i| dv[i], LEAST);
         if let Some(finding) = ratio.and_then(|m| judge(Channel::AccelerationX, m, "dv/dt")) {
             out.push(finding)?;
+        } else if let Some((finding, of_speed)) = scale(view, &ax, &dv) {
+            match of_speed && !speed_agrees {
+                false => out.push(finding)?,
+                true => {
+                    out.push_contradiction(finding, &[Channel::VelocityX, Channel::AccelerationX])?
+                }
+            }
         } else if let Some(m) = view.median(|i| ax[i] - dv[i]).filter(|m| m.value.abs() > TILT) {
             let tilt = (m.value.abs() / GRAVITY).min(1.0).asin().to_degrees();
             out.push(gravity(
@@ -46,6 +58,30 @@ pub(super) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// A scale of `a_x` that is not that of `dv/dt`, and whether the velocity's unit may be the reason.
+fn scale(view: &View, ax: &[f64], dv: &[f64]) -> Option<(Finding, bool)> {
+    // what a tilt adds is no scale
+    let rest = |i: usize| if dv[i].abs() < 0.5 * LEAST { ax[i] } else { f64::NAN };
+    let offset = view.median(rest).map_or(0.0, |m| m.value);
+    let level: Vec<f64> = ax.iter().map(|a| a - offset).collect();
+    let pair = view.pair(&level, dv, LEAST)?;
+    let apart = pair.together < TOGETHER;
+    let off = pair.scale.abs().ln().abs() > EQUAL.ln();
+    let what = match (apart, off) {
+        (true, _) => "does not go with dv/dt: is it another axis of its sensor?".to_owned(),
+        (_, true) => format!("is {:.2} times dv/dt: check the units of both", pair.scale),
+        _ => return None,
+    };
+    let finding = Finding {
+        code: "scale_acceleration",
+        channel: Channel::AccelerationX,
+        count: pair.n,
+        message: format!("acceleration_x {what} in the channel map"),
+    };
+    // speeds in another unit are off by 4 at most
+    Some((finding, !apart && pair.scale.abs().ln().abs() < 4.0_f64.ln()))
 }
 
 /// A wrong sign or unit, from the median ratio to what is expected.

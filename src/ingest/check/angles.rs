@@ -24,10 +24,16 @@ const BEND: f64 = 0.1;
 const TURN: f64 = 0.1;
 /// A median ratio beyond this has a sign.
 const SIGNED: f64 = 0.3;
+/// A rate is its angle's change within this factor.
+const SCALE: f64 = 1.6;
+/// Less than this is left of two channels that do not go together.
+const TOGETHER: f64 = 0.25;
+/// A handlebar turns as (2) says within this factor.
+const STEERED: f64 = 3.0;
 /// Below this speed (2) holds, m/s.
 const SLOW: f64 = 9.0;
 
-pub(super) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> {
+pub(super) fn check(view: &View, bike: Option<&Bike>, out: &mut Findings<'_>) -> Result<(), Error> {
     for channel in [Channel::Roll, Channel::Pitch, Channel::SteerAngle] {
         let p99 = view.get(channel).and_then(|x| view.p99(|i| x[i]));
         if let Some(p99) = p99.filter(|p| *p > LARGEST) {
@@ -38,7 +44,12 @@ pub(super) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<
     rate_of_angle(view, Channel::Roll, Channel::RollRate, out)?;
     rate_of_angle(view, Channel::Pitch, Channel::PitchRate, out)?;
     bends(view, out)?;
-    steer(view, bike, out)
+    bike.map_or(Ok(()), |bike| steer(view, bike, out))
+}
+
+/// Whether an angle is larger than one in radians can be.
+fn large(view: &View, angle: Channel) -> bool {
+    view.get(angle).and_then(|x| view.p99(|i| x[i])).is_some_and(|p| p > LARGEST)
 }
 
 fn unit(
@@ -78,9 +89,29 @@ fn rate_of_angle(
         let seen = format!("it is {:.0} times the change of {angle}", m.value);
         out.push(unit("unit_rate", rate, m.n, "deg/s", "rad/s", &seen))?;
     }
-    if degrees(1.0 / m.value) {
+    if degrees(1.0 / m.value) && large(view, angle) {
         let seen = format!("it changes {:.0} times as fast as {rate} says", 1.0 / m.value);
         out.push(unit("unit_angle", angle, m.n, "degrees", "rad", &seen))?;
+    } else if degrees(1.0 / m.value) {
+        let seen = format!("{angle} changes {:.0} times as fast", 1.0 / m.value);
+        out.push(unit("unit_rate", rate, m.n, "rad/s", "deg/s", &seen))?;
+    }
+    let pair = view.pair(&r, &change, 0.1);
+    if let Some(p) = pair.filter(|p| rate == Channel::RollRate && !degrees(p.scale))
+        && !out.concern(rate)
+        && (p.scale.abs().ln().abs() > SCALE.ln() || p.together < TOGETHER)
+        && !degrees(1.0 / p.scale)
+    {
+        out.push(Finding {
+            code: "scale_rate",
+            channel: rate,
+            count: p.n,
+            message: format!(
+                "{rate} is {:.2} times the change of {angle}, or does not go with it: check its unit and axis in \
+                 the channel map",
+                p.scale
+            ),
+        })?;
     }
     // pitch moves little and slowly: its rate's sign is not judged
     if rate == Channel::RollRate && m.value < -SIGNED {
@@ -105,7 +136,13 @@ fn bends(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     };
     let yaw = view.get(Channel::Yaw).map(|y| view.rate_of(y));
     let smooth = view.smooth(r);
-    let heading = yaw.as_ref().and_then(|y| view.ratio(|i| y[i], |i| smooth[i], TURN));
+    let together = |a: &[f64], b: &[f64], least: f64| {
+        view.pair(a, b, least).is_none_or(|p| p.together > TOGETHER)
+    };
+    let heading = yaw
+        .as_ref()
+        .filter(|y| together(y, &smooth, TURN))
+        .and_then(|y| view.ratio(|i| y[i], |i| smooth[i], TURN));
     let lateral = |i: usize| v[i] * r[i] / GRAVITY;
     let roll = view.get(Channel::Roll);
     let lean = roll.and_then(|roll| view.ratio(|i| roll[i].tan(), lateral, BEND));
@@ -138,6 +175,7 @@ fn bends(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     let track = view.track();
     let course = track
         .as_ref()
+        .filter(|(_, turn)| together(turn, &smooth, TURN))
         .and_then(|(_, turn)| view.ratio(|i| v[i] * turn[i] / GRAVITY, lateral, BEND));
     if let Some(lean) = lean.filter(|m| m.value > SIGNED) {
         let ay = view.get(Channel::AccelerationY);
@@ -221,6 +259,18 @@ fn steer(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> 
     if degrees(m.value) {
         let seen = format!("it is {:.0} times what slow bends ask for", m.value);
         out.push(unit("unit_angle", Channel::SteerAngle, m.n, "degrees", "rad", &seen))?;
+    }
+    if !(1.0 / STEERED..STEERED).contains(&m.value.abs()) && !degrees(m.value) {
+        let hint = if degrees(1.0 / m.value) { "it looks like rad read as degrees: " } else { "" };
+        return out.push(Finding {
+            code: "scale_steer",
+            channel: Channel::SteerAngle,
+            count: m.n,
+            message: format!(
+                "steer_angle is {:.3} times what slow bends ask for: {hint}check its unit in the channel map",
+                m.value
+            ),
+        });
     }
     if m.value < -SIGNED {
         out.push(Finding {

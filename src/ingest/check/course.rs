@@ -44,7 +44,9 @@ pub(super) fn check(view: &View, out: &mut Findings<'_>) -> Result<(), Error> {
     match (lean_track, yaw_track) {
         (Some(m), Some(_)) => out.push(mirrored(m, Channel::Roll, "roll and yaw")),
         // nothing else tells whether it is the lean or the track (latitude and longitude exchanged)
-        (Some(m), None) => out.push(mirrored(m, Channel::Roll, "roll")),
+        (Some(m), None) => {
+            out.push_contradiction(mirrored(m, Channel::Roll, "roll"), &[Channel::Roll])
+        }
         (None, Some(m)) => out.push(yaw_turned(m, "the track over ground")),
         (None, None) => Ok(()),
     }

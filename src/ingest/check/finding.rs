@@ -19,15 +19,26 @@ pub(super) struct Finding {
 /// Findings, as far as the session survives them.
 pub(super) struct Findings<'a> {
     switches: &'a Switches,
+    /// Whether findings are only said.
+    only_said: bool,
     /// Warnings, in the order of the checks.
     pub warnings: Vec<Warning>,
     /// Channels to leave out.
     pub left_out: Vec<Channel>,
+    /// Channels that stay and that others contradict.
+    pub contradicted: Vec<(Channel, String)>,
 }
 
 impl<'a> Findings<'a> {
-    pub(super) fn new(switches: &'a Switches) -> Self {
-        Findings { switches, warnings: Vec::new(), left_out: Vec::new() }
+    pub(super) fn new(switches: &'a Switches, only_said: bool) -> Self {
+        let (warnings, left_out, contradicted) = (Vec::new(), Vec::new(), Vec::new());
+        Findings { switches, only_said, warnings, left_out, contradicted }
+    }
+
+    /// Whether something is wrong with a channel already.
+    pub(super) fn concern(&self, channel: Channel) -> bool {
+        self.warnings.iter().any(|w| w.channel == Some(channel))
+            || self.contradicted.iter().any(|c| c.0 == channel)
     }
 
     /// Does with a finding what its switch says.
@@ -39,14 +50,24 @@ impl<'a> Findings<'a> {
         self.put(finding, effect)
     }
 
-    /// The same of a finding that is no reason to refuse a log: a warning at most.
-    pub(super) fn push_mild(&mut self, finding: Finding) -> Result<(), Error> {
-        let effect = self.switches.effect(finding.code).min(Effect::Warn);
-        self.put(finding, effect)
+    /// The same of a finding that may well be right: a warning at most, and nothing is determined by the channels that
+    /// contradict each other, unless the pipeline lets them pass.
+    pub(super) fn push_contradiction(
+        &mut self,
+        finding: Finding,
+        channels: &[Channel],
+    ) -> Result<(), Error> {
+        let effect = self.switches.effect(finding.code);
+        if effect != Effect::Off && self.switches.given(finding.code) != Some(Effect::Warn) {
+            let said = || format!("{} ({})", finding.message, finding.code);
+            self.contradicted.extend(channels.iter().map(|c| (*c, said())));
+        }
+        self.put(finding, effect.min(Effect::Warn))
     }
 
     fn put(&mut self, finding: Finding, effect: Effect) -> Result<(), Error> {
         let Finding { code, channel, count, mut message } = finding;
+        let effect = if self.only_said { effect.min(Effect::Warn) } else { effect };
         match effect {
             Effect::Off => return Ok(()),
             Effect::Warn => {}

@@ -27,10 +27,16 @@ use crate::ingest::error::Error;
 
 mod accelerations;
 mod angles;
+mod bends;
+#[cfg(test)]
+mod broken;
+mod controls;
 mod course;
 mod finding;
+mod impossible;
 mod slip;
 mod speeds;
+mod still;
 mod swapped;
 #[cfg(test)]
 mod tests;
@@ -39,14 +45,54 @@ mod view;
 use finding::{Finding, Findings};
 use view::View;
 
-/// Checks channels against physics and against each other, given the bike.
+/// Checks channels against physics and against each other, and against the bike where it is known.
 ///
 /// # Errors
 /// A channel's unit or sign is wrong in a way that would give coefficients nobody may believe.
-pub fn check(session: &mut Session, bike: &Bike, config: &Config) -> Result<Vec<Warning>, Error> {
-    let v = session.get(Channel::VelocityX);
-    if !v.is_some_and(|v| v.iter().any(|v| v.is_finite())) {
-        let state = if v.is_some() { "has no valid sample" } else { "is missing" };
+pub fn check(
+    session: &mut Session,
+    bike: Option<&Bike>,
+    config: &Config,
+) -> Result<Vec<Warning>, Error> {
+    let findings = run(session, bike, Findings::new(&config.check, false))?;
+    session.contradicted = findings.contradicted;
+    for channel in findings.left_out {
+        session.remove(channel);
+    }
+    if !has_velocity(session) {
+        return Err(Error {
+            code: "missing_column",
+            message: format!(
+                "velocity_x is stuck or impossible, and every coefficient needs it: {}",
+                findings.warnings.last().map_or("", |w| w.message.as_str())
+            ),
+        });
+    }
+    Ok(findings.warnings)
+}
+
+/// What the same checks say of a session; it stays as it is.
+pub fn look(session: &Session, bike: Option<&Bike>, config: &Config) -> Vec<Warning> {
+    if !has_velocity(session) {
+        return Vec::new();
+    }
+    // what is only said refuses nothing
+    run(session, bike, Findings::new(&config.check, true))
+        .map_or_else(|_| Vec::new(), |f| f.warnings)
+}
+
+fn has_velocity(session: &Session) -> bool {
+    session.get(Channel::VelocityX).is_some_and(|v| v.iter().any(|v| v.is_finite()))
+}
+
+fn run<'a>(
+    session: &Session,
+    bike: Option<&Bike>,
+    mut findings: Findings<'a>,
+) -> Result<Findings<'a>, Error> {
+    if !has_velocity(session) {
+        let there = session.has(Channel::VelocityX);
+        let state = if there { "has no valid sample" } else { "is missing" };
         return Err(Error {
             code: "missing_column",
             message: format!(
@@ -56,7 +102,6 @@ pub fn check(session: &mut Session, bike: &Bike, config: &Config) -> Result<Vec<
         });
     }
     let mut view = View::new(session);
-    let mut findings = Findings::new(&config.check);
     if view.count_moving() < view::FEWEST {
         findings.push(Finding {
             code: "standstill",
@@ -68,15 +113,29 @@ pub fn check(session: &mut Session, bike: &Bike, config: &Config) -> Result<Vec<
                 view.count_moving() as f64 * view.step()
             ),
         })?;
-        return Ok(findings.warnings);
+        return Ok(findings);
     }
-    speeds::check(&view, bike, &mut findings)?;
     // a channel that is left out must not be used in further checks
-    findings.left_out.iter().for_each(|c| view.remove(*c));
+    let drop_left_out = |view: &mut View, findings: &Findings<'_>| {
+        findings.left_out.iter().for_each(|c| view.remove(*c));
+    };
+    still::check(&view, &mut findings)?;
+    drop_left_out(&mut view, &findings);
+    if view.get(Channel::VelocityX).is_none() {
+        return Ok(findings);
+    }
+    let speed_agrees = speeds::check(&view, bike, &mut findings)?;
+    drop_left_out(&mut view, &findings);
     angles::check(&view, bike, &mut findings)?;
     course::check(&view, &mut findings)?;
-    accelerations::check(&view, &mut findings)?;
-    swapped::check(&view, bike, &mut findings)?;
-    findings.left_out.into_iter().for_each(|channel| drop(session.remove(channel)));
-    Ok(findings.warnings)
+    accelerations::check(&view, speed_agrees, &mut findings)?;
+    drop_left_out(&mut view, &findings);
+    bends::check(&view, speed_agrees, &mut findings)?;
+    controls::check(&view, &mut findings)?;
+    impossible::check(&view, &mut findings)?;
+    drop_left_out(&mut view, &findings);
+    if let Some(bike) = bike {
+        swapped::check(&view, bike, &mut findings)?;
+    }
+    Ok(findings)
 }

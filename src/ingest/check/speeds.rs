@@ -6,18 +6,15 @@ use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::ingest::error::Error;
 
-/// What a channel's number is multiplied by when its unit is another one.
+/// Speeds by the units that loggers write, m/s.
+const SPEED_UNITS: [(&str, f64); 4] =
+    [("km/h", 1.0 / 3.6), ("mph", 0.447_04), ("knots", 0.514_444), ("m/s", 1.0)];
+
+/// What a spin's number is multiplied by when its unit is another one.
 struct Unit {
     factor: f64,
     name: &'static str,
 }
-
-const VELOCITY_UNITS: [Unit; 4] = [
-    Unit { factor: 3.6, name: "km/h" },
-    Unit { factor: 2.236_936, name: "mph" },
-    Unit { factor: 1.943_844, name: "knots" },
-    Unit { factor: 1.0 / 3.6, name: "m/s divided by 3.6 once too often" },
-];
 
 /// Per rad/s; the speed of the tread depends on the radius and is handled in [`unit_candidates`].
 const SPIN_UNITS: [Unit; 3] = [
@@ -26,12 +23,25 @@ const SPIN_UNITS: [Unit; 3] = [
     Unit { factor: 57.295_78, name: "deg/s" },
 ];
 
+/// How many times too large a speed is that is in one unit and read as another, and how that is said.
+fn misread() -> impl Iterator<Item = (f64, String)> {
+    let pairs = SPEED_UNITS.iter().flat_map(|is| SPEED_UNITS.iter().map(move |read| (is, read)));
+    let other = pairs.filter(|(is, read)| is.0 != read.0);
+    other.map(|(is, read)| (read.1 / is.1, format!("{} read as {}", is.0, read.0)))
+}
+
 /// How near a ratio must be to a unit's, relative: radii are a few per cent off, units more.
 const NEAR: f64 = 0.08;
+/// Units nearer to each other than this are not told apart from a speed that is off (knots and mph), logarithm.
+const DISTINCT: f64 = 0.3;
+/// Velocity and track over ground are as fast within this.
+const GROUND: f64 = 0.12;
 /// Nominal radii are right within this.
 const RADIUS_WARN: f64 = 0.10;
 /// Beyond this something else is wrong.
 const RADIUS_REJECT: f64 = 0.25;
+/// A wheel's radius where there is no bike file, m: units are told by it, nothing else.
+const USUAL: f64 = 0.3;
 /// Range of a wheel's speed that counts as none, per that of the bike, both per their level.
 const STUCK: f64 = 0.05;
 
@@ -42,8 +52,13 @@ struct Wheel {
     ratio: Median,
 }
 
-pub(super) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<(), Error> {
-    let Some(v) = view.get(Channel::VelocityX) else { return Ok(()) };
+/// Whether the track over ground or a wheel agrees with the velocity.
+pub(super) fn check(
+    view: &View,
+    bike: Option<&Bike>,
+    out: &mut Findings<'_>,
+) -> Result<bool, Error> {
+    let Some(v) = view.get(Channel::VelocityX) else { return Ok(false) };
     let ahead = view.median(|i| v[i]);
     if let Some(m) = ahead
         && m.value < 0.0
@@ -59,7 +74,6 @@ pub(super) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<
             ),
         })?;
     }
-    let known_good = over_ground(view, v, out)?;
     let mut wheels = Vec::new();
     for axle in Axle::BOTH {
         let channel = match axle {
@@ -67,7 +81,7 @@ pub(super) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<
             Axle::Rear => Channel::WheelSpeedRear,
         };
         let Some(omega) = view.get(channel) else { continue };
-        let radius = bike.wheel(axle).radius;
+        let radius = bike.map_or(USUAL, |b| b.wheel(axle).radius);
         if let Some(finding) = stuck(view, v, omega, channel) {
             out.push(finding)?;
             continue;
@@ -76,24 +90,56 @@ pub(super) fn check(view: &View, bike: &Bike, out: &mut Findings<'_>) -> Result<
             wheels.push(Wheel { channel, radius, ratio });
         }
     }
-    judge(&wheels, known_good, out)
+    let rolls = |w: &Wheel| off(w.ratio.value, 1.0) < RADIUS_WARN;
+    let by_wheel = wheels.iter().any(rolls);
+    let by_ground = over_ground(view, v, by_wheel, out)?;
+    judge(&wheels, by_ground, bike.is_some(), out)?;
+    Ok(by_ground || by_wheel)
 }
 
-/// Velocity against the satellite track: `true` if they agree, a finding if the unit is off.
-fn over_ground(view: &View, v: &[f64], out: &mut Findings<'_>) -> Result<bool, Error> {
+/// Velocity against the satellite track: `true` if they agree, a finding if they do not.
+fn over_ground(
+    view: &View,
+    v: &[f64],
+    by_wheel: bool,
+    out: &mut Findings<'_>,
+) -> Result<bool, Error> {
     let Some((speed, _)) = view.track() else { return Ok(false) };
     let Some(ratio) = view.ratio(|i| v[i], |i| speed[i], 0.5) else { return Ok(false) };
-    if let Some(unit) = VELOCITY_UNITS.iter().find(|u| off(ratio.value, u.factor) < NEAR) {
+    let nearest = misread().map(|(factor, how)| (off(ratio.value, factor), factor, how));
+    let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|n| n.0 < NEAR);
+    let seen =
+        format!("it is {:.2} times the speed over ground from latitude and longitude", ratio.value);
+    if let Some((_, factor, how)) = &nearest
+        && factor.ln().abs() > DISTINCT
+    {
         out.push(Finding {
             code: "unit_velocity",
             channel: Channel::VelocityX,
             count: ratio.n,
             message: format!(
-                "velocity_x looks like {}: it is {:.2} times the speed over ground from latitude \
-                 and longitude; give its unit in the channel map",
-                unit.name, ratio.value
+                "velocity_x looks like {how}: {seen}; give its unit in the channel map"
             ),
         })?;
+    } else if off(ratio.value, 1.0) > (1.0 + GROUND).ln() {
+        // wheels that roll as the bike file says may be in the same wrong unit: they only tell where to look
+        let what = match by_wheel {
+            true => {
+                "the wheels agree with the velocity: check latitude and longitude, and the units of all speeds"
+            }
+            false => "check its unit and calibration",
+        };
+        let or = nearest.map_or(String::new(), |n| format!(" (as {})", n.2));
+        let contradict = [Channel::VelocityX, Channel::Latitude, Channel::Longitude];
+        out.push_contradiction(
+            Finding {
+                code: "speed_over_ground",
+                channel: Channel::VelocityX,
+                count: ratio.n,
+                message: format!("velocity_x does not fit the track: {seen}{or}; {what}"),
+            },
+            &contradict,
+        )?;
     }
     Ok(off(ratio.value, 1.0) < RADIUS_WARN)
 }
@@ -127,12 +173,20 @@ fn stuck(view: &View, v: &[f64], omega: &[f64], channel: Channel) -> Option<Find
 
 /// Wheel speeds against velocity: small deviations are findings, large ones an error that names the
 /// likeliest wrong unit.
-fn judge(wheels: &[Wheel], velocity_good: bool, out: &mut Findings<'_>) -> Result<(), Error> {
+fn judge(
+    wheels: &[Wheel],
+    velocity_good: bool,
+    radii_known: bool,
+    out: &mut Findings<'_>,
+) -> Result<(), Error> {
     let bad = |w: &Wheel| off(w.ratio.value, 1.0) > (1.0 + RADIUS_REJECT).ln();
     let suspects: Vec<&Wheel> = wheels.iter().filter(|w| bad(w)).collect();
     if suspects.is_empty() {
-        let deviating = wheels.iter().filter(|w| (w.ratio.value - 1.0).abs() > RADIUS_WARN);
-        return deviating.map(implausible_radius).try_for_each(|f| out.push_mild(f));
+        let deviating = |w: &&Wheel| radii_known && (w.ratio.value - 1.0).abs() > RADIUS_WARN;
+        for wheel in wheels.iter().filter(deviating) {
+            out.push_contradiction(implausible_radius(wheel), &[wheel.channel])?;
+        }
+        return Ok(());
     }
     if let Some(w) = suspects.iter().find(|w| w.ratio.value < 0.0) {
         return out.push(Finding {
@@ -172,25 +226,24 @@ fn implausible_radius(w: &Wheel) -> Finding {
 fn unit_candidates(
     suspects: &[&Wheel],
     velocity_suspect: bool,
-) -> Vec<(f64, &'static str, &'static str)> {
+) -> Vec<(f64, &'static str, String)> {
     let worst = |expected: &dyn Fn(&Wheel) -> f64| {
         suspects.iter().map(|w| off(w.ratio.value, expected(w))).fold(0.0, f64::max)
     };
     let mut candidates = Vec::new();
-    if velocity_suspect {
-        for unit in &VELOCITY_UNITS {
-            candidates.push((worst(&|_| unit.factor), "unit_velocity", unit.name));
-        }
+    // of equals the first stays first: a unit of the velocity is the simpler account of two wheels
+    for (factor, how) in misread().filter(|_| velocity_suspect) {
+        candidates.push((worst(&|_| factor), "unit_velocity", how));
+    }
+    for (factor, how) in misread() {
+        candidates.push((worst(&|_| 1.0 / factor), "unit_wheel_speed", how));
     }
     for unit in &SPIN_UNITS {
-        candidates.push((worst(&|_| 1.0 / unit.factor), "unit_wheel_speed", unit.name));
+        candidates.push((worst(&|_| 1.0 / unit.factor), "unit_wheel_speed", unit.name.to_owned()));
     }
-    candidates.push((
-        worst(&|w| 1.0 / w.radius),
-        "unit_wheel_speed",
-        "m/s (the speed of the tread, not rad/s)",
-    ));
-    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let tread = "m/s (the speed of the tread, not rad/s)";
+    candidates.push((worst(&|w| 1.0 / w.radius), "unit_wheel_speed", tread.to_owned()));
+    candidates.sort_by(|a, b| (1e6 * a.0).round().total_cmp(&(1e6 * b.0).round()));
     candidates
 }
 
@@ -213,9 +266,10 @@ fn wrong_unit(suspects: &[&Wheel], velocity_suspect: bool) -> Finding {
         _ => suspects.iter().map(|w| w.channel.name()).collect::<Vec<_>>().join(" and "),
     };
     let candidates = unit_candidates(suspects, velocity_suspect);
-    if let [(near, code, unit), (next, code2, unit2), ..] = candidates[..]
-        && near < NEAR
+    if let [(near, code, unit), (next, code2, unit2), ..] = &candidates[..]
+        && *near < NEAR
     {
+        let (next, code) = (*next, *code);
         let or = if next < 1.5 * NEAR {
             format!(" (or {} like {unit2})", what(code2))
         } else {

@@ -26,6 +26,17 @@ pub(super) struct Median {
     pub(super) n: usize,
 }
 
+/// Two accounts of one quantity against each other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pair {
+    /// How many times the second the first is, its sign included: noise and delays, which make either median smaller,
+    /// cancel out.
+    pub(super) scale: f64,
+    /// What noise and delays leave of one: near zero where the two do not go together.
+    pub(super) together: f64,
+    pub(super) n: usize,
+}
+
 impl View {
     pub(super) fn new(session: &Session) -> Self {
         let size = ((session.rate * BLOCK).round() as usize).max(1);
@@ -91,6 +102,36 @@ impl View {
         })
     }
 
+    /// Two accounts of one quantity where one of them exceeds `least`; `None` where neither does for long enough.
+    pub(super) fn pair(&self, a: &[f64], b: &[f64], least: f64) -> Option<Pair> {
+        let by_b = self.ratio(|i| a[i], |i| b[i], least);
+        let by_a = self.ratio(|i| b[i], |i| a[i], least);
+        match (by_b, by_a) {
+            (Some(b), Some(a)) => {
+                let product = a.value * b.value;
+                let scale = b.value.signum() * (b.value / a.value).abs().sqrt();
+                let together = if product > 0.0 { product.sqrt() } else { 0.0 };
+                Some(Pair { scale, together, n: a.n.max(b.n) })
+            }
+            // the other is too small throughout: its own unit's fault, or it does not belong here
+            (Some(m), None) => {
+                Some(Pair { scale: m.value, together: m.value.abs().min(1.0), n: m.n })
+            }
+            (None, Some(m)) => {
+                Some(Pair { scale: 1.0 / m.value, together: m.value.abs().min(1.0), n: m.n })
+            }
+            (None, None) => None,
+        }
+    }
+
+    /// Least and largest mean of a channel while the bike moves; `None` of too few.
+    pub(super) fn extent(&self, x: &[f64]) -> Option<[f64; 2]> {
+        let values = self.moving(|i| x[i]);
+        let both = |[a, b]: [f64; 2], v: &f64| [a.min(*v), b.max(*v)];
+        (values.len() >= FEWEST)
+            .then(|| values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], both))
+    }
+
     /// Median of `f` where the bike moves and `f` is a number; none of too few.
     pub(super) fn median(&self, f: impl Fn(usize) -> f64) -> Option<Median> {
         let mut values = self.moving(f);
@@ -102,6 +143,21 @@ impl View {
     pub(super) fn p99(&self, f: impl Fn(usize) -> f64) -> Option<f64> {
         let mut values = self.moving(|i| f(i).abs());
         (values.len() >= FEWEST).then(|| quantile(&mut values, 0.99))
+    }
+
+    /// What [`View::track`] makes of a rate of turn: the mean over 2 s, of means over 2 s.
+    pub(super) fn as_track(&self, x: &[f64]) -> Vec<f64> {
+        let half = self.half_track();
+        let mean = |x: &[f64]| {
+            let n = (2 * half + 1) as f64;
+            centred(x, half, |w| w.iter().sum::<f64>() / n)
+        };
+        mean(&mean(x))
+    }
+
+    /// Means in a second.
+    fn half_track(&self) -> usize {
+        (1.0 / self.step).round().max(1.0) as usize
     }
 
     /// Size of the lateral acceleration, m/s², by the first of lean, yaw rate, heading and track over ground that is
@@ -126,7 +182,7 @@ impl View {
         let lon = self.get(Channel::Longitude)?;
         // metres of a sphere, small differences: 0.5 % of the ellipsoid
         let metres = 6.371e6_f64.to_radians();
-        let half = (1.0 / self.step).round().max(1.0) as usize;
+        let half = self.half_track();
         let span = 2.0 * half as f64 * self.step;
         let north = centred(lat, half, |w| (w[2 * half] - w[0]) * metres / span);
         let mut east = centred(lon, half, |w| (w[2 * half] - w[0]) * metres / span);

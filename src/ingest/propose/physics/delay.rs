@@ -46,10 +46,22 @@ pub fn delay(reference: &[f64], channel: &[f64]) -> Option<Delay> {
         return Some(Delay { value: whole / RATE, error: 0.1, r });
     }
     let count = parts.len() as f64;
+    let (first, second) = parts.split_at(parts.len() / 2);
+    let halves = [first, second].map(|half| order::median(&mut half.to_vec()));
     let middle = order::median(&mut parts)?;
     // of a median, and never less than a hundredth of a step
     let error = (1.25 * order::spread_about(&parts, middle) / count.sqrt()).max(0.01 / RATE);
+    let error = halves_error(halves, error);
     Some(Delay { value: whole / RATE, error, r })
+}
+
+/// A standard error of a delay, s: as much as two halves of the log are apart, and not less than `least`.
+pub fn halves_error(halves: [Option<f64>; 2], least: f64) -> f64 {
+    match halves {
+        [Some(a), Some(b)] => least.max(0.5 * (a - b).abs()),
+        // a half that does not tell is no witness
+        _ => 1.5 * least,
+    }
 }
 
 /// Lag of the largest correlation, in steps and parts of one, and that correlation.

@@ -30,14 +30,15 @@ use crate::contract::channel::Channel;
 pub use self::log::Log;
 pub use self::signal::Clock;
 pub use self::speeds::RADIUS;
+use self::verdict::FAR;
 pub use self::verdict::{Verdict, Verdicts};
 
 /// Delays below this are not written, s, ...
 const LATE: f64 = 0.015;
 /// ... and those that are not known better than so many standard errors.
 const SURE: f64 = 2.0;
-/// Standard errors by which a channel must be earlier than the reference to be it.
-const FAR: f64 = 5.0;
+/// A channel is on another clock than its bus only beyond this, s.
+const OVERWHELMING: f64 = 0.15;
 /// A channel that is earlier than the reference by more than this is the reference, s.
 const EARLY: f64 = 0.05;
 /// A satellite receiver's channels whose delays are nearer than this are equally late, s.
@@ -80,8 +81,41 @@ fn after_lean(out: &Verdicts) -> Option<f64> {
     wheel.then_some(turn.delay - roll.delay - turning::LEADS)
 }
 
+/// What the rider does and what the wheels do is on one bus: its channels are on one clock. A delay of one of them is
+/// evidence of a delay only where it is large and beyond doubt: brake and throttle act before the speed changes.
+fn one_clock(out: &mut Verdicts) {
+    use Channel::*;
+    let wheels = [WheelSpeedFront, WheelSpeedRear];
+    let bus = [BrakePressureFront, BrakePressureRear, Throttle, Gear];
+    let wheel = out.entries.iter().any(|e| wheels.contains(&e.channel));
+    let throttle = out.entries.iter().find(|e| e.channel == Throttle && e.doubt.is_none());
+    let clock = match throttle {
+        _ if wheel => Some((0.0, None)),
+        // without wheels the throttle's account of drive is the bus's clock
+        Some(e) => e.delay_error.map(|error| (e.delay, Some(error))),
+        None => None,
+    };
+    for e in out.entries.iter_mut().filter(|e| bus.contains(&e.channel)) {
+        if !wheel && e.channel == Throttle {
+            continue;
+        }
+        let sure = |clock: f64, error: f64| e.delay - clock > OVERWHELMING.max(FAR * error);
+        match (clock, e.delay_error) {
+            (Some((clock, _)), Some(error)) if sure(clock, error) => {}
+            (Some((clock, error)), own) => {
+                e.delay = clock;
+                e.delay_error = error.or(own);
+            }
+            // no clock of a bus: what comes before the speed changes is no delay
+            (None, Some(error)) if sure(0.0, error) => {}
+            (None, _) => e.delay = 0.0,
+        }
+    }
+}
+
 /// Delays after the earliest channel; the satellite receiver's are one.
 fn delays(out: &mut Verdicts) {
+    one_clock(out);
     let receiver = [
         Channel::VelocityX,
         Channel::Latitude,

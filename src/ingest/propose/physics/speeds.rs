@@ -4,7 +4,7 @@ use super::delay::Delay;
 use super::lag::{Wheel, lag};
 use super::log::{Log, Unit, unit_of};
 use super::signal::{self, RATE, change, line, mean, regression};
-use super::verdict::{Verdict, Verdicts};
+use super::verdict::{FAR, Verdict, Verdicts};
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::ingest::units;
@@ -52,6 +52,8 @@ pub struct Speed {
 pub struct Motion {
     /// m/s.
     pub speed: Vec<f64>,
+    /// Speed over ground, m/s: the receiver's without its delay where the log has one. The same as `speed` without wheels.
+    pub ground: Vec<f64>,
     /// m/s².
     pub acceleration: Vec<f64>,
     /// The same of the speed over ground where the log has one: free of slip.
@@ -157,6 +159,7 @@ pub fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Opt
     };
     let acceleration = change(&speed, 5);
     let mut motion = Motion {
+        ground: speed.clone(),
         pull: acceleration.clone(),
         acceleration,
         turn: None,
@@ -181,6 +184,7 @@ pub fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Opt
             // wheels run ahead of the ground by their slip
             let shifted = signal::earlier(&in_si(log, ground), delay.value);
             motion.pull = change(&mean(&shifted, 2), 5);
+            motion.ground = shifted;
         }
     }
     Some(motion)
@@ -202,7 +206,15 @@ impl Motion {
         };
         // the bends are on the receiver's clock as long as its delay is not known
         let first = after(&self.lateral)?;
-        after(&signal::earlier(&self.lateral, first.value))
+        after(&signal::earlier(&self.lateral, first.value)).map(believed)
+    }
+}
+
+/// A receiver that seems to be earlier than the wheels is not, unless the evidence is overwhelming: it computes for longer.
+fn believed(delay: Delay) -> Delay {
+    match delay.value > -FAR * delay.error {
+        true => Delay { value: delay.value.max(0.0), ..delay },
+        false => delay,
     }
 }
 

@@ -31,6 +31,13 @@ const TOO_PERFECT: f64 = 0.045;
 /// ... and is as large within this: tyres are wide, and a measured lean is 2.5 to 7 % larger.
 const AS_LARGE: f64 = 0.02;
 
+/// How much faster a wheel turns by its crown: `v = w R (1 - CROWN (1 - cos(roll)))`.
+const CROWN: f64 = 0.2;
+/// Two leans that go with each other like this are one, as the sensor has it and as somebody made it.
+const SAME: f64 = 0.98;
+/// A step that is fine whatever the other's is, rad.
+const FINE: f64 = 0.002;
+
 /// Finds what turns; gives the motion its rate of turn.
 pub fn turning(log: &Log<'_>, motion: &mut Motion, out: &mut Verdicts) {
     let receiver = motion.receiver;
@@ -292,28 +299,55 @@ fn yaw_rate(log: &Log<'_>, motion: &Motion, out: &mut Verdicts) -> Option<Gyro> 
     gyro
 }
 
+/// The lean that speed over ground and turn ask for, rad.
+fn ideal_lean(motion: &Motion, turn: &[f64], gyro: Option<&Gyro>) -> Vec<f64> {
+    let lean = |v: f64, i: usize| match gyro {
+        // of a gyroscope that leans: v r = v r_frame / cos(roll)
+        Some(g) if g.leans => {
+            let sine = -v * g.rate[i] / GRAVITY;
+            if sine.abs() < 0.97 { sine.asin() } else { f64::NAN }
+        }
+        Some(g) => -(v * g.rate[i] / GRAVITY).atan(),
+        None => -(v * turn[i] / GRAVITY).atan(),
+    };
+    let by_wheel = motion.ground == motion.speed && motion.wheels.iter().any(Option::is_some);
+    let of = |i: usize| {
+        let v = motion.ground[i];
+        if !(v >= MOVING) {
+            return f64::NAN;
+        }
+        // a wheel runs faster than the ground where it rolls on the side of its crown
+        match by_wheel {
+            true => lean(v * (1.0 - CROWN * (1.0 - lean(v, i).cos())), i),
+            false => lean(v, i),
+        }
+    };
+    (0..turn.len()).map(of).collect()
+}
+
+/// How coarse a channel of leans is: the share of the ride that it rests at zero, and its step in rad.
+fn coarseness(log: &Log<'_>, motion: &Motion, place: usize, factor: f64) -> (f64, f64) {
+    let rides = |i: &usize| motion.ground.get(*i).is_some_and(|v| *v > MOVING);
+    let x = log.x(place);
+    let all: Vec<f64> = (0..x.len()).filter(rides).map(|i| x[i]).collect();
+    let rest = all.iter().filter(|x| **x == 0.0).count() as f64 / all.len().max(1) as f64;
+    (rest, log.live(place).map_or(0.0, |s| s.step) / factor)
+}
+
+/// Whether one of two channels of one lean is the coarser: it rests at zero, or it is rounded.
+fn coarser(a: (f64, f64), b: (f64, f64)) -> bool {
+    match (a.0 - b.0).abs() > 0.02 {
+        true => a.0 > b.0,
+        false => a.1 > 3.0 * b.1 && a.1 > FINE,
+    }
+}
+
 /// Lean, its rate, pitch and its rate.
 fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts) {
-    let expected = motion.turn.as_ref().map(|turn| -> Vec<f64> {
-        let of = |i: usize| {
-            if motion.speed[i] < MOVING {
-                return f64::NAN;
-            }
-            match gyro {
-                // of a gyroscope that leans: v r = v r_frame / cos(roll)
-                Some(g) if g.leans => {
-                    let sine = -motion.speed[i] * g.rate[i] / GRAVITY;
-                    if sine.abs() < 0.97 { sine.asin() } else { f64::NAN }
-                }
-                Some(g) => -(motion.speed[i] * g.rate[i] / GRAVITY).atan(),
-                None => -(motion.speed[i] * turn[i] / GRAVITY).atan(),
-            }
-        };
-        (0..turn.len()).map(of).collect()
-    });
+    let expected = motion.turn.as_ref().map(|turn| ideal_lean(motion, turn, gyro));
     let from = gyro.map_or(motion.turn_from.clone(), |g| format!("`{}`", g.name));
     let receiver = motion.receiver.map(|d| (d.value, d.error));
-    let mut best: Option<Vec<f64>> = None;
+    let first = out.entries.len();
     for place in log.named(Channel::Roll) {
         if log.of_other_dimension(place, &["angle"]) {
             continue;
@@ -375,14 +409,9 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
         } else {
             v = v.because(format!("off it by {:.1} %: measured", 100.0 * off));
         }
-        if best.is_some() {
-            v = v.doubted("there is more than one such channel");
-        } else if v.doubt.is_none() {
-            let sign = v.sign / factor;
-            best = Some(log.x(place).iter().map(|x| sign * x).collect());
-        }
         out.entries.push(v);
     }
+    let best = finest(log, motion, first, out);
     roll_rate(log, best.as_deref(), gyro, out);
     for (column, dimension) in [(Channel::Pitch, "angle"), (Channel::PitchRate, "angular rate")] {
         for place in log.named(column) {
@@ -399,6 +428,37 @@ fn lean(log: &Log<'_>, motion: &Motion, gyro: Option<&Gyro>, out: &mut Verdicts)
             });
         }
     }
+}
+
+/// Of several leans the finest is the column; what repeats a finer one is what that is. Gives its samples, rad.
+fn finest(log: &Log<'_>, motion: &Motion, first: usize, out: &mut Verdicts) -> Option<Vec<f64>> {
+    let factor = |v: &Verdict| units::conversion("rad", &v.unit).map_or(1.0, |c| c.factor);
+    let mut leans: Vec<Verdict> = out.entries.drain(first..).collect();
+    let coarse: Vec<(f64, f64)> =
+        leans.iter().map(|v| coarseness(log, motion, v.source, factor(v))).collect();
+    for k in 0..leans.len() {
+        let repeats = |j: &usize| {
+            let (a, b) = (log.x(leans[*j].source), log.x(leans[k].source));
+            coarser(coarse[k], coarse[*j]) && line(a, b).is_some_and(|l| l.r.abs() > SAME)
+        };
+        if let Some(j) = (0..leans.len()).find(repeats) {
+            let name = log.name(leans[j].source);
+            let what = "rounded or held at zero when it is small";
+            leans[k].doubt.get_or_insert(format!("it is `{name}` again, {what}"));
+        }
+    }
+    let best = leans.iter().position(|v| v.doubt.is_none());
+    for (k, v) in leans.iter_mut().enumerate() {
+        if best.is_some_and(|b| b != k) {
+            v.doubt.get_or_insert("there is more than one such channel".into());
+        }
+    }
+    let samples = best.map(|b| {
+        let sign = leans[b].sign / factor(&leans[b]);
+        log.x(leans[b].source).iter().map(|x| sign * x).collect()
+    });
+    out.entries.extend(leans);
+    samples
 }
 
 /// Whether a channel seems to be of the same sensor as that of a name: they begin or end alike.

@@ -6,6 +6,9 @@ use crate::contract::channel::Channel;
 pub const UNTIMED: &str =
     "how late it is shows too badly in this log; with a `delay` that you know it is right";
 
+/// Standard errors by which a channel must be earlier than the reference to be it: overwhelming evidence.
+pub(super) const FAR: f64 = 5.0;
+
 /// What feeds a column, and what decided it.
 #[derive(Debug, Clone)]
 pub struct Verdict {
