@@ -206,7 +206,8 @@ fn the_fleet_of_one_session_says_what_the_session_says() {
         [row.value, row.ci95_low, row.ci95_high].map(|x| x.expect("known"))
     };
     assert!(tyres.len() > 10 && pooled.len() > 10);
-    for t in tyres {
+    // a model over motorcycles also varies between its tyres
+    for t in tyres.iter().filter(|t| t.bike_id.is_some()) {
         let said = [t.value, t.ci95_low, t.ci95_high];
         assert_eq!(said, own(&t.tyre, &t.coefficient), "{} {}", t.tyre, t.coefficient);
     }
