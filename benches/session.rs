@@ -162,7 +162,7 @@ fn by_stage(
 ) -> Result<(), Failure> {
     let raw = stages.time("read", || ingest::read(&input.log, input.maps))?;
     let (mut session, _) = stages.time("clean", || ingest::run(raw, &pipeline.ingest))?;
-    stages.time("check", || ingest::check(&mut session, bike, &pipeline.ingest))?;
+    stages.time("check", || ingest::check(&mut session, Some(bike), &pipeline.ingest))?;
     stages.plain("filter", || filter::run(&mut session, &pipeline.filter));
     let segments = stages.plain("segment", || segment::run(&session, bike, &pipeline.segment));
     let (zeros, _) = stages.plain("zeros", || zeros::run(&session, bike));

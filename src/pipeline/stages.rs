@@ -60,7 +60,7 @@ pub fn prepare_raw(
     warnings.extend(default_bike(bike));
     if pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
         warnings
-            .extend(ingest::check(&mut session, bike, &pipeline.ingest).map_err(Rejection::from)?);
+            .extend(ingest::check(&mut session, Some(bike), &pipeline.ingest).map_err(Rejection::from)?);
     }
     Ok((session, warnings))
 }

@@ -184,7 +184,7 @@ fn exchanged(mut session: Session, a: Channel, b: Channel) -> Session {
 
 /// Codes of the warnings, or of the refusal.
 fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
-    match ingest::check(&mut session, &bike(), &ingest::Config::default()) {
+    match ingest::check(&mut session, Some(&bike()), &ingest::Config::default()) {
         Ok(w) => Ok(w.iter().map(|w| w.code).collect()),
         Err(e) => {
             println!("{}", e.message);

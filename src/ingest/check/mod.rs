@@ -39,11 +39,15 @@ mod view;
 use finding::{Finding, Findings};
 use view::View;
 
-/// Checks channels against physics and against each other, given the bike.
+/// Checks channels against physics and against each other, and against the bike where it is known.
 ///
 /// # Errors
 /// A channel's unit or sign is wrong in a way that would give coefficients nobody may believe.
-pub fn check(session: &mut Session, bike: &Bike, config: &Config) -> Result<Vec<Warning>, Error> {
+pub fn check(
+    session: &mut Session,
+    bike: Option<&Bike>,
+    config: &Config,
+) -> Result<Vec<Warning>, Error> {
     let v = session.get(Channel::VelocityX);
     if !v.is_some_and(|v| v.iter().any(|v| v.is_finite())) {
         let state = if v.is_some() { "has no valid sample" } else { "is missing" };
@@ -70,13 +74,19 @@ pub fn check(session: &mut Session, bike: &Bike, config: &Config) -> Result<Vec<
         })?;
         return Ok(findings.warnings);
     }
-    speeds::check(&view, bike, &mut findings)?;
+    if let Some(bike) = bike {
+        speeds::check(&view, bike, &mut findings)?;
+    }
     // a channel that is left out must not be used in further checks
     findings.left_out.iter().for_each(|c| view.remove(*c));
-    angles::check(&view, bike, &mut findings)?;
+    if let Some(bike) = bike {
+        angles::check(&view, bike, &mut findings)?;
+    }
     course::check(&view, &mut findings)?;
     accelerations::check(&view, &mut findings)?;
-    swapped::check(&view, bike, &mut findings)?;
+    if let Some(bike) = bike {
+        swapped::check(&view, bike, &mut findings)?;
+    }
     findings.left_out.into_iter().for_each(|channel| drop(session.remove(channel)));
     Ok(findings.warnings)
 }

@@ -124,7 +124,7 @@ fn exchanged(mut session: Session, a: Channel, b: Channel) -> Session {
 /// Codes of the warnings, or of the error.
 fn codes(mut session: Session) -> Result<Vec<&'static str>, &'static str> {
     let before = session.channels().count();
-    match check(&mut session, &bike(), &Config::default()) {
+    match check(&mut session, Some(&bike()), &Config::default()) {
         Ok(w) => {
             assert!(w.iter().all(|w| w.message.len() > 40));
             let out = w.iter().filter(|w| w.message.contains("left out")).count();
@@ -269,7 +269,7 @@ fn signs_without_a_yaw_rate() {
 fn the_others_vote_on_roll_or_yaw_rate() {
     let message = |channel| {
         let mut session = scaled(ride(2), channel, -1.0);
-        check(&mut session, &bike(), &Config::default()).expect_err("sign").message
+        check(&mut session, Some(&bike()), &Config::default()).expect_err("sign").message
     };
     assert!(message(Channel::Roll).contains("turn the sign of roll"));
     assert!(message(Channel::YawRate).contains("turn the sign of yaw_rate"));
@@ -314,11 +314,11 @@ fn every_check_can_be_switched() {
         toml::from_str(&format!("check.sign_roll_yaw = {effect:?}")).expect("a switch")
     };
     let turned = || scaled(ride(2), Channel::Roll, -1.0);
-    let refusal = check(&mut turned(), &bike(), &with("reject")).expect_err("refused");
+    let refusal = check(&mut turned(), Some(&bike()), &with("reject")).expect_err("refused");
     assert!(refusal.message.contains("`ingest.check.sign_roll_yaw = \"warn\"`"), "{refusal}");
     // the roll rate does not fit a turned roll either
     let passes = |effect| -> Vec<&str> {
-        let warned = check(&mut turned(), &bike(), &with(effect)).expect("passes");
+        let warned = check(&mut turned(), Some(&bike()), &with(effect)).expect("passes");
         warned.iter().map(|w| w.code).collect()
     };
     assert_eq!(passes("warn"), ["sign_roll_rate", "sign_roll_yaw"]);
@@ -326,10 +326,10 @@ fn every_check_can_be_switched() {
 
     let mut left_out = scaled(ride(2), Channel::SteerAngle, -1.0);
     let keep: Config = toml::from_str("check.sign_steer = \"warn\"").expect("a switch");
-    let warned = check(&mut left_out, &bike(), &keep).expect("passes");
+    let warned = check(&mut left_out, Some(&bike()), &keep).expect("passes");
     assert!(!warned[0].message.contains("left out") && left_out.has(Channel::SteerAngle));
     let refuse: Config = toml::from_str("check.sign_steer = \"reject\"").expect("a switch");
-    let refusal = check(&mut left_out, &bike(), &refuse).expect_err("refused");
+    let refusal = check(&mut left_out, Some(&bike()), &refuse).expect_err("refused");
     assert_eq!(refusal.code, "sign_steer");
 
     for Check { code, .. } in CHECKS {
@@ -360,6 +360,6 @@ fn time_of_a_long_session() {
         session.set(c, x.iter().cycle().take(120_000).copied().collect());
     }
     let start = std::time::Instant::now();
-    let result = check(&mut session, &bike(), &Config::default());
+    let result = check(&mut session, Some(&bike()), &Config::default());
     println!("{:.1} ms, {result:?}", start.elapsed().as_secs_f64() * 1e3);
 }

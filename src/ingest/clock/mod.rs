@@ -10,7 +10,7 @@ use std::sync::Arc;
 mod single;
 mod together;
 
-pub use single::Clock;
+pub use single::{Clock, spread};
 use single::Repaired;
 
 use crate::contract::channel::Channel;
