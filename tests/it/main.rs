@@ -5,6 +5,7 @@ mod bands;
 mod batch;
 mod bike_new;
 mod book;
+mod cases;
 mod channels_by_physics;
 mod cli;
 mod cluster;

@@ -68,9 +68,11 @@ impl Format for Vbo {
     const MAPS: &'static [ShippedMap] = &[shipped_map!("vbo")];
 
     fn sniff(head: &Head<'_>) -> bool {
-        let text = String::from_utf8_lossy(head.bytes).to_lowercase();
+        let Some(text) = text::beginning(head.bytes) else { return false };
+        let text = text.to_lowercase();
         let section = |name: &str| text.lines().any(|line| line.trim() == name);
-        section("[column names]") || head.has_extension("vbo") && section("[header]")
+        let own = head.has_extension("vbo") && (section("[header]") || section("[data]"));
+        own || section("[column names]")
     }
 
     fn list(log: &Location, _: &Aids) -> Result<Listing, Error> {
@@ -254,9 +256,6 @@ impl<'a> File<'a> {
         let (Some(lat), Some(lon)) = (self.at("lat"), self.at("long")) else { return };
         let (mut north, mut east) =
             (std::mem::take(&mut table.columns[lat]), std::mem::take(&mut table.columns[lon]));
-        for (n, e) in north.iter_mut().zip(&mut east).filter(|(n, e)| **n == 0.0 && **e == 0.0) {
-            (*n, *e) = (f64::NAN, f64::NAN);
-        }
         let v = self.at("velocity");
         let si = v.and_then(|v| Some(conversion(self.units[v].as_deref()?, "m/s").ok()?.factor)).unwrap_or(1.0);
         let speed: Option<Vec<f64>> = v.map(|v| table.columns[v].iter().map(|x| x * si).collect());
@@ -385,7 +384,7 @@ fn units(names: &[String], titles: &[&str], further: &[&str]) -> Vec<Option<Stri
         .enumerate()
         .map(|(k, name)| {
             let name = name.as_str();
-            let own = usual(name).or_else(|| of_name(name)).or_else(|| said(titles[k..].first().filter(|_| titled)?));
+            let own = usual(name).or_else(|| of_name(name)).or_else(|| said(titles.get(k).filter(|_| titled)?));
             own.or_else(|| further.get(k.checked_sub(first_further)?).map(|u| (*u).to_owned()))
         })
         .collect()

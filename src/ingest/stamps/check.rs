@@ -48,7 +48,8 @@ fn outside(step: f64) -> bool {
 fn of_calendar(stamps: &[f64], factor: f64) -> Option<String> {
     let first = stamps.iter().copied().find(|t| t.is_finite())?;
     let step = usual_step(stamps)?;
-    if !outside(step * factor) && first * factor < LAST_YEAR {
+    let known = CALENDARS.iter().any(|c| c.factor == factor && in_years(first * factor + c.zero));
+    if !outside(step * factor) && (first * factor < LAST_YEAR || known) {
         return None;
     }
     let fits = |c: &&super::unit::Calendar| {

@@ -10,7 +10,7 @@ const NAMES: &[(&str, Option<&str>)] = &[
     ("recording time", None), ("date time", None), ("datetime", None), ("date and time", None), ("local time", None),
     ("utc time", None), ("time utc", None), ("utc", None), ("gmt", None), ("gps time", None), ("utc timestamp", None),
     ("unix time", None), ("unixtime", None), ("unix timestamp", None), ("unix", None), ("epoch", None), ("epoch time", None),
-    ("clock", None), ("tick", None), ("ticks", None), ("interval", None),
+    ("clock", None), ("date", None), ("datum", None), ("fecha", None), ("tick", None), ("ticks", None), ("interval", None),
     ("time ms", Some("ms")), ("timems", Some("ms")), ("millis", Some("ms")), ("milliseconds", Some("ms")), ("msec", Some("ms")),
     ("time us", Some("us")), ("timeus", Some("us")), ("micros", Some("us")), ("microseconds", Some("us")), ("usec", Some("us")),
     ("time ns", Some("ns")), ("nanos", Some("ns")), ("nanoseconds", Some("ns")), ("nsec", Some("ns")),

@@ -205,16 +205,25 @@ impl Stamps {
         Ok(Some(Stamps { stamps: spread.unwrap_or(stamps), kind: read.kind, coarse, motion: factor, speed }))
     }
 
+    /// The clock that the stamps are. Where they contradict the speed in the unit that the log says for it, that unit may
+    /// be the wrong one.
     fn judged(&self, channels: &[SourceChannel], channel: usize) -> Result<Judged, String> {
-        let place = channels[channel].place[0];
-        let units = match self.speed {
-            Some(factor) => vec![factor],
-            None => ["m/s", "km/h", "mph", "knots"]
-                .iter()
-                .filter_map(|u| Some(units::conversion(u, "m/s").ok()?.factor))
-                .collect(),
+        let any = || {
+            let known = ["m/s", "km/h", "mph", "knots"].iter();
+            known.filter_map(|u| Some(units::conversion(u, "m/s").ok()?.factor)).collect()
         };
-        let motion: Vec<f64> = self.motion.iter().flat_map(|m| units.iter().map(move |u| m / u)).collect();
+        match self.speed {
+            Some(factor) => {
+                let first = self.judged_by(channels, channel, vec![factor]);
+                first.or_else(|e| self.judged_by(channels, channel, any()).map_err(|_| e))
+            }
+            None => self.judged_by(channels, channel, any()),
+        }
+    }
+
+    fn judged_by(&self, channels: &[SourceChannel], channel: usize, speeds: Vec<f64>) -> Result<Judged, String> {
+        let place = channels[channel].place[0];
+        let motion: Vec<f64> = self.motion.iter().flat_map(|m| speeds.iter().map(move |u| m / u)).collect();
         if self.kind != Kind::Numbers {
             let agrees = motion.is_empty() || motion.iter().any(|m| (0.5..2.0).contains(m));
             let epoch = self.kind == Kind::Dated;
