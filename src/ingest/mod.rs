@@ -110,7 +110,10 @@ pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error>
 /// Takes out positions that no receiver gave, with a warning.
 fn no_fix(raw: &mut Raw) {
     let place = |raw: &Raw, channel| raw.tracks.iter().position(|t| t.channel == channel);
-    let (Some(north), Some(east)) = (place(raw, Channel::Latitude), place(raw, Channel::Longitude)) else { return };
+    let (Some(north), Some(east)) = (place(raw, Channel::Latitude), place(raw, Channel::Longitude))
+    else {
+        return;
+    };
     if raw.tracks[north].values.len() != raw.tracks[east].values.len() {
         return;
     }

@@ -55,12 +55,15 @@ const HOP: f64 = 8.0;
 /// Longest; beyond it the receiver was away.
 const LONGEST_HOP: f64 = 300.0;
 
+/// Rows that are looked at, about: more would not say more.
+const LOOKED_AT: usize = 20_000;
+
 /// How many seconds a unit of the stamps is, by the way between the positions and the speed there in m/s; `None` if too
 /// little moves. Any clock will do, however wrong its unit.
 pub fn clock_factor(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Option<f64> {
     let mut factors = Vec::new();
     let (mut from, mut sum, mut count) = (None::<usize>, 0.0, 0.0);
-    for i in 0..time.len() {
+    for i in (0..time.len()).step_by((time.len() / LOOKED_AT).max(1)) {
         let (at, v) = ([position[0][i], position[1][i]], speed[i]);
         if !(at[0].is_finite() && at[1].is_finite() && v.is_finite() && time[i].is_finite()) {
             from = None;

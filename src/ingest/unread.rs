@@ -49,7 +49,9 @@ pub fn advice(head: &Head<'_>) -> Option<&'static str> {
         bytes if bytes.starts_with(b"%PDF") => of(".pdf"),
         bytes if bytes.get(4..8) == Some(b"ftyp") => of(".mp4"),
         bytes if bytes.starts_with(b"PK\x03\x04") && has(bytes, b"xl/") => of(".xlsx"),
-        bytes if bytes.starts_with(b"PK\x03\x04") && has(bytes, b"opendocument.spreadsheet") => of(".ods"),
+        bytes if bytes.starts_with(b"PK\x03\x04") && has(bytes, b"opendocument.spreadsheet") => {
+            of(".ods")
+        }
         bytes => by_text(bytes).and_then(of),
     };
     let by_name = || {
@@ -95,7 +97,11 @@ mod tests {
             ("a.zip", b"PK", "unzip"),
             ("a.bin", b"\x1f\x8b\x08", "gunzip"),
             ("bag", b"SQLite format 3\0", "ros2 bag convert"),
-            ("ride.txt", b"$GPRMC,100000.00,A,4700.0,N,00800.0,E,27.0,89,251026,,*5A\r\n", "gpsbabel"),
+            (
+                "ride.txt",
+                b"$GPRMC,100000.00,A,4700.0,N,00800.0,E,27.0,89,251026,,*5A\r\n",
+                "gpsbabel",
+            ),
             ("ride", b"\x0e\x10\x5d\x08\0\0\0\0.FIT", "GPX or TCX"),
             ("ride.csv", b"PK\x03\x04\x14\0\x06\0\x08\0xl/workbook.xml", "save the sheet as CSV"),
             ("ride.csv", b"\n<?xml version=\"1.0\"?><kml xmlns=\"x\">", "GPX"),

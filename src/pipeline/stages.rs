@@ -59,8 +59,9 @@ pub fn prepare_raw(
         ingest::run(raw, &pipeline.ingest).map_err(Rejection::from)?;
     warnings.extend(default_bike(bike));
     if pipeline.offroad.is_none() || session.has(Channel::VelocityX) {
-        warnings
-            .extend(ingest::check(&mut session, Some(bike), &pipeline.ingest).map_err(Rejection::from)?);
+        warnings.extend(
+            ingest::check(&mut session, Some(bike), &pipeline.ingest).map_err(Rejection::from)?,
+        );
     }
     Ok((session, warnings))
 }

@@ -217,8 +217,10 @@ fn tables_call_no_combined_slip_ridden_and_stay_within_the_circle() {
             assert!(n[4].hypot(n[5]) <= circle * n[3] + 1e-3, "{line}");
             // above a twentieth of both peaks, with room for the rounding of the text
             let t = &c.tyre.tyre;
-            let side = t.stiffness.k_alpha(n[2], t.side_force_ratio) * (n[1] + t.side_force_ratio * n[2]);
-            let is_combined = n[0].abs() > 0.051 * t.peak_slip && side.abs() > 0.051 * c.ridden_side();
+            let side =
+                t.stiffness.k_alpha(n[2], t.side_force_ratio) * (n[1] + t.side_force_ratio * n[2]);
+            let is_combined =
+                n[0].abs() > 0.051 * t.peak_slip && side.abs() > 0.051 * c.ridden_side();
             assert!(!is_combined || n[8] == 0.0, "{line}");
             combined += usize::from(is_combined);
             ridden += usize::from(n[8] == 1.0);

@@ -156,7 +156,9 @@ impl Track {
             )
         } else {
             let why = track.broken.map(|why| format!(" ({why})")).unwrap_or_default();
-            format!("{log} has no track point (`trkpt`, `Trackpoint`){why}; export the recorded track")
+            format!(
+                "{log} has no track point (`trkpt`, `Trackpoint`){why}; export the recorded track"
+            )
         };
         Err(Error::new("no_samples", message))
     }
@@ -195,7 +197,9 @@ impl Track {
                 Event::Text(t) => text += &String::from_utf8_lossy(&t),
                 Event::End(e) => {
                     match (&mut point, e.local_name().as_ref()) {
-                        (Some(_), b"trkpt" | b"Trackpoint") => self.add(point.take().unwrap_or_default()),
+                        (Some(_), b"trkpt" | b"Trackpoint") => {
+                            self.add(point.take().unwrap_or_default())
+                        }
                         (Some(point), name) => {
                             let name = String::from_utf8_lossy(name);
                             self.within(point, &name, text.trim(), &mut place);

@@ -55,7 +55,10 @@ const ROLES: [&[&str]; 7] = [
 /// The format's own name of a usual column.
 fn role(name: &str) -> Option<&'static str> {
     let plain = folded(name.split(['(', '[']).next().unwrap_or(name));
-    let ends = [" kmh", " km h", " kph", " mph", " knots", " kts", " m s", " deg", " degrees", " m", " minutes", " min"];
+    let ends = [
+        " kmh", " km h", " kph", " mph", " knots", " kts", " m s", " deg", " degrees", " m",
+        " minutes", " min",
+    ];
     let bare = ends.iter().find_map(|e| plain.strip_suffix(e)).unwrap_or(&plain);
     ROLES.iter().find(|r| r.contains(&bare) || r.contains(&plain.as_str())).map(|r| r[0])
 }
@@ -82,12 +85,17 @@ impl Format for Vbo {
         let speed = file.at("velocity");
         let channel = |(place, name): (usize, &String)| SourceChannel {
             name: name.clone(),
-            unit: table.speed.filter(|_| speed == Some(place)).map(str::to_owned).or_else(|| file.units[place].clone()),
+            unit: table
+                .speed
+                .filter(|_| speed == Some(place))
+                .map(str::to_owned)
+                .or_else(|| file.units[place].clone()),
             samples: Some(table.time.len() as u64),
             place: [place, 0, 0],
             ..SourceChannel::default()
         };
-        let listed = file.names.iter().enumerate().filter(|(place, _)| Some(*place) != file.at("time"));
+        let listed =
+            file.names.iter().enumerate().filter(|(place, _)| Some(*place) != file.at("time"));
         let facts = file.comments.iter().chain(&table.facts).cloned().collect();
         Ok(Listing {
             channels: listed.map(channel).collect(),
@@ -164,14 +172,17 @@ impl<'a> File<'a> {
                 "" => created = created.or_else(|| date(line)),
                 "header" => titles.push(line),
                 "channel units" => further.extend(split(line)),
-                "column names" | "columnnames" => names.extend(split(line).into_iter().map(str::to_owned)),
+                "column names" | "columnnames" => {
+                    names.extend(split(line).into_iter().map(str::to_owned))
+                }
                 "data" => rows.push((number, line)),
                 "comments" => comments.push(fact(line)),
                 _ => {}
             }
         }
         // the section may be missing: the titles are as many as the cells
-        if names.is_empty() && rows.first().is_some_and(|(_, row)| split(row).len() == titles.len()) {
+        if names.is_empty() && rows.first().is_some_and(|(_, row)| split(row).len() == titles.len())
+        {
             names = titles.iter().map(|t| t.replace(' ', "_")).collect();
         }
         while names.last().is_some_and(String::is_empty) {
@@ -193,7 +204,8 @@ impl<'a> File<'a> {
     fn own_names(&mut self) {
         for place in 0..self.names.len() {
             let Some(own) = role(&self.names[place]) else { continue };
-            let known = ROLES.iter().flat_map(|r| *r).any(|n| self.names[place].eq_ignore_ascii_case(n));
+            let known =
+                ROLES.iter().flat_map(|r| *r).any(|n| self.names[place].eq_ignore_ascii_case(n));
             if (!known || own == "long") && !self.names.iter().any(|n| n == own) {
                 self.names[place] = own.to_owned();
             }
@@ -210,22 +222,35 @@ impl<'a> File<'a> {
         let (clock, count) = (self.at("time"), self.names.len());
         let mut table = Rows { columns: vec![Vec::new(); count], ..Rows::default() };
         let mut uneven = cells::Uneven::default();
-        let (mut stamps, mut broken) = (Vec::new(), 0);
+        let (mut stamps, mut broken, mut short) = (Vec::new(), 0, 0);
+        let mut whole: Vec<&str> = Vec::new();
         for (line, row) in &self.rows {
             let cells = split(row);
-            if cells.len() != count {
+            // cells are printed in one width: so it is seen that a row breaks off and no cell within it is lost
+            let alike = cells.iter().zip(&whole).all(|(a, b)| a.len() == b.len());
+            let broken_off = cells.len() < count && !whole.is_empty() && alike;
+            if cells.len() != count && !broken_off {
                 uneven.note(*line, cells.len(), row);
                 continue;
             }
+            short += usize::from(broken_off);
             stamps.push(clock.and_then(|k| cells.get(k)).copied().unwrap_or_default());
-            for (column, cell) in table.columns.iter_mut().zip(&cells) {
+            for (k, column) in table.columns.iter_mut().enumerate() {
                 // a decimal comma is written by programs of some countries
-                let number = match cell.contains(',') {
+                let number = |cell: &&str| match cell.contains(',') {
                     true => cell.replace(',', ".").parse().ok(),
                     false => cell.parse().ok(),
                 };
-                column.push(number.unwrap_or(f64::NAN));
+                column.push(cells.get(k).and_then(number).unwrap_or(f64::NAN));
             }
+            if !broken_off {
+                whole = cells;
+            }
+        }
+        if short > 0 {
+            let message =
+                format!("{short} rows of [data] break off; what is missing is taken as such");
+            table.warnings.push(warning("bad_line", None, short, None, message));
         }
         table.warnings.extend(uneven.judged(log, self.rows.len(), count)?);
         table.time = times(&stamps);
@@ -257,9 +282,12 @@ impl<'a> File<'a> {
         let (mut north, mut east) =
             (std::mem::take(&mut table.columns[lat]), std::mem::take(&mut table.columns[lon]));
         let v = self.at("velocity");
-        let si = v.and_then(|v| Some(conversion(self.units[v].as_deref()?, "m/s").ok()?.factor)).unwrap_or(1.0);
+        let si = v
+            .and_then(|v| Some(conversion(self.units[v].as_deref()?, "m/s").ok()?.factor))
+            .unwrap_or(1.0);
         let speed: Option<Vec<f64>> = v.map(|v| table.columns[v].iter().map(|x| x * si).collect());
-        let most = |x: &[f64]| x.iter().filter(|x| x.is_finite()).fold(0.0_f64, |m, x| m.max(x.abs()));
+        let most =
+            |x: &[f64]| x.iter().filter(|x| x.is_finite()).fold(0.0_f64, |m, x| m.max(x.abs()));
         let small = most(&north) <= 90.0 && most(&east) <= 180.0;
         let degrees = small
             && speed.as_ref().is_some_and(|speed| {
@@ -267,7 +295,10 @@ impl<'a> File<'a> {
                 factor.is_some_and(|f| (0.2..5.0).contains(&f))
             });
         if degrees {
-            table.facts.push(("positions".into(), "in degrees, as the speed says, not in minutes of arc".into()));
+            table.facts.push((
+                "positions".into(),
+                "in degrees, as the speed says, not in minutes of arc".into(),
+            ));
         } else {
             north.iter_mut().for_each(|x| *x /= 60.0);
             east.iter_mut().for_each(|x| *x /= -60.0);
@@ -276,17 +307,22 @@ impl<'a> File<'a> {
         if heading.is_some_and(|heading| mirrored(&north, &east, heading)) {
             east.iter_mut().for_each(|x| *x = -*x);
             let way = if degrees { "west" } else { "east" };
-            table.facts.push(("positions".into(), format!("{way} is positive, as the heading says")));
+            table
+                .facts
+                .push(("positions".into(), format!("{way} is positive, as the heading says")));
         }
         if let Some(v) = v {
             let ratio = track::ratio(&table.time, [&north, &east], &table.columns[v]);
-            let known = [("m/s", 1.0), ("km/h", 3.6), ("mph", 1.0 / 0.44704), ("knots", 3600.0 / 1852.0)];
+            let known =
+                [("m/s", 1.0), ("km/h", 3.6), ("mph", 1.0 / 0.44704), ("knots", 3600.0 / 1852.0)];
             let near = |factor: f64| ratio.is_some_and(|r| (r / factor - 1.0).abs() < 0.06);
-            let found = known.into_iter().find(|k| near(k.1)).filter(|k| (k.1 * si - 1.0).abs() > 0.08);
+            let found =
+                known.into_iter().find(|k| near(k.1)).filter(|k| (k.1 * si - 1.0).abs() > 0.08);
             if let Some((unit, _)) = found {
                 let said = self.units[v].as_deref().unwrap_or("");
                 let message = format!(
-                    "`{}` is in {unit} by its positions, not in {said}; they are believed", self.names[v]
+                    "`{}` is in {unit} by its positions, not in {said}; they are believed",
+                    self.names[v]
                 );
                 table.warnings.push(warning("speed_unit", None, 1, None, message));
                 table.speed = Some(unit);
@@ -298,7 +334,9 @@ impl<'a> File<'a> {
     /// The day on which it was created at the first row's time of day.
     fn start(&self, time: &[f64]) -> Option<String> {
         if let Some(unix) = time.first().filter(|t| stamps::unit::in_years(**t)) {
-            return jiff::Timestamp::from_millisecond((1e3 * unix).round() as i64).ok().map(|t| t.to_string());
+            return jiff::Timestamp::from_millisecond((1e3 * unix).round() as i64)
+                .ok()
+                .map(|t| t.to_string());
         }
         let (day, month, year) = self.created?;
         let date = jiff::civil::Date::new(year, month, day).ok()?;
@@ -312,7 +350,8 @@ impl<'a> File<'a> {
 fn mirrored(north: &[f64], east: &[f64], heading: &[f64]) -> bool {
     let (mut along, mut across) = ([0.0, 0.0], [0.0, 0.0]);
     for i in 1..heading.len() {
-        let (n, e) = (north[i] - north[i - 1], (east[i] - east[i - 1]) * north[i].to_radians().cos());
+        let (n, e) =
+            (north[i] - north[i - 1], (east[i] - east[i - 1]) * north[i].to_radians().cos());
         let (sin, cos) = heading[i].to_radians().sin_cos();
         let (a, b) = (n * cos, e * sin);
         // a jump of the position is no way
@@ -326,7 +365,8 @@ fn mirrored(north: &[f64], east: &[f64], heading: &[f64]) -> bool {
 
 /// Seconds of the day; over midnight they go on. NaN where a text is no time.
 fn times(texts: &[&str]) -> Vec<f64> {
-    let share = |times: &[f64]| times.iter().filter(|t| t.is_finite()).count() * 10 >= times.len() * 9;
+    let share =
+        |times: &[f64]| times.iter().filter(|t| t.is_finite()).count() * 10 >= times.len() * 9;
     let mut times: Vec<f64> = texts.iter().map(|t| of_day(t).unwrap_or(f64::NAN)).collect();
     if !share(&times) {
         let mut clock = stamps::text::Clock::default();
@@ -384,7 +424,9 @@ fn units(names: &[String], titles: &[&str], further: &[&str]) -> Vec<Option<Stri
         .enumerate()
         .map(|(k, name)| {
             let name = name.as_str();
-            let own = usual(name).or_else(|| of_name(name)).or_else(|| said(titles.get(k).filter(|_| titled)?));
+            let own = usual(name)
+                .or_else(|| of_name(name))
+                .or_else(|| said(titles.get(k).filter(|_| titled)?));
             own.or_else(|| further.get(k.checked_sub(first_further)?).map(|u| (*u).to_owned()))
         })
         .collect()
@@ -392,7 +434,8 @@ fn units(names: &[String], titles: &[&str], further: &[&str]) -> Vec<Option<Stri
 
 /// The unit in a column's own name.
 fn of_name(name: &str) -> Option<String> {
-    let unit = crate::ingest::units::of_name(name).1.or_else(|| crate::ingest::units::behind_name(name));
+    let unit =
+        crate::ingest::units::of_name(name).1.or_else(|| crate::ingest::units::behind_name(name));
     unit.map(str::to_owned)
 }
 
@@ -447,7 +490,8 @@ mod tests {
         let file = File::of(&log(), LOG).expect("a VBOX text");
         let table = file.table(&log()).expect("rows");
         let of = |name: &str| {
-            let k = file.at(name).or_else(|| file.names.iter().position(|n| *n == name)).expect(name);
+            let k =
+                file.at(name).or_else(|| file.names.iter().position(|n| *n == name)).expect(name);
             (table.columns[k].clone(), file.units[k].clone())
         };
         let seconds: Vec<f64> = table.time.iter().map(|t| t - 86_399.0).collect();

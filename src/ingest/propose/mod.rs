@@ -13,9 +13,9 @@ use crate::ingest::units;
 
 pub mod compare;
 mod languages;
-pub mod motion;
 #[cfg(test)]
 mod loggers;
+pub mod motion;
 pub mod physics;
 mod words;
 
@@ -142,7 +142,9 @@ fn write_time(out: &mut String, listing: &Listing) -> std::fmt::Result {
         None => writeln!(out, "# unit = \"s\"")?,
     }
     match clock.epoch {
-        true => writeln!(out, "epoch = true # it tells the day, by UTC where it says no other zone"),
+        true => {
+            writeln!(out, "epoch = true # it tells the day, by UTC where it says no other zone")
+        }
         false => Ok(()),
     }
 }

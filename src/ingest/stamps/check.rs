@@ -13,6 +13,8 @@ use crate::ingest::track;
 const LAST_YEAR: f64 = 7.3e9;
 /// So far the motion may be off before the clock is doubted: less may be the unit of the speed.
 const OFF: f64 = 7.0;
+/// Stamps by which the rate of a text's clock is judged.
+const LOOKED_AT: usize = 5000;
 /// Speeds that are taken for a motorcycle's, m/s: others have a wrong unit themselves.
 const SPEEDS: [f64; 2] = [2.0, 120.0];
 
@@ -28,10 +30,11 @@ pub fn in_seconds(stamps: &mut [f64], factor: f64) -> Result<(), String> {
         stamps.copy_from_slice(&decoded);
         return Ok(());
     }
-    if let Some(message) = of_calendar(stamps, factor) {
+    let step = usual_step(&stamps[..stamps.len().min(LOOKED_AT)]);
+    if let Some(message) = of_calendar(stamps, step, factor) {
         return Err(message);
     }
-    if let Some(step) = usual_step(stamps).map(|d| d * factor).filter(|d| outside(*d)) {
+    if let Some(step) = step.map(|d| d * factor).filter(|d| outside(*d)) {
         return Err(format!(
             "stamps that are {step} s apart are those of no logger: say the right `unit`, or `rate` instead of `column`"
         ));
@@ -45,9 +48,9 @@ fn outside(step: f64) -> bool {
 }
 
 /// What is wrong with stamps that are a date in another unit.
-fn of_calendar(stamps: &[f64], factor: f64) -> Option<String> {
+fn of_calendar(stamps: &[f64], step: Option<f64>, factor: f64) -> Option<String> {
     let first = stamps.iter().copied().find(|t| t.is_finite())?;
-    let step = usual_step(stamps)?;
+    let step = step?;
     let known = CALENDARS.iter().any(|c| c.factor == factor && in_years(first * factor + c.zero));
     if !outside(step * factor) && (first * factor < LAST_YEAR || known) {
         return None;
@@ -76,12 +79,10 @@ pub fn by_motion(tracks: &[Track]) -> Result<(), Error> {
     if !Arc::ptr_eq(&lat.time, &lon.time) || !Arc::ptr_eq(&v.time, &lat.time) {
         return Ok(());
     }
-    let speed = track::middle_speed(&v.values);
     let needed = track::clock_factor(&v.time, [&lat.values, &lon.values], &v.values);
-    match (needed, speed) {
-        (Some(factor), Some(speed))
-            if !(1.0 / OFF..OFF).contains(&factor) && (SPEEDS[0]..SPEEDS[1]).contains(&speed) =>
-        {
+    let Some(factor) = needed.filter(|f| !(1.0 / OFF..OFF).contains(f)) else { return Ok(()) };
+    match track::middle_speed(&v.values) {
+        Some(speed) if (SPEEDS[0]..SPEEDS[1]).contains(&speed) => {
             let message = format!(
                 "the clock contradicts the motion: by velocity_x and the positions the log's time runs {factor:.4} times \
                  what the stamps say; correct the unit or the rate of the clock ([time] of the channel map)"

@@ -68,9 +68,10 @@ pub fn clock(name: &str) -> Option<(usize, Option<&'static str>)> {
         let sure = NAMES.iter().take_while(|n| n.0 != "milliseconds").chain(foreign());
         sure.filter(|n| n.0.len() > 1).find(|n| n.0 == word)
     });
-    let unit = plain.rsplit(' ').next().and_then(|last| {
-        ["ms", "us", "ns", "s", "sec", "min"].into_iter().find(|u| *u == last)
-    });
+    let unit = plain
+        .rsplit(' ')
+        .next()
+        .and_then(|last| ["ms", "us", "ns", "s", "sec", "min"].into_iter().find(|u| *u == last));
     known.map(|k| (NAMES.len(), unit.or(k.1)))
 }
 
@@ -164,8 +165,19 @@ mod tests {
             assert_eq!(found.1, unit, "{name}");
         }
         for name in [
-            "Lap Time", "best time", "Speed", "Trigger time", "T_air", "Time Accuracy", "Rundenzeit", "Temp", "Tyre temps",
-            "Gear shift time", "Delta time", "acc_s", "g",
+            "Lap Time",
+            "best time",
+            "Speed",
+            "Trigger time",
+            "T_air",
+            "Time Accuracy",
+            "Rundenzeit",
+            "Temp",
+            "Tyre temps",
+            "Gear shift time",
+            "Delta time",
+            "acc_s",
+            "g",
         ] {
             assert!(clock(name).is_none(), "{name}: {:?}", clock(name));
         }

@@ -129,7 +129,8 @@ fn stamp(text: &str) -> Option<Stamp> {
 fn next_part(text: &str) -> (&str, &str) {
     let bytes = text.as_bytes();
     for (i, &b) in bytes.iter().enumerate() {
-        let digit = |at: Option<usize>| at.and_then(|k| bytes.get(k)).is_some_and(u8::is_ascii_digit);
+        let digit =
+            |at: Option<usize>| at.and_then(|k| bytes.get(k)).is_some_and(u8::is_ascii_digit);
         let border = match b {
             b' ' | b'\t' | b'_' => true,
             b',' | b';' => bytes.get(i + 1) == Some(&b' '),
@@ -181,7 +182,10 @@ impl Parts {
                 rest => self.behind(rest),
             };
         }
-        if first.is_ascii_alphabetic() || matches!(first, b'+') || (first == b'-' && self.time.is_some()) {
+        if first.is_ascii_alphabetic()
+            || matches!(first, b'+')
+            || (first == b'-' && self.time.is_some())
+        {
             return self.behind(part);
         }
         if !first.is_ascii_digit() {
@@ -235,11 +239,12 @@ impl Parts {
         } else if is("days") || is("day") {
             self.days = self.numbers[0].take();
             self.days?;
-        } else if let Some(month) = MONTHS.iter().position(|m| {
-            text.get(..3).is_some_and(|t| t.eq_ignore_ascii_case(m))
-        }) {
+        } else if let Some(month) =
+            MONTHS.iter().position(|m| text.get(..3).is_some_and(|t| t.eq_ignore_ascii_case(m)))
+        {
             self.month = Some(month as i64 + 1);
-        } else if !WEEKDAYS.iter().any(|d| text.get(..3).is_some_and(|t| t.eq_ignore_ascii_case(d))) {
+        } else if !WEEKDAYS.iter().any(|d| text.get(..3).is_some_and(|t| t.eq_ignore_ascii_case(d)))
+        {
             return None;
         }
         Some(())
@@ -255,7 +260,11 @@ impl Parts {
             seconds = seconds % (12.0 * HOUR) + if afternoon { 12.0 * HOUR } else { 0.0 };
         }
         if let Some(days) = self.days {
-            return Some(Stamp { days: None, seconds: seconds + days as f64 * DAY, of_hour: false });
+            return Some(Stamp {
+                days: None,
+                seconds: seconds + days as f64 * DAY,
+                of_hour: false,
+            });
         }
         let date = match (self.date, self.month, self.numbers) {
             (None, Some(month), [Some(a), Some(b)]) => {
@@ -322,11 +331,14 @@ fn date_of(text: &str) -> Option<Date> {
     let month = MONTHS.iter().position(|m| b.get(..3).is_some_and(|b| b.eq_ignore_ascii_case(m)));
     let number = |text: &str| text.parse::<i64>().ok();
     let (first, last) = (number(a)?, number(c)?);
-    let known = |year: i64, month: i64, day: i64| {
-        days_from(whole_year(year), month, day).map(Date::Known)
-    };
+    let known =
+        |year: i64, month: i64, day: i64| days_from(whole_year(year), month, day).map(Date::Known);
     if let Some(month) = month {
-        return if first > 31 { known(first, month as i64 + 1, last) } else { known(last, month as i64 + 1, first) };
+        return if first > 31 {
+            known(first, month as i64 + 1, last)
+        } else {
+            known(last, month as i64 + 1, first)
+        };
     }
     let middle = all_digits(b).then(|| number(b))??;
     if a.len() == 4 {
@@ -350,7 +362,8 @@ fn whole_year(year: i64) -> i64 {
 
 /// Days since 1970.
 fn days_from(year: i64, month: i64, day: i64) -> Option<i64> {
-    let (year, month, day) = (i16::try_from(year).ok()?, i8::try_from(month).ok()?, i8::try_from(day).ok()?);
+    let (year, month, day) =
+        (i16::try_from(year).ok()?, i8::try_from(month).ok()?, i8::try_from(day).ok()?);
     let date = jiff::civil::Date::new(year, month, day).ok()?;
     let start = jiff::civil::date(1970, 1, 1);
     Some(i64::from((date - start).get_days()))
@@ -432,8 +445,23 @@ mod tests {
             assert!((got - s).abs() < 1e-6, "{text}: {got}");
         }
         for text in [
-            "", "12.5", "-1:00", "a:b", "10:60:00", "10:00:61.5", "1:2:3:4:5", "Time: 10", "lap 1:02.3", "10:0",
-            "13:00:00 PM x", "2026-13-01 10:00:00", "2026-10-25", "1,2:3:4", "T10", "14:00:00 AM", "http://x:80",
+            "",
+            "12.5",
+            "-1:00",
+            "a:b",
+            "10:60:00",
+            "10:00:61.5",
+            "1:2:3:4:5",
+            "Time: 10",
+            "lap 1:02.3",
+            "10:0",
+            "13:00:00 PM x",
+            "2026-13-01 10:00:00",
+            "2026-10-25",
+            "1,2:3:4",
+            "T10",
+            "14:00:00 AM",
+            "http://x:80",
         ] {
             assert_eq!(seconds(text), if text == "10:0" { Some(600.0) } else { None }, "{text}");
         }
@@ -443,7 +471,8 @@ mod tests {
     fn a_time_of_day_goes_on() {
         let through = |texts: &[&str]| {
             let mut clock = Clock::default();
-            let mut all: Vec<f64> = texts.iter().map(|t| clock.read(t).unwrap_or(f64::NAN)).collect();
+            let mut all: Vec<f64> =
+                texts.iter().map(|t| clock.read(t).unwrap_or(f64::NAN)).collect();
             clock.finish(&mut all);
             all.iter().map(|t| t - all[0]).collect::<Vec<f64>>()
         };

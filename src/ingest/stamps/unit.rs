@@ -116,7 +116,12 @@ pub fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
             Some((unit, _)) => format!("the stamps are {}, not {unit} as the log says", c.what),
             None => format!("the stamps are {}", c.what),
         };
-        return Ok(Unit { name: c.unit.into(), factor: c.factor, zero: Some(c.zero), why: Some(why) });
+        return Ok(Unit {
+            name: c.unit.into(),
+            factor: c.factor,
+            zero: Some(c.zero),
+            why: Some(why),
+        });
     }
     let step = usual_step(known.stamps);
     let usual = |factor: f64| step.is_none_or(|d| (STEPS[0]..=STEPS[1]).contains(&(d * factor)));
@@ -150,10 +155,14 @@ pub fn unit(known: &Evidence<'_>) -> Result<Unit, String> {
     match (by_rate, said, step) {
         (Some(found), None, Some(step)) => {
             let rate = 1.0 / (step * factor_of(found));
-            let why = format!("nothing says the unit of the stamps; in {found} they give {rate:.0} Hz: check it");
+            let why = format!(
+                "nothing says the unit of the stamps; in {found} they give {rate:.0} Hz: check it"
+            );
             Ok(of(found, Some(why)))
         }
-        (_, Some((name, factor)), Some(step)) if (IMPOSSIBLE[0]..=IMPOSSIBLE[1]).contains(&(step * factor)) => {
+        (_, Some((name, factor)), Some(step))
+            if (IMPOSSIBLE[0]..=IMPOSSIBLE[1]).contains(&(step * factor)) =>
+        {
             Ok(of(name, None))
         }
         (_, _, Some(step)) => Err(format!(
@@ -193,7 +202,9 @@ pub fn digits_scale(stamps: &[f64]) -> Option<f64> {
         let step = usual_step(stamps)?;
         Some(stamps.windows(2).filter(|w| w[1] - w[0] > 10.0 * step && w[1] - w[0] > 0.0).count())
     };
-    [1.0, 1e-2, 1e-3].into_iter().find(|scale| {
+    // parts of a second are digits of whole numbers
+    let whole = stamps.iter().take(100).all(|t| t.is_nan() || t.fract() == 0.0);
+    [1.0, 1e-2, 1e-3].into_iter().filter(|scale| *scale == 1.0 || whole).find(|scale| {
         let Some(decoded) = of_digits(stamps, *scale) else { return false };
         matches!((jumps(stamps), jumps(&decoded)), (Some(a), Some(b)) if a > 0 && 2 * b < a + 1)
     })
@@ -225,7 +236,9 @@ mod tests {
         ] {
             let got = found(&stamps(start, step), None, &[]).expect(unit);
             assert_eq!((got.name.as_str(), got.zero.is_some()), (unit, true), "{start}");
-            assert!((usual_step(&stamps(start, step)).expect("steps") * got.factor - 0.5).abs() < 0.01);
+            assert!(
+                (usual_step(&stamps(start, step)).expect("steps") * got.factor - 0.5).abs() < 0.01
+            );
         }
         // what counts from the start of the logger is no date
         for (start, step) in [(4e8, 1e4), (4e11, 1e7)] {

@@ -55,13 +55,23 @@ fn calendars() {
     hold(vec![
         with("Unix seconds", "Time", |_, r| format!("{:.3}", START + r.t)),
         with("Unix milliseconds", "timestamp", |_, r| format!("{:.0}", 1e3 * (START + r.t))),
-        with("Unix milliseconds, `utc (ms)`", "utc (ms)", |_, r| format!("{:.0}", 1e3 * (START + r.t))),
-        with("Unix milliseconds that say seconds", "Time (s)", |_, r| format!("{:.0}", 1e3 * (START + r.t))),
+        with("Unix milliseconds, `utc (ms)`", "utc (ms)", |_, r| {
+            format!("{:.0}", 1e3 * (START + r.t))
+        }),
+        with("Unix milliseconds that say seconds", "Time (s)", |_, r| {
+            format!("{:.0}", 1e3 * (START + r.t))
+        }),
         with("Unix microseconds", "Timestamp", |_, r| format!("{:.0}", 1e6 * (START + r.t))),
         with("Unix nanoseconds", "time_ns", |_, r| format!("{:.0}", 1e9 * (START + r.t))),
-        with("days of a spreadsheet", "Date", |_, r| format!("{:.9}", 25_569.0 + (START + r.t) / 86_400.0)),
-        with("days of MATLAB", "datetime", |_, r| format!("{:.9}", 719_529.0 + (START + r.t) / 86_400.0)),
-        with("ticks of .NET", "Timestamp", |_, r| format!("{:.0}", 1e7 * (62_135_596_800.0 + START + r.t))),
+        with("days of a spreadsheet", "Date", |_, r| {
+            format!("{:.9}", 25_569.0 + (START + r.t) / 86_400.0)
+        }),
+        with("days of MATLAB", "datetime", |_, r| {
+            format!("{:.9}", 719_529.0 + (START + r.t) / 86_400.0)
+        }),
+        with("ticks of .NET", "Timestamp", |_, r| {
+            format!("{:.0}", 1e7 * (62_135_596_800.0 + START + r.t))
+        }),
         with("digits of a receiver", "UTC", |_, r| of_day(36_045.0 + r.t).replace(':', "")),
     ]);
 }
@@ -75,29 +85,49 @@ fn dates_and_times_of_day() {
         with("over one o'clock on one without AM", "Time", |_, r| {
             of_half_day(46_785.0 + r.t).replace(" PM", "")
         }),
-        with("minutes and seconds over the hour", "Time", |_, r| of_day(3585.0 + r.t)[3..].to_owned()),
-        with("hours of one digit", "time", |_, r| of_day(35_999.0 + r.t).trim_start_matches('0').to_owned()),
-        with("milliseconds behind a colon", "time", |_, r| of_day(36_000.0 + r.t).replace('.', ":")),
+        with("minutes and seconds over the hour", "Time", |_, r| {
+            of_day(3585.0 + r.t)[3..].to_owned()
+        }),
+        with("hours of one digit", "time", |_, r| {
+            of_day(35_999.0 + r.t).trim_start_matches('0').to_owned()
+        }),
+        with("milliseconds behind a colon", "time", |_, r| {
+            of_day(36_000.0 + r.t).replace('.', ":")
+        }),
         with("ISO 8601", "Time", |_, r| iso(36_000.0 + r.t, "Z")),
         with("with a zone", "Time", |_, r| iso(36_000.0 + r.t, "+02:00")),
         with("with a blank", "DateTime", |_, r| iso(36_000.0 + r.t, "").replace('T', " ")),
-        with("day.month.year", "Datum Uhrzeit", |_, r| format!("25.10.2026 {}", of_day(36_000.0 + r.t))),
+        with("day.month.year", "Datum Uhrzeit", |_, r| {
+            format!("25.10.2026 {}", of_day(36_000.0 + r.t))
+        }),
         with("day/month/year", "Time", |_, r| format!("25/10/2026 {}", of_day(36_000.0 + r.t))),
-        with("month/day/year", "Time", |_, r| format!("10/25/2026 {}", of_half_day(43_185.0 + r.t))),
+        with("month/day/year", "Time", |_, r| {
+            format!("10/25/2026 {}", of_half_day(43_185.0 + r.t))
+        }),
         with("which is the day, over midnight", "Time", |_, r| {
             let day = if r.t < 15.0 { "10/11/2026" } else { "11/11/2026" };
             format!("{day} {}", of_day(86_385.0 + r.t))
         }),
-        with("with the month's name", "Time", |_, r| format!("25-Oct-2026 {}", of_day(36_000.0 + r.t))),
+        with("with the month's name", "Time", |_, r| {
+            format!("25-Oct-2026 {}", of_day(36_000.0 + r.t))
+        }),
         with("a span of pandas", "Time", |_, r| format!("0 days {}", of_day(r.t))),
         Case {
             expected: Warned("bad_cell"),
-            ..with("date and time apart", "Date,Time", |_, r| format!("25.10.2026,{}", of_day(86_385.0 + r.t)))
+            ..with("date and time apart", "Date,Time", |_, r| {
+                format!("25.10.2026,{}", of_day(86_385.0 + r.t))
+            })
         },
-        with("a lap's time in front", "Lap Time,Time (s)", |i, r| format!("{:.2},{:.2}", 0.5 * (i % 20) as f64, r.t)),
+        with("a lap's time in front", "Lap Time,Time (s)", |i, r| {
+            format!("{:.2},{:.2}", 0.5 * (i % 20) as f64, r.t)
+        }),
         case(
             "dates among numbers",
-            csv("Time", &usual(), |i, r| if i % 2 == 0 { format!("{:.2}", r.t) } else { of_day(r.t) }),
+            csv(
+                "Time",
+                &usual(),
+                |i, r| if i % 2 == 0 { format!("{:.2}", r.t) } else { of_day(r.t) },
+            ),
             Refused(""),
         ),
     ]);
@@ -138,7 +168,10 @@ fn a_maps_wrong_unit_is_refused_with_the_right_one() {
         std::fs::write(&path, text).expect("written");
         let error = ingest::read(&path, &[map(unit)]).expect_err("a wrong unit");
         let said = format!("{error} ({})", error.code);
-        assert!(error.code == "implausible_clock" && said.contains(words), "{unit}, {times}: {said}");
+        assert!(
+            error.code == "implausible_clock" && said.contains(words),
+            "{unit}, {times}: {said}"
+        );
     }
     let text = csv("Time", &usual(), |_, r| format!("{:.3}", START + r.t));
     std::fs::write(&path, text).expect("written");

@@ -26,7 +26,11 @@ const USUAL: Vbo = Vbo {
 fn vbo(how: &Vbo) -> String {
     let mut text = "File created on 25/10/2026 at 10:00:00\n\n".to_owned();
     if how.titles {
-        let _ = write!(text, "[header]\nsatellites\ntime\nlatitude\nlongitude\n{}\nheading\n\n", how.speed.0);
+        let _ = write!(
+            text,
+            "[header]\nsatellites\ntime\nlatitude\nlongitude\n{}\nheading\n\n",
+            how.speed.0
+        );
     }
     if !how.names.is_empty() {
         let _ = write!(text, "[column names]\n{}\n\n", how.names);
@@ -37,7 +41,11 @@ fn vbo(how: &Vbo) -> String {
         let sign = if how.east { 1.0 } else { -1.0 };
         let line = format!(
             "011 1000{:05.2} {:+.7} {:+.7} {:07.3} {:06.2}\n",
-            r.t, factor * r.lat, sign * factor * r.lon, how.speed.1 * r.v, r.course
+            r.t,
+            factor * r.lat,
+            sign * factor * r.lon,
+            how.speed.1 * r.v,
+            r.course
         );
         text += &line.replace(' ', &how.between.to_string());
     }
@@ -53,11 +61,27 @@ fn vbo_of_many_apps() {
     hold(vec![
         of_vbo("as Racelogic", vbo(&USUAL), Right),
         of_vbo("lng", vbo(&Vbo { names: "sats time lat lng velocity heading", ..USUAL }), Right),
-        of_vbo("longitude", vbo(&Vbo { names: "Satellites Time Latitude Longitude Speed Heading", ..USUAL }), Right),
-        of_vbo("units in names", vbo(&Vbo { names: "sats time lat long velocity_kmh heading", titles: false, ..USUAL }), Right),
+        of_vbo(
+            "longitude",
+            vbo(&Vbo { names: "Satellites Time Latitude Longitude Speed Heading", ..USUAL }),
+            Right,
+        ),
+        of_vbo(
+            "units in names",
+            vbo(&Vbo { names: "sats time lat long velocity_kmh heading", titles: false, ..USUAL }),
+            Right,
+        ),
         of_vbo("knots", vbo(&Vbo { speed: ("velocity knots", 3600.0 / 1852.0), ..USUAL }), Right),
-        of_vbo("knots unsaid", vbo(&Vbo { speed: ("velocity", 3600.0 / 1852.0), ..USUAL }), Warned("speed_unit")),
-        of_vbo("mph, but km/h said", vbo(&Vbo { speed: ("velocity kmh", 1.0 / 0.44704), ..USUAL }), Warned("speed_unit")),
+        of_vbo(
+            "knots unsaid",
+            vbo(&Vbo { speed: ("velocity", 3600.0 / 1852.0), ..USUAL }),
+            Warned("speed_unit"),
+        ),
+        of_vbo(
+            "mph, but km/h said",
+            vbo(&Vbo { speed: ("velocity kmh", 1.0 / 0.44704), ..USUAL }),
+            Warned("speed_unit"),
+        ),
         of_vbo("east positive", vbo(&Vbo { east: true, ..USUAL }), Right),
         of_vbo("degrees, east positive", vbo(&Vbo { east: true, degrees: true, ..USUAL }), Right),
         of_vbo("degrees, west positive", vbo(&Vbo { degrees: true, ..USUAL }), Right),
@@ -69,21 +93,33 @@ fn vbo_of_many_apps() {
         of_vbo("neither", vbo(&Vbo { names: "", titles: false, ..USUAL }), Refused("")),
         of_vbo("\\r", vbo(&USUAL).replace('\n', "\r"), Right),
         of_vbo("a short row", vbo(&USUAL).replace("011 100020.00 ", "011 "), Warned("bad_line")),
-        of_vbo("a name too many", vbo(&Vbo { names: "sats time lat long velocity heading height", ..USUAL }), Refused("line")),
+        of_vbo(
+            "a name too many",
+            vbo(&Vbo { names: "sats time lat long velocity heading height", ..USUAL }),
+            Refused("line"),
+        ),
         of_vbo(
             "no fix at first",
-            vbo(&USUAL).lines().map(|l| match l.split_once("011 100000") {
-                Some((_, rest)) => format!("000 100000{} +0000.00000 +00000.00000 {}\n", &rest[..3],
-                    rest.split(' ').skip(3).collect::<Vec<_>>().join(" ")),
-                None => format!("{l}\n"),
-            }).collect(),
+            vbo(&USUAL)
+                .lines()
+                .map(|l| match l.split_once("011 100000") {
+                    Some((_, rest)) => format!(
+                        "000 100000{} +0000.00000 +00000.00000 {}\n",
+                        &rest[..3],
+                        rest.split(' ').skip(3).collect::<Vec<_>>().join(" ")
+                    ),
+                    None => format!("{l}\n"),
+                })
+                .collect(),
             Warned("no_fix"),
         ),
     ]);
 }
 
 fn tcx() -> String {
-    let mut text = "<?xml version=\"1.0\"?>\n<TrainingCenterDatabase><Activities><Activity><Lap><Track>\n".to_owned();
+    let mut text =
+        "<?xml version=\"1.0\"?>\n<TrainingCenterDatabase><Activities><Activity><Lap><Track>\n"
+            .to_owned();
     for r in usual() {
         let _ = writeln!(
             text,
@@ -101,8 +137,18 @@ fn other_formats_are_read_or_say_which_export_is() {
     let of = |what, file, bytes: &[u8], words| Case { file, ..case(what, bytes, Refused(words)) };
     hold(vec![
         Case { file: "ride.tcx", ..case("TCX", tcx(), Right) },
-        of("NMEA", "ride.txt", b"$GPRMC,100000.00,A,4700.0,N,00800.0,E,27.0,89,251026,,*5A\r\n", "gpsbabel"),
-        of("KML", "ride.kml", b"<?xml version=\"1.0\"?>\n<kml xmlns=\"x\"><Document/></kml>\n", "GPX"),
+        of(
+            "NMEA",
+            "ride.txt",
+            b"$GPRMC,100000.00,A,4700.0,N,00800.0,E,27.0,89,251026,,*5A\r\n",
+            "gpsbabel",
+        ),
+        of(
+            "KML",
+            "ride.kml",
+            b"<?xml version=\"1.0\"?>\n<kml xmlns=\"x\"><Document/></kml>\n",
+            "GPX",
+        ),
         of("FIT", "ride.fit", b"\x0e\x10\x5d\x08\x10\0\0\0.FIT\0\0", "GPX or TCX"),
         of("a workbook", "ride.xlsx", b"PK\x03\x04\x14\0\x06\0xl/workbook.xml", "CSV"),
         of("JSON", "ride.json", b"{\"samples\": [1, 2]}\n", "CSV"),

@@ -6,16 +6,22 @@ use super::*;
 /// The usual text with one line changed.
 fn changed(line: usize, change: impl Fn(&str) -> String) -> String {
     let text = plain();
-    let lines: Vec<String> =
-        text.lines().enumerate().map(|(i, l)| if i == line { change(l) } else { l.to_owned() }).collect();
+    let lines: Vec<String> = text
+        .lines()
+        .enumerate()
+        .map(|(i, l)| if i == line { change(l) } else { l.to_owned() })
+        .collect();
     lines.join("\n") + "\n"
 }
 
 /// Every line of numbers changed.
 fn rows(change: impl Fn(&str) -> String) -> String {
     let text = plain();
-    let lines: Vec<String> =
-        text.lines().enumerate().map(|(i, l)| if i > 0 { change(l) } else { l.to_owned() }).collect();
+    let lines: Vec<String> = text
+        .lines()
+        .enumerate()
+        .map(|(i, l)| if i > 0 { change(l) } else { l.to_owned() })
+        .collect();
     lines.join("\n") + "\n"
 }
 
@@ -41,11 +47,17 @@ fn separators_and_decimals() {
         case("tabs and decimal commas", comma(&plain().replace(',', "\t")), Right),
         case("bars", plain().replace(',', "|"), Right),
         case("bars with blanks", plain().replace(',', " | "), Right),
-        case("blanks", plain().replace("GPS Speed (km/h)", "Speed_kmh").replace(" (", "_(").replace(',', " "), Right),
+        case(
+            "blanks",
+            plain().replace("GPS Speed (km/h)", "Speed_kmh").replace(" (", "_(").replace(',', " "),
+            Right,
+        ),
         case("aligned with blanks", plain().replace(',', "    "), Right),
         case(
             "decimal commas in quotes",
-            rows(|l| l.split(',').map(|c| format!("\"{}\"", comma(c))).collect::<Vec<_>>().join(",")),
+            rows(|l| {
+                l.split(',').map(|c| format!("\"{}\"", comma(c))).collect::<Vec<_>>().join(",")
+            }),
             Right,
         ),
         case("everything in quotes", rows(|l| format!("\"{}\"", l.replace(',', "\",\""))), Right),

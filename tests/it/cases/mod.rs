@@ -127,18 +127,26 @@ pub fn hold(cases: Vec<Case>) {
         match (read(&path), case.expected) {
             (Ok((session, warnings, map)), expected) => {
                 let wrong = off(&session, &case.rows);
-                let said: Vec<&str> = warnings.iter().map(|w| w.0).filter(|w| !QUIET.contains(w)).collect();
+                let said: Vec<&str> =
+                    warnings.iter().map(|w| w.0).filter(|w| !QUIET.contains(w)).collect();
                 match (wrong, expected) {
-                    (Some(wrong), _) => faults.push(format!("{}: {wrong}; {warnings:?}\n{map}", case.what)),
+                    (Some(wrong), _) => {
+                        faults.push(format!("{}: {wrong}; {warnings:?}\n{map}", case.what))
+                    }
                     (None, Expected::Right) if said.is_empty() => right += 1,
                     (None, Expected::Warned(code)) if said.contains(&code) => warned += 1,
                     (None, expected) => {
-                        faults.push(format!("{}: right with {warnings:?}, expected {expected:?}\n{map}", case.what));
+                        faults.push(format!(
+                            "{}: right with {warnings:?}, expected {expected:?}\n{map}",
+                            case.what
+                        ));
                     }
                 }
             }
             (Err(message), Expected::Refused(words)) if message.contains(words) => refused += 1,
-            (Err(message), expected) => faults.push(format!("{}: {message}, expected {expected:?}", case.what)),
+            (Err(message), expected) => {
+                faults.push(format!("{}: {message}, expected {expected:?}", case.what))
+            }
         }
     }
     println!("right {right}, warned {warned}, refused {refused}, not as expected {}", faults.len());
@@ -154,7 +162,8 @@ fn read(path: &Path) -> Result<(Session, Vec<(&'static str, String)>, String), S
     let seen = survey(&log, &aids).map_err(said)?.ok_or("it cannot be listed")?;
     let verdicts = by_motion(&log, &aids, &seen, None).map_err(said)?;
     let text = draft(&log, &seen, &verdicts);
-    let map = ChannelMap::parse(&text, "m.toml").map_err(|e| format!("{e}; {:?}", seen.listing.warnings))?;
+    let map = ChannelMap::parse(&text, "m.toml")
+        .map_err(|e| format!("{e}; {:?}", seen.listing.warnings))?;
     let raw = ingest::read(path, &[map]).map_err(said)?;
     let (session, warnings) = ingest::run(raw, &Config::default()).map_err(said)?;
     let of_listing = seen.listing.warnings.into_iter();
@@ -191,7 +200,10 @@ fn off(session: &Session, rows: &[Row]) -> Option<String> {
         for (k, v) in x.iter().enumerate().filter(|(_, v)| v.is_finite()) {
             let wanted = between(k as f64 / session.rate, truth);
             if (v - wanted).abs() > near {
-                return Some(format!("{channel} is {v} at {:.2} s, not {wanted}", k as f64 / session.rate));
+                return Some(format!(
+                    "{channel} is {v} at {:.2} s, not {wanted}",
+                    k as f64 / session.rate
+                ));
             }
         }
     }

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use ::csv::{ByteRecord, Reader};
 
-use super::layout::with_unit;
+use super::layout::{number, with_unit};
 use super::text::decoded;
 use crate::contract::warning::Warning;
 use crate::ingest::error::Error;
@@ -115,7 +115,8 @@ fn cells_of(
         let (mut numbers, mut bad) = (0, false);
         for (k, (column, &(_, place))) in columns.iter_mut().zip(wanted).enumerate() {
             let of_clock = (writing.clock == Some(k)).then_some(&mut clock);
-            let cell = record.get(place).map_or(Cell::Missing, |c| cell(c, place, writing, of_clock));
+            let cell =
+                record.get(place).map_or(Cell::Missing, |c| cell(c, place, writing, of_clock));
             column.push(match cell {
                 Cell::Number(x) => {
                     numbers += 1;
@@ -194,7 +195,8 @@ impl Odd {
         }
         for ((bad, &(_, place)), column) in self.bad.iter_mut().zip(wanted).zip(columns.iter()) {
             let cell = record.get(place).unwrap_or_default();
-            let missing = cell.trim_ascii().is_empty() || column.last().is_some_and(|x| !x.is_nan());
+            let missing =
+                cell.trim_ascii().is_empty() || column.last().is_some_and(|x| !x.is_nan());
             let means_none = || writing.missing.iter().any(|m| m.as_bytes() == cell.trim_ascii());
             let is_nan = || cell.trim_ascii().eq_ignore_ascii_case(b"nan");
             if !missing && !means_none() && !is_nan() {
@@ -222,8 +224,9 @@ impl Odd {
             warnings.push(warning("cut_off", None, 1, None, message));
         }
         if let Some((count, line, text)) = words {
-            let message =
-                format!("{count} rows of words among the numbers are left out, the first in line {line}: `{text}`");
+            let message = format!(
+                "{count} rows of words among the numbers are left out, the first in line {line}: `{text}`"
+            );
             warnings.push(warning("bad_line", None, count, None, message));
         }
         for (&(name, _), bad) in wanted.iter().zip(bad) {
@@ -254,7 +257,12 @@ impl Uneven {
     ///
     /// # Errors
     /// `cell_count`: they are many.
-    pub fn judged(self, log: &Location, all: usize, width: usize) -> Result<Option<Warning>, Error> {
+    pub fn judged(
+        self,
+        log: &Location,
+        all: usize,
+        width: usize,
+    ) -> Result<Option<Warning>, Error> {
         let (count, Some((line, cells, text))) = (self.count, self.first) else { return Ok(None) };
         if count == 0 {
             return Ok(None);
@@ -329,7 +337,9 @@ enum Cell {
 /// One cell. Infinities are no measurement, so they are missing.
 #[inline]
 fn cell(bytes: &[u8], place: usize, writing: Writing<'_>, clock: Option<&mut Clock>) -> Cell {
-    let Ok(text) = std::str::from_utf8(bytes) else { return with_its_unit(&decoded(bytes), place, writing) };
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        return with_its_unit(&decoded(bytes), place, writing);
+    };
     let text = text.trim();
     if text.is_empty() || writing.missing.iter().any(|m| m == text) {
         return Cell::Missing;
@@ -355,13 +365,4 @@ fn with_its_unit(text: &str, place: usize, writing: Writing<'_>) -> Cell {
         number(text, writing.decimal).filter(|_| units::same(own, unit) == Some(true))
     });
     number.map_or(Cell::Bad, Cell::Number)
-}
-
-/// The number that a text is, if it is one.
-pub fn number(text: &str, decimal: char) -> Option<f64> {
-    if decimal == ',' && text.contains(',') {
-        text.replace(',', ".").parse().ok()
-    } else {
-        text.parse().ok()
-    }
 }

@@ -4,7 +4,6 @@ use std::io::{self, Read};
 
 use ::csv::{Reader, ReaderBuilder};
 
-use super::cells::number;
 use crate::ingest::stamps::text::seconds;
 use crate::ingest::units;
 
@@ -47,6 +46,15 @@ fn by_blanks(row: &str) -> bool {
     count > 1 && 2 * numbers > count
 }
 
+/// The number that a text is, if it is one.
+pub fn number(text: &str, decimal: char) -> Option<f64> {
+    if decimal == ',' && text.contains(',') {
+        text.replace(',', ".").parse().ok()
+    } else {
+        text.parse().ok()
+    }
+}
+
 /// Whether a cell is a number, a stamp, or a number with its unit behind it.
 pub fn is_number(cell: &str) -> bool {
     let digits = cell.bytes().any(|b| b.is_ascii_digit());
@@ -58,7 +66,8 @@ pub fn with_unit(cell: &str) -> Option<(&str, &str)> {
     let cell = cell.trim();
     let end = cell.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-')))?;
     let (text, unit) = (cell[..end].trim(), cell[end..].trim());
-    let known = !unit.is_empty() && units::dimension(unit).is_some_and(|d| d != "ratio" || unit == "%");
+    let known =
+        !unit.is_empty() && units::dimension(unit).is_some_and(|d| d != "ratio" || unit == "%");
     (known && number(text, ',').is_some()).then_some((text, unit))
 }
 
@@ -218,7 +227,10 @@ mod tests {
     #[test]
     fn names_between_blanks_may_hold_single_ones() {
         let of = |line: &str, row: &str| names(line, b' ', row);
-        assert_eq!(of("Time (s)   GPS Speed   Lean", " 0.0 1.0  2.0"), ["Time (s)", "GPS Speed", "Lean"]);
+        assert_eq!(
+            of("Time (s)   GPS Speed   Lean", " 0.0 1.0  2.0"),
+            ["Time (s)", "GPS Speed", "Lean"]
+        );
         assert_eq!(of("t  v w", "0.0 1.0  2.0"), ["t", "v", "w"]);
         assert_eq!(names("a,b,", b',', "1,2"), ["a", "b"]);
         assert_eq!(names("a,b,", b',', "1,2,"), ["a", "b", ""]);

@@ -102,9 +102,7 @@ fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded
 fn seconds(stamps: &[f64], kind: Kind, factor: f64) -> Vec<f64> {
     let digits = || of_digits(stamps, digits_scale(stamps)?);
     let time: Vec<f64> = match kind {
-        Kind::Numbers => {
-            digits().unwrap_or_else(|| stamps.iter().map(|t| t * factor).collect())
-        }
+        Kind::Numbers => digits().unwrap_or_else(|| stamps.iter().map(|t| t * factor).collect()),
         _ => stamps.to_vec(),
     };
     spread(&time).unwrap_or(time)
@@ -144,7 +142,8 @@ fn judged_clock(
             Ok(judged) if stamps.coarse => coarse = coarse.or(Some(judged)),
             Ok(judged) => return Ok(Some(judged)),
             Err(message) => {
-                let message = format!("column `{}` is not taken as the clock: {message}", channels[i].name);
+                let message =
+                    format!("column `{}` is not taken as the clock: {message}", channels[i].name);
                 warnings.push(warning("implausible_clock", None, 1, None, message));
             }
         }
@@ -166,7 +165,11 @@ struct Stamps {
 
 impl Stamps {
     /// Reads a candidate; `None` if it holds no stamps.
-    fn read(log: &Location, channels: &[SourceChannel], clock: usize) -> Result<Option<Self>, Error> {
+    fn read(
+        log: &Location,
+        channels: &[SourceChannel],
+        clock: usize,
+    ) -> Result<Option<Self>, Error> {
         let (mut table, seen) = open(log)?;
         let motion = [Channel::Latitude, Channel::Longitude, Channel::VelocityX];
         let motion = motion.map(|column| best_named(channels, column));
@@ -202,7 +205,13 @@ impl Stamps {
             _ => None,
         };
         let coarse = spread.is_some();
-        Ok(Some(Stamps { stamps: spread.unwrap_or(stamps), kind: read.kind, coarse, motion: factor, speed }))
+        Ok(Some(Stamps {
+            stamps: spread.unwrap_or(stamps),
+            kind: read.kind,
+            coarse,
+            motion: factor,
+            speed,
+        }))
     }
 
     /// The clock that the stamps are. Where they contradict the speed in the unit that the log says for it, that unit may
@@ -221,9 +230,15 @@ impl Stamps {
         }
     }
 
-    fn judged_by(&self, channels: &[SourceChannel], channel: usize, speeds: Vec<f64>) -> Result<Judged, String> {
+    fn judged_by(
+        &self,
+        channels: &[SourceChannel],
+        channel: usize,
+        speeds: Vec<f64>,
+    ) -> Result<Judged, String> {
         let place = channels[channel].place[0];
-        let motion: Vec<f64> = self.motion.iter().flat_map(|m| speeds.iter().map(move |u| m / u)).collect();
+        let motion: Vec<f64> =
+            self.motion.iter().flat_map(|m| speeds.iter().map(move |u| m / u)).collect();
         if self.kind != Kind::Numbers {
             let agrees = motion.is_empty() || motion.iter().any(|m| (0.5..2.0).contains(m));
             let epoch = self.kind == Kind::Dated;
@@ -238,11 +253,8 @@ impl Stamps {
         }
         let said = clock(&channels[channel]).and_then(|c| c.1);
         let digits = usual_step(&self.stamps).is_some() && digits_scale(&self.stamps).is_some();
-        let found = unit::unit(&Evidence {
-            stamps: &self.stamps,
-            said: said.filter(|_| !digits),
-            motion,
-        })?;
+        let found =
+            unit::unit(&Evidence { stamps: &self.stamps, said: said.filter(|_| !digits), motion })?;
         let clock = ListedClock {
             channel,
             unit: Some(found.name),
@@ -267,7 +279,8 @@ fn open(log: &Location) -> Result<(Table, Seen), Error> {
     let plain = |cell: &String| units::of_brackets(cell).to_owned();
     let known = |cells: &Vec<String>| {
         let filled: Vec<&String> = cells.iter().filter(|c| !c.is_empty()).collect();
-        let units = filled.iter().filter(|c| units::dimension(units::of_brackets(c)).is_some()).count();
+        let units =
+            filled.iter().filter(|c| units::dimension(units::of_brackets(c)).is_some()).count();
         filled.len() > 1 && 2 * units > filled.len()
     };
     // the last row of words may be the units of the names above it

@@ -42,7 +42,7 @@ pub fn of(values: &[f64]) -> Option<(f64, usize)> {
             others += 1;
         }
     }
-    let known = NONE.iter().any(|n| *n == most) || most > 1e30;
+    let known = NONE.contains(&most) || most > 1e30;
     (known && others >= FEW && most > FAR * next).then_some((most, count))
 }
 

@@ -122,7 +122,8 @@ fn names_row(lines: &[String], begin: &[&str], notes: usize, row: &str) -> Optio
             wanted > 1 && layout::names(&lines[*i], delimiter, row).len() == wanted
         };
         let alike: Vec<usize> = words.iter().copied().filter(whole).collect();
-        if begin.is_empty() && alike.len() > notes { alike.get(notes) } else { words.get(notes) }.copied()
+        if begin.is_empty() && alike.len() > notes { alike.get(notes) } else { words.get(notes) }
+            .copied()
     })
 }
 

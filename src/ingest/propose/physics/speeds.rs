@@ -103,7 +103,9 @@ pub fn position(log: &Log<'_>) -> Option<Position> {
     let direction: Vec<f64> = vn
         .iter()
         .zip(&ve)
-        .map(|(n, e)| if n.hypot(*e) > MOVING && sane(n.hypot(*e)) { n.atan2(*e) } else { f64::NAN })
+        .map(
+            |(n, e)| if n.hypot(*e) > MOVING && sane(n.hypot(*e)) { n.atan2(*e) } else { f64::NAN },
+        )
         .collect();
     let moving = speed.iter().filter(|v| **v > MOVING).count() as f64 / RATE;
     (moving > 20.0 && jumps as f64 <= JUMPS * there as f64).then(|| Position {
@@ -121,9 +123,9 @@ fn alike(log: &Log<'_>, reference: &[f64], straight: impl Fn(usize) -> bool) -> 
         log.live(place).filter(|s| s.distinct >= 12)?;
         let x = mean(log.x(place), SPAN);
         let least = if is_wheel(log, place) { WHEEL_ALIKE } else { ALIKE };
-        let found = line(&all, &x).filter(|l| l.r > least).or_else(|| {
-            line_without_dropouts(&all, &x).filter(|l| l.r > least)
-        })?;
+        let found = line(&all, &x)
+            .filter(|l| l.r > least)
+            .or_else(|| line_without_dropouts(&all, &x).filter(|l| l.r > least))?;
         // as straight riding is only a part: the ratio, not the line
         let ratios: Vec<f64> = upright.iter().zip(&x).map(|(v, x)| x / v).collect();
         let slope = signal::quantile(&ratios, 0.5);
@@ -135,11 +137,8 @@ fn alike(log: &Log<'_>, reference: &[f64], straight: impl Fn(usize) -> bool) -> 
 
 /// The line through a speed that goes with the reference but for a little while.
 fn line_without_dropouts(reference: &[f64], x: &[f64]) -> Option<signal::Line> {
-    let ratios: Vec<f64> = reference
-        .iter()
-        .zip(x)
-        .map(|(v, x)| if *v > MOVING { x / v } else { f64::NAN })
-        .collect();
+    let ratios: Vec<f64> =
+        reference.iter().zip(x).map(|(v, x)| if *v > MOVING { x / v } else { f64::NAN }).collect();
     let slope = signal::quantile(&ratios, 0.5);
     let off = |i: usize| (ratios[i] / slope - 1.0).abs() > 0.25;
     let there = ratios.iter().filter(|r| r.is_finite()).count();
