@@ -88,11 +88,15 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
         Err(e) => return Err(rejected(e)),
     };
+    let nameless = raw.meta.bike_id.is_empty();
     let bike = match &arguments.bikes {
-        Some(folder) => Some(read_bike(folder, &raw.meta)?),
-        None => None,
+        Some(folder) if !nameless => Some(read_bike(folder, &raw.meta)?),
+        _ => None,
     };
-    let inspection = inspect(raw, bike.as_ref(), &pipeline).map_err(rejected)?;
+    let mut inspection = inspect(raw, bike.as_ref(), &pipeline).map_err(rejected)?;
+    if let Some(folder) = arguments.bikes.as_ref().filter(|_| nameless) {
+        inspection.warnings.push(without_bike(folder));
+    }
     let text = if arguments.json {
         let json = serde_json::to_string_pretty(&inspection);
         json.map_err(|e| Failure::Output(e.to_string()))? + "\n"
@@ -104,6 +108,17 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         Some(reason) => Err(Failure::Rejected(format!("{} ({})", reason.message, reason.code))),
         None => Ok(()),
     }
+}
+
+/// What is said where bike files are given and the log does not say of which bike it is.
+fn without_bike(folder: &Path) -> Noticed {
+    let message = format!(
+        "the log names no bike, so nothing was held against the bike files in {}: name it with \
+         `convert LOG --bike ID --out FILE`, with `bike_id` in the [meta] of its channel map, or put the log into a \
+         folder `bike_id=ID`",
+        folder.display()
+    );
+    Noticed { code: "no_bike_id", channel: None, count: 1, time: None, message }
 }
 
 fn read_bike(folder: &Path, meta: &Meta) -> Result<(PathBuf, Bike), Failure> {

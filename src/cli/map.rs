@@ -86,9 +86,19 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         ask(&mut verdicts, &survey.listing, &mut input.lock(), &mut output.lock())
             .map_err(|e| Failure::Output(format!("cannot ask: {e}")))?;
     }
+    for warning in &survey.listing.warnings {
+        tell!("warning: {}: {}\n", warning.code, warning.message);
+    }
     let text = draft(log, &survey, &verdicts);
-    let sure = verdicts.entries.iter().filter(|e| e.doubt.is_none()).count();
-    let guesses = verdicts.entries.len() - sure;
+    // by motion or by names: what is in the map counts
+    let count = |start: &str| text.lines().filter(|l| l.starts_with(start)).count();
+    let (sure, guesses) = (count("[channel."), count("# [channel."));
+    if !survey.own_clock && !text.contains("\n[time]") {
+        tell!(
+            "warning: no_time: no column was recognised as the clock: name it in the map's [time] (`column` and `unit`), \
+             or give the rows' `rate` there; without it the map cannot be read\n"
+        );
+    }
     put_map(&arguments, &text, &format!("{sure} columns mapped, {guesses} guesses commented out"))
 }
 

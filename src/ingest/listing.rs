@@ -17,9 +17,24 @@ pub struct Listing {
     pub facts: Vec<(String, String)>,
     /// Damage and doubts that were found.
     pub warnings: Vec<Warning>,
+    /// The channel that holds the stamps of the others, in formats that bring no clock of their own.
+    pub clock: Option<ListedClock>,
     /// TOML that a channel map for such a log needs besides its channels: the layout of a text,
     /// say. Empty for most formats.
     pub layout: String,
+}
+
+/// A channel that holds the stamps of the others.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ListedClock {
+    /// Its place among the channels.
+    pub channel: usize,
+    /// Its unit, for `time.unit` of a map; `None` of stamps that are texts.
+    pub unit: Option<String>,
+    /// Whether it tells the day.
+    pub epoch: bool,
+    /// What decided, where the log does not say it.
+    pub why: Option<String>,
 }
 
 /// A channel as the log lists it.

@@ -10,6 +10,7 @@
 //! wanted channels of it) and one line in [`formats::FORMATS`]. A new source of a known format is one
 //! channel map ([`map`]), no code; [`propose`] drafts one.
 
+use crate::contract::channel::Channel;
 use crate::contract::instant;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
@@ -38,6 +39,7 @@ pub mod propose;
 mod raw;
 mod resample;
 mod session_schema;
+mod stamps;
 pub mod survey;
 mod switches;
 mod table;
@@ -89,6 +91,8 @@ pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error>
             format!("the packed log is damaged or cut off ({why}); read as far as it was unpacked");
         raw.warnings.push(warning::warning("truncated", None, 1, None, message));
     }
+    no_fix(&mut raw);
+    stamps::check::by_motion(&raw.tracks)?;
     let start = raw.meta.start_time.clone();
     raw.meta = ident::checked(raw.meta)?;
     if let (Some(start), None) = (start, &raw.meta.start_time) {
@@ -101,6 +105,27 @@ pub fn read(log: impl Into<Location>, maps: &[ChannelMap]) -> Result<Raw, Error>
         raw.warnings.push(warning::warning("implausible_start_time", None, 1, None, message));
     }
     Ok(raw)
+}
+
+/// Takes out positions that no receiver gave, with a warning.
+fn no_fix(raw: &mut Raw) {
+    let place = |raw: &Raw, channel| raw.tracks.iter().position(|t| t.channel == channel);
+    let (Some(north), Some(east)) = (place(raw, Channel::Latitude), place(raw, Channel::Longitude))
+    else {
+        return;
+    };
+    if raw.tracks[north].values.len() != raw.tracks[east].values.len() {
+        return;
+    }
+    let mut longitude = std::mem::take(&mut raw.tracks[east].values);
+    let lost = track::without_fix(&mut raw.tracks[north].values, &mut longitude);
+    raw.tracks[east].values = longitude;
+    if lost > 0 {
+        let message = format!(
+            "{lost} samples have no position (0, 0, or none on a globe): the receiver had no fix; taken as missing"
+        );
+        raw.warnings.push(warning::warning("no_fix", None, lost, None, message));
+    }
 }
 
 /// Reads of a log. Where the system, or a store, did not give it all of the bytes, that is the error, whatever the reader made

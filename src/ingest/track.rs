@@ -50,6 +50,69 @@ pub fn ratio(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Option<f64> 
     crate::statistics::order::upper_median(&mut ratios)
 }
 
+/// Shortest way between two positions that are compared with a speed, m: they are rounded.
+const HOP: f64 = 8.0;
+/// Longest; beyond it the receiver was away.
+const LONGEST_HOP: f64 = 300.0;
+
+/// Rows that are looked at, about: more would not say more.
+const LOOKED_AT: usize = 20_000;
+
+/// How many seconds a unit of the stamps is, by the way between the positions and the speed there in m/s; `None` if too
+/// little moves. Any clock will do, however wrong its unit.
+pub fn clock_factor(time: &[f64], position: [&[f64]; 2], speed: &[f64]) -> Option<f64> {
+    let mut factors = Vec::new();
+    let (mut from, mut sum, mut count) = (None::<usize>, 0.0, 0.0);
+    for i in (0..time.len()).step_by((time.len() / LOOKED_AT).max(1)) {
+        let (at, v) = ([position[0][i], position[1][i]], speed[i]);
+        if !(at[0].is_finite() && at[1].is_finite() && v.is_finite() && time[i].is_finite()) {
+            from = None;
+            continue;
+        }
+        let Some(start) = from else {
+            (from, sum, count) = (Some(i), v.abs(), 1.0);
+            continue;
+        };
+        (sum, count) = (sum + v.abs(), count + 1.0);
+        let way = distance([position[0][start], position[1][start]], at);
+        if way < HOP {
+            // a stop says nothing, however long
+            if v.abs() < 0.2 * sum / count {
+                from = None;
+            }
+            continue;
+        }
+        let (passed, mean) = (time[i] - time[start], sum / count);
+        if way < LONGEST_HOP && passed > 0.0 && mean > 0.0 {
+            factors.push(way / (mean * passed));
+        }
+        (from, sum, count) = (Some(i), v.abs(), 1.0);
+    }
+    if factors.len() < FEWEST / 2 {
+        return None;
+    }
+    crate::statistics::order::upper_median(&mut factors)
+}
+
+/// The middle of the speeds while it moves, whatever their unit.
+pub fn middle_speed(speed: &[f64]) -> Option<f64> {
+    let most = speed.iter().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
+    let mut moving: Vec<f64> = speed.iter().map(|v| v.abs()).filter(|v| *v > 0.05 * most).collect();
+    crate::statistics::order::upper_median(&mut moving)
+}
+
+/// Takes positions out that no receiver gave: 0, 0 before the first fix, and what is on no globe. How many they are.
+pub fn without_fix(latitude: &mut [f64], longitude: &mut [f64]) -> usize {
+    let mut count = 0;
+    for (north, east) in latitude.iter_mut().zip(longitude) {
+        if (*north == 0.0 && *east == 0.0) || north.abs() > 90.0 || east.abs() > 360.0 {
+            (*north, *east) = (f64::NAN, f64::NAN);
+            count += 1;
+        }
+    }
+    count
+}
+
 /// Speed at each stamp from the positions about it, m/s: over at most `span` to both sides.
 ///
 /// NaN where no position is near. Repeated positions of a receiver slower than the rows must be
@@ -119,6 +182,26 @@ mod tests {
         for i in 5..190 {
             assert!((speed[i] - (5.0 + 2.0 * time[i])).abs() < 0.02, "{i}: {}", speed[i]);
         }
+    }
+
+    #[test]
+    fn a_clock_of_any_unit_is_found() {
+        let (time, north, east) = circle(400);
+        let speed = vec![20.0; 400];
+        for unit in [1.0, 1e-3, 60.0, 1e-9] {
+            let stamps: Vec<f64> = time.iter().map(|t| 7e3 + t / unit).collect();
+            let found = clock_factor(&stamps, [&north, &east], &speed).expect("it moves");
+            assert!((found / unit - 1.0).abs() < 0.03, "{unit}: {found}");
+        }
+        let still = vec![45.0; 400];
+        assert_eq!(clock_factor(&time, [&still, &still], &speed), None);
+    }
+
+    #[test]
+    fn no_fix_is_no_position() {
+        let (mut north, mut east) = (vec![0.0, 47.0, 0.0, 9999.0], vec![0.0, 8.0, 8.0, 9999.0]);
+        assert_eq!(without_fix(&mut north, &mut east), 2);
+        assert!(north[0].is_nan() && east[3].is_nan() && north[2] == 0.0 && east[1] == 8.0);
     }
 
     #[test]

@@ -28,10 +28,19 @@ const UNITS: &[(&str, &str, f64, f64)] = &[
     ("s", "time", 1.0, 0.0), ("sec", "time", 1.0, 0.0), ("secs", "time", 1.0, 0.0), ("second", "time", 1.0, 0.0),
     ("seconds", "time", 1.0, 0.0), ("ms", "time", 1e-3, 0.0), ("msec", "time", 1e-3, 0.0),
     ("milliseconds", "time", 1e-3, 0.0), ("us", "time", 1e-6, 0.0), ("ns", "time", 1e-9, 0.0), ("min", "time", 60.0, 0.0),
-    ("h", "time", 3600.0, 0.0), ("hr", "time", 3600.0, 0.0), ("hours", "time", 3600.0, 0.0),
+    ("h", "time", 3600.0, 0.0), ("hr", "time", 3600.0, 0.0), ("hours", "time", 3600.0, 0.0), ("hour", "time", 3600.0, 0.0),
+    ("minute", "time", 60.0, 0.0), ("minutes", "time", 60.0, 0.0), ("mins", "time", 60.0, 0.0), ("day", "time", 86_400.0, 0.0),
+    ("days", "time", 86_400.0, 0.0), ("100ns", "time", 1e-7, 0.0), ("10ms", "time", 1e-2, 0.0), ("100us", "time", 1e-4, 0.0),
+    ("millis", "time", 1e-3, 0.0), ("millisecond", "time", 1e-3, 0.0), ("usec", "time", 1e-6, 0.0),
+    ("micros", "time", 1e-6, 0.0), ("microseconds", "time", 1e-6, 0.0), ("nanoseconds", "time", 1e-9, 0.0),
+    ("sek", "time", 1.0, 0.0), ("sekunden", "time", 1.0, 0.0), ("minuten", "time", 60.0, 0.0), ("secondes", "time", 1.0, 0.0),
+    ("segundos", "time", 1.0, 0.0), ("secondi", "time", 1.0, 0.0), ("seconden", "time", 1.0, 0.0), ("seg", "time", 1.0, 0.0),
+    ("с", "time", 1.0, 0.0), ("мс", "time", 1e-3, 0.0),
     ("m/s", "speed", 1.0, 0.0), ("m/sec", "speed", 1.0, 0.0), ("mps", "speed", 1.0, 0.0), ("ms-1", "speed", 1.0, 0.0),
     ("meters/second", "speed", 1.0, 0.0), ("km/h", "speed", 1.0 / 3.6, 0.0), ("km/hr", "speed", 1.0 / 3.6, 0.0),
     ("kmh", "speed", 1.0 / 3.6, 0.0), ("kph", "speed", 1.0 / 3.6, 0.0), ("kmph", "speed", 1.0 / 3.6, 0.0),
+    ("km/u", "speed", 1.0 / 3.6, 0.0), ("км/ч", "speed", 1.0 / 3.6, 0.0), ("м/с", "speed", 1.0, 0.0),
+    ("km/std", "speed", 1.0 / 3.6, 0.0), ("k/h", "speed", 1.0 / 3.6, 0.0),
     ("mph", "speed", MPH, 0.0), ("mi/h", "speed", MPH, 0.0), ("miles/h", "speed", MPH, 0.0),
     ("kn", "speed", KNOT, 0.0), ("kt", "speed", KNOT, 0.0), ("kts", "speed", KNOT, 0.0), ("knot", "speed", KNOT, 0.0),
     ("knots", "speed", KNOT, 0.0), ("mm/s", "speed", 1e-3, 0.0), ("cm/s", "speed", 1e-2, 0.0),
@@ -41,12 +50,15 @@ const UNITS: &[(&str, &str, f64, f64)] = &[
     ("ms-2", "acceleration", 1.0, 0.0), ("m/(s2)", "acceleration", 1.0, 0.0), ("ft/s2", "acceleration", 12.0 * INCH, 0.0),
     ("g", "acceleration", G, 0.0), ("g's", "acceleration", G, 0.0), ("mg", "acceleration", 1e-3 * G, 0.0),
     ("rad", "angle", 1.0, 0.0), ("radian", "angle", 1.0, 0.0), ("radians", "angle", 1.0, 0.0), ("mrad", "angle", 1e-3, 0.0),
+    ("grados", "angle", DEG, 0.0), ("gradi", "angle", DEG, 0.0), ("degres", "angle", DEG, 0.0), ("graus", "angle", DEG, 0.0),
+    ("graden", "angle", DEG, 0.0), ("stopnie", "angle", DEG, 0.0), ("degrés", "angle", DEG, 0.0),
     ("deg", "angle", DEG, 0.0), ("degs", "angle", DEG, 0.0), ("degree", "angle", DEG, 0.0), ("degrees", "angle", DEG, 0.0),
     ("rad/s", "angular rate", 1.0, 0.0), ("rad/sec", "angular rate", 1.0, 0.0), ("rads-1", "angular rate", 1.0, 0.0),
     ("mrad/s", "angular rate", 1e-3, 0.0), ("deg/s", "angular rate", DEG, 0.0), ("deg/sec", "angular rate", DEG, 0.0),
     ("degs/s", "angular rate", DEG, 0.0), ("degree/s", "angular rate", DEG, 0.0), ("degrees/s", "angular rate", DEG, 0.0),
     ("degs-1", "angular rate", DEG, 0.0), ("dps", "angular rate", DEG, 0.0), ("rpm", "angular rate", RPM, 0.0),
     ("r/min", "angular rate", RPM, 0.0), ("rev/min", "angular rate", RPM, 0.0), ("u/min", "angular rate", RPM, 0.0),
+    ("tr/min", "angular rate", RPM, 0.0), ("giri/min", "angular rate", RPM, 0.0), ("obr/min", "angular rate", RPM, 0.0),
     ("1/min", "angular rate", RPM, 0.0), ("min-1", "angular rate", RPM, 0.0), ("rev/s", "angular rate", 60.0 * RPM, 0.0),
     ("rps", "angular rate", 60.0 * RPM, 0.0), ("hz", "angular rate", 60.0 * RPM, 0.0),
     ("pa", "pressure", 1.0, 0.0), ("hpa", "pressure", 1e2, 0.0), ("kpa", "pressure", 1e3, 0.0),
@@ -147,6 +159,55 @@ pub fn of_name(name: &str) -> (&str, Option<&str>) {
         .unwrap_or((name, None))
 }
 
+/// What stands within brackets, if anything does: `[km/h]` in a row of units.
+pub fn of_brackets(text: &str) -> &str {
+    let text = text.trim();
+    let within = |open: char, close: char| text.strip_prefix(open)?.strip_suffix(close);
+    [('(', ')'), ('[', ']'), ('{', '}'), ('<', '>')]
+        .into_iter()
+        .find_map(|(open, close)| within(open, close))
+        .map_or(text, str::trim)
+}
+
+/// The unit that a name says without brackets: as its last word (`speed_kmh`, `Lean deg`, `v - m/s`), or because the
+/// name is nothing but a unit (`Km/h`). Letters that may be places or axes are none.
+pub fn behind_name(name: &str) -> Option<&'static str> {
+    let mut plain = String::with_capacity(name.len() + 4);
+    let mut last = ' ';
+    for c in name.trim().chars() {
+        let letter = c.is_alphanumeric() || matches!(c, '%' | '°' | '²');
+        if letter && c.is_uppercase() && last.is_lowercase() {
+            plain.push('_');
+        }
+        match letter {
+            true => plain.extend(c.to_lowercase()),
+            false if !plain.ends_with('_') => plain.push('_'),
+            false => {}
+        }
+        last = c;
+    }
+    let plain = plain.trim_end_matches('_');
+    let behind = |end: &str| {
+        let before = plain.strip_suffix(end)?;
+        (before.is_empty() || before.ends_with('_')).then_some(before)
+    };
+    let (end, unit) = BEHIND.iter().find(|(end, _)| behind(end).is_some())?;
+    // alone they are words of their own
+    let alone = plain.len() == end.len() && dimension(unit) != Some("speed");
+    (!alone).then_some(*unit)
+}
+
+/// How names end that say a unit, the longest first.
+#[rustfmt::skip]
+const BEHIND: &[(&str, &str)] = &[
+    ("km_per_h", "km/h"), ("km_h", "km/h"), ("kmh", "km/h"), ("kph", "km/h"), ("kmph", "km/h"), ("mph", "mph"), ("knots", "knots"),
+    ("kts", "knots"), ("m_s_2", "m/s2"), ("m_s2", "m/s2"), ("m_s²", "m/s2"), ("mps2", "m/s2"), ("mss", "m/s2"), ("ms2", "m/s2"),
+    ("rad_s", "rad/s"), ("rads", "rad/s"), ("radps", "rad/s"), ("deg_s", "deg/s"), ("degs", "deg/s"), ("degps", "deg/s"),
+    ("dps", "deg/s"), ("°_s", "deg/s"), ("m_s", "m/s"), ("mps", "m/s"), ("rpm", "rpm"), ("degrees", "deg"), ("deg", "deg"),
+    ("°", "deg"), ("radians", "rad"), ("rad", "rad"), ("mbar", "mbar"), ("bar", "bar"), ("kpa", "kPa"), ("psi", "psi"),
+    ("percent", "%"), ("pct", "%"), ("%", "%"), ("degc", "degC"), ("degf", "degF"), ("celsius", "degC"), ("mm", "mm"),
+];
+
 /// The known spellings of a dimension, for messages.
 fn known(dimension: &str) -> String {
     let names: Vec<&str> =
@@ -230,6 +291,32 @@ mod tests {
         assert!(message.contains("mph") && !message.contains("rad/s"), "{message}");
         let message = conversion("deg", "m/s").expect_err("mixed");
         assert!(message.contains("angle"), "{message}");
+    }
+
+    #[test]
+    fn a_unit_may_be_the_last_word_of_a_name() {
+        for (name, unit) in [
+            ("speed_kmh", Some("km/h")),
+            ("Speed km/h", Some("km/h")),
+            ("Km/h", Some("km/h")),
+            ("GPS Speed - m/s", Some("m/s")),
+            ("speed_m_s", Some("m/s")),
+            ("LeanDeg", Some("deg")),
+            ("Lean °", Some("deg")),
+            ("yaw_rate_deg_s", Some("deg/s")),
+            ("acc_x_m_s2", Some("m/s2")),
+            ("front_brake_bar", Some("bar")),
+            ("TPS %", Some("%")),
+            ("speed", None),
+            ("RPM", None),
+            ("Engine RPM", Some("rpm")),
+            ("handlebar", None),
+            ("Grad", None),
+            ("acc_x", None),
+            ("brake_f", None),
+        ] {
+            assert_eq!(behind_name(name), unit, "{name}");
+        }
     }
 
     #[test]

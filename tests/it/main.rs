@@ -5,6 +5,7 @@ mod bands;
 mod batch;
 mod bike_new;
 mod book;
+mod cases;
 mod channel_sets;
 mod channels_by_physics;
 mod cli;

@@ -10,8 +10,8 @@ use std::sync::Arc;
 mod single;
 mod together;
 
-pub use single::Clock;
 use single::Repaired;
+pub use single::{Clock, spread};
 
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;

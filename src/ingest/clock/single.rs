@@ -265,7 +265,39 @@ fn coarse_clock(stamps: &[f64], kept: &[usize]) -> Option<Vec<f64>> {
     let tick = upper_median(&mut steps)?;
     let (fit, residual) = fit_line(&raw, None)?;
     // a coarse clock's residual is at most its tick; one that stutters drifts away
-    (residual < 0.5 * tick).then_some(fit)
+    if residual < 0.5 * tick { Some(fit) } else { within_ticks(&raw, tick) }
+}
+
+/// Stamps that are coarser than the rows, spread over them; `None` of stamps that are not.
+pub fn spread(stamps: &[f64]) -> Option<Vec<f64>> {
+    let kept: Vec<usize> = (0..stamps.len()).filter(|&i| stamps[i].is_finite()).collect();
+    let fitted = coarse_clock(stamps, &kept)?;
+    let mut out = vec![f64::NAN; stamps.len()];
+    kept.into_iter().zip(fitted).for_each(|(i, t)| out[i] = t);
+    Some(out)
+}
+
+/// Coarse stamps whose rows do not come at one pace (a pause, lost rows): each tick's rows are spread over the tick.
+/// `None` where ticks have too few rows to be what the clock is coarse by.
+fn within_ticks(raw: &[f64], tick: f64) -> Option<Vec<f64>> {
+    let groups: Vec<&[f64]> = raw.chunk_by(|a, b| a == b).collect();
+    let mut counts: Vec<f64> = groups.iter().map(|g| g.len() as f64).collect();
+    let usual = upper_median(&mut counts)?;
+    // a stutter repeats single stamps, and most ticks are alike
+    let alike = groups.iter().filter(|g| (g.len() as f64 - usual).abs() <= 0.3 * usual).count();
+    if usual < 3.0 || 10 * alike < 7 * groups.len() {
+        return None;
+    }
+    let mut out = Vec::with_capacity(raw.len());
+    for (k, group) in groups.iter().enumerate() {
+        let n = group.len() as f64;
+        let full = groups.get(k + 1).is_some_and(|next| next[0] - group[0] < 1.5 * tick);
+        let rows = if full { n.max(usual * f64::from(u8::from(k == 0))) } else { n.max(usual) };
+        // the first tick may have begun before the log
+        let skipped = if k == 0 && full { rows - n } else { 0.0 };
+        out.extend((0..group.len()).map(|i| group[0] + tick * (skipped + i as f64) / rows));
+    }
+    Some(out)
 }
 
 /// Stamps on straight lines over the row number, run by run, where the source is periodic.

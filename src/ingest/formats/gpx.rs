@@ -1,13 +1,17 @@
-//! GPX tracks, 1.0 and 1.1: what many apps, watches and navigation devices export.
+//! GPX tracks, 1.0 and 1.1, and Garmin's TCX: what many apps, watches and navigation devices export.
 //!
 //! ```text
 //! <trk><trkseg><trkpt lat="45.1" lon="9.2"><ele>80.1</ele><time>2026-05-01T12:02:04.2Z</time>
 //!   <speed>12.3</speed>                                                           in 1.0
 //!   <extensions><gpxtpx:TrackPointExtension><gpxtpx:speed>12.3</gpxtpx:speed>     in 1.1, Garmin and others
+//!
+//! <Track><Trackpoint><Time>2026-05-01T12:02:04.2Z</Time><AltitudeMeters>80.1</AltitudeMeters>           in TCX
+//!   <Position><LatitudeDegrees>45.1</LatitudeDegrees><LongitudeDegrees>9.2</LongitudeDegrees></Position>
+//!   <Extensions><ns3:TPX><ns3:Speed>12.3</ns3:Speed>
 //! ```
 //!
-//! Every number within a point is a channel, called by its element's name without the name space. Where no
-//! point has a `speed`, `speed_from_positions` is the speed along the track. Routes and waypoints are no recordings.
+//! Every number within a point is a channel, called by its element's name without the name space. TCX's are
+//! called as those of GPX (`ele`, `speed`). Where no point has a `speed`, `speed_from_positions` is the speed along the track. Routes and waypoints are no recordings.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -19,10 +23,11 @@ use crate::contract::session::Meta;
 use crate::ingest::aids::Aids;
 use crate::ingest::error::Error;
 use crate::ingest::format::{Format, Head};
-use crate::ingest::formats::csv::{cells, start_time};
+use crate::ingest::formats::csv::start_time;
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::map::{ShippedMap, shipped_map};
 use crate::ingest::raw::Column;
+use crate::ingest::stamps;
 use crate::ingest::track;
 use crate::ingest::warning::warning;
 use crate::objects::{Location, source};
@@ -33,6 +38,8 @@ pub struct Gpx;
 
 /// The speed that is computed where none was recorded.
 const COMPUTED: &str = "speed_from_positions";
+/// What a TCX is known by.
+const TCX: &[u8] = b"<TrainingCenterDatabase";
 /// What a receiver's speed is computed over, to either side, s: enough for 25 Hz whose positions are rounded to 1 cm.
 const SPAN: f64 = 0.25;
 /// More kinds of numbers than any app writes.
@@ -40,14 +47,15 @@ const MOST_NAMES: usize = 100;
 
 impl Format for Gpx {
     const NAME: &'static str = "gpx";
-    const DESCRIPTION: &'static str = "GPX tracks";
+    const DESCRIPTION: &'static str = "GPX and Garmin TCX tracks";
     const CHANNEL_NAMES: &'static str = "element: `speed`, `ele`";
-    const EXTENSIONS: &'static [&'static str] = &["gpx"];
+    const EXTENSIONS: &'static [&'static str] = &["gpx", "tcx"];
     const MAPS: &'static [ShippedMap] = &[shipped_map!("gpx")];
 
     fn sniff(head: &Head<'_>) -> bool {
         let start = &head.bytes[..head.bytes.len().min(4096)];
-        start.windows(5).any(|w| w == b"<gpx " || w == b"<gpx>" || w == b"<gpx\n" || w == b"<gpx\r")
+        let gpx = |w: &[u8]| w == b"<gpx " || w == b"<gpx>" || w == b"<gpx\n" || w == b"<gpx\r";
+        start.windows(5).any(gpx) || start.windows(TCX.len()).any(|w| w == TCX)
     }
 
     fn list(log: &Location, _: &Aids) -> Result<Listing, Error> {
@@ -76,7 +84,7 @@ impl Format for Gpx {
         }
         let start_time = track.time.first().and_then(|t| start_time(*t));
         let meta = Meta { start_time, ..Meta::default() };
-        Ok(Listing { channels, meta, facts, warnings, layout: String::new() })
+        Ok(Listing { channels, meta, facts, warnings, ..Listing::default() })
     }
 
     fn decode(log: &Location, _: &Aids, wanted: &[&SourceChannel]) -> Result<Decoded, Error> {
@@ -148,7 +156,9 @@ impl Track {
             )
         } else {
             let why = track.broken.map(|why| format!(" ({why})")).unwrap_or_default();
-            format!("{log} has no track point (`trkpt`){why}; export the recorded track")
+            format!(
+                "{log} has no track point (`trkpt`, `Trackpoint`){why}; export the recorded track"
+            )
         };
         Err(Error::new("no_samples", message))
     }
@@ -169,12 +179,12 @@ impl Track {
                     text.clear();
                     let name = String::from_utf8_lossy(e.local_name().as_ref()).into_owned();
                     match name.as_str() {
-                        "trkpt" => (point, within) = (Some(begun(&e)?), Vec::new()),
-                        "trkseg" => self.segments.push(self.time.len()),
+                        "trkpt" | "Trackpoint" => (point, within) = (Some(begun(&e)?), Vec::new()),
+                        "trkseg" | "Track" => self.segments.push(self.time.len()),
                         "gpx" => self.creator(&e),
                         _ => {}
                     }
-                    if point.is_some() && name != "trkpt" {
+                    if point.is_some() && name != "trkpt" && name != "Trackpoint" {
                         within.push(name);
                     } else {
                         top = name;
@@ -187,7 +197,9 @@ impl Track {
                 Event::Text(t) => text += &String::from_utf8_lossy(&t),
                 Event::End(e) => {
                     match (&mut point, e.local_name().as_ref()) {
-                        (Some(_), b"trkpt") => self.add(point.take().unwrap_or_default()),
+                        (Some(_), b"trkpt" | b"Trackpoint") => {
+                            self.add(point.take().unwrap_or_default())
+                        }
                         (Some(point), name) => {
                             let name = String::from_utf8_lossy(name);
                             self.within(point, &name, text.trim(), &mut place);
@@ -225,8 +237,19 @@ impl Track {
         text: &str,
         place: &mut HashMap<String, usize>,
     ) {
+        let axis = ["LatitudeDegrees", "LongitudeDegrees"].iter().position(|n| *n == name);
+        if let Some(axis) = axis {
+            point.position[axis] = degrees(text, axis);
+            return;
+        }
+        let name = match name {
+            "AltitudeMeters" => "ele",
+            "Speed" => "speed",
+            "Time" => "time",
+            other => other,
+        };
         if name == "time" {
-            point.time = cells::number(text, '.').filter(|t| t.is_finite()).or(point.time);
+            point.time = stamps::text::unix(text).or(point.time);
             return;
         }
         let Some(number) = text.parse::<f64>().ok().filter(|x| x.is_finite()) else { return };
@@ -310,12 +333,15 @@ fn begun(element: &BytesStart<'_>) -> Result<Point, String> {
             b"lon" => 1,
             _ => continue,
         };
-        let most = [90.0, 180.0][axis];
-        let text = String::from_utf8_lossy(&attribute.value);
-        position[axis] =
-            text.trim().parse().ok().filter(|x: &f64| x.abs() <= most).unwrap_or(f64::NAN);
+        position[axis] = degrees(&String::from_utf8_lossy(&attribute.value), axis);
     }
     Ok(Point { position, ..Point::default() })
+}
+
+/// A position on one axis; NaN where the text is none.
+fn degrees(text: &str, axis: usize) -> f64 {
+    let most = [90.0, 180.0][axis];
+    text.trim().parse().ok().filter(|x: &f64| x.abs() <= most).unwrap_or(f64::NAN)
 }
 
 /// Units of the standard and of Garmin's extension.
@@ -358,6 +384,25 @@ mod tests {
         assert_eq!(track.number("course"), Some(&[(0, 271.0)][..]));
         assert_eq!((track.without_time, track.segments.len()), (1, 1));
         assert!(track.facts.contains(&("name".to_owned(), "lap".to_owned())));
+    }
+
+    #[test]
+    fn a_tcx_is_a_track_too() {
+        let mut track = Track::default();
+        let text = "<TrainingCenterDatabase><Activities><Activity><Lap><TotalTimeSeconds>9</TotalTimeSeconds><Track>\
+            <Trackpoint><Time>2026-05-01T12:00:00.5Z</Time><Position><LatitudeDegrees>45.5</LatitudeDegrees>\
+            <LongitudeDegrees>9.25</LongitudeDegrees></Position><AltitudeMeters>80</AltitudeMeters><Extensions>\
+            <ns3:TPX><ns3:Speed>12.5</ns3:Speed></ns3:TPX></Extensions></Trackpoint>\
+            <Trackpoint><Time>2026-05-01T12:00:01.5Z</Time></Trackpoint></Track></Lap></Activity></Activities>\
+            </TrainingCenterDatabase>";
+        track.parse(text.as_bytes()).expect("whole");
+        assert_eq!(track.time, [1_777_636_800.5, 1_777_636_801.5]);
+        assert_eq!((track.position[0][0], track.position[1][0]), (45.5, 9.25));
+        assert!(track.position[0][1].is_nan());
+        assert_eq!(track.number("ele"), Some(&[(0, 80.0)][..]));
+        assert_eq!(track.number("speed"), Some(&[(0, 12.5)][..]));
+        let log = Location::from(std::path::PathBuf::from("ride"));
+        assert!(Gpx::sniff(&Head { log: &log, bytes: text.as_bytes() }));
     }
 
     #[test]

@@ -59,7 +59,7 @@ impl Format for Sst {
             meta: Meta { start_time: start_time(file.start), ..Meta::default() },
             facts: vec![("unit".to_owned(), "counts of the sensors; a map has to say millimetres with `scale`, `offset` and `unit`".to_owned())],
             warnings: cut.then(|| warning("truncated", None, 1, None, message)).into_iter().collect(),
-            layout: String::new(),
+            ..Listing::default()
         })
     }
 

@@ -7,13 +7,15 @@
 use std::fmt::Write as _;
 
 use crate::contract::channel::Channel;
-use crate::ingest::listing::{Listing, SourceChannel};
+use crate::ingest::listing::{ListedClock, Listing, SourceChannel};
+use crate::ingest::stamps::names;
 use crate::ingest::units;
 
 pub mod compare;
-pub mod motion;
+mod languages;
 #[cfg(test)]
-mod names;
+mod loggers;
+pub mod motion;
 pub mod physics;
 mod words;
 
@@ -101,22 +103,49 @@ fn write_map(
     Ok(())
 }
 
-/// Whether a channel seems to hold the stamps of the others.
-pub(super) fn is_time(channel: &SourceChannel) -> bool {
-    let known = channel.unit.as_deref().and_then(units::dimension);
-    let words = words(&channel.name);
-    let named = words.iter().any(|w| matches!(w.as_str(), "time" | "timestamp" | "t"));
-    named && known.is_none_or(|d| d == "time")
+/// Whether a channel may hold the stamps of the others by its name and unit, how well its name suits, the smaller the
+/// better, and its unit if anything says it.
+pub(super) fn clock(channel: &SourceChannel) -> Option<(usize, Option<&str>)> {
+    let (rank, by_name) = names::clock(&channel.name)?;
+    let own = channel.unit.as_deref().map(str::trim).filter(|u| !u.is_empty());
+    let known = own.and_then(units::dimension);
+    known.is_none_or(|d| d == "time").then_some((rank, own.filter(|_| known.is_some()).or(by_name)))
+}
+
+/// The channel whose name is best for a column; of equal ones the first.
+pub(super) fn best_named(channels: &[SourceChannel], column: Channel) -> Option<usize> {
+    let rule = RULES.iter().find(|r| r.channel == column)?;
+    let score = |c: &SourceChannel| candidate(rule, c).map(|c| c.score);
+    let scored = channels.iter().enumerate().filter_map(|(i, c)| Some((score(c)?, i)));
+    scored.max_by_key(|(score, i)| (*score, usize::MAX - i)).map(|s| s.1)
 }
 
 fn write_time(out: &mut String, listing: &Listing) -> std::fmt::Result {
-    let Some(time) = listing.channels.iter().find(|c| is_time(c)) else {
+    let by_name = || {
+        let ranked = listing.channels.iter().enumerate();
+        let ranked = ranked.filter_map(|(i, c)| Some((clock(c)?, i)));
+        let ((_, unit), channel) = ranked.min_by_key(|((rank, _), i)| (*rank, *i))?;
+        Some(ListedClock { channel, unit: unit.map(str::to_owned), ..ListedClock::default() })
+    };
+    let judged = !listing.layout.is_empty() || listing.clock.is_some();
+    let Some(clock) = listing.clock.clone().or_else(|| by_name().filter(|_| !judged)) else {
         return writeln!(out, "\n# [time]\n# column = \"...\"\n# unit = \"s\" # or rate = 100");
     };
-    writeln!(out, "\n[time]\ncolumn = {}", quoted(&called(time, listing)))?;
-    match &time.unit {
-        Some(unit) => writeln!(out, "unit = {}", quoted(unit)),
-        None => writeln!(out, "# unit = \"s\""),
+    writeln!(out)?;
+    if let Some(why) = &clock.why {
+        writeln!(out, "# {why}")?;
+    }
+    let name = called(&listing.channels[clock.channel], listing);
+    writeln!(out, "[time]\ncolumn = {}", quoted(&name))?;
+    match &clock.unit {
+        Some(unit) => writeln!(out, "unit = {}", quoted(unit))?,
+        None => writeln!(out, "# unit = \"s\"")?,
+    }
+    match clock.epoch {
+        true => {
+            writeln!(out, "epoch = true # it tells the day, by UTC where it says no other zone")
+        }
+        false => Ok(()),
     }
 }
 

@@ -1,6 +1,8 @@
 //! What people call the columns of `session.v1`.
 
+use super::languages::english;
 use crate::contract::channel::Channel;
+use crate::ingest::stamps::names::folded;
 
 use Channel::*;
 
@@ -119,7 +121,7 @@ const EULER: &str = "the Euler angle's rate; of a unit that leans map all six as
 #[rustfmt::skip]
 pub const RULES: &[Rule] = &[
     rule(VelocityX, "speed", &["velocity x", "vel x", "vx", "v x", "gps speed", "gps velocity",
-        "ground speed", "vehicle speed", "speed", "velocity", "v gps", "kph", "mph"],
+        "ground speed", "vehicle speed", "speed", "velocity", "v gps", "kph", "mph", "kmh", "km h"],
         "calc wheel whl front rear fl fr rl rr engine motor wind lateral vert vertical y z vy vz north east \
          down accuracy error max min angular limit drive gyro yaw roll pitch susp damper fork shock distance trip"),
     rule(VelocityY, "speed", &["velocity y", "vel y", "vy", "v y", "lateral velocity", "lateral speed"],
@@ -168,8 +170,22 @@ pub const RULES: &[Rule] = &[
         "damper rear", "rear travel"], "acc accel velocity front"),
 ];
 
-/// The words of a name, in lower case: `WheelSpeed_Front2` is `wheel`, `speed`, `front`, `2`.
+/// The words of a name, in lower case and in English where they are of another known language: `WheelSpeed_Front2` is
+/// `wheel`, `speed`, `front`, `2`, and `Schräglage` is `lean`.
 pub fn words(name: &str) -> Vec<String> {
+    let own = own_words(name);
+    let mut words = Vec::with_capacity(own.len());
+    for word in own {
+        match english(&folded(&word)) {
+            Some(english) => words.extend(english.split(' ').map(str::to_owned)),
+            None => words.push(word),
+        }
+    }
+    words
+}
+
+/// The words of a name as they stand there, in lower case.
+fn own_words(name: &str) -> Vec<String> {
     let letters: Vec<char> = name.chars().collect();
     let mut words = vec![String::new()];
     for (i, &c) in letters.iter().enumerate() {

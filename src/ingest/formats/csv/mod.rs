@@ -2,8 +2,6 @@
 
 use std::io::{BufRead, BufReader, Read};
 
-use ::csv::{ByteRecord, ReaderBuilder};
-
 use crate::ingest::error::Error;
 use crate::ingest::fit::fit;
 use crate::ingest::format::{HEAD_LEN, Head, LogFormat};
@@ -11,6 +9,9 @@ use crate::ingest::ident;
 use crate::ingest::listing::{Listing, SourceChannel};
 use crate::ingest::map::{ChannelMap, CsvLayout, Maps, TimeSource, shipped_map};
 use crate::ingest::raw::{Identified, Raw};
+use crate::ingest::stamps::check::in_seconds;
+use crate::ingest::stamps::text::Kind;
+use crate::ingest::stamps::unit::calendar_of;
 use crate::ingest::units;
 use crate::ingest::warning::warning;
 use crate::objects::Location;
@@ -18,11 +19,17 @@ use crate::objects::source::{self, Source};
 
 pub(super) mod cells;
 pub(super) mod clocks;
+mod layout;
 mod plain;
+mod sentinels;
 pub(super) mod table;
 pub(super) mod text;
 
+use layout::Squeezed;
 use text::{Text, decoded};
+
+/// Rows that are read to know when a log began: enough to see the rate of its clock.
+const FIRST: usize = 20;
 
 /// The format.
 pub const FORMAT: LogFormat = LogFormat {
@@ -43,26 +50,38 @@ pub const FORMAT: LogFormat = LogFormat {
     decoder: Some(plain::DECODER),
 };
 
-/// Text of any encoding: no control characters but tabs and line ends.
+/// Text of any encoding.
 fn sniff(head: &Head<'_>) -> bool {
-    let plain = |b: &u8| !b.is_ascii_control() || matches!(b, b'\t' | b'\r' | b'\n');
-    text::is_utf16(head.bytes) || head.bytes.iter().all(plain)
+    text::is_text(head.bytes)
 }
 
 fn identify(log: &Location, maps: Maps<'_>) -> Result<Identified, Error> {
     let (map, header) = choose(log, maps)?;
     let mut meta = ident::or(ident::from_path(log), map.meta.clone());
-    if let TimeSource::Column { name, factor, epoch: true } = &map.time {
+    if let TimeSource::Column { name, epoch: true, .. } = &map.time {
         let mut rows = open(log, &map.csv)?;
         let at = header.names.iter().position(|c| c == name);
         if let Some(at) = at {
-            let writing = rows.writing(map);
-            let first = cells::read(log, &mut rows.reader, &[(name, at)], writing, 1);
-            let stamp = first.ok().and_then(|r| r.columns.first()?.first().copied());
-            meta.start_time = stamp.and_then(|t| start_time(t * factor)).or(meta.start_time);
+            let writing = header.writing(map, Some(0));
+            let first = cells::read(log, &mut rows.reader, &[(name, at)], writing, FIRST);
+            let unix = first.ok().and_then(|r| unix_of(&map.time, r.columns.first()?, r.kind));
+            meta.start_time = unix.and_then(start_time).or(meta.start_time);
         }
     }
     Ok(Identified { meta, map: Some(map.name.clone()) })
+}
+
+/// Unix time of the first of some stamps on a clock that counts from a day.
+fn unix_of(clock: &TimeSource, stamps: &[f64], kind: Kind) -> Option<f64> {
+    let first = *stamps.first()?;
+    match (clock, kind) {
+        (TimeSource::Column { .. }, Kind::Dated) => Some(first),
+        (TimeSource::Column { factor, .. }, Kind::Numbers) => {
+            let zero = calendar_of(stamps).filter(|c| c.factor == *factor).map_or(0.0, |c| c.zero);
+            Some(first * factor + zero)
+        }
+        _ => None,
+    }
 }
 
 /// Unix seconds as RFC 3339, to the millisecond.
@@ -113,15 +132,21 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         .map(|name| place(name).map(|p| (*name, p)).ok_or_else(|| map.missing(name, &header.names)))
         .collect::<Result<Vec<cells::Wanted<'_>>, Error>>()?;
     let mut rows = open(log, &map.csv)?;
-    let writing = rows.writing(&map);
-    let cells::Cells { columns: mut decoded, mut warnings } =
+    let own_clock = matches!(map.time, TimeSource::Column { .. });
+    let writing = header.writing(&map, own_clock.then_some(0));
+    let cells::Cells { columns: mut decoded, kind, mut warnings } =
         cells::read(log, &mut rows.reader, &places, writing, usize::MAX)?;
     let rows = decoded.first().map_or(0, Vec::len);
     let time = match &map.time {
         TimeSource::Rate(rate) => (0..rows).map(|i| i as f64 / rate).collect(),
-        TimeSource::Column { factor, .. } => {
+        TimeSource::Column { name, factor, .. } => {
             let mut stamps = decoded.remove(0);
-            stamps.iter_mut().for_each(|t| *t *= factor);
+            if kind == Kind::Numbers {
+                in_seconds(&mut stamps, *factor).map_err(|e| {
+                    let of = format!("channel map {}, [time], column `{name}`: {e}", map.name);
+                    Error::new("implausible_clock", of)
+                })?;
+            }
             stamps
         }
         TimeSource::Own => {
@@ -129,6 +154,7 @@ fn read(log: &Location, maps: Maps<'_>) -> Result<Raw, Error> {
         }
     };
     let names = if matches!(map.time, TimeSource::Rate(_)) { &needed[..] } else { &needed[1..] };
+    sentinels::take_out(names, &mut decoded, &mut warnings);
     let columns = names.iter().map(|n| (*n).to_owned()).zip(decoded).collect();
     // what is averaged shares a clock
     let together = |a: usize, b: usize| {
@@ -197,21 +223,23 @@ struct Header {
 /// A file that is open at its first row of data.
 struct Rows {
     header: Header,
-    reader: ::csv::Reader<BufReader<Text<Source>>>,
+    reader: ::csv::Reader<Squeezed<BufReader<Text<Source>>>>,
 }
 
-impl Rows {
-    fn writing<'a>(&self, map: &'a ChannelMap) -> cells::Writing<'a> {
+impl Header {
+    fn writing<'a>(&'a self, map: &'a ChannelMap, clock: Option<usize>) -> cells::Writing<'a> {
         cells::Writing {
             decimal: map.csv.decimal,
             missing: &map.csv.missing,
             first_line: (map.csv.skip_rows + map.csv.rows_after_header + 2) as u64,
-            width: self.header.names.len(),
+            width: self.names.len(),
+            clock,
+            units: &self.units,
         }
     }
 }
 
-fn open(log: &Location, layout: &CsvLayout) -> Result<Rows, Error> {
+fn open(log: &Location, map: &CsvLayout) -> Result<Rows, Error> {
     let fail = |e: std::io::Error| Error::unreadable(log, &e);
     let file = source::open(log).map_err(fail)?;
     let mut file = BufReader::new(Text::new(file).map_err(fail)?);
@@ -221,43 +249,36 @@ fn open(log: &Location, layout: &CsvLayout) -> Result<Rows, Error> {
         (&mut file).take(HEAD_LEN).read_until(b'\n', line).map_err(fail)?;
         Ok(())
     };
-    for _ in 0..=layout.skip_rows {
+    for _ in 0..=map.skip_rows {
         next(&mut line)?;
     }
-    let text = decoded(&line);
-    let text = text.trim();
-    let names = cells_of(text.strip_prefix(layout.header_prefix.as_str()).unwrap_or(text), layout);
-    let mut units = Vec::new();
-    for row in 1..=layout.rows_after_header {
+    let header = decoded(&line);
+    let mut notes = Vec::new();
+    for row in 1..=map.rows_after_header {
         next(&mut line)?;
-        if row == layout.units_row {
-            units = cells_of(decoded(&line).trim_end_matches(['\r', '\n']), layout);
+        if row == map.units_row {
+            notes = decoded(&line).trim_end_matches(['\r', '\n']).to_owned().into_bytes();
         }
     }
+    let delimiter = map.delimiter as u8;
+    // the first row says whether the names end with a delimiter too many, and units behind its numbers
+    let ahead = decoded(file.fill_buf().map_err(fail)?);
+    let row = ahead.lines().find(|l| !l.trim().is_empty()).unwrap_or("");
+    let header = header.trim_matches(|c: char| c.is_whitespace() && c != '\t');
+    let header = header.strip_prefix(map.header_prefix.as_str()).unwrap_or(header);
+    let names = layout::names(header, delimiter, row);
+    let mut units = layout::cells(&decoded(&notes), delimiter);
+    let cells = layout::cells(row, delimiter);
     for (place, name) in names.iter().enumerate() {
-        if let (_, Some(unit)) = units::of_name(name) {
+        let behind = || layout::with_unit(cells.get(place)?).map(|w| w.1);
+        if let Some(unit) = units::of_name(name).1.or_else(behind) {
             units.resize(units.len().max(place + 1), String::new());
             if units[place].is_empty() {
                 unit.clone_into(&mut units[place]);
             }
         }
     }
-    Ok(Rows { header: Header { names, units }, reader: builder(layout).from_reader(file) })
-}
-
-fn cells_of(line: &str, layout: &CsvLayout) -> Vec<String> {
-    let mut record = ByteRecord::new();
-    let mut reader = builder(layout).from_reader(line.as_bytes());
-    match reader.read_byte_record(&mut record) {
-        Ok(true) => record.iter().map(|cell| decoded(cell).trim().to_owned()).collect(),
-        _ => Vec::new(),
-    }
-}
-
-fn builder(layout: &CsvLayout) -> ReaderBuilder {
-    let mut builder = ReaderBuilder::new();
-    builder.has_headers(false).flexible(true).delimiter(layout.delimiter as u8);
-    builder
+    Ok(Rows { header: Header { names, units }, reader: layout::reader(delimiter, file) })
 }
 
 #[cfg(test)]
@@ -284,7 +305,7 @@ mod tests {
     #[test]
     fn decimal_comma_units_row_prefix_and_missing_cells() {
         let (_folder, path) =
-            log("logger 3\n# t;extra;v\nms;;km/h\n0;1;36,0\n10;;n/a\n20;2;\n30;2\n40;1;7,2e1\n");
+            log("logger 3\n# t;extra;v\nms;;km/h\n0;1;36,0\n10;;n/a\n20;2;\n30;2;\n40;1;7,2e1\n");
         let raw = read(&path, or_shipped(&maps())).expect("read");
         let track = &raw.tracks[0];
         assert_eq!(track.channel, Channel::VelocityX);

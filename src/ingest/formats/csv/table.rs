@@ -5,9 +5,9 @@
 
 use std::io::{BufRead, BufReader, Cursor, Read};
 
-use ::csv::{Reader, ReaderBuilder};
+use ::csv::Reader;
 
-use super::cells::number;
+use super::layout::{self, Squeezed, cells};
 use super::text::{Text, decoded};
 use crate::ingest::error::Error;
 use crate::ingest::format::HEAD_LEN;
@@ -18,6 +18,9 @@ const MOST_LINES: usize = 1000;
 
 /// Rows between names and numbers, at most.
 const MOST_NOTES: usize = 4;
+
+/// Rows of numbers that are looked at for a decimal comma.
+const LOOKED_AT: usize = 50;
 
 /// A text that is open at its first row of numbers.
 pub struct Table {
@@ -36,7 +39,9 @@ pub struct Table {
     /// Line of the first row of numbers, from 1.
     pub first_line: u64,
     /// The rows of numbers.
-    pub rows: Reader<Box<dyn Read>>,
+    pub rows: Reader<Squeezed<Box<dyn Read>>>,
+    /// The first of them, as it is written.
+    pub first: String,
 }
 
 /// Opens a text.
@@ -58,7 +63,7 @@ pub fn open(log: &Location, begin: &[&str], notes: usize) -> Result<Table, Error
         (&mut text).take(HEAD_LEN).read_until(b'\n', &mut first).map_err(fail)?;
         let line = decoded(&first);
         let line = line.trim_end_matches(['\r', '\n']);
-        let numbers = begins_with_number(line) || (begin.is_empty() && mostly_numbers(line));
+        let numbers = layout::is_row(line, begin.is_empty());
         // numbers before any line of words belong to those words
         if first.is_empty() || (!lines.is_empty() && numbers) {
             break;
@@ -74,106 +79,56 @@ pub fn open(log: &Location, begin: &[&str], notes: usize) -> Result<Table, Error
         return Err(Error::new("no_table", message));
     }
     let first_line = lines.len() as u64 + 1;
-    let Some(at) = names_row(&lines, begin, notes) else {
+    let numbers = decoded(&first);
+    let numbers = numbers.trim_end_matches(['\r', '\n']).to_owned();
+    let Some(at) = names_row(&lines, begin, notes, &numbers) else {
         let message = format!("{log}: no row of names above the numbers");
         return Err(Error::new("no_table", message));
     };
-    let delimiter = delimiter(&lines[at]);
-    let numbers = decoded(&first);
-    let decimal = decimal(&numbers, delimiter);
+    let delimiter = layout::delimiter(&lines[at], &numbers);
+    let more = decoded(text.fill_buf().map_err(fail)?);
+    let rows = std::iter::once(numbers.as_str()).chain(more.lines().take(LOOKED_AT));
+    let decimal = layout::decimal(rows, delimiter);
     let mut below: Vec<Vec<String>> =
         lines[at + 1..].iter().map(|l| cells(l, delimiter)).filter(|c| !is_blank(c)).collect();
     below.truncate(MOST_NOTES);
-    let names = cells(&lines[at], delimiter);
     let rest: Box<dyn Read> = Box::new(Cursor::new(first).chain(text));
     Ok(Table {
         above: lines[..at].iter().map(|l| cells(l, delimiter)).collect(),
-        names,
+        names: layout::names(&lines[at], delimiter, &numbers),
         notes: below,
         delimiter,
         decimal,
         names_line: at,
         first_line,
-        rows: ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .delimiter(delimiter)
-            .from_reader(rest),
+        rows: layout::reader(delimiter, rest),
+        first: numbers,
     })
 }
 
-/// Which line holds the names.
-fn names_row(lines: &[String], begin: &[&str], notes: usize) -> Option<usize> {
-    let named = |line: &String| {
+/// Which line holds the names. Where nothing is known of them they are as many as the row of numbers has cells: what
+/// has fewer or more is a comment.
+fn names_row(lines: &[String], begin: &[&str], notes: usize, row: &str) -> Option<usize> {
+    let known = |line: &String| {
         let first = line.split([',', ';', '\t']).next().unwrap_or("");
         begin.contains(&first.trim().trim_matches('"').trim())
     };
-    let blank = |line: &&String| line.chars().all(|c| ",;\t\" ".contains(c));
-    lines.iter().rposition(named).or_else(|| {
+    let blank = |line: &&String| line.chars().all(|c| ",;|\t\" ".contains(c));
+    lines.iter().rposition(known).or_else(|| {
         let words: Vec<usize> = (0..lines.len()).rev().filter(|&i| !blank(&&lines[i])).collect();
-        words.get(notes).copied()
+        let whole = |i: &usize| {
+            let delimiter = layout::delimiter(&lines[*i], row);
+            let wanted = cells(row, delimiter).len();
+            wanted > 1 && layout::names(&lines[*i], delimiter, row).len() == wanted
+        };
+        let alike: Vec<usize> = words.iter().copied().filter(whole).collect();
+        if begin.is_empty() && alike.len() > notes { alike.get(notes) } else { words.get(notes) }
+            .copied()
     })
-}
-
-/// The most frequent of what can be between cells.
-pub fn delimiter(line: &str) -> u8 {
-    let mut quoted = false;
-    let mut counts = [0; 3];
-    for c in line.chars() {
-        match c {
-            '"' => quoted = !quoted,
-            '\t' if !quoted => counts[0] += 1,
-            ';' if !quoted => counts[1] += 1,
-            ',' if !quoted => counts[2] += 1,
-            _ => {}
-        }
-    }
-    let most = counts.iter().max().copied().unwrap_or(0);
-    match counts.iter().position(|c| *c == most) {
-        Some(0) if most > 0 => b'\t',
-        Some(1) if most > 0 => b';',
-        _ => b',',
-    }
-}
-
-/// A comma is a decimal one where it does not separate cells.
-fn decimal(line: &str, delimiter: u8) -> char {
-    let comma = |cell: &String| cell.contains(',') && number(cell, ',').is_some();
-    if delimiter != b',' && cells(line, delimiter).iter().any(comma) { ',' } else { '.' }
-}
-
-/// A line's cells, without quotes and blanks around them.
-pub fn cells(line: &str, delimiter: u8) -> Vec<String> {
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .delimiter(delimiter)
-        .from_reader(line.as_bytes());
-    let record = reader.records().next().and_then(Result::ok);
-    record.map(|r| r.iter().map(|c| c.trim().to_owned()).collect()).unwrap_or_default()
 }
 
 fn is_blank(cells: &[String]) -> bool {
     cells.iter().all(String::is_empty)
-}
-
-/// Whether a line's first cell is a number. A decimal comma may stand in it.
-fn begins_with_number(line: &str) -> bool {
-    let line = line.trim_start();
-    let cell = match line.strip_prefix('"') {
-        Some(quoted) => quoted.split('"').next().unwrap_or(""),
-        None => line.split([';', '\t']).next().and_then(|c| c.split(',').next()).unwrap_or(""),
-    };
-    let cell = cell.trim();
-    cell.contains(|c: char| c.is_ascii_digit()) && number(cell, ',').is_some()
-}
-
-/// Whether most of a line's cells are numbers.
-fn mostly_numbers(line: &str) -> bool {
-    let cells = cells(line, delimiter(line));
-    let filled: Vec<&String> = cells.iter().filter(|c| !c.is_empty()).collect();
-    let numbers = filled.iter().filter(|c| number(c, ',').is_some()).count();
-    filled.len() > 1 && 2 * numbers > filled.len()
 }
 
 #[cfg(test)]

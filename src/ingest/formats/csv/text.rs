@@ -1,8 +1,9 @@
-//! Text of whatever encoding as UTF-8 bytes.
+//! Text of whatever encoding as UTF-8 bytes with line ends that are `\n` or `\r\n`.
 //!
-//! A byte order mark stands for UTF-8 or UTF-16; without one the bytes are passed on as they are, for
-//! numbers look the same in every encoding that is left, and [`decoded`] takes names and units
-//! that are not UTF-8 for Latin-1.
+//! A byte order mark stands for UTF-8 or UTF-16, and a zero in every other byte for UTF-16 without one. Other bytes are
+//! passed on as they are, for numbers look the same in every encoding that is left, and [`decoded`] takes names and
+//! units that are not UTF-8 for Latin-1. A lone `\r` (old Macintosh programs) becomes `\n`, and so do the zeros that a
+//! file holds whose logger lost its power.
 
 use std::io::{Read, Result};
 
@@ -13,6 +14,8 @@ const BLOCK: usize = 1 << 16;
 pub struct Text<R> {
     file: R,
     encoding: Encoding,
+    /// Whether lines end with a lone `\r`.
+    returns: bool,
     /// UTF-8 that nobody has asked for yet.
     ready: Vec<u8>,
     /// How much of it was handed out.
@@ -21,7 +24,7 @@ pub struct Text<R> {
     left: Vec<u8>,
 }
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Encoding {
     Bytes,
     Utf16 { little: bool },
@@ -33,20 +36,23 @@ impl<R: Read> Text<R> {
     /// # Errors
     /// They cannot be read.
     pub fn new(mut file: R) -> Result<Self> {
-        let mut mark = Vec::with_capacity(3);
-        file.by_ref().take(3).read_to_end(&mut mark)?;
-        let (encoding, skip) = match mark[..] {
-            [0xff, 0xfe, ..] => (Encoding::Utf16 { little: true }, 2),
-            [0xfe, 0xff, ..] => (Encoding::Utf16 { little: false }, 2),
-            [0xef, 0xbb, 0xbf] => (Encoding::Bytes, 3),
-            _ => (Encoding::Bytes, 0),
-        };
-        let rest = mark.split_off(skip.min(mark.len()));
-        let (ready, left) = match encoding {
-            Encoding::Bytes => (rest, Vec::new()),
-            Encoding::Utf16 { .. } => (Vec::new(), rest),
-        };
-        Ok(Text { file, encoding, ready, given: 0, left })
+        let mut head = Vec::with_capacity(BLOCK);
+        file.by_ref().take(BLOCK as u64).read_to_end(&mut head)?;
+        let (encoding, skip) = encoding(&head);
+        let rest = head.split_off(skip);
+        let mut text =
+            Text { file, encoding, returns: false, ready: Vec::new(), given: 0, left: Vec::new() };
+        match encoding {
+            Encoding::Bytes => text.ready = rest,
+            Encoding::Utf16 { little } => {
+                text.left = rest;
+                text.fill(little)?;
+            }
+        }
+        text.returns = !text.ready.contains(&b'\n') && text.ready.contains(&b'\r');
+        let returns = text.returns;
+        clean(&mut text.ready, returns);
+        Ok(text)
     }
 
     fn fill(&mut self, little: bool) -> Result<()> {
@@ -84,12 +90,18 @@ impl<R: Read> Read for Text<R> {
     fn read(&mut self, out: &mut [u8]) -> Result<usize> {
         if self.given == self.ready.len() {
             match self.encoding {
-                Encoding::Bytes => return self.file.read(out),
+                Encoding::Bytes => {
+                    let n = self.file.read(out)?;
+                    clean(&mut out[..n], self.returns);
+                    return Ok(n);
+                }
                 // a block may hold no whole letter
                 Encoding::Utf16 { little } => loop {
                     let waiting = self.left.len();
                     self.fill(little)?;
                     if !self.ready.is_empty() || self.left.len() <= waiting {
+                        let returns = self.returns;
+                        clean(&mut self.ready, returns);
                         break;
                     }
                 },
@@ -102,9 +114,67 @@ impl<R: Read> Read for Text<R> {
     }
 }
 
-/// Whether bytes begin with the mark of UTF-16.
-pub fn is_utf16(bytes: &[u8]) -> bool {
-    matches!(bytes, [0xff, 0xfe, ..] | [0xfe, 0xff, ..])
+/// Zeros and lone returns to line ends.
+fn clean(bytes: &mut [u8], returns: bool) {
+    if bytes.contains(&0) {
+        bytes.iter_mut().filter(|b| **b == 0).for_each(|b| *b = b'\n');
+    }
+    if returns {
+        bytes.iter_mut().filter(|b| **b == b'\r').for_each(|b| *b = b'\n');
+    }
+}
+
+/// The encoding that the first bytes say, and the length of their mark.
+fn encoding(head: &[u8]) -> (Encoding, usize) {
+    match head {
+        [0xff, 0xfe, ..] => (Encoding::Utf16 { little: true }, 2),
+        [0xfe, 0xff, ..] => (Encoding::Utf16 { little: false }, 2),
+        [0xef, 0xbb, 0xbf, ..] => (Encoding::Bytes, 3),
+        // letters of names beside zeros
+        [a, 0, b, 0, ..] if *a != 0 && *b != 0 => (Encoding::Utf16 { little: true }, 0),
+        [0, a, 0, b, ..] if *a != 0 && *b != 0 => (Encoding::Utf16 { little: false }, 0),
+        _ => (Encoding::Bytes, 0),
+    }
+}
+
+/// Whether the first bytes of a file are text: without control characters but tabs, line ends, and the zeros at the
+/// end of a file whose logger lost its power.
+pub fn is_text(head: &[u8]) -> bool {
+    if encoding(head).0 != Encoding::Bytes {
+        return true;
+    }
+    let zeros = head.iter().rev().take_while(|b| **b == 0).count();
+    let mut text = &head[..head.len() - zeros];
+    // zeros within, and text again: the logger went on in the same file
+    let plain = |b: &u8| !b.is_ascii_control() || matches!(b, b'\t' | b'\r' | b'\n');
+    let mut lines = 0;
+    while let Some(zero) = text.iter().position(|b| *b == 0) {
+        let (before, after) = text.split_at(zero);
+        lines += before.iter().filter(|b| matches!(b, b'\n' | b'\r')).count();
+        if lines < 2 || !before.iter().all(plain) {
+            return false;
+        }
+        text = &after[after.iter().take_while(|b| **b == 0).count()..];
+    }
+    !(text.is_empty() && zeros > 0 && lines == 0) && text.iter().all(plain)
+}
+
+/// The first part of a text in whatever encoding; `None` if it is none.
+pub fn beginning(head: &[u8]) -> Option<String> {
+    if !is_text(head) && head.contains(&0) {
+        return None;
+    }
+    Some(whole(head))
+}
+
+/// A text in whatever encoding.
+pub fn whole(bytes: &[u8]) -> String {
+    let mut utf8 = Vec::with_capacity(bytes.len());
+    // reading from memory cannot fail
+    if let Ok(mut text) = Text::new(bytes) {
+        let _ = text.read_to_end(&mut utf8);
+    }
+    decoded(&utf8)
 }
 
 /// Bytes as text: UTF-8, or else Latin-1.
@@ -157,7 +227,28 @@ mod tests {
             assert!(read(&cut[..cut.len() - 1], step).starts_with("Time,°C"));
         }
         assert_eq!(read(b"T [\xb0C]", 5), "T [°C]");
+        for bytes in [&utf16(true)[2..], &utf16(false)[2..]] {
+            assert_eq!(read(bytes, 7), text, "without a mark");
+        }
+        assert_eq!(read(b"a,b\r1,2\r3,4", 5), "a,b\n1,2\n3,4");
+        assert_eq!(read(b"a,b\r\n1,2\r\n", 5), "a,b\r\n1,2\r\n");
+        assert_eq!(read(b"a,b\n1,\0\0\x003,4\n\0", 5), "a,b\n1,\n\n\n3,4\n\n");
         assert_eq!(read(b"", 5), "");
         assert_eq!(read(b"\xff\xfe", 5), "");
+    }
+
+    #[test]
+    fn text_with_zeros_of_a_lost_power_is_text() {
+        for (bytes, text) in [
+            (&b"a,b\n1,2\n"[..], true),
+            (b"a,b\n1,2\n3,\0\0\0", true),
+            (b"a,b\n1,2\n3,\0\0\x004,5\n", true),
+            (b"\0\0\0\0", false),
+            (b"a\0b\0,\0", true),
+            (b"PK\x03\x04\0\0", false),
+            (b"ab\0cd\n\n", false),
+        ] {
+            assert_eq!(is_text(bytes), text, "{bytes:?}");
+        }
     }
 }

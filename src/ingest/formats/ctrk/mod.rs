@@ -63,7 +63,7 @@ impl Format for Ctrk {
             meta,
             facts: contents.footer.clone().into_iter().filter(|(_, v)| !v.is_empty()).collect(),
             warnings: broken(&contents),
-            layout: String::new(),
+            ..Listing::default()
         })
     }
 

@@ -73,7 +73,7 @@ impl Format for Ld {
             meta,
             facts: about.into_iter().filter(|(_, v)| !v.is_empty()).collect(),
             warnings,
-            layout: String::new(),
+            ..Listing::default()
         })
     }
 

@@ -21,6 +21,7 @@ use crate::ingest::formats::csv::table::{self, Table};
 use crate::ingest::formats::csv::{cells, clocks, start_time, text};
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::map::{ShippedMap, shipped_map};
+use crate::ingest::stamps::text::Kind;
 use crate::ingest::warning::warning;
 use crate::ingest::{ident, units};
 use crate::objects::Location;
@@ -143,7 +144,7 @@ enum Clock {
 
 impl Dialect {
     fn sniff(&self, head: &Head<'_>) -> bool {
-        let Some(text) = beginning(head.bytes) else { return false };
+        let Some(text) = text::beginning(head.bytes) else { return false };
         let first = text.trim_start().lines().next().unwrap_or("");
         let plain: String = first.chars().filter(|c| *c != '"').collect();
         plain.to_lowercase().replace(';', ",").starts_with(self.begins)
@@ -156,8 +157,9 @@ impl Dialect {
         let mut meta = facts.meta(&self.keys);
         let mut warnings = Vec::new();
         if let (Clock::Column(place, factor), true) = (clock, self.epoch) {
-            let first = rows(log, &mut table, &[("time", place)], 1)?;
+            let first = rows(log, &mut table, &[("time", place)], Some(0), 1)?;
             let stamp = first.columns.first().and_then(|c| c.first()).copied();
+            let factor = if first.kind == Kind::Numbers { factor } else { 1.0 };
             meta.start_time = stamp.and_then(|t| start_time(t * factor));
         } else if let Some(start) = &meta.start_time {
             warnings.push(wall_clock(start));
@@ -170,7 +172,7 @@ impl Dialect {
             meta,
             facts: facts.0,
             warnings,
-            layout: String::new(),
+            ..Listing::default()
         })
     }
 
@@ -262,10 +264,13 @@ impl Dialect {
         let places: Vec<(String, usize)> =
             places.into_iter().map(|(name, place)| (name.to_owned(), place)).collect();
         let places: Vec<cells::Wanted<'_>> = places.iter().map(|(n, p)| (n.as_str(), *p)).collect();
-        let mut read = rows(log, &mut table, &places, usize::MAX)?;
+        let at = matches!(clock, Clock::Column(..)).then(|| places.len() - 1);
+        let mut read = rows(log, &mut table, &places, at, usize::MAX)?;
         let time = match clock {
             Clock::Column(_, factor) => {
                 let mut time = read.columns.pop().unwrap_or_default();
+                // a time of day is in seconds already
+                let factor = if read.kind == Kind::Numbers { factor } else { 1.0 };
                 time.iter_mut().for_each(|t| *t *= factor);
                 read.warnings.extend(header_rate_warning(&time, facts.number(self.keys.rate)));
                 time
@@ -283,21 +288,12 @@ impl Dialect {
     }
 }
 
-/// The first part of a text in whatever encoding; `None` if it is none.
-fn beginning(bytes: &[u8]) -> Option<String> {
-    if bytes.contains(&0) && !text::is_utf16(bytes) {
-        return None;
-    }
-    let mut utf8 = Vec::new();
-    std::io::Read::read_to_end(&mut text::Text::new(bytes).ok()?, &mut utf8).ok()?;
-    Some(text::decoded(&utf8))
-}
-
 /// Columns of a table's rows.
 fn rows(
     log: &Location,
     table: &mut Table,
     places: &[cells::Wanted<'_>],
+    clock: Option<usize>,
     most: usize,
 ) -> Result<cells::Cells, Error> {
     let writing = cells::Writing {
@@ -305,6 +301,8 @@ fn rows(
         missing: &[],
         first_line: table.first_line,
         width: table.names.len(),
+        clock,
+        units: &[],
     };
     cells::read(log, &mut table.rows, places, writing, most)
 }

@@ -14,13 +14,13 @@
 //! may be in feet, which nothing in the file tells: without a unit behind its name it has none.
 
 use super::facts::{Facts, HeaderKeys, wall_clock};
-use super::{beginning, rows};
+use super::rows;
 use crate::contract::warning::Warning;
 use crate::ingest::aids::Aids;
 use crate::ingest::error::Error;
 use crate::ingest::format::{Format, Head};
 use crate::ingest::formats::csv::table::{self, Table};
-use crate::ingest::formats::csv::{clocks, start_time};
+use crate::ingest::formats::csv::{clocks, start_time, text};
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::map::{ShippedMap, shipped_map};
 use crate::ingest::track;
@@ -50,7 +50,7 @@ impl Format for RaceBox {
     const MAPS: &'static [ShippedMap] = &[shipped_map!("racebox")];
 
     fn sniff(head: &Head<'_>) -> bool {
-        let Some(text) = beginning(head.bytes) else { return false };
+        let Some(text) = text::beginning(head.bytes) else { return false };
         let mut lines = text.lines().map(|line| line.trim().replace('"', ""));
         let names = |line: &String| {
             let cells: Vec<&str> = line.split(',').map(|c| units::of_name(c).0).collect();
@@ -102,7 +102,7 @@ impl Format for RaceBox {
             meta,
             facts: facts.0,
             warnings,
-            layout: String::new(),
+            ..Listing::default()
         })
     }
 
@@ -140,7 +140,7 @@ impl Rows {
         let wanted: Vec<(&str, usize)> =
             names.iter().enumerate().map(|(place, name)| (name.as_str(), place)).collect();
         let zone = has_zone(&mut table::open(log, &BEGIN, 0)?, clock);
-        let read = rows(log, &mut table, &wanted, usize::MAX)?;
+        let read = rows(log, &mut table, &wanted, Some(clock), usize::MAX)?;
         let (mut columns, mut warnings) = (read.columns, read.warnings);
         let time = columns[clock].clone();
         let lost = without_fix(&names, &mut columns);

@@ -20,14 +20,14 @@
 
 use super::facts::{Facts, HeaderKeys};
 use super::level::{self, Derived};
-use super::{beginning, header_rate_warning, rows};
+use super::{header_rate_warning, rows};
 use crate::contract::session::Meta;
 use crate::ingest::aids::Aids;
 use crate::ingest::error::Error;
 use crate::ingest::format::Format;
 use crate::ingest::format::Head;
 use crate::ingest::formats::csv::table::{self, Table};
-use crate::ingest::formats::csv::{cells, clocks, start_time};
+use crate::ingest::formats::csv::{cells, clocks, start_time, text};
 use crate::ingest::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::map::{ShippedMap, shipped_map};
 use crate::objects::Location;
@@ -61,7 +61,7 @@ impl Format for Xsens {
     const MAPS: &'static [ShippedMap] = &[shipped_map!("xsens_mt_manager")];
 
     fn sniff(head: &Head<'_>) -> bool {
-        beginning(head.bytes).is_some_and(|text| {
+        text::beginning(head.bytes).is_some_and(|text| {
             text.trim_start().starts_with("//")
                 && text.lines().any(|l| l.trim_start_matches('"').starts_with(COUNTER))
         })
@@ -91,7 +91,7 @@ impl Format for Xsens {
         }
         let places: Vec<cells::Wanted<'_>> =
             names.iter().filter_map(|n| Some((*n, place(&table, n)?))).collect();
-        let read = rows(log, &mut table, &places, usize::MAX)?;
+        let read = rows(log, &mut table, &places, None, usize::MAX)?;
         let column = |name: &str| {
             names
                 .iter()
@@ -256,7 +256,7 @@ fn first_moment(log: &Location, table: &mut Table, facts: &Facts) -> Result<Opti
     places.extend(more.iter().filter_map(|n| place(table, n)));
     let named: Vec<(String, usize)> = places.iter().map(|&p| (table.names[p].clone(), p)).collect();
     let named: Vec<cells::Wanted<'_>> = named.iter().map(|(n, p)| (n.as_str(), *p)).collect();
-    let read = rows(log, table, &named, MOMENT_ROWS)?;
+    let read = rows(log, table, &named, None, MOMENT_ROWS)?;
     let column =
         |name: &str| named.iter().position(|(n, _)| *n == name).map(|i| read.columns[i].as_slice());
     let Ok(time) = stamps(log, column(TICKS), column(COUNTER), facts) else { return Ok(None) };

@@ -24,9 +24,27 @@ impl<'a> Log<'a> {
         Log { channels, signals: channels.iter().map(|_| None).collect(), words, clock }
     }
 
-    /// Takes the samples of a channel.
+    /// Takes the samples of a channel, without those that its name says are none: positions before the first fix, a
+    /// speed that is suddenly zero.
     pub fn put(&mut self, place: usize, column: &Column) {
-        self.signals[place] = Signal::of(column, self.clock);
+        use Channel::*;
+        let named = |columns: &[Channel]| columns.iter().any(|c| self.score(place, *c).is_some());
+        let there: Option<Vec<bool>> = if named(&[Latitude, Longitude]) {
+            Some(column.values.iter().map(|x| *x != 0.0 && x.abs() < 999.0).collect())
+        } else if named(&[VelocityX, WheelSpeedFront, WheelSpeedRear]) {
+            without_dropouts(&column.values)
+        } else {
+            None
+        };
+        self.signals[place] = match there.filter(|t| t.contains(&false)) {
+            None => Signal::of(column, self.clock),
+            Some(there) => {
+                let kept = column.values.iter().zip(&there);
+                let values = kept.map(|(x, t)| if *t { *x } else { f64::NAN }).collect();
+                let time = std::sync::Arc::clone(&column.time);
+                Signal::of(&Column { name: column.name.clone(), time, values }, self.clock)
+            }
+        };
     }
 
     /// Points of the common clock.
@@ -96,6 +114,28 @@ impl<'a> Log<'a> {
             words.iter().filter_map(|w| axis_of(w).map_or(Some(w.as_str()), |a| a.1)).collect();
         Some((format!("{} {}", self.channels[place].group, rest.join(" ")), found))
     }
+}
+
+/// A fall to zero from more than this share of the largest speed, between two samples, is none.
+const SUDDEN: f64 = 0.25;
+
+/// Which samples of a speed are none: runs of zeros that begin or end from a speed at once. `None` where there are none.
+fn without_dropouts(speed: &[f64]) -> Option<Vec<bool>> {
+    let most = speed.iter().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
+    let mut there = vec![true; speed.len()];
+    let (mut at, mut any) = (0, false);
+    for run in speed.chunk_by(|a, b| (*a == 0.0) == (*b == 0.0)) {
+        let end = at + run.len();
+        let sudden = |place: Option<usize>| {
+            place.and_then(|i| speed.get(i)).is_some_and(|v| v.abs() > SUDDEN * most)
+        };
+        if run[0] == 0.0 && (sudden(at.checked_sub(1)) || sudden(Some(end))) {
+            there[at..end].fill(false);
+            any = true;
+        }
+        at = end;
+    }
+    any.then_some(there)
 }
 
 /// The axis that a word says, and what else it says: `ax`, `gyroz`, `yawrate`.

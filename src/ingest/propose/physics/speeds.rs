@@ -27,6 +27,12 @@ const RADII: std::ops::Range<f64> = 0.24..0.37;
 const NOMINAL: f64 = 0.08;
 /// What the others are held against: both wheels are one sensor's, their clocks differ by less than this, s.
 const REFERENCE: f64 = 0.02;
+/// Faster than any motorcycle: a position that jumps, m/s.
+const FASTEST: f64 = 120.0;
+/// Share of the time that positions may jump.
+const JUMPS: f64 = 0.15;
+/// Share of the time that a speed may be off the reference, a dropout, a stop of the receiver.
+const OFF: f64 = 0.1;
 /// A channel as near to a wheel's speed as this is that speed, m/s.
 const COPY: f64 = 0.12;
 
@@ -90,16 +96,21 @@ pub fn position(log: &Log<'_>) -> Option<Position> {
     };
     let vn: Vec<f64> = along(log.x(lat), fa).iter().map(|v| v * north).collect();
     let ve: Vec<f64> = along(log.x(lon), fo).iter().map(|v| v * east).collect();
-    let speed: Vec<f64> = vn.iter().zip(&ve).map(|(n, e)| n.hypot(*e)).collect();
+    let whole: Vec<f64> = vn.iter().zip(&ve).map(|(n, e)| n.hypot(*e)).collect();
+    // a position that jumps is none there, and one that jumps often is none at all
+    let sane = |v: f64| !v.is_finite() || v < FASTEST;
+    let there = whole.iter().filter(|v| v.is_finite()).count();
+    let jumps = whole.iter().filter(|v| !sane(**v)).count();
+    let speed = signal::masked(&whole, |i| sane(whole[i]));
     let direction: Vec<f64> = vn
         .iter()
         .zip(&ve)
-        .map(|(n, e)| if n.hypot(*e) > MOVING { n.atan2(*e) } else { f64::NAN })
+        .map(
+            |(n, e)| if n.hypot(*e) > MOVING && sane(n.hypot(*e)) { n.atan2(*e) } else { f64::NAN },
+        )
         .collect();
     let moving = speed.iter().filter(|v| **v > MOVING).count() as f64 / RATE;
-    // a position that jumps is none
-    let sane = signal::quantile(&speed, 0.99) < 120.0;
-    (moving > 20.0 && sane).then(|| Position {
+    (moving > 20.0 && jumps as f64 <= JUMPS * there as f64).then(|| Position {
         places: [lat, lon],
         course: signal::unwrapped(&direction, std::f64::consts::TAU),
         speed,
@@ -114,7 +125,9 @@ fn alike(log: &Log<'_>, reference: &[f64], straight: impl Fn(usize) -> bool) -> 
         log.live(place).filter(|s| s.distinct >= 12)?;
         let x = mean(log.x(place), SPAN);
         let least = if is_wheel(log, place) { WHEEL_ALIKE } else { ALIKE };
-        let found = line(&all, &x).filter(|l| l.r > least)?;
+        let found = line(&all, &x)
+            .filter(|l| l.r > least)
+            .or_else(|| line_without_dropouts(&all, &x).filter(|l| l.r > least))?;
         // as straight riding is only a part: the ratio, not the line
         let ratios: Vec<f64> = upright.iter().zip(&x).map(|(v, x)| x / v).collect();
         let slope = signal::quantile(&ratios, 0.5);
@@ -122,6 +135,18 @@ fn alike(log: &Log<'_>, reference: &[f64], straight: impl Fn(usize) -> bool) -> 
         (found.offset.abs() < 0.12 * high).then_some(Speed { place, slope, r: found.r })
     };
     (0..log.channels.len()).filter_map(look).collect()
+}
+
+/// The line through a speed that goes with the reference but for a little while.
+fn line_without_dropouts(reference: &[f64], x: &[f64]) -> Option<signal::Line> {
+    let ratios: Vec<f64> =
+        reference.iter().zip(x).map(|(v, x)| if *v > MOVING { x / v } else { f64::NAN }).collect();
+    let slope = signal::quantile(&ratios, 0.5);
+    let off = |i: usize| (ratios[i] / slope - 1.0).abs() > 0.25;
+    let there = ratios.iter().filter(|r| r.is_finite()).count();
+    let lost = (0..ratios.len()).filter(|&i| off(i)).count();
+    let near = signal::masked(x, |i| !off(i));
+    (lost as f64 <= OFF * there as f64).then(|| line(reference, &near))?
 }
 
 /// Whether a channel is named like a wheel's speed.

@@ -1,0 +1,491 @@
+//! Stamps that are written as dates and times of day.
+//!
+//! | part | forms |
+//! |---|---|
+//! | time | `h:mm:ss`, `h:mm:ss.sss`, `h:mm:ss,sss`, `h:mm:ss:mmm`, `mm:ss.s`; `AM` or `PM` behind it |
+//! | date | year first with `-`, `/`, `.`; day first with `.` or `-`; with `/` day or month first; `25 Oct 2026` |
+//! | together | date, then time or the other way round, between them blanks, `T`, `_` or a comma; `20261025T100000.5` |
+//! | zone | `Z`, `UTC`, `+02:00`, `+0200`, `+02`; without one the clock is taken for that of UTC |
+//! | span | `0 days 00:01:02.5` |
+//!
+//! Without a date a clock starts again at midnight (`mm:ss` at the full hour): [`Clock::finish`] lets it go on. Of
+//! `10/11/2026` nobody knows which is the day: such dates are left out, and the time of day goes on over midnight too.
+
+/// What a column of stamps turned out to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kind {
+    /// Numbers in some unit.
+    #[default]
+    Numbers,
+    /// Dates with times of day: s since 1970.
+    Dated,
+    /// Times of day: s since the midnight before the first.
+    OfDay,
+    /// Minutes and seconds: s since the full hour before the first.
+    OfHour,
+}
+
+/// A stamp as it is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stamp {
+    /// Days since 1970, where there is a date.
+    days: Option<i64>,
+    /// s since midnight, less the offset of the zone.
+    seconds: f64,
+    /// Whether there are no hours.
+    of_hour: bool,
+}
+
+/// Reads a column of stamps, one after the other.
+#[derive(Debug, Default)]
+pub struct Clock {
+    kind: Option<Kind>,
+}
+
+const MINUTE: f64 = 60.0;
+const HOUR: f64 = 3600.0;
+const DAY: f64 = 86_400.0;
+
+impl Clock {
+    /// s of a stamp; `None` if it is none, or of another kind than the ones in front of it.
+    pub fn read(&mut self, text: &str) -> Option<f64> {
+        let stamp = stamp(text)?;
+        let own = match (stamp.days, stamp.of_hour) {
+            (Some(_), _) => Kind::Dated,
+            (None, true) => Kind::OfHour,
+            (None, false) => Kind::OfDay,
+        };
+        let kind = *self.kind.get_or_insert(own);
+        match (kind, stamp.days) {
+            (Kind::Dated, Some(days)) => Some(days as f64 * DAY + stamp.seconds),
+            (Kind::Dated, None) => None,
+            // a date that was unclear at first stays out
+            (Kind::OfDay, _) if !stamp.of_hour => Some(stamp.seconds),
+            (Kind::OfHour, None) => Some(stamp.seconds),
+            _ => None,
+        }
+    }
+
+    /// The kind of the stamps that were read; [`Kind::Numbers`] of none.
+    pub fn kind(&self) -> Kind {
+        self.kind.unwrap_or_default()
+    }
+
+    /// Lets a time of day go on over midnight, over noon on a clock of twelve hours, and `mm:ss` over the full hour.
+    pub fn finish(&self, stamps: &mut [f64]) {
+        let turn = match self.kind() {
+            Kind::Numbers | Kind::Dated => return,
+            Kind::OfDay => DAY,
+            Kind::OfHour => HOUR,
+        };
+        let (mut added, mut last) = (0.0, f64::NAN);
+        for stamp in stamps.iter_mut().filter(|t| t.is_finite()) {
+            let fall = last - *stamp;
+            if fall > 0.75 * turn {
+                added += turn;
+            } else if turn == DAY && fall > 0.45 * DAY && fall <= 0.5 * DAY && last >= 0.5 * DAY {
+                added += 0.5 * DAY; // 12:59:59 is followed by 1:00:00
+            }
+            last = *stamp;
+            *stamp += added;
+        }
+    }
+}
+
+/// s of one stamp alone: since 1970 where it has a date; `None` if it is none.
+pub fn seconds(text: &str) -> Option<f64> {
+    Clock::default().read(text)
+}
+
+/// s since 1970 of one stamp with a date and a time of day.
+pub fn unix(text: &str) -> Option<f64> {
+    let mut clock = Clock::default();
+    clock.read(text).filter(|_| clock.kind() == Kind::Dated)
+}
+
+/// Reads one stamp.
+fn stamp(text: &str) -> Option<Stamp> {
+    let text = text.trim();
+    let bytes = text.as_bytes();
+    // most cells are none: that is seen at once
+    let digits = bytes.iter().filter(|b| b.is_ascii_digit()).count();
+    if digits < 3 || bytes.len() > 48 || !(bytes.contains(&b':') || bytes.contains(&b'T')) {
+        return None;
+    }
+    let mut parts = Parts::default();
+    let mut rest = text;
+    while !rest.is_empty() {
+        let (part, more) = next_part(rest);
+        if !part.is_empty() {
+            parts.take(part)?;
+        }
+        rest = more;
+    }
+    parts.stamp()
+}
+
+/// The part up to the next border, and what is behind it. Borders are blanks, `_`, a comma with a blank behind it, and
+/// `T` between digits.
+fn next_part(text: &str) -> (&str, &str) {
+    let bytes = text.as_bytes();
+    for (i, &b) in bytes.iter().enumerate() {
+        let digit =
+            |at: Option<usize>| at.and_then(|k| bytes.get(k)).is_some_and(u8::is_ascii_digit);
+        let border = match b {
+            b' ' | b'\t' | b'_' => true,
+            b',' | b';' => bytes.get(i + 1) == Some(&b' '),
+            b'T' | b't' => digit(i.checked_sub(1)) && digit(Some(i + 1)),
+            _ => false,
+        };
+        if border {
+            return (&text[..i], &text[i + 1..]);
+        }
+    }
+    (text, "")
+}
+
+/// What was found in the parts of a stamp.
+#[derive(Default)]
+struct Parts {
+    date: Option<Date>,
+    /// s, and whether hours were among them.
+    time: Option<(f64, bool)>,
+    afternoon: Option<bool>,
+    /// Of the zone, s.
+    offset: f64,
+    /// Of a span.
+    days: Option<i64>,
+    /// Day and year around a month's name.
+    numbers: [Option<i64>; 2],
+    month: Option<i64>,
+}
+
+#[derive(Clone, Copy)]
+enum Date {
+    Known(i64),
+    /// Day and month cannot be told apart.
+    Unclear,
+}
+
+impl Parts {
+    /// Sorts in one part; `None` where it is nothing of a stamp.
+    fn take(&mut self, part: &str) -> Option<()> {
+        let first = part.as_bytes()[0];
+        if part.contains(':') && first.is_ascii_digit() {
+            if self.time.is_some() {
+                return None;
+            }
+            let end = part.find(['+', '-', 'Z', 'z', 'A', 'a', 'P', 'p']).unwrap_or(part.len());
+            self.time = Some(time_of(&part[..end])?);
+            return match &part[end..] {
+                "" => Some(()),
+                rest => self.behind(rest),
+            };
+        }
+        if first.is_ascii_alphabetic()
+            || matches!(first, b'+')
+            || (first == b'-' && self.time.is_some())
+        {
+            return self.behind(part);
+        }
+        if !first.is_ascii_digit() {
+            return None;
+        }
+        if let Some(date) = date_of(part) {
+            self.date = Some(date);
+            return Some(());
+        }
+        let number = part.trim_end_matches([',', '.']);
+        match (number.len(), self.date.is_some()) {
+            // the compact form of ISO 8601
+            (8, false) => {
+                let of = |range: std::ops::Range<usize>| number.get(range)?.parse::<i64>().ok();
+                self.date = Some(Date::Known(days_from(of(0..4)?, of(4..6)?, of(6..8)?)?));
+            }
+            (6.., true) if self.time.is_none() => {
+                let end = number.find(['+', '-', 'Z', 'z']).unwrap_or(number.len());
+                let of = |range: std::ops::Range<usize>| number.get(range)?.parse::<f64>().ok();
+                let (h, m, s) = (of(0..2)?, of(2..4)?, number.get(4..end)?.parse::<f64>().ok()?);
+                self.time = Some((HOUR * h + MINUTE * m + s, true));
+                if end < number.len() {
+                    return self.behind(&number[end..]);
+                }
+            }
+            (1..=4, _) => {
+                let slot = self.numbers.iter_mut().find(|n| n.is_none())?;
+                *slot = number.parse().ok();
+            }
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// What stands behind a time: half of the day, zone; and words around a date.
+    fn behind(&mut self, text: &str) -> Option<()> {
+        if let Some(offset) = text.strip_prefix('+') {
+            self.offset = zone(offset)?;
+            return Some(());
+        }
+        if let Some(offset) = text.strip_prefix('-') {
+            self.offset = -zone(offset)?;
+            return Some(());
+        }
+        let is = |word: &str| text.trim_end_matches([',', '.']).eq_ignore_ascii_case(word);
+        if is("am") || is("a.m") {
+            self.afternoon = Some(false);
+        } else if is("pm") || is("p.m") {
+            self.afternoon = Some(true);
+        } else if is("z") || is("utc") || is("gmt") {
+        } else if is("days") || is("day") {
+            self.days = self.numbers[0].take();
+            self.days?;
+        } else if let Some(month) =
+            MONTHS.iter().position(|m| text.get(..3).is_some_and(|t| t.eq_ignore_ascii_case(m)))
+        {
+            self.month = Some(month as i64 + 1);
+        } else if !WEEKDAYS.iter().any(|d| text.get(..3).is_some_and(|t| t.eq_ignore_ascii_case(d)))
+        {
+            return None;
+        }
+        Some(())
+    }
+
+    fn stamp(self) -> Option<Stamp> {
+        let (mut seconds, hours) = self.time?;
+        if let Some(afternoon) = self.afternoon {
+            if !hours || seconds >= 13.0 * HOUR {
+                return None;
+            }
+            // 12 is the hour before 1
+            seconds = seconds % (12.0 * HOUR) + if afternoon { 12.0 * HOUR } else { 0.0 };
+        }
+        if let Some(days) = self.days {
+            return Some(Stamp {
+                days: None,
+                seconds: seconds + days as f64 * DAY,
+                of_hour: false,
+            });
+        }
+        let date = match (self.date, self.month, self.numbers) {
+            (None, Some(month), [Some(a), Some(b)]) => {
+                let (day, year) = if a > 31 { (b, a) } else { (a, b) };
+                Some(Date::Known(days_from(whole_year(year), month, day)?))
+            }
+            (None, None, [None, None]) => None,
+            (Some(date), None, [None, None]) => Some(date),
+            _ => return None,
+        };
+        let days = match date {
+            Some(Date::Known(days)) => Some(days),
+            Some(Date::Unclear) | None => None,
+        };
+        Some(Stamp { days, seconds: seconds - self.offset, of_hour: !hours && days.is_none() })
+    }
+}
+
+const MONTHS: [&str; 12] =
+    ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
+const WEEKDAYS: [&str; 7] = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
+
+/// s of `h:mm:ss.s`, `h:mm:ss,s`, `h:mm:ss:mmm` or `mm:ss.s`, and whether there are hours.
+fn time_of(text: &str) -> Option<(f64, bool)> {
+    let mut fields = [0.0; 4];
+    let (mut count, mut broken) = (0, false);
+    for field in text.split(':') {
+        let whole = field.split([',', '.']).next()?;
+        // only the last may have a fraction
+        if count == 4 || broken || whole.is_empty() || whole.len() > 3 || !all_digits(whole) {
+            return None;
+        }
+        broken = field.len() > whole.len();
+        fields[count] = match field[whole.len()..].get(1..) {
+            None => whole.parse().ok()?,
+            Some(part) if part.is_empty() || !all_digits(part) => return None,
+            Some(part) => {
+                let scale = 10_f64.powi(i32::try_from(part.len()).ok()?);
+                whole.parse::<f64>().ok()? + part.parse::<f64>().ok()? / scale
+            }
+        };
+        count += 1;
+    }
+    let (hours, seconds) = match count {
+        2 => (false, MINUTE * fields[0] + fields[1]),
+        3 => (true, HOUR * fields[0] + MINUTE * fields[1] + fields[2]),
+        4 => (true, HOUR * fields[0] + MINUTE * fields[1] + fields[2] + 1e-3 * fields[3]),
+        _ => return None,
+    };
+    let [.., last] = &fields[..count.min(3)] else { return None };
+    let minutes = if hours { fields[1] } else { 0.0 };
+    (*last < 61.0 && minutes < 60.0).then_some((seconds, hours))
+}
+
+/// A date of three numbers.
+fn date_of(text: &str) -> Option<Date> {
+    let text = text.trim_end_matches(',');
+    let sign = text.chars().find(|c| matches!(c, '-' | '/' | '.'))?;
+    let mut numbers = text.split(sign);
+    let (a, b, c) = (numbers.next()?, numbers.next()?, numbers.next()?);
+    if numbers.next().is_some() || !all_digits(a) || !all_digits(c) || c.len() > 4 {
+        return None;
+    }
+    let month = MONTHS.iter().position(|m| b.get(..3).is_some_and(|b| b.eq_ignore_ascii_case(m)));
+    let number = |text: &str| text.parse::<i64>().ok();
+    let (first, last) = (number(a)?, number(c)?);
+    let known =
+        |year: i64, month: i64, day: i64| days_from(whole_year(year), month, day).map(Date::Known);
+    if let Some(month) = month {
+        return if first > 31 {
+            known(first, month as i64 + 1, last)
+        } else {
+            known(last, month as i64 + 1, first)
+        };
+    }
+    let middle = all_digits(b).then(|| number(b))??;
+    if a.len() == 4 {
+        return known(first, middle, last);
+    }
+    match (sign, first > 12, middle > 12) {
+        ('/', false, true) => known(last, first, middle),
+        ('/', false, false) if first != middle => Some(Date::Unclear),
+        _ => known(last, middle, first),
+    }
+}
+
+fn all_digits(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// Two digits are of this century.
+fn whole_year(year: i64) -> i64 {
+    if year < 100 { 2000 + year } else { year }
+}
+
+/// Days since 1970.
+fn days_from(year: i64, month: i64, day: i64) -> Option<i64> {
+    let (year, month, day) =
+        (i16::try_from(year).ok()?, i8::try_from(month).ok()?, i8::try_from(day).ok()?);
+    let date = jiff::civil::Date::new(year, month, day).ok()?;
+    let start = jiff::civil::date(1970, 1, 1);
+    Some(i64::from((date - start).get_days()))
+}
+
+/// s of the offset `02:00`, `0200` or `02`.
+fn zone(text: &str) -> Option<f64> {
+    let mut digits = [0.0; 4];
+    let mut count = 0;
+    for c in text.chars().filter(|c| *c != ':') {
+        *digits.get_mut(count)? = f64::from(c.to_digit(10)?);
+        count += 1;
+    }
+    let [a, b, c, d] = digits;
+    match count {
+        2 | 4 => Some(HOUR * (10.0 * a + b) + MINUTE * (10.0 * c + d)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2026-10-25 10:00:00 UTC.
+    const NOON: f64 = 1_792_922_400.0;
+
+    #[test]
+    fn one_instant_in_every_form() {
+        for text in [
+            "2026-10-25T10:00:00.5Z",
+            "2026-10-25 10:00:00.500",
+            "2026-10-25T12:00:00.5+02:00",
+            "2026-10-25T05:00:00.5-0500",
+            "2026/10/25 10:00:00.5",
+            "2026.10.25 10:00:00,5",
+            "25.10.2026 10:00:00.5",
+            "25.10.26 10:00:00.5",
+            "25-10-2026 10:00:00.5",
+            "25/10/2026 10:00:00.5",
+            "10/25/2026 10:00:00.5 AM",
+            "10/25/2026, 10:00:00.5 AM",
+            "10/25/26 10:00:00.5",
+            "25-Oct-2026 10:00:00.5",
+            "25 Oct 2026 10:00:00.5",
+            "Sun Oct 25 10:00:00.5 2026",
+            "Oct 25, 2026 10:00:00.5 AM",
+            "10:00:00.5 25.10.2026",
+            "2026-10-25_10:00:00.5",
+            "2026-10-25 10:00:00:500",
+            "20261025T100000.5Z",
+            "20261025T100000.5",
+            "2026-10-25 10:00:00.5 UTC",
+            "2026-10-25 10:00:00.500000000",
+        ] {
+            assert_eq!(unix(text), Some(NOON + 0.5), "{text}");
+        }
+    }
+
+    #[test]
+    fn times_of_day() {
+        for (text, s) in [
+            ("00:00:01.5", 1.5),
+            ("1:02:03", 3723.0),
+            ("12:00:01 AM", 1.0),
+            ("12:00:01 pm", 43_201.0),
+            ("1:00:00PM", 46_800.0),
+            ("11:59:59.5 p.m.", 86_399.5),
+            ("10:00:00,25", 36_000.25),
+            ("10:00:00:250", 36_000.25),
+            ("59:59.9", 3599.9),
+            ("61:00.5", 3660.5),
+            ("0 days 00:01:00.5", 60.5),
+            ("1 days 00:00:00", 86_400.0),
+            // which is the day?
+            ("10/11/2026 00:00:01", 1.0),
+        ] {
+            let got = seconds(text).unwrap_or_else(|| panic!("{text}"));
+            assert!((got - s).abs() < 1e-6, "{text}: {got}");
+        }
+        for text in [
+            "",
+            "12.5",
+            "-1:00",
+            "a:b",
+            "10:60:00",
+            "10:00:61.5",
+            "1:2:3:4:5",
+            "Time: 10",
+            "lap 1:02.3",
+            "10:0",
+            "13:00:00 PM x",
+            "2026-13-01 10:00:00",
+            "2026-10-25",
+            "1,2:3:4",
+            "T10",
+            "14:00:00 AM",
+            "http://x:80",
+        ] {
+            assert_eq!(seconds(text), if text == "10:0" { Some(600.0) } else { None }, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_time_of_day_goes_on() {
+        let through = |texts: &[&str]| {
+            let mut clock = Clock::default();
+            let mut all: Vec<f64> =
+                texts.iter().map(|t| clock.read(t).unwrap_or(f64::NAN)).collect();
+            clock.finish(&mut all);
+            all.iter().map(|t| t - all[0]).collect::<Vec<f64>>()
+        };
+        assert_eq!(through(&["23:59:59.5", "00:00:00", "00:00:00.5"]), [0.0, 0.5, 1.0]);
+        assert_eq!(through(&["12:59:59.5", "1:00:00", "1:00:00.5"]), [0.0, 0.5, 1.0]);
+        assert_eq!(through(&["11:59:59 AM", "12:00:00 PM", "12:00:01 PM"]), [0.0, 1.0, 2.0]);
+        assert_eq!(through(&["59:59.5", "00:00.0", "00:00.5"]), [0.0, 0.5, 1.0]);
+        assert_eq!(through(&["10/11/2026 23:59:59", "11/11/2026 00:00:01"]), [0.0, 2.0]);
+        assert_eq!(through(&["12/10/2026 23:59:59", "13/10/2026 00:00:01"]), [0.0, 2.0]);
+        // a step back is none
+        assert_eq!(through(&["10:00:00", "09:59:59"]), [0.0, -1.0]);
+        // a date among times of day
+        let mut clock = Clock::default();
+        assert!(clock.read("2026-10-25 10:00:00").is_some() && clock.read("10:00:01").is_none());
+    }
+}
