@@ -183,7 +183,8 @@ fn a_maps_wrong_unit_is_refused_with_the_right_one() {
 fn a_drafted_clock_knows_the_day() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("ride.csv");
-    let forms: [(&str, fn(&Row) -> String); 3] = [
+    type Form = fn(&Row) -> String;
+    let forms: [(&str, Form); 3] = [
         ("timestamp", |r| format!("{:.0}", 1e3 * (START + r.t))),
         ("Date", |r| format!("{:.9}", 25_569.0 + (START + r.t) / 86_400.0)),
         ("Time", |r| format!("25.10.2026 {}", of_day(36_000.0 + r.t))),

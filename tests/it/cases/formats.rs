@@ -157,3 +157,39 @@ fn other_formats_are_read_or_say_which_export_is() {
         of("words", "ride.txt", b"Dear diary,\ntoday I rode a bicycle.\n", "row of numbers"),
     ]);
 }
+
+/// `inspect` of a text in a folder with bike files: exit code and what is said.
+fn inspect(text: &str, arguments: &[&str]) -> (Option<i32>, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("ride.vbo"), text).expect("written");
+    std::fs::create_dir(folder.path().join("bikes")).expect("a folder");
+    let mut command = assert_cmd::Command::cargo_bin("roadbench").expect("binary");
+    let output =
+        command.current_dir(folder.path()).args(["inspect", "ride.vbo"]).args(arguments).output();
+    let output = output.expect("ran");
+    (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+#[test]
+fn a_log_that_names_no_bike_is_listed_all_the_same() {
+    let (code, said) = inspect(&vbo(&USUAL), &["--bikes", "bikes"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(
+        said.contains("velocity_x") && said.contains("no_bike_id") && said.contains("--bike ID"),
+        "{said}"
+    );
+}
+
+/// A box that stands on end has gravity in its longitudinal acceleration.
+#[test]
+fn a_box_on_end_is_not_level() {
+    let how = Vbo { names: "sats time lat long velocity heading LongAcc", ..USUAL };
+    let text: String = vbo(&how)
+        .lines()
+        .map(|l| if l.starts_with("011 ") { format!("{l} -0.930\n") } else { format!("{l}\n") })
+        .collect();
+    let (code, said) = inspect(&text, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let line = said.lines().find(|l| l.starts_with("acceleration_x")).expect("listed");
+    assert!(!line.contains("plausible") && said.contains("acceleration_x is left out"), "{said}");
+}

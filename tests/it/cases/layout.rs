@@ -71,10 +71,10 @@ fn encodings_and_line_ends() {
     let text = plain();
     let with_mark = format!("\u{feff}{text}");
     let cut = text.rfind("29.00").expect("a row");
-    let lost = [text[..cut + 12].as_bytes(), &[0; 700]].concat();
+    let lost = [&text.as_bytes()[..cut + 12], &[0; 700][..]].concat();
     let middle = text.find("15.00").expect("a row");
     let went_on =
-        [text[..middle].as_bytes(), b"14.9", &[0; 300], text[middle..].as_bytes()].concat();
+        [&text.as_bytes()[..middle], b"14.9", &[0; 300][..], &text.as_bytes()[middle..]].concat();
     let latin: Vec<u8> =
         text.replace("Lean (deg)", "Schr\u{e4}glage (\u{b0})").chars().map(|c| c as u8).collect();
     hold(vec![

@@ -47,7 +47,8 @@ fn the_motion_decides_all_the_same() {
 fn positions_that_jump_for_a_while_do_not_stop_the_draft() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("ride.csv");
-    let kinds: [(&'static str, fn(&Row, &mut [f64; 4])); 2] = [
+    type Fault = fn(&Row, &mut [f64; 4]);
+    let kinds: [(&'static str, Fault); 2] = [
         ("far away", |_, x| x[1] += 0.05),
         ("off the globe", |_, x| (x[1], x[2]) = (9999.0, 9999.0)),
     ];

@@ -186,7 +186,8 @@ fn off(session: &Session, rows: &[Row]) -> Option<String> {
         let share = place - i as f64;
         of(&rows[i]) * (1.0 - share) + of(&rows[i + 1]) * share
     };
-    let checks: [(Channel, &dyn Fn(&Row) -> f64, f64); 3] = [
+    type Truth<'a> = &'a dyn Fn(&Row) -> f64;
+    let checks: [(Channel, Truth<'_>, f64); 3] = [
         (Channel::VelocityX, &|r| r.v, 0.35),
         (Channel::Latitude, &|r| r.lat, 3e-5),
         (Channel::Longitude, &|r| r.lon, 3e-5),
