@@ -38,7 +38,7 @@ pub(super) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> 
     let mut accounts = accounts(view);
     // what is known to be wrong is no witness, and is not said twice
     let mirrored = out.warnings.iter().any(|w| w.code == "sign_lateral");
-    accounts.retain(|a| !out.concern(a.channel) && !(mirrored && a.channel == Channel::Latitude));
+    accounts.retain(|a| !(out.concern(a.channel) || mirrored && a.channel == Channel::Latitude));
     let pairs: Vec<(usize, usize, Pair)> = (0..accounts.len())
         .flat_map(|i| (0..i).map(move |j| (j, i)))
         .filter_map(|(i, j)| Some((i, j, compared(view, &accounts[i], &accounts[j])?)))

@@ -88,7 +88,7 @@ fn unit(view: &View, pull: &[f64], out: &mut Findings<'_>) -> Result<(), Error> 
         return Ok(());
     }
     let whole = |i: usize| lines.iter().map(|l| l.1[i]).sum::<f64>();
-    let mut all = view.moving(|i| whole(i));
+    let mut all = view.moving(whole);
     if all.len() < FEWEST {
         return Ok(());
     }

@@ -52,7 +52,7 @@ struct Wheel {
     ratio: Median,
 }
 
-/// Whether the track over ground or a wheel agrees with the velocity.
+/// Whether the track over ground agrees with the velocity; wheels may be in the same wrong unit.
 pub(super) fn check(
     view: &View,
     bike: Option<&Bike>,
@@ -94,7 +94,7 @@ pub(super) fn check(
     let by_wheel = wheels.iter().any(rolls);
     let by_ground = over_ground(view, v, by_wheel, out)?;
     judge(&wheels, by_ground, bike.is_some(), out)?;
-    Ok(by_ground || by_wheel)
+    Ok(by_ground)
 }
 
 /// Velocity against the satellite track: `true` if they agree, a finding if they do not.

@@ -313,7 +313,7 @@ fn ideal_lean(motion: &Motion, turn: &[f64], gyro: Option<&Gyro>) -> Vec<f64> {
     let by_wheel = motion.ground == motion.speed && motion.wheels.iter().any(Option::is_some);
     let of = |i: usize| {
         let v = motion.ground[i];
-        if !(v >= MOVING) {
+        if v.is_nan() || v < MOVING {
             return f64::NAN;
         }
         // a wheel runs faster than the ground where it rolls on the side of its crown
