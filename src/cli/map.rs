@@ -126,7 +126,7 @@ fn check(
     let mut said = report(&found);
     let named = |w: &Warning| found.findings.iter().any(|f| Some(f.channel) == w.channel);
     let mut wrong = found.findings.len();
-    for warning in as_read(&arguments.log, &maps, bike).iter().filter(|w| !named(w)) {
+    for warning in as_read(&arguments.log, maps, bike).iter().filter(|w| !named(w)) {
         let channel = warning.channel.map_or("log", Channel::name);
         let _ = writeln!(said, "{channel}: {}: {}", warning.code, warning.message);
         wrong += usize::from(!UNDECIDED.contains(&warning.code));

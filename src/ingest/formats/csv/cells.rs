@@ -13,6 +13,9 @@ use crate::ingest::units;
 use crate::ingest::warning::warning;
 use crate::objects::Location;
 
+/// What loggers write where there is no sample, in capitals or not.
+const NO_SAMPLE: [&str; 9] = ["nan", "null", "none", "nil", "n/a", "na", "-", "--", "---"];
+
 /// Share of a column's cells that may be unreadable before the log is refused.
 const BAD_CELLS: f64 = 0.01;
 
@@ -198,8 +201,9 @@ impl Odd {
             let missing =
                 cell.trim_ascii().is_empty() || column.last().is_some_and(|x| !x.is_nan());
             let means_none = || writing.missing.iter().any(|m| m.as_bytes() == cell.trim_ascii());
-            let is_nan = || cell.trim_ascii().eq_ignore_ascii_case(b"nan");
-            if !missing && !means_none() && !is_nan() {
+            let is_usual =
+                || NO_SAMPLE.iter().any(|w| cell.trim_ascii().eq_ignore_ascii_case(w.as_bytes()));
+            if !missing && !means_none() && !is_usual() {
                 bad.get_or_insert_with(|| (0, line, decoded(cell))).0 += 1;
             }
         }

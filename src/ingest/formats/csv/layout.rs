@@ -92,11 +92,15 @@ pub fn is_row(line: &str, most: bool) -> bool {
 
 /// Whether most of a line's cells are numbers.
 fn mostly_numbers(line: &str) -> bool {
-    let cells = cells(line, delimiter(line, line));
-    let filled = cells.iter().filter(|c| !c.is_empty());
-    let numbers = filled.clone().filter(|c| is_number(c)).count();
-    let count = filled.count();
-    count > 1 && 2 * numbers > count
+    // not the most frequent one alone: between decimal commas semicolons are fewer
+    let there = DELIMITERS.iter().zip(counts(line)).filter(|(_, count)| *count > 0);
+    there.into_iter().any(|(delimiter, _)| {
+        let cells = cells(line, *delimiter);
+        let filled = cells.iter().filter(|c| !c.is_empty());
+        let numbers = filled.clone().filter(|c| is_number(c)).count();
+        let count = filled.count();
+        count > 1 && 2 * numbers > count
+    })
 }
 
 /// A comma is a decimal one where a cell is a number with it.
