@@ -95,9 +95,17 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         put!("{}", mapping(&raw, map.as_ref()));
         return Ok(());
     }
-    let (session, mut warnings) = ingest::run(raw, &config).map_err(rejected)?;
+    let (mut session, mut warnings) = ingest::run(raw, &config).map_err(rejected)?;
     // what a run would refuse or leave out is said here already; the file has what the log has
-    warnings.extend(ingest::look(&session, None, &config));
+    let mut seen = ingest::look(&session, None, &config);
+    // but for gravity under the name of an acceleration of the level frame
+    for warning in seen.iter_mut().filter(|w| w.code == "gravity_in_acceleration") {
+        if let Some(channel) = warning.channel {
+            session.remove(channel);
+            warning.message += &format!("; {channel} is left out");
+        }
+    }
+    warnings.extend(seen);
     for warning in &warnings {
         tell!("warning: {}: {}\n", warning.code, warning.message);
     }

@@ -16,6 +16,9 @@ const LEAST: f64 = 1.0;
 /// An offset of this is a tilt of 3 deg, more than a sensor's bias, m/s².
 const TILT: f64 = 0.5;
 
+/// An offset of this is no bend of a mounting but another axis: the box stands on end, m/s².
+const ON_END: f64 = 0.4 * GRAVITY;
+
 /// Factors that scales are equal within: friction, pitch and filters change them less, units more.
 const EQUAL: f64 = 1.4;
 /// Less than this of each other is left of two channels that do not go together.
@@ -26,7 +29,11 @@ pub(super) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> 
     if let Some(ax) = view.get(Channel::AccelerationX) {
         let (dv, ax) = (view.rate_of(v), view.smooth(ax));
         let ratio = view.ratio(|i| ax[i], |i| dv[i], LEAST);
-        if let Some(finding) = ratio.and_then(|m| judge(Channel::AccelerationX, m, "dv/dt")) {
+        let tilted = view.median(|i| ax[i] - dv[i]).filter(|m| m.value.abs() > TILT);
+        if let Some(m) = tilted.filter(|m| m.value.abs() > ON_END) {
+            out.push(tilt(m))?;
+        } else if let Some(finding) = ratio.and_then(|m| judge(Channel::AccelerationX, m, "dv/dt"))
+        {
             out.push(finding)?;
         } else if let Some((finding, of_speed)) = scale(view, &ax, &dv) {
             match of_speed && !speed_agrees {
@@ -35,16 +42,8 @@ pub(super) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> 
                     out.push_contradiction(finding, &[Channel::VelocityX, Channel::AccelerationX])?
                 }
             }
-        } else if let Some(m) = view.median(|i| ax[i] - dv[i]).filter(|m| m.value.abs() > TILT) {
-            let tilt = (m.value.abs() / GRAVITY).min(1.0).asin().to_degrees();
-            out.push(gravity(
-                Channel::AccelerationX,
-                m.n,
-                &format!(
-                    "it differs from dv/dt by {:+.2} m/s2 throughout, as if tilted by {tilt:.0} deg",
-                    m.value
-                ),
-            ))?;
+        } else if let Some(m) = tilted {
+            out.push(tilt(m))?;
         }
     }
     if let (Some(ay), Some(r)) = (view.get(Channel::AccelerationY), view.get(Channel::YawRate)) {
@@ -108,6 +107,16 @@ fn judge(channel: Channel, m: Median, of: &str) -> Option<Finding> {
             m.value
         ),
     })
+}
+
+/// A forward acceleration that has a part of gravity throughout.
+fn tilt(m: Median) -> Finding {
+    let angle = (m.value.abs() / GRAVITY).min(1.0).asin().to_degrees();
+    let seen = format!(
+        "it differs from dv/dt by {:+.2} m/s2 throughout, as if tilted by {angle:.0} deg",
+        m.value
+    );
+    gravity(Channel::AccelerationX, m.n, &seen)
 }
 
 fn gravity(channel: Channel, count: usize, seen: &str) -> Finding {
