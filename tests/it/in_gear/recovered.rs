@@ -113,7 +113,7 @@ fn twelve_rides_give_back_what_made_them() {
         }
         let rolling = row(fit, "vehicle", "rolling_resistance");
         assert_eq!((rolling.status, rolling.value), (Status::NotAvailable, None));
-        assert!(rolling.reason.is_some_and(|reason| reason.contains("coast in neutral")));
+        assert!(rolling.advice.is_some_and(|advice| advice.contains("coast in neutral")));
     }
     assert!(short >= 8, "{short}");
 }
