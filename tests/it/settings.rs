@@ -18,6 +18,19 @@ use crate::superbike;
 
 /// Keys that name the pipeline and set nothing.
 const LABELS: [&str; 1] = ["name"];
+/// What none of the rides here shows: they would take a rider off the line, a sensor stuck for just that long, whoops of just
+/// that many bumps, unlike clocks, both brakes for a part of a stop.
+const UNSEEN: [&str; 8] = [
+    "segment.braking.least_share",
+    "segment.braking.rear_share",
+    "laps.half_width",
+    "laps.least_on_track",
+    "ingest.stuck_time",
+    "offroad.max_lag",
+    "segment.offroad.whoops_count",
+    // the only other value is that of the pipeline `onroad`
+    "paper: estimate.formulation",
+];
 /// Texts and lists: another value of each.
 const OTHERS: [(&str, &str); 4] = [
     ("estimate.formulation", "'paper'"),
@@ -77,6 +90,14 @@ fn road() -> Ride {
         }
     }
     Ride { raw, bike: Bike::read(&archive.join("bikes/archive_01.toml")).expect("bike") }
+}
+
+/// The same ride without gear and brake pressures: what is found by the motion alone.
+fn bare() -> Ride {
+    let mut ride = road();
+    let seen = [Channel::Gear, Channel::BrakePressureFront, Channel::BrakePressureRear];
+    ride.raw.tracks.retain(|track| !seen.contains(&track.channel));
+    ride
 }
 
 /// Laps of a track in gear.
@@ -181,9 +202,8 @@ fn resolved(name: &str) -> (toml::Table, Vec<String>) {
 }
 
 #[test]
-#[ignore = "two minutes; fails for 17 keys that take rides without gear and pressures, of laps off the track, ..."]
 fn every_key_of_a_pipeline_changes_some_result() {
-    let (road, track, dirt) = (road(), track(), dirt());
+    let (road, bare, track, dirt) = (road(), bare(), track(), dirt());
     let mut idle_keys = Vec::new();
     for (name, text) in BUILTIN {
         let (table, keys) = resolved(name);
@@ -210,12 +230,14 @@ fn every_key_of_a_pipeline_changes_some_result() {
         assert!(missing.is_empty(), "{name}: not tried: {missing:?}");
         let (on_track, others): (Vec<&Ride>, Vec<&Ride>) = match is_dirt {
             true => (vec![], vec![&dirt]),
-            false => (vec![&track], vec![&road, &track]),
+            false => (vec![&track], vec![&road, &bare, &track]),
         };
         let mut found = idle(&table, &of_track, &on_track);
         found.extend(idle(&table, &rest, &others));
         idle_keys.extend(found.into_iter().map(|key| format!("{name}: {key}")));
     }
+    let known = |key: &String| UNSEEN.iter().any(|unseen| key.contains(unseen));
+    idle_keys.retain(|key| !known(key));
     assert!(idle_keys.is_empty(), "keys that change nothing:\n{}", idle_keys.join("\n"));
 }
 
