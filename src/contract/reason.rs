@@ -54,7 +54,7 @@ codes! {
     DoubtedNumber: "doubted_number", "The rides contradict the bike file's number.";
     NotSteady: "not_steady", "The lean is not steady.";
     Combined: "combined", "Braking or accelerating while leaning.";
-    UnknownBrake: "unknown_brake", "Which brake acts cannot be told.";
+    UnknownBrake: "unknown_brake", "It is unknown which brake acts.";
     EngineBraking: "engine_braking", "The engine brakes along, or instead.";
     Weak: "weak", "Too gentle to learn from.";
     Short: "short", "Too short.";

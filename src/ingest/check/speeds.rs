@@ -32,7 +32,7 @@ fn misread() -> impl Iterator<Item = (f64, String)> {
 
 /// How near a ratio must be to a unit's, relative: radii are a few per cent off, units more.
 const NEAR: f64 = 0.08;
-/// Units nearer to each other than this are not told apart from a speed that is off (knots and mph), logarithm.
+/// Units nearer to each other than this are not distinguished from a speed that is off (knots and mph), logarithm.
 const DISTINCT: f64 = 0.3;
 /// Velocity and track over ground are as fast within this.
 const GROUND: f64 = 0.12;
@@ -40,7 +40,7 @@ const GROUND: f64 = 0.12;
 const RADIUS_WARN: f64 = 0.10;
 /// Beyond this something else is wrong.
 const RADIUS_REJECT: f64 = 0.25;
-/// A wheel's radius where there is no bike file, m: units are told by it, nothing else.
+/// A wheel's radius where there is no bike file, m: it decides units, nothing else.
 const USUAL: f64 = 0.3;
 /// Range of a wheel's speed that counts as none, per that of the bike, both per their level.
 const STUCK: f64 = 0.05;

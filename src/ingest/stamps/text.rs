@@ -163,7 +163,7 @@ struct Parts {
 #[derive(Clone, Copy)]
 enum Date {
     Known(i64),
-    /// Day and month cannot be told apart.
+    /// Which is the day and which the month is unknown.
     Unclear,
 }
 
