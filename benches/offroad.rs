@@ -14,8 +14,8 @@ use roadbench::estimate::offroad::solve::{BRAKING, Config as SolveConfig, DRIVIN
 use roadbench::estimate::offroad::weights::Weights;
 use roadbench::estimate::offroad::{self, Config};
 use roadbench::filter;
-use roadbench::model::offroad::machine::Machine;
 use roadbench::simulate::motocross::{self, scenario::Motocross};
+use roadbench::tyre::offroad::machine::Machine;
 
 const RATE: f64 = 1600.0;
 /// Problems handed to scipy.

@@ -4,8 +4,8 @@
 
 use std::time::Instant;
 
-use roadbench::motorcycle::run::Run;
-use roadbench::motorcycle::trim;
+use roadbench::simulate::multibody::run::Run;
+use roadbench::simulate::multibody::trim;
 use roadbench::simulate::pilot::Skill;
 use roadbench::simulate::ride::{self, MultibodyRide};
 use roadbench::simulate::tour::Tour;

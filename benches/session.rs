@@ -16,21 +16,21 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use roadbench::batch::run::RunWork;
-use roadbench::batch::{Maps, Settings, engine};
+use roadbench::batch::jobs::run::RunWork;
+use roadbench::batch::workers::scheduler as engine;
+use roadbench::batch::{Maps, Settings};
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::Session;
 use roadbench::diagnose::{self, road};
 use roadbench::estimate::zeros;
 use roadbench::fit::{Data, chain};
-use roadbench::model::formulation::Formulation;
-use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Pipeline};
+use roadbench::report::plots;
 use roadbench::simulate::scenario::Scenario;
-use roadbench::{
-    filter, fit, ingest, plots, segment, simulate,
-    tables::{file, rows},
-};
+use roadbench::store::objects::Location;
+use roadbench::store::tables::{file, rows};
+use roadbench::tyre::formulation::Formulation;
+use roadbench::{filter, fit, ingest, segment, simulate};
 
 /// Samples of the ride: 20 min at 100 Hz.
 const SAMPLES: usize = 120_000;

@@ -13,12 +13,12 @@ use roadbench::contract::bike::Bike;
 use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::road::oracle;
 use roadbench::diagnose::{Settings, road};
-use roadbench::effects::physics::Multibody;
-use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::{self, Pipeline};
+use roadbench::simulate::effects::physics::Multibody;
+use roadbench::simulate::effects::{ALL, Effect};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::population::ride;
-use roadbench::tables::rows::SimulationError;
+use roadbench::store::tables::rows::SimulationError;
 
 #[derive(Parser)]
 struct Arguments {

@@ -4,7 +4,8 @@
 //! `cargo run --example inertial_unit -- [road|track] [draws] [profile...]`
 
 use nalgebra::Rotation3;
-use roadbench::navigation::{self, NAMES, OUTPUTS};
+use roadbench::ingest::motion::navigation;
+use roadbench::ingest::motion::navigation::{NAMES, OUTPUTS};
 use roadbench::simulate::imu::{Attitude, Imu, Motion, Satellite, Triad, measure};
 use roadbench::simulate::prescribed::Prescribed;
 use roadbench::simulate::strapdown::{Receiver, Unit, crabbing, record, truth};

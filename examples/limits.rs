@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::{Settings, road};
-use roadbench::effects::ALL;
-use roadbench::model::formulation::Formulation;
 use roadbench::pipeline::{self, Pipeline};
+use roadbench::simulate::effects::ALL;
 use roadbench::simulate::hidden::{Case, Kind};
+use roadbench::tyre::formulation::Formulation;
 
 #[derive(Parser)]
 struct Arguments {

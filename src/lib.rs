@@ -42,7 +42,7 @@
 //! The paper's front tyre, upright: `k_alpha0 = -ct / (c1 + C)`.
 //!
 //! ```
-//! use roadbench::model::Stiffness;
+//! use roadbench::tyre::Stiffness;
 //!
 //! let front = Stiffness { ct: -0.84, c1: -0.0279, c3: 0.0 };
 //! assert!((front.k_alpha(0.0, 0.095) - 12.5).abs() < 0.1);
@@ -53,31 +53,18 @@
 
 #![forbid(unsafe_code)]
 
-pub mod statistics;
-
-pub mod objects;
-
+// from the ground up: each uses only those above it in this list
 pub mod contract;
 
-pub mod catalogue;
+pub mod store;
 
-pub mod tables;
+pub mod statistics;
 
-pub mod filter;
-
-pub mod navigation;
-
-pub mod manoeuvre;
-
-pub mod multibody;
-
-pub mod model;
-
-pub mod tydex;
-
-pub mod effects;
+pub mod tyre;
 
 pub mod motorcycle;
+
+pub mod filter;
 
 pub mod ingest;
 
@@ -87,15 +74,9 @@ pub mod estimate;
 
 pub mod fit;
 
-pub mod laps;
-
-pub mod plots;
+pub mod simulate;
 
 pub mod report;
-
-pub mod export;
-
-pub mod simulate;
 
 pub mod fleet;
 

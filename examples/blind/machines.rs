@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use roadbench::diagnose::road::residuals::CHANNELS;
-use roadbench::effects::ALL;
+use roadbench::simulate::effects::ALL;
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::population::{Machine, ride};
 

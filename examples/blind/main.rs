@@ -22,10 +22,10 @@ use roadbench::diagnose::road;
 use roadbench::diagnose::road::other_machines::shown;
 use roadbench::diagnose::road::residuals::CHANNELS;
 use roadbench::diagnose::road::structure::terms;
-use roadbench::effects::{ALL, Effect};
 use roadbench::pipeline::Pipeline;
+use roadbench::simulate::effects::{ALL, Effect};
 use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::tables::rows::SimulationError;
+use roadbench::store::tables::rows::SimulationError;
 use serde::{Deserialize, Serialize};
 
 mod machines;

@@ -7,7 +7,7 @@ use roadbench::contract::bike::Bike;
 use roadbench::diagnose::offroad;
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::hidden_offroad::{Hidden, OffroadCase};
-use roadbench::tables::rows::CauseRow;
+use roadbench::store::tables::rows::CauseRow;
 
 /// Length of a ride, s.
 const DURATION: f64 = 120.0;

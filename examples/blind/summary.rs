@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::effects::ALL;
+use roadbench::simulate::effects::ALL;
 use roadbench::simulate::hidden::{Kind, PLANS};
 
 use super::Outcome;

@@ -5,15 +5,16 @@
 use std::path::Path;
 
 use roadbench::contract::channel::Channel;
-use roadbench::ingest::aids::Aids;
-use roadbench::ingest::judge::{by_motion, draft};
-use roadbench::ingest::listing::Listing;
-use roadbench::ingest::map::ChannelMap;
-use roadbench::ingest::propose::compare::{Wrong, compare, mend};
-use roadbench::ingest::propose::physics::Verdicts;
-use roadbench::ingest::survey::survey;
-use roadbench::ingest::{map_for, units};
-use roadbench::objects::Location;
+use roadbench::ingest::checks::aids::Aids;
+use roadbench::ingest::checks::judge::{by_motion, draft};
+use roadbench::ingest::formats::listing::Listing;
+use roadbench::ingest::formats::survey::survey;
+use roadbench::ingest::map_for;
+use roadbench::ingest::maps::ChannelMap;
+use roadbench::ingest::maps::propose::compare::{Wrong, compare, mend};
+use roadbench::ingest::maps::propose::physics::Verdicts;
+use roadbench::ingest::maps::units;
+use roadbench::store::objects::Location;
 
 use Channel::*;
 

@@ -6,16 +6,16 @@ use std::path::Path;
 use rayon::prelude::*;
 use roadbench::contract::bike::Axle;
 use roadbench::contract::coefficient::{Coefficient as C, Id, Part};
-use roadbench::effects::ModelError;
 use roadbench::ingest::write_session;
-use roadbench::model::tyre::Input;
-use roadbench::model::tyre::slip_stiffness_under;
 use roadbench::pipeline::Pipeline;
+use roadbench::simulate::effects::ModelError;
 use roadbench::simulate::hidden::Kind;
 use roadbench::simulate::population::bike::{self, BikeFile};
 use roadbench::simulate::population::ride::{self, Ridden};
 use roadbench::simulate::tyre_truth::bench;
-use roadbench::tables::rows::{Coefficient, PlotPoint};
+use roadbench::store::tables::rows::{Coefficient, PlotPoint};
+use roadbench::tyre::tyre::Input;
+use roadbench::tyre::tyre::slip_stiffness_under;
 
 use super::{Failure, outcome};
 

@@ -18,13 +18,13 @@ use clap::Parser;
 use rayon::prelude::*;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::coefficient::{Coefficient, Id, Part, Source};
-use roadbench::effects::ModelError;
 use roadbench::ingest::write_session;
-use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Outcome, Pipeline};
+use roadbench::simulate::effects::ModelError;
 use roadbench::simulate::hidden::Kind;
 use roadbench::simulate::population::bike::{self, BikeFile};
 use roadbench::simulate::population::ride::{self, Ridden};
+use roadbench::store::objects::Location;
 
 mod bands;
 mod plant;
@@ -106,7 +106,7 @@ fn characterised(
     truth: &[(Id, f64)],
 ) -> Result<Vec<Compared>, Failure> {
     let outcome = outcome(log, bike, pipeline)?;
-    let row = |c: &roadbench::tables::rows::Coefficient| {
+    let row = |c: &roadbench::store::tables::rows::Coefficient| {
         let part = Part::from_name(&c.tyre)?;
         let coefficient = Coefficient::from_name(&c.coefficient)?;
         let id = Id::from((part, coefficient));

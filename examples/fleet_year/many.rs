@@ -11,7 +11,7 @@ use roadbench::fleet::tyres::{self, BikeTyres};
 use roadbench::fleet::{BikeAnalysis, Observation, analyse};
 use roadbench::simulate::scenario::Machine;
 use roadbench::statistics::order::median;
-use roadbench::tables::rows::Status;
+use roadbench::store::tables::rows::Status;
 
 use super::rides::Rides;
 

@@ -8,13 +8,13 @@ use roadbench::contract::channel::Channel;
 use roadbench::contract::session::Session;
 use roadbench::estimate;
 use roadbench::ingest::write_session;
-use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::{reduced, truth};
-use roadbench::tables::registry::Row;
-use roadbench::tables::rows::{Coefficient, EvidenceRow, Truth};
-use roadbench::tables::{file, read};
+use roadbench::store::objects::Location;
+use roadbench::store::tables::registry::Row;
+use roadbench::store::tables::rows::{Coefficient, EvidenceRow, Truth};
+use roadbench::store::tables::{file, read};
 
 /// Failures as words.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;

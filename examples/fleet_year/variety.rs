@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use roadbench::effects::ModelError;
 use roadbench::fleet::tyres::BikeTyres;
 use roadbench::fleet::{BikeAnalysis, ratio::Ratio};
+use roadbench::simulate::effects::ModelError;
 use roadbench::statistics::order::median;
-use roadbench::tables::rows::Status;
+use roadbench::store::tables::rows::Status;
 
 use super::machines::Fleet;
 use super::many::{self, Ridden};

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use roadbench::fleet::Observation;
 use roadbench::fleet::evidence::Piece;
 use roadbench::statistics::random::Random;
-use roadbench::tables::rows::{EvidenceRow, Status};
+use roadbench::store::tables::rows::{EvidenceRow, Status};
 
 use super::planted::{self, BIKES, Kind, Planted};
 use super::rides::{Rides, STRIDE};

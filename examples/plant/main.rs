@@ -25,10 +25,10 @@ use roadbench::diagnose::road::residuals::{CHANNELS, blocks};
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::diagnose::road::scan::scan;
 use roadbench::diagnose::road::{self, Fitted};
-use roadbench::effects::Effect;
-use roadbench::manoeuvre::ManoeuvreKind;
 use roadbench::pipeline::{self, Pipeline};
-use roadbench::tables::rows::SimulationError;
+use roadbench::segment::manoeuvre::ManoeuvreKind;
+use roadbench::simulate::effects::Effect;
+use roadbench::store::tables::rows::SimulationError;
 use serde_json::Value;
 
 #[derive(Parser)]

@@ -2,12 +2,12 @@
 //! bike files, and of published tyres with the schema's defaults.
 
 use roadbench::contract::bike::Bike;
-use roadbench::effects::ModelError;
-use roadbench::model::published;
-use roadbench::model::tir;
+use roadbench::simulate::effects::ModelError;
 use roadbench::simulate::population::Machine;
 use roadbench::simulate::population::bike::{self, BikeFile};
 use roadbench::simulate::tyre_truth::bench;
+use roadbench::tyre::published;
+use roadbench::tyre::tir;
 
 use super::joint::ASKED;
 

@@ -7,9 +7,9 @@ use roadbench::contract::session::Session;
 use roadbench::fleet::history::History;
 use roadbench::fleet::ratio::{Ratio, ratios};
 use roadbench::ingest::write_session;
-use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::{Machine, Scenario};
+use roadbench::store::objects::Location;
 
 use super::riding::{self, HUNG, On, Riding, Way};
 

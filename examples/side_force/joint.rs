@@ -16,9 +16,9 @@ use roadbench::diagnose::road::parameters::{BASE, Parameter, Parameters, Place};
 use roadbench::diagnose::road::problem::Problem;
 use roadbench::diagnose::road::residuals::blocks;
 use roadbench::diagnose::road::samples::Samples;
-use roadbench::effects::Effect;
-use roadbench::effects::physics::Reach;
 use roadbench::pipeline::Pipeline;
+use roadbench::simulate::effects::Effect;
+use roadbench::simulate::effects::physics::Reach;
 
 use super::riding::{On, RIDE};
 

@@ -3,12 +3,13 @@
 use roadbench::contract::bike::Bike;
 use roadbench::contract::session::{Meta, Session};
 use roadbench::diagnose::road::advice::sets::{SETS, leaning};
-use roadbench::effects::ModelError;
-use roadbench::manoeuvre::Direction;
+use roadbench::segment::manoeuvre::Direction;
+use roadbench::simulate;
+use roadbench::simulate::effects::ModelError;
 use roadbench::simulate::manoeuvre::Manoeuvre;
 use roadbench::simulate::plan::{Phase, Plan, PlanKind};
 use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::{self, multibody, sensors};
+use roadbench::simulate::{multibody_ride as multibody, sensors};
 use roadbench::statistics::random::Random;
 
 /// A ride, s.

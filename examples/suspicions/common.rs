@@ -8,17 +8,17 @@ use roadbench::contract::coefficient::Coefficient;
 use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::Settings;
 use roadbench::diagnose::road::{RoadDiagnosis, diagnose};
-use roadbench::effects::Effect;
 use roadbench::ingest::write_session;
-use roadbench::model::custom::Custom;
-use roadbench::model::tyre_model::TyreModel;
-use roadbench::motorcycle::{Model, Motorcycle};
 use roadbench::pipeline::{self, Outcome, Pipeline};
+use roadbench::simulate::effects::Effect;
 use roadbench::simulate::hidden::{Case, Kind};
+use roadbench::simulate::multibody::{Model, Motorcycle};
 use roadbench::simulate::pilot::Skill;
 use roadbench::simulate::ride::{self, MultibodyRide, Sample};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::tour::Tour;
+use roadbench::tyre::custom::Custom;
+use roadbench::tyre::tyre_model::TyreModel;
 
 /// A scenario and its machine that hides some effects from its bike file.
 pub fn machine(plan: &'static str, number: usize, hidden: &[(&str, f64)]) -> (Scenario, Machine) {
@@ -79,7 +79,7 @@ pub fn tyres(outcome: &Outcome, bike: &Bike, friction: f64) -> [Custom; 2] {
 /// The paper's lane change on a motorcycle.
 pub fn lane_change(motorcycle: Motorcycle, friction: f64) -> MultibodyRide {
     let mut tour = Tour::load("lane_change").expect("built in").expect("nonlinear");
-    let road = roadbench::motorcycle::Road { friction, ..tour.model.road.clone() };
+    let road = roadbench::simulate::multibody::Road { friction, ..tour.model.road.clone() };
     tour.model = Model::new(motorcycle, road);
     ride(&tour, 0)
 }
@@ -160,7 +160,7 @@ pub fn told(d: &RoadDiagnosis) -> String {
 
 /// Size, standard error, verdict and detection limit of one effect.
 pub fn about(d: &RoadDiagnosis, effect: &str) -> String {
-    let j = roadbench::effects::ALL.iter().position(|e| e.name == effect);
+    let j = roadbench::simulate::effects::ALL.iter().position(|e| e.name == effect);
     let cause = d.naming.causes.iter().find(|c| c.candidate.name == effect);
     match (j, cause) {
         (Some(j), Some(c)) => format!(

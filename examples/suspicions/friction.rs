@@ -1,14 +1,14 @@
 //! "Beyond 20 degrees the model gave less side force than the bench: the machine's track has possibly
 //! more friction than the asphalt" (Discussion).
 
-use roadbench::manoeuvre::ManoeuvreKind;
-use roadbench::model::tir;
-use roadbench::model::tyre::Input;
-use roadbench::motorcycle::{Model, Road};
+use roadbench::segment::manoeuvre::ManoeuvreKind;
 use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
-use roadbench::simulate::multibody;
+use roadbench::simulate::multibody::{Model, Road};
+use roadbench::simulate::multibody_ride as multibody;
 use roadbench::simulate::replay;
 use roadbench::simulate::tour::Tour;
+use roadbench::tyre::tir;
+use roadbench::tyre::tyre::Input;
 
 use super::common::*;
 

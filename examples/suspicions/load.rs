@@ -1,15 +1,15 @@
 //! "The slip angle underestimation was likely caused by tyre load sensitivity" (Discussion).
 
 use roadbench::contract::bike::Axle;
-use roadbench::effects::ModelError;
-use roadbench::effects::extended_tyre::ExtendedTyre;
-use roadbench::model::custom::Custom;
-use roadbench::model::tyre::Input;
-use roadbench::motorcycle::Motorcycle;
 use roadbench::pipeline::Outcome;
-use roadbench::simulate::multibody;
+use roadbench::simulate::effects::ModelError;
+use roadbench::simulate::effects::extended_tyre::ExtendedTyre;
+use roadbench::simulate::multibody::Motorcycle;
+use roadbench::simulate::multibody_ride as multibody;
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::tour::Tour;
+use roadbench::tyre::custom::Custom;
+use roadbench::tyre::tyre::Input;
 
 use super::common::*;
 

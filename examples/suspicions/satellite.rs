@@ -6,12 +6,12 @@ use roadbench::contract::session::Session;
 use roadbench::diagnose::road::attitude::{Attitude, Posture};
 use roadbench::diagnose::road::parameters::Parameters;
 use roadbench::diagnose::road::samples::Samples;
-use roadbench::effects::Effect;
-use roadbench::manoeuvre::ManoeuvreKind;
-use roadbench::model::formulation::Formulation;
 use roadbench::pipeline::{self, Characterised, Pipeline};
-use roadbench::simulate::multibody;
+use roadbench::segment::manoeuvre::ManoeuvreKind;
+use roadbench::simulate::effects::Effect;
+use roadbench::simulate::multibody_ride as multibody;
 use roadbench::simulate::ride::MultibodyRide;
+use roadbench::tyre::formulation::Formulation;
 
 use super::common::*;
 

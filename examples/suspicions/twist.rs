@@ -1,7 +1,7 @@
 //! "The rear yaw moment is overestimated: coherent with the twisting stiffness used (0.039 m/rad)
 //! being higher than the true one (0.031)" (Discussion).
 
-use roadbench::simulate::multibody;
+use roadbench::simulate::multibody_ride as multibody;
 use roadbench::simulate::scenario::Scenario;
 
 use super::common::*;

@@ -8,13 +8,13 @@ use roadbench::contract::bike::Axle;
 use roadbench::contract::channel::Channel;
 use roadbench::contract::coefficient::{Coefficient as C, Id, Part};
 use roadbench::estimate;
-use roadbench::ingest::map::ChannelMap;
-use roadbench::manoeuvre::ManoeuvreKind as Kind;
-use roadbench::objects::Location;
+use roadbench::ingest::maps::ChannelMap;
 use roadbench::pipeline::{self, Input, Outcome, Pipeline};
+use roadbench::segment::manoeuvre::ManoeuvreKind as Kind;
 use roadbench::simulate::loggers::{self, Profile};
 use roadbench::simulate::track::{self, Track, TrackRide};
 use roadbench::simulate::{truth, tyre_truth};
+use roadbench::store::objects::Location;
 
 use super::channels::{Judged, judged_on};
 

@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use roadbench::contract::bike::Bike;
-use roadbench::ingest::map::ChannelMap;
-use roadbench::model::tir;
+use roadbench::ingest::maps::ChannelMap;
+use roadbench::tyre::tir;
 use roadbench::pipeline::Pipeline;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {

@@ -7,9 +7,10 @@ use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use roadbench::ingest;
-use roadbench::ingest::aids::Aids;
-use roadbench::ingest::map::{self, ChannelMap};
-use roadbench::ingest::survey::survey;
+use roadbench::ingest::checks::aids::Aids;
+use roadbench::ingest::maps as map;
+use roadbench::ingest::maps::ChannelMap;
+use roadbench::ingest::formats::survey::survey;
 use roadbench::pipeline::Pipeline;
 
 /// What the samples of fixtures/formats are read with, besides the maps that are shipped.

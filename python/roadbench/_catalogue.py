@@ -1,4 +1,4 @@
-"""What people read on the plots of the table ``plots``, as on the pages of the report (``src/plots``)."""
+"""What people read on the plots of the table ``plots``, as on the pages of the report (``src/report/plots``)."""
 
 from __future__ import annotations
 

@@ -11,17 +11,19 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::errors::{self, failed};
-use roadbench::batch::diagnose::DiagnoseWork;
-use roadbench::batch::distributed::What;
-use roadbench::batch::engine::Accounts;
-use roadbench::batch::fence::{Asked, Fenced};
-use roadbench::batch::run::RunWork;
-use roadbench::batch::store::Store;
+use roadbench::batch;
+use roadbench::batch::jobs::diagnose::DiagnoseWork;
+use roadbench::batch::jobs::distributed::What;
+use roadbench::batch::jobs::run::RunWork;
+use roadbench::batch::store::folder::Store;
 use roadbench::batch::summary::Summary;
-use roadbench::batch::{self, Maps, Settings, Work, engine};
-use roadbench::objects::Location;
+use roadbench::batch::workers::fence::{Asked, Fenced};
+use roadbench::batch::workers::scheduler as engine;
+use roadbench::batch::workers::scheduler::Accounts;
+use roadbench::batch::{Maps, Settings, Work};
 use roadbench::pipeline::Pipeline;
 use roadbench::report::Pages;
+use roadbench::store::objects::Location;
 
 /// How often Python is asked whether the user wants to stop.
 const LOOK: Duration = Duration::from_millis(100);
@@ -127,7 +129,7 @@ pub fn run(py: Python<'_>, options: &str) -> PyResult<String> {
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {
-            batch::run::finish(&store, Pages::Auto, |_| Ok(())).map_err(failed)?;
+            batch::jobs::run::finish(&store, Pages::Auto, |_| Ok(())).map_err(failed)?;
         }
         let seconds = start.elapsed().as_secs_f64();
         let summary = Summary::of(&accounts, &given.pipeline, started, seconds);
@@ -155,7 +157,7 @@ pub fn diagnose(py: Python<'_>, options: &str) -> PyResult<String> {
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {
-            batch::diagnose::finish(&store).map_err(failed)?;
+            batch::jobs::diagnose::finish(&store).map_err(failed)?;
         }
         whole(&accounts)?;
         let seconds = start.elapsed().as_secs_f64();

@@ -10,7 +10,8 @@ use pyo3::prelude::*;
 use crate::archive::{Given, json, read, whole};
 use crate::errors::failed;
 use roadbench::batch;
-use roadbench::batch::distributed::{self, Answer, Terms, What};
+use roadbench::batch::jobs::distributed;
+use roadbench::batch::jobs::distributed::{Answer, Terms, What};
 use roadbench::batch::summary::Summary;
 use roadbench::pipeline::Pipeline;
 use roadbench::report::Pages;
@@ -59,9 +60,9 @@ impl Driver {
             if store.is_behind() {
                 match what {
                     What::Run { .. } => {
-                        batch::run::finish(&store, Pages::Auto, |_| Ok(())).map(drop)
+                        batch::jobs::run::finish(&store, Pages::Auto, |_| Ok(())).map(drop)
                     }
-                    What::Diagnose { .. } => batch::diagnose::finish(&store).map(drop),
+                    What::Diagnose { .. } => batch::jobs::diagnose::finish(&store).map(drop),
                 }
                 .map_err(failed)?;
             }

@@ -9,10 +9,11 @@ use pyo3::types::{PyBytes, PyString};
 use serde::Deserialize;
 
 use crate::archive::read;
-use roadbench::batch::models;
-use roadbench::batch::reading::Reading;
-use roadbench::export::written::{self, Request, Written};
-use roadbench::objects::Location;
+use roadbench::batch::jobs::models;
+use roadbench::batch::store::reading::Reading;
+use roadbench::report::export::written;
+use roadbench::report::export::written::{Request, Written};
+use roadbench::store::objects::Location;
 
 /// What is asked for, as JSON.
 #[derive(Debug, Deserialize)]

@@ -5,7 +5,7 @@
 
 use pyo3::prelude::*;
 
-use roadbench::batch::fence;
+use roadbench::batch::workers::fence;
 use roadbench::cli;
 
 mod archive;

@@ -12,16 +12,17 @@ use pyo3_arrow::PyRecordBatchReader;
 use crate::errors::{self, failed, rejected};
 use crate::table::Table;
 use roadbench::batch::Maps;
-use roadbench::batch::bikes::{BikeFile, hash_settings};
-use roadbench::batch::diagnose::DiagnoseWork;
-use roadbench::batch::in_memory::{self, Log, NO_PATH, Tables};
-use roadbench::batch::work::{Work, guarded};
+use roadbench::batch::jobs::bikes::{BikeFile, hash_settings};
+use roadbench::batch::jobs::diagnose::DiagnoseWork;
+use roadbench::batch::jobs::in_memory;
+use roadbench::batch::jobs::in_memory::{Log, NO_PATH, Tables};
+use roadbench::batch::jobs::work::{Work, guarded};
 use roadbench::contract::session::Meta;
 use roadbench::diagnose::Settings;
 use roadbench::ingest;
-use roadbench::objects::Location;
-use roadbench::objects::files::read_text;
 use roadbench::pipeline::Rejection;
+use roadbench::store::objects::Location;
+use roadbench::store::objects::files::read_text;
 
 /// A session's tables by name, as `roadbench run` would write them.
 #[pyfunction]

@@ -16,7 +16,7 @@ pub fn simulate<'py>(
     scenario: &str,
     number: usize,
 ) -> PyResult<(Bound<'py, PyDict>, String, Option<String>)> {
-    let ours = |e: roadbench::tables::file::Error| PyRuntimeError::new_err(e.to_string());
+    let ours = |e: roadbench::store::tables::file::Error| PyRuntimeError::new_err(e.to_string());
     let (session, known, bike) = py.detach(|| {
         let rideable = Rideable::load(scenario).map_err(PyValueError::new_err)?;
         let count = rideable.sessions();

@@ -11,7 +11,7 @@ use pyo3_arrow::error::PyArrowResult;
 use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
 
 use roadbench::contract::schema;
-use roadbench::tables::registry;
+use roadbench::store::tables::registry;
 
 /// An Arrow table. Give it to `pyarrow.table`, `polars.DataFrame`, DuckDB or whatever else takes
 /// `__arrow_c_stream__`: it shares its memory with them.

@@ -9,15 +9,15 @@
 
 use std::collections::BTreeSet;
 
-use super::blame::{NO_LOGS, NOT_FOUND};
 use super::error::Error;
 use super::settings::Settings;
+use crate::batch::workers::blame::{NO_LOGS, NOT_FOUND};
 use crate::ingest::UNREADABLE;
 use crate::ingest::formats::{extensions, has_log_extension};
-use crate::objects::search::{Folder, MatchKind, find};
-use crate::objects::{Location, source};
 use crate::pipeline::Rejection;
-use crate::tables::{output, registry};
+use crate::store::objects::search::{Folder, MatchKind, find};
+use crate::store::objects::{Location, source};
+use crate::store::tables::{output, registry};
 
 /// Folders beside an archive's sessions that hold no logs.
 const NOT_LOGS: &[&str] = &["truth", "bikes"];

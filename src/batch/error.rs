@@ -1,8 +1,8 @@
 //! Why a batch did not take place.
 
 use crate::report;
-use crate::tables::output::Refusal;
-use crate::tables::{file, read};
+use crate::store::tables::output::Refusal;
+use crate::store::tables::{file, read};
 
 /// Why a batch did not take place, or had to end early.
 #[derive(Debug, thiserror::Error)]

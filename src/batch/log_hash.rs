@@ -2,7 +2,7 @@
 
 use std::fs::File;
 
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
 /// BLAKE3 of a file's bytes, as hexadecimal digits; of a log in an object store the store's own
 /// name for its bytes ([`source::identity`]).

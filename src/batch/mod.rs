@@ -19,57 +19,19 @@
 //! bytes depend on inputs and settings only, not on the number of workers, the time or the machine's
 //! load.
 
-pub mod bikes;
-pub mod blame;
-pub mod contents;
-pub mod diagnose;
 pub mod discover;
-#[cfg(feature = "fleet")]
-pub mod dispersion;
-pub mod distributed;
-mod empty;
-pub mod engine;
 pub mod error;
-pub mod fence;
-#[cfg(feature = "fleet")]
 pub mod fleet;
-pub mod fleet_rows;
-pub mod forget;
-pub mod in_memory;
-pub mod in_order;
-pub mod kind;
-pub mod local_copy;
-pub mod lock;
+pub mod jobs;
 pub mod log_hash;
-pub mod manifest;
-pub mod mark;
-pub mod marker;
-pub mod merge;
-pub mod migrate;
-pub mod models;
-pub mod parts;
 pub mod plan;
-mod pooled;
-pub mod progress;
-pub mod reading;
-pub mod run;
-pub mod session;
 pub mod settings;
-mod settle;
-pub mod staged;
 pub mod store;
 pub mod summary;
-pub mod switch;
-pub mod threads;
-#[cfg(feature = "fleet")]
-mod tyres;
-pub mod verify;
-pub mod watch;
-pub mod what;
-pub mod work;
+pub mod workers;
 
-pub use engine::{Accounts, Intended};
 pub use error::Error;
+pub use jobs::work::Work;
 pub use settings::{Maps, Settings};
-pub use watch::{Finished, State, Watch};
-pub use work::Work;
+pub use workers::scheduler::{Accounts, Intended};
+pub use workers::watch::{Finished, State, Watch};

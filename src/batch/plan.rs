@@ -5,23 +5,23 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::bikes::{BikeFile, BikeFiles, hash_settings};
-use super::blame::DUPLICATE_ID;
-use super::contents::Contents;
 use super::discover::Found;
 use super::error::Error;
 use super::log_hash::hash_file;
-use super::marker::{Committed, Key};
 use super::settings::{Maps, Settings};
-use super::work::{Work, guarded};
+use crate::batch::jobs::bikes::{BikeFile, BikeFiles, hash_settings};
+use crate::batch::jobs::work::{Work, guarded};
+use crate::batch::store::contents::Contents;
+use crate::batch::store::marker::{Committed, Key};
+use crate::batch::workers::blame::DUPLICATE_ID;
 use crate::contract::instant;
 use crate::contract::session::Meta;
-use crate::effects::Who;
 use crate::ingest::Identified;
-use crate::objects::plain::plain;
-use crate::objects::{Location, source};
 use crate::pipeline::{Pipeline, Rejection};
-use crate::tables::rows::Rejected;
+use crate::simulate::effects::Who;
+use crate::store::objects::plain::plain;
+use crate::store::objects::{Location, source};
+use crate::store::tables::rows::Rejected;
 
 /// One session to compute.
 #[derive(Debug)]

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-use crate::ingest::map::ChannelMap;
-use crate::ingest::map::file::or_shipped;
-use crate::objects::Location;
+use crate::ingest::maps::ChannelMap;
+use crate::ingest::maps::file::or_shipped;
 use crate::pipeline::Pipeline;
+use crate::store::objects::Location;
 
 /// What a batch is asked to do.
 #[derive(Debug, Clone, Copy)]

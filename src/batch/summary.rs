@@ -9,12 +9,13 @@ use std::path::Path;
 use jiff::Timestamp;
 use serde::Serialize;
 
-use super::engine::Accounts;
 use super::error::Error;
-use crate::objects::Location;
-use crate::objects::counts::{self, Counts};
+use crate::batch::workers::scheduler::Accounts;
 use crate::pipeline::Pipeline;
-use crate::tables::{file, output};
+use crate::store::objects::Location;
+use crate::store::objects::counts;
+use crate::store::objects::counts::Counts;
+use crate::store::tables::{file, output};
 
 /// What a run did.
 #[derive(Debug, Serialize)]
@@ -136,7 +137,7 @@ impl<'a> Summary<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tables::rows::Rejected;
+    use crate::store::tables::rows::Rejected;
 
     #[test]
     fn metrics_are_prometheus_text() {

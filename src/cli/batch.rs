@@ -11,17 +11,19 @@ use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
 
-use crate::batch::engine::{self, Accounts, Intended};
-use crate::batch::fence::{Asked, Fenced};
+use crate::batch::workers::fence::{Asked, Fenced};
+use crate::batch::workers::scheduler as engine;
+use crate::batch::workers::scheduler::{Accounts, Intended};
 use crate::batch::{self, Maps, Settings, State, Work};
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::log;
-use crate::objects::Location;
-use crate::objects::counts::{self, Counts};
 use crate::pipeline::Pipeline;
 use crate::report::{self, terminal};
-use crate::tables::output::Outputs;
+use crate::store::objects::Location;
+use crate::store::objects::counts;
+use crate::store::objects::counts::Counts;
+use crate::store::tables::output::Outputs;
 
 /// Rejections that are listed on stderr; the rest is in `rejected/`.
 const LISTED: usize = 20;

@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 
-use crate::catalogue::file::{cost_of, rounded, text};
-use crate::catalogue::owner::Portrait;
-use crate::catalogue::{Catalogue, Owner, TyreSize};
 use crate::cli::examples::BIKE;
 use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::contract::bike::{Axle, schema};
-use crate::tables::names::is_plain;
-use crate::tables::output::{self, Outputs};
+use crate::motorcycle::catalogue::file::{cost_of, rounded, text};
+use crate::motorcycle::catalogue::owner::Portrait;
+use crate::motorcycle::catalogue::{Catalogue, Owner, TyreSize};
+use crate::store::tables::names::is_plain;
+use crate::store::tables::output;
+use crate::store::tables::output::Outputs;
 
 /// Write the bike file of a motorcycle or bicycle
 #[derive(Debug, clap::Args)]

@@ -14,12 +14,13 @@ use crate::contract::channel::Channel;
 use crate::contract::schema::Table;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::ingest::aids::Aids;
-use crate::ingest::map::file::with_aids;
-use crate::ingest::map::{ChannelMap, TimeSource};
+use crate::ingest::checks::aids::Aids;
+use crate::ingest::maps::file::with_aids;
+use crate::ingest::maps::{ChannelMap, TimeSource};
 use crate::ingest::{self, Raw};
-use crate::objects::Location;
-use crate::tables::output::{self, Outputs};
+use crate::store::objects::Location;
+use crate::store::tables::output;
+use crate::store::tables::output::Outputs;
 
 /// Turn any supported log into a session.v1 Parquet file
 #[derive(Debug, clap::Args)]

@@ -10,15 +10,15 @@ use crate::cli::failure::Failure;
 use crate::cli::say::say;
 use crate::cli::{browser, colour, diagnose, run, simulate};
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
-use crate::effects::Effect;
 use crate::estimate;
 use crate::report::diagnosis::tables as diagnosis;
 use crate::report::tables;
+use crate::simulate::effects::Effect;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::{session, truth};
-use crate::tables::file;
-use crate::tables::output::Outputs;
-use crate::tables::rows::{CauseRow, Coefficient, Status};
+use crate::store::tables::file;
+use crate::store::tables::output::Outputs;
+use crate::store::tables::rows::{CauseRow, Coefficient, Status};
 
 /// Simulate rides on which something is wrong, find the tyres and the fault, open the report
 #[derive(Debug, clap::Args)]

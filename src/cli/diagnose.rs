@@ -5,17 +5,18 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use crate::batch::diagnose::{DiagnoseWork, Verdict, finish};
-use crate::batch::in_order::InOrder;
-use crate::batch::progress::Progress;
-use crate::batch::{Finished, Watch, engine};
+use crate::batch::jobs::diagnose::{DiagnoseWork, Verdict, finish};
+use crate::batch::workers::in_order::InOrder;
+use crate::batch::workers::progress::Progress;
+use crate::batch::workers::scheduler as engine;
+use crate::batch::{Finished, Watch};
 use crate::cli::batch::{
     Options, damaged, dry_run, log_accounts, print, print_unchanged, rejected, stop_on_signal,
     stopped,
 };
 use crate::cli::failure::Failure;
 use crate::diagnose::{Settings, summary};
-use crate::tables::rows::CauseRow;
+use crate::store::tables::rows::CauseRow;
 
 /// Find what the model of a ride gets wrong, and why
 #[derive(Debug, clap::Args)]

@@ -5,13 +5,16 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 
-use crate::batch::reading::Reading;
-use crate::batch::{mark, models};
+use crate::batch::jobs::models;
+use crate::batch::store::mark;
+use crate::batch::store::reading::Reading;
 use crate::cli::failure::Failure;
 use crate::cli::location::{location, require_folder};
-use crate::export::written::{self, Format, Request, Set, Tyre, Written};
-use crate::objects::Location;
-use crate::tables::output::{self, Outputs};
+use crate::report::export::written;
+use crate::report::export::written::{Format, Request, Set, Tyre, Written};
+use crate::store::objects::Location;
+use crate::store::tables::output;
+use crate::store::tables::output::Outputs;
 
 /// Write a fitted tyre for other programs
 #[derive(Debug, clap::Args)]

@@ -1,7 +1,7 @@
 //! Why a command did not do what it was asked; each kind has its exit code.
 
-use crate::objects::plain::plain;
-use crate::tables::output::Refusal;
+use crate::store::objects::plain::plain;
+use crate::store::tables::output::Refusal;
 
 /// A message for stderr, by kind.
 #[derive(Debug)]

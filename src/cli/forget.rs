@@ -1,11 +1,11 @@
 //! `roadbench forget`.
 
-use crate::batch::forget::{Which, forget};
+use crate::batch::store::forget::{Which, forget};
 use crate::cli::failure::Failure;
 use crate::cli::location::{location, require_folder};
 use crate::cli::say::say;
-use crate::objects::Location;
 use crate::report::number_format::count;
+use crate::store::objects::Location;
 
 /// Take sessions out of an output: their rows go from every table, their pages from the report
 #[derive(Debug, clap::Args)]

@@ -15,13 +15,13 @@ use crate::contract::schema::Table;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
 use crate::fit::missing;
-use crate::ingest::aids::Aids;
-use crate::ingest::map::ChannelMap;
-use crate::ingest::map::file::with_aids;
+use crate::ingest::checks::aids::Aids;
+use crate::ingest::maps::ChannelMap;
+use crate::ingest::maps::file::with_aids;
 use crate::ingest::{self, Raw, Track};
-use crate::objects::Location;
 use crate::pipeline::{Pipeline, characterise};
 use crate::statistics::order::upper_median_of;
+use crate::store::objects::Location;
 
 mod facts;
 pub(super) mod text;

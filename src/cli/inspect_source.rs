@@ -9,14 +9,12 @@ use crate::cli::failure::Failure;
 use crate::cli::log::rejected;
 use crate::cli::number::number;
 use crate::cli::say::tell;
-use crate::ingest::aids::Aids;
-use crate::ingest::listing::SourceChannel;
-use crate::ingest::survey::{ChannelContents, Survey, survey};
-use crate::ingest::{
-    self,
-    judge::{by_motion, draft},
-};
-use crate::objects::Location;
+use crate::ingest;
+use crate::ingest::checks::aids::Aids;
+use crate::ingest::checks::judge::{by_motion, draft};
+use crate::ingest::formats::listing::SourceChannel;
+use crate::ingest::formats::survey::{ChannelContents, Survey, survey};
+use crate::store::objects::Location;
 
 /// A log's own channels and the map that is proposed for them.
 #[derive(Debug, Serialize)]

@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 
 use crate::cli::failure::Failure;
-use crate::objects::Location;
+use crate::store::objects::Location;
 
 /// A path, or a URL of an object store; the message of one that cannot be used, or is empty, says why.
 pub fn location() -> impl TypedValueParser<Value = Location> {

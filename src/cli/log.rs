@@ -3,8 +3,8 @@
 use crate::cli::failure::Failure;
 use crate::contract::file_kind::FileKind;
 use crate::ingest;
-use crate::objects::Location;
-use crate::objects::files::read_text;
+use crate::store::objects::Location;
+use crate::store::objects::files::read_text;
 
 /// Makes sure that a log is there, before any work begins.
 ///

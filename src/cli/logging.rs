@@ -6,7 +6,7 @@ use indicatif::ProgressBar;
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::fmt;
 
-use crate::objects::plain::plain;
+use crate::store::objects::plain::plain;
 
 /// How log events are written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]

@@ -15,18 +15,19 @@ use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
 use crate::ingest;
-use crate::ingest::aids::Aids;
-use crate::ingest::judge::{by_motion, draft};
-use crate::ingest::listing::Listing;
-use crate::ingest::map::ChannelMap;
-use crate::ingest::map::file::with_aids;
+use crate::ingest::checks::aids::Aids;
+use crate::ingest::checks::judge::{by_motion, draft};
+use crate::ingest::formats::listing::Listing;
+use crate::ingest::formats::survey::survey;
 use crate::ingest::map_for;
-use crate::ingest::propose::compare::{Comparison, compare, mend};
-use crate::ingest::propose::physics::{Verdict, Verdicts};
-use crate::ingest::survey::survey;
-use crate::objects::Location;
-use crate::objects::files::read_text;
-use crate::tables::output::{self, Outputs};
+use crate::ingest::maps::ChannelMap;
+use crate::ingest::maps::file::with_aids;
+use crate::ingest::maps::propose::compare::{Comparison, compare, mend};
+use crate::ingest::maps::propose::physics::{Verdict, Verdicts};
+use crate::store::objects::Location;
+use crate::store::objects::files::read_text;
+use crate::store::tables::output;
+use crate::store::tables::output::Outputs;
 
 /// Find which channel of a log is which column by its motion, or check a channel map against it
 #[derive(Debug, clap::Args)]
@@ -239,7 +240,7 @@ fn ask(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ingest::listing::SourceChannel;
+    use crate::ingest::formats::listing::SourceChannel;
 
     #[test]
     fn guesses_are_asked_about_and_answers_obeyed() {

@@ -9,8 +9,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use indicatif::ProgressBar;
 use say::tell;
 
-use crate::batch::threads::STACK;
-use crate::batch::{fence, threads};
+use crate::batch::workers::threads::STACK;
+use crate::batch::workers::{fence, threads};
 
 use failure::Failure;
 use logging::LogFormat;

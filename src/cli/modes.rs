@@ -6,14 +6,15 @@ use clap::builder::NonEmptyStringValueParser;
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::say;
-use crate::motorcycle::description::BUILTIN;
-use crate::motorcycle::modes::{Mode, Name, over_speed};
-use crate::motorcycle::{Model, Motorcycle, Road};
-use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
-use crate::tables::file;
-use crate::tables::output::{self, Outputs};
-use crate::tables::rows::ModeRow;
+use crate::simulate::multibody::description::BUILTIN;
+use crate::simulate::multibody::modes::{Mode, Name, over_speed};
+use crate::simulate::multibody::{Model, Motorcycle, Road};
+use crate::store::objects::Location;
+use crate::store::tables::file;
+use crate::store::tables::output;
+use crate::store::tables::output::Outputs;
+use crate::store::tables::rows::ModeRow;
 
 /// Eigenvalues of a motorcycle over speed: weave, wobble, capsize
 #[derive(Debug, clap::Args)]

@@ -42,7 +42,8 @@ pub fn run(arguments: &Arguments, bar: ProgressBar) -> Result<(), Failure> {
         None => Pipeline::onroad(),
     };
     let scenario = ride_plan::scenario(&arguments.scenario).map_err(Failure::Usage)?;
-    let steps = Steps::begin(bar, crate::effects::ALL.len(), "effects on a simulated ride");
+    let steps =
+        Steps::begin(bar, crate::simulate::effects::ALL.len(), "effects on a simulated ride");
     let planned = ride_plan::plan(scenario, &pipeline);
     drop(steps);
     let RidePlan { scenario, duration, effects, pairs } = planned.map_err(Failure::Usage)?;

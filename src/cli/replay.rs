@@ -14,17 +14,19 @@ use crate::cli::say::say;
 use crate::cli::steps::Steps;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
-use crate::effects::tyre_file;
-use crate::ingest::map::ChannelMap;
-use crate::manoeuvre::ManoeuvreKind;
-use crate::motorcycle::{Model, Motorcycle, Road};
-use crate::objects::Location;
+use crate::ingest;
+use crate::ingest::maps::ChannelMap;
 use crate::pipeline::{self, Pipeline};
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::segment::Segment;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::simulate::effects::tyre_file;
+use crate::simulate::multibody::{Model, Motorcycle, Road};
 use crate::simulate::replay::{self, Braking, Replay};
-use crate::tables::output::{self, Outputs};
-use crate::{ingest, tables::file};
+use crate::store::objects::Location;
+use crate::store::tables::file;
+use crate::store::tables::output;
+use crate::store::tables::output::Outputs;
 
 /// Ride the brakings of a log again: measured pressures in, deceleration and slip out
 #[derive(Debug, clap::Args)]

@@ -4,22 +4,23 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::NonEmptyStringValueParser;
 
-use crate::batch::local_copy::LocalCopy;
-use crate::batch::mark;
-use crate::batch::reading::Reading;
+use crate::batch::store::local_copy::LocalCopy;
+use crate::batch::store::mark;
+use crate::batch::store::reading::Reading;
 use crate::cli::browser;
 use crate::cli::failure::Failure;
 use crate::cli::location::require_folder;
 use crate::cli::say::say;
 use crate::contract::bike::Axle;
-use crate::objects::Location;
-use crate::objects::files::read_text;
 use crate::report::session::{bench_points, bench_values};
 use crate::report::static_figures::write::{self, Format};
 use crate::report::{self, Error, summary};
-use crate::tables::file;
-use crate::tables::output::{self, Outputs, Refusal};
-use crate::tydex;
+use crate::store::objects::Location;
+use crate::store::objects::files::read_text;
+use crate::store::tables::file;
+use crate::store::tables::output;
+use crate::store::tables::output::{Outputs, Refusal};
+use crate::tyre::tydex;
 
 /// Rebuild the HTML report from the tables
 #[derive(Debug, clap::Args)]

@@ -9,13 +9,14 @@ use indicatif::ProgressBar;
 use jiff::Timestamp;
 
 use crate::batch::discover::Found;
-use crate::batch::engine::{self, Accounts};
-use crate::batch::local_copy::LocalCopy;
-use crate::batch::marker::Key;
-use crate::batch::models;
-use crate::batch::progress::Progress;
-use crate::batch::run::{RunWork, finish};
+use crate::batch::jobs::models;
+use crate::batch::jobs::run::{RunWork, finish};
+use crate::batch::store::local_copy::LocalCopy;
+use crate::batch::store::marker::Key;
 use crate::batch::summary::Summary;
+use crate::batch::workers::progress::Progress;
+use crate::batch::workers::scheduler as engine;
+use crate::batch::workers::scheduler::Accounts;
 use crate::batch::{Finished, Watch};
 use crate::cli::batch::{
     Given, Options, damaged, dry_run, log_accounts, print, print_unchanged, rejected,
@@ -24,11 +25,11 @@ use crate::cli::batch::{
 use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::report::{Copies, Pages};
-use crate::objects::Location;
 use crate::pipeline::{Outcome, Pipeline};
 use crate::report::{self, terminal};
-use crate::tables::output::Outputs;
-use crate::tables::rows;
+use crate::store::objects::Location;
+use crate::store::tables::output::Outputs;
+use crate::store::tables::rows;
 
 /// Turn riding logs into tyre coefficients
 #[derive(Debug, clap::Args)]

@@ -3,7 +3,7 @@
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
 
-use crate::objects::plain::plain;
+use crate::store::objects::plain::plain;
 
 /// Writes to stdout. A closed pipe is no error; any other failure is reported on
 /// stderr, once per line.

@@ -3,7 +3,7 @@
 use crate::cli::failure::Failure;
 use crate::cli::say::{put, say};
 use crate::contract::schema;
-use crate::tables::registry;
+use crate::store::tables::registry;
 
 /// Print the definition of a table or file of the contract
 #[derive(Debug, clap::Args)]

@@ -8,7 +8,8 @@ use clap_complete::Shell;
 
 use crate::cli::failure::Failure;
 use crate::cli::say::{put, say};
-use crate::tables::output::{self, Outputs};
+use crate::store::tables::output;
+use crate::store::tables::output::Outputs;
 
 /// Print the completions of a shell
 #[derive(Debug, clap::Args)]

@@ -10,12 +10,11 @@ use crate::cli::location::location;
 use crate::cli::say::say;
 use crate::cli::steps::Steps;
 use crate::contract::session::Meta;
-use crate::effects::tyre_file;
 use crate::ingest::write_session;
-use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::builtin;
 use crate::simulate::compare::Quantity;
+use crate::simulate::effects::tyre_file;
 use crate::simulate::motocross::{self, scenario::Motocross};
 use crate::simulate::pilot::Skill;
 use crate::simulate::ride::{MultibodyRide, Sample};
@@ -24,8 +23,9 @@ use crate::simulate::tables::{self, Known, folder_of};
 use crate::simulate::tour::Tour;
 use crate::simulate::track::{self, Track, TrackRide};
 use crate::simulate::{compare, loggers, ride, session, tyre_truth};
-use crate::tables::file;
-use crate::tables::output::{Outputs, is_output};
+use crate::store::objects::Location;
+use crate::store::tables::file;
+use crate::store::tables::output::{Outputs, is_output};
 
 /// Write a synthetic archive with known truth beside it
 #[derive(Debug, clap::Args)]

@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::batch::threads;
+use crate::batch::workers::threads;
 
 /// Pieces of work of one kind, done one after the other or side by side. The bar goes with it.
 #[derive(Debug)]

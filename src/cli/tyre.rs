@@ -9,16 +9,17 @@ use crate::cli::failure::Failure;
 use crate::cli::location::location;
 use crate::cli::say::{put, say};
 use crate::cli::tyre_measured::against_measured;
-use crate::effects::tyre_file;
-use crate::model::magic_formula::slip_ratio;
-use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
+use crate::simulate::effects::tyre_file;
 use crate::simulate::lateral_bench::LateralBench;
 use crate::simulate::tyre_truth::{Bench, bench};
-use crate::tables::file;
-use crate::tables::output::{self, Outputs};
-use crate::tables::rows::BenchRow;
-use crate::tydex;
+use crate::store::objects::Location;
+use crate::store::tables::file;
+use crate::store::tables::output;
+use crate::store::tables::output::Outputs;
+use crate::store::tables::rows::BenchRow;
+use crate::tyre::magic_formula::slip_ratio;
+use crate::tyre::tydex;
 
 /// Put a tyre on the bench: stiffnesses, lateral friction over slip and camber; against another
 #[derive(Debug, clap::Args)]

@@ -4,14 +4,15 @@ use std::path::Path;
 
 use crate::cli::failure::Failure;
 use crate::cli::say::{put, say};
-use crate::model::tyre_model::TyreModel;
-use crate::objects::Location;
 use crate::report::static_figures::panels::{Panel, Series, Style, panels};
 use crate::simulate::bench_points::{
     BenchPoints, Both, FRICTION_X, FRICTION_Y, MOMENT_X, MOMENT_Z, Quantity,
 };
-use crate::tables::output;
-use crate::tydex::{Point, read::read};
+use crate::store::objects::Location;
+use crate::store::tables::output;
+use crate::tyre::tydex::Point;
+use crate::tyre::tydex::read::read;
+use crate::tyre::tyre_model::TyreModel;
 
 /// Sweeps of the slip angle in the figure.
 const SWEEPS: usize = 3;

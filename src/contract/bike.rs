@@ -21,7 +21,7 @@ use serde::Deserialize;
 use super::file_kind::FileKind;
 use super::schema::{Key, KeyTable, Removed};
 use crate::GRAVITY;
-use crate::objects::files::read_text;
+use crate::store::objects::files::read_text;
 
 /// Relaxation length of the slip ratio where the file gives none, m; as the schema says.
 const USUAL_SLIP_LAG: f64 = 0.07;
@@ -94,7 +94,7 @@ pub struct WheelData {
     /// Vertical stiffness `K_z`, N/m.
     pub vertical_stiffness: f64,
     /// Share of the vertical deflection by which the rolling radius falls, where given; else about a
-    /// third (`crate::model::tyre_model::USUAL_SHARE`).
+    /// third (`crate::tyre::tyre_model::USUAL_SHARE`).
     pub deflection_share: Option<f64>,
     /// Relaxation length of the slip ratio, m, where given; see [`Bike::longitudinal_relaxation`].
     pub longitudinal_relaxation: Option<f64>,

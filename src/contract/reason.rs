@@ -108,7 +108,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::tables::registry;
+    use crate::store::tables::registry;
 
     /// Where a table has the column, its description lists every code that its rows may have; so does the book.
     #[test]

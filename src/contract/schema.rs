@@ -2,7 +2,7 @@
 //!
 //! Each file there is the one declaration of its table: the writers build their Arrow schema
 //! from it, the readers check against it, `roadbench schema NAME` prints it. The files that users
-//! write are listed here, the tables that come out in [`crate::tables::registry`].
+//! write are listed here, the tables that come out in [`crate::store::tables::registry`].
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::manoeuvre::ManoeuvreKind;
+use crate::segment::manoeuvre::ManoeuvreKind;
 
 /// Share of the null simulations whose largest score lies below the threshold.
 const QUANTILE: f64 = 0.95;

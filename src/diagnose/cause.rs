@@ -1,7 +1,7 @@
 //! Candidates, causes and what a diagnosis makes of all of them: the types that road and off-road share.
 
 use crate::contract::verdict::Verdict;
-use crate::effects::spec::by_sign;
+use crate::simulate::effects::spec::by_sign;
 
 /// A candidate cause: an effect of the road model or of the off-road one.
 #[derive(Debug, Clone, Copy)]

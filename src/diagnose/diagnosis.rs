@@ -5,8 +5,10 @@ use super::offroad::OffroadDiagnosis;
 use super::road::RoadDiagnosis;
 use super::summary;
 use super::tuning::{OffroadTuning, RoadTuning};
-use crate::effects::extended_model::ExtendedModel;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError};
+use crate::simulate::effects::extended_model::ExtendedModel;
+use crate::store::tables::rows::{
+    CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError,
+};
 
 /// Everything that one session gives to tables, files and terminal.
 #[derive(Debug, Clone)]

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use super::calibration::{Calibration, Cell, Rms};
 use super::cause::{Cause, Estimate, Judged, Naming, Structure};
 use crate::contract::verdict::Verdict;
-use crate::tables::rows::DiscrepancyRow;
+use crate::store::tables::rows::DiscrepancyRow;
 
 /// What decides whether a candidate is named, where the kinds of riding differ. Scores are in units of
 /// what 19 of 20 null simulations stay below.

@@ -9,10 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::contract::verdict::Verdict;
-use crate::effects::pooled_effects::PooledEffect;
-use crate::effects::{ALL, Effect, Level, Who};
-use crate::tables::rows::POOLED;
-use crate::tables::rows::{CauseRow, Ident};
+use crate::simulate::effects::pooled_effects::PooledEffect;
+use crate::simulate::effects::{ALL, Effect, Level, Who};
+use crate::store::tables::rows::POOLED;
+use crate::store::tables::rows::{CauseRow, Ident};
 
 /// Standard errors that a group's mean is from nothing: one in a thousand fleets of thirty effects.
 const BEYOND: f64 = 4.2;

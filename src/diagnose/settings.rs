@@ -1,6 +1,7 @@
 //! How a diagnosis is done.
 
-use crate::effects::{self, Effect};
+use crate::simulate::effects;
+use crate::simulate::effects::Effect;
 
 /// How a diagnosis is done.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::contract::verdict::Verdict;
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
+use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Most misfits that are listed.
 const MISFITS: usize = 5;

@@ -4,7 +4,7 @@ use super::calibration::{Cell, Rms, correlation, rms};
 use super::cause::{Cause, Naming, Objection};
 use super::engine::{CellResiduals, Engine, Unexplained};
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident};
 
 /// How many times the largest of its null simulations, and of what its channel has elsewhere, the residual
 /// of a structured misfit is.

@@ -16,7 +16,7 @@ pub mod zeros;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::formulation::Formulation;
+use crate::tyre::formulation::Formulation;
 
 /// Settings of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,10 +2,8 @@
 
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::{
-    manoeuvre::{Direction, ManoeuvreKind},
-    segment::Segment,
-};
+use crate::segment::Segment;
+use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 use super::Config;
 

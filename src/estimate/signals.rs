@@ -17,16 +17,16 @@
 
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
-use crate::model::dive::{PITCH_GYRATION, above_axles, contact_arms};
-use crate::model::kinematics::{FrontWheel, front_wheel};
-use crate::model::tyre::trail_0;
-use crate::model::tyre_model::{USUAL_SHARE, load_lead};
+use crate::tyre::dive::{PITCH_GYRATION, above_axles, contact_arms};
+use crate::tyre::kinematics::{FrontWheel, front_wheel};
+use crate::tyre::tyre::trail_0;
+use crate::tyre::tyre_model::{USUAL_SHARE, load_lead};
 
 use super::relaxation::SlipLag;
 use super::rolling_front::{LEAST_LOAD, RollingFront};
 use super::samples::Samples;
 use super::zeros::Zeros;
-use crate::model::formulation::Formulation;
+use crate::tyre::formulation::Formulation;
 
 /// Pitch accelerations count no further, rad/s²: more is a bump's.
 const MOST_PITCH: f64 = 15.0;
@@ -646,8 +646,8 @@ mod tests {
     use crate::contract::session::{Meta, Session};
     use crate::estimate::Config;
     use crate::estimate::samples::gather;
-    use crate::manoeuvre::ManoeuvreKind;
     use crate::segment::Segment;
+    use crate::segment::manoeuvre::ManoeuvreKind;
     use std::path::Path;
 
     const BIKE: &str = "mass = 200.0\nwheelbase = 1.4\ncg_to_front = 0.7\ncg_height = 0.6\n\

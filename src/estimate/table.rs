@@ -5,7 +5,7 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, new_null_array};
 
 use crate::contract::session::Meta;
-use crate::tables::{file, registry};
+use crate::store::tables::{file, registry};
 
 use super::samples::Samples;
 use super::signals::Signals;

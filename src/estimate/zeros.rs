@@ -16,12 +16,12 @@ use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::model::kinematics::kinematic_steer;
 use crate::statistics::bisquare::{self, Options};
 use crate::statistics::cluster_covariance::{Scores, sandwich};
 use crate::statistics::order::upper_median;
+use crate::tyre::kinematics::kinematic_steer;
 
-use crate::model::formulation::Formulation::Corrected;
+use crate::tyre::formulation::Formulation::Corrected;
 
 /// An error of lateral velocity at an axle, `constant + angle v`, with its covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

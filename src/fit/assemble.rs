@@ -7,8 +7,8 @@ use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Part, Values};
 use crate::estimate::signals::Inputs;
-use crate::model::formulation::Formulation;
-use crate::model::tyre::trail_0;
+use crate::tyre::formulation::Formulation;
+use crate::tyre::tyre::trail_0;
 
 /// The numbers that were fitted; pairs are front and rear.
 #[derive(Debug, Clone, Default)]

@@ -18,7 +18,7 @@ use crate::fit::coasting::{DRAG, ROLLING};
 use crate::statistics::cluster_covariance::ClusterCovariance;
 use crate::statistics::clustered_fit::{Fitted, Uncertainty};
 use crate::statistics::interval::delta;
-use crate::tables::rows::{Coefficient, Status};
+use crate::store::tables::rows::{Coefficient, Status};
 
 /// Place of the curve's height among its factors.
 const HEIGHT: usize = 2;

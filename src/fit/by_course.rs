@@ -5,7 +5,7 @@ use crate::contract::bike::Axle;
 use crate::contract::channel::Channel;
 use crate::contract::coefficient::Coefficient as C;
 use crate::contract::session::Session;
-use crate::tables::rows::Coefficient;
+use crate::store::tables::rows::Coefficient;
 
 /// What slopes, the rider's posture and a resistance that coasting did not show move it by, of the value, one standard
 /// deviation, front and rear: on eight logs of four simulated track sessions (seed 6180) the errors were 0.026 and 0.021 rms,

@@ -22,7 +22,7 @@ use crate::contract::bike::{Axle, Bike};
 use crate::contract::coefficient::{Coefficient, Id, Part};
 use crate::estimate::rolling_front::RollingFront;
 use crate::estimate::signals::Inputs;
-use crate::model::formulation::Formulation;
+use crate::tyre::formulation::Formulation;
 
 /// Runs the chain and all its variations.
 pub fn solve(data: &Data, bike: &Bike, formulation: Formulation, config: &Config) -> Solution {

@@ -15,8 +15,8 @@ use crate::GRAVITY;
 use crate::contract::coefficient::{Coefficient, Id};
 use crate::estimate::samples::Samples;
 use crate::estimate::signals::Inputs;
-use crate::model::formulation::Formulation;
 use crate::statistics::clustered_fit::{self, Fitted, Uncertainty};
+use crate::tyre::formulation::Formulation;
 
 /// Differences of speed that are never outliers, m/s.
 const SPEED_FLOOR: f64 = 0.005;

@@ -8,7 +8,7 @@ use crate::contract::coefficient::{Coefficient as C, Id, RULE};
 use crate::contract::reason::Reason;
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::{Interval, combined_dof, delta, ratio, ratio_se};
-use crate::tables::rows::{Coefficient, Ident, Provenance, Status};
+use crate::store::tables::rows::{Coefficient, Ident, Provenance, Status};
 
 /// The rows of one session. `missing` gives the reason where a channel that a coefficient needs is not there.
 pub fn rows(

@@ -4,7 +4,7 @@
 use crate::contract::channel::Channel;
 use crate::contract::coefficient::{Coefficient as C, Id};
 use crate::contract::session::Session;
-use crate::tables::rows::{Coefficient, Status};
+use crate::store::tables::rows::{Coefficient, Status};
 
 /// Takes the status `ok` (or of a bound) from the rows that depend on a contradicted channel, with the reason.
 pub fn object(rows: &mut [Coefficient], session: &Session) {

@@ -20,8 +20,8 @@ use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient, Part};
 use crate::estimate::signals::Signals;
-use crate::model::formulation::Formulation;
 use crate::statistics::clustered_fit::{self, Fitted, Uncertainty};
+use crate::tyre::formulation::Formulation;
 
 /// Differences of slip angle that are never outliers, rad.
 const ANGLE_FLOOR: f64 = 2e-3;

@@ -8,7 +8,7 @@ use crate::estimate::quasi_static::QuasiStatic;
 use crate::estimate::samples::{Samples, gather};
 use crate::estimate::signals::Action;
 use crate::estimate::zeros::Zeros;
-use crate::manoeuvre::ManoeuvreKind;
+use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::{estimate, segment::Segment};
 
 /// The samples of a session, gathered once.

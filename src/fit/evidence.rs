@@ -14,7 +14,7 @@ use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::contract::error_source::{MODEL, OWN};
 use crate::contract::session::Meta;
-use crate::tables::rows::{Coefficient, EvidenceRow, Ident, Status};
+use crate::store::tables::rows::{Coefficient, EvidenceRow, Ident, Status};
 
 /// An error of less than this share of the standard error goes to the scatter, or the model's error.
 const SMALL: f64 = 0.05;

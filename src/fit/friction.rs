@@ -15,7 +15,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::contract::coefficient::Coefficient;
-use crate::model::MagicFormula;
 use crate::statistics::cluster_covariance::{
     ClusterCovariance, Correction, Scores, sandwich, sandwich_with,
 };
@@ -23,6 +22,7 @@ use crate::statistics::clustered_fit::{Quality, Uncertainty, count, dispersion};
 use crate::statistics::loss::tau_scale;
 use crate::statistics::nonlinear::{self, Model, NonlinearFit, Options};
 use crate::statistics::order::quantile;
+use crate::tyre::MagicFormula;
 
 /// The fitted parameters in their order; the last one only of a tyre that was driven as well as
 /// braked.

@@ -4,8 +4,8 @@ use super::coasting::{Coasting, DRAG, RADIUS, ROLLING};
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::RULE;
 use crate::estimate::zeros::{LateralZero, Zeros};
-use crate::model::dive::PITCH_GYRATION;
-use crate::model::formulation::Formulation;
+use crate::tyre::dive::PITCH_GYRATION;
+use crate::tyre::formulation::Formulation;
 
 /// What an error of a coefficient comes from.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -176,7 +176,7 @@ fn cholesky([aa, ab, bb]: [f64; 3]) -> [[f64; 2]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::tyre_model::USUAL_SHARE;
+    use crate::tyre::tyre_model::USUAL_SHARE;
     use std::path::Path;
 
     const SHORT: &str = "mass = 260.0\nwheelbase = 1.4\ncg_to_front = 0.7\ncg_height = 0.6\n\

@@ -7,10 +7,10 @@ use super::solution::Solution;
 use crate::contract::bike::Bike;
 use crate::contract::coefficient::{Coefficient as C, GIVEN, Id, Source};
 use crate::contract::reason::{Reason, ReasonCode};
-use crate::model::magic_formula::slip_ratio;
 use crate::statistics::clustered_fit::Uncertainty;
 use crate::statistics::interval::Interval;
-use crate::tables::rows::Status;
+use crate::store::tables::rows::Status;
+use crate::tyre::magic_formula::slip_ratio;
 
 /// Share of the variance that a friction curve must explain: where the ride's limit is the
 /// rider's command and the slip ratio is noise, the samples look like a peak that is none.

@@ -5,7 +5,7 @@
 
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Part};
-use crate::tables::rows::Coefficient;
+use crate::store::tables::rows::Coefficient;
 
 /// 95 % of a normal distribution.
 const NORMAL: f64 = 1.96;

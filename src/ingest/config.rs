@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::switches::Switches;
+use crate::ingest::checks::switches::Switches;
 
 /// Settings of the stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

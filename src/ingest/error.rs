@@ -1,7 +1,7 @@
 //! Why a log cannot be used.
 
-use crate::objects::Location;
-use crate::objects::plain::plain;
+use crate::store::objects::Location;
+use crate::store::objects::plain::plain;
 
 /// Why a log cannot be used; `code` is the `rejected` table's.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -23,7 +23,7 @@ pub const CHANGED: &str = "changed";
 pub const DAMAGED: &str = "damaged";
 
 impl Error {
-    pub(super) fn new(code: &'static str, message: impl Into<String>) -> Self {
+    pub(crate) fn new(code: &'static str, message: impl Into<String>) -> Self {
         Error { code, message: message.into() }
     }
 

@@ -3,7 +3,7 @@
 use crate::contract::instant;
 use crate::contract::session::Meta;
 use crate::ingest::error::Error;
-use crate::objects::Location;
+use crate::store::objects::Location;
 
 /// Metadata from a path of the form `bike=<id>/date=<yyyy-mm-dd>/<session_id>.<ext>`.
 pub fn from_path(log: &Location) -> Meta {

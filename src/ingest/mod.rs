@@ -6,66 +6,48 @@
 //!      -> check: channels against physics, given the bike
 //! ```
 //!
-//! A new format is one file in [`formats`] (mostly a [`format::Format`]: what is in the log, and the
+//! A new format is one file in [`formats`] (mostly a [`formats::format::Format`]: what is in the log, and the
 //! wanted channels of it) and one line in [`formats::FORMATS`]. A new source of a known format is one
-//! channel map ([`map`]), no code; [`propose`] drafts one.
+//! channel map ([`maps`]), no code; [`maps::propose`] drafts one.
 
 use crate::contract::channel::Channel;
 use crate::contract::instant;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
-pub mod aids;
-mod check;
-mod clean;
-mod clock;
+pub mod checks;
+pub mod clock;
 mod config;
-mod detect;
 mod error;
-mod extent;
-mod fit;
-pub mod format;
 pub mod formats;
-pub(crate) mod gaps;
-pub(crate) mod grid;
 mod ident;
-mod inertial;
-pub mod judge;
-pub mod listing;
-mod low_pass;
-pub mod map;
-pub mod propose;
+pub mod maps;
+pub mod motion;
 mod raw;
-mod resample;
 mod session_schema;
-mod stamps;
-pub mod survey;
-mod switches;
-mod table;
-mod track;
-pub mod units;
-mod unread;
 mod warning;
 mod write;
-pub mod yaw;
 
-pub use check::{check, look};
+pub use checks::switches::{CHECKS, Check, Effect, Switches};
+pub use checks::{check, look};
+pub use clock::extent::extent;
 pub use config::Config;
-pub use detect::format_of;
 pub use error::{CHANGED, DAMAGED, Error, UNREACHABLE, UNREADABLE};
-pub use extent::extent;
+pub use formats::detect::format_of;
+pub use formats::table::read_table;
 pub use raw::{Column, Identified, Imu, Raw, Track};
-pub use switches::{CHECKS, Check, Effect, Switches};
-pub use table::read_table;
 pub use write::{session_batch, session_bytes, write_session};
 
-use map::ChannelMap;
-use map::file::or_shipped;
+use checks::clean;
+use clock::{resample, stamps};
+use maps::ChannelMap;
+use maps::file::or_shipped;
+use motion::{inertial, track, yaw};
 
 /// Session, bike, start time and channel map, without reading the samples.
 ///
-/// `maps` are the channel maps to choose from; an empty slice means [`map::file::shipped`].
+/// `maps` are the channel maps to choose from; an empty slice means [`maps::file::shipped`].
 ///
 /// # Errors
 /// The file cannot be read or is of no known kind, or it names itself in a way that cannot be

@@ -15,8 +15,8 @@ use rayon::prelude::*;
 
 use crate::contract::session::Session;
 use crate::ingest::session_schema::{WHEEL_SCALE_SD, session_table};
-use crate::objects::Location;
-use crate::tables::file;
+use crate::store::objects::Location;
+use crate::store::tables::file;
 
 /// Writes a session as one Parquet file, whole or not at all: units and descriptions with
 /// every field, who and when in the file's key-value metadata, NaN as null.

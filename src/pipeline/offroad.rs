@@ -8,8 +8,8 @@ use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 use crate::estimate::offroad::{self, Config};
-use crate::plots;
-use crate::tables::rows::Ident;
+use crate::report::plots;
+use crate::store::tables::rows::Ident;
 
 /// From a prepared session to its tables.
 ///

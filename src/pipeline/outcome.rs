@@ -4,10 +4,11 @@ use arrow::array::RecordBatch;
 use serde::{Deserialize, Serialize};
 
 use crate::ingest;
-use crate::laps::Laps;
-use crate::objects::Location;
-use crate::tables::registry::{self, Row, TableSpec};
-use crate::tables::{file, rows};
+use crate::segment::laps::Laps;
+use crate::store::objects::Location;
+use crate::store::tables::registry;
+use crate::store::tables::registry::{Row, TableSpec};
+use crate::store::tables::{file, rows};
 
 /// Everything one session gives to the tables.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -113,7 +114,7 @@ pub struct Input<'a> {
     /// The log.
     pub log: Location,
     /// Channel maps to choose from; none means those that come with the program.
-    pub maps: &'a [ingest::map::ChannelMap],
+    pub maps: &'a [ingest::maps::ChannelMap],
     /// BLAKE3 of its bytes.
     pub input_hash: String,
     /// BLAKE3 of the resolved pipeline, the bike file and what else its tables are made from.

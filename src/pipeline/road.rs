@@ -12,15 +12,17 @@ use crate::contract::coefficient;
 use crate::contract::reason::{Reason, ReasonCode};
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
+use crate::estimate;
 use crate::fit::in_gear::parameters::{DRAG, LATENCY, LEAN_ZERO};
 use crate::fit::{
     Data, Solution, by_course, coefficients, contradicted, cornering, evidence, in_gear, missing,
     wheel_scale,
 };
-use crate::laps::Known;
-use crate::model::formulation::Formulation;
-use crate::tables::rows::Ident;
-use crate::{estimate, laps, plots};
+use crate::report::plots;
+use crate::segment::laps;
+use crate::segment::laps::Known;
+use crate::store::tables::rows::Ident;
+use crate::tyre::formulation::Formulation;
 
 /// From a prepared session to its tables.
 ///

@@ -6,7 +6,7 @@ use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
 use crate::contract::warning::Warning;
 use crate::segment::Segment;
-use crate::tables::rows;
+use crate::store::tables::rows;
 
 /// What an input's rows are made from.
 pub fn provenance(input: &Input<'_>) -> rows::Provenance {

@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::contract::file_kind::FileKind;
 use crate::contract::schema::KeyTable;
-use crate::effects::models::Models;
-use crate::objects::files::read_text;
-use crate::{estimate, filter, fit, ingest, laps, segment};
+use crate::segment::laps;
+use crate::simulate::effects::models::Models;
+use crate::store::objects::files::read_text;
+use crate::{estimate, filter, fit, ingest, segment};
 
 /// The resolved settings of every stage: one file of `pipelines/`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

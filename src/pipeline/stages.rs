@@ -17,11 +17,11 @@ use crate::estimate::offroad::{self, Estimate};
 use crate::estimate::turn;
 use crate::estimate::zeros::{self, Zeros};
 use crate::fit::{Data, Solution, chain};
-use crate::ingest::map::ChannelMap;
-use crate::model::formulation::Formulation;
-use crate::objects::Location;
+use crate::ingest::maps::ChannelMap;
 use crate::segment::Segment;
 use crate::segment::offroad::Ride;
+use crate::store::objects::Location;
+use crate::tyre::formulation::Formulation;
 use crate::{filter, ingest, segment};
 
 /// The log of an input.

@@ -4,8 +4,8 @@
 //! programs have the slip ratio `kappa`, so pages and terminal say that: `kappa = sigma / (1 + sigma)`.
 
 use crate::contract::coefficient::Coefficient as C;
-use crate::model::magic_formula::slip_ratio;
-use crate::tables::rows::{Coefficient, FleetRow, PooledRow};
+use crate::store::tables::rows::{Coefficient, FleetRow, PooledRow};
+use crate::tyre::magic_formula::slip_ratio;
 
 /// What one of the normalised slip makes of the slip ratio there.
 fn slope(sigma: f64) -> f64 {

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use crate::report::error::Error;
 use crate::report::kinds;
-use crate::tables::file;
+use crate::store::tables::file;
 
 /// The style of all pages.
 pub(super) static STYLE: LazyLock<String> =

@@ -1,7 +1,7 @@
 //! A coefficient's numbers as text, for pages, the terminal and exports.
 
 use crate::report::number_format::{self, fixed};
-use crate::tables::rows::Coefficient;
+use crate::store::tables::rows::Coefficient;
 
 /// A coefficient's numbers with the digits its uncertainty leaves meaning.
 pub struct CoefficientText {

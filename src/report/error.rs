@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::tables::{file, read};
+use crate::store::tables::{file, read};
 
 /// What can go wrong with a report.
 #[derive(Debug, thiserror::Error)]

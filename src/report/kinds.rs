@@ -1,12 +1,12 @@
 //! Kinds of manoeuvre on pages and in figures: words, style and script made from their
-//! declarations ([`crate::manoeuvre`]).
+//! declarations ([`crate::segment::manoeuvre`]).
 
 use std::fmt::Write as _;
 
 use serde_json::json;
 
-use crate::manoeuvre::{Declaration, ManoeuvreKind};
 use crate::report::labels;
+use crate::segment::manoeuvre::{Declaration, ManoeuvreKind};
 
 /// The declaration of a kind by its name in the tables; that of `other` where this version does not
 /// know the name.

@@ -1,7 +1,7 @@
 //! Labels: the contract's names as people read them.
 
 use crate::contract::coefficient::{Coefficient, Id, Part};
-use crate::tables::rows::Status;
+use crate::store::tables::rows::Status;
 
 /// Where the coefficient stands in reading order: front, rear, vehicle; names unknown to the
 /// contract come last, by name.

@@ -12,8 +12,8 @@ use crate::report::session::{bench_values, write::Writer};
 use crate::report::tables::{self, RunTables, SessionTables};
 use crate::report::written::Written;
 use crate::report::{page_names, page_shell};
-use crate::tables::by_session::SessionFiles;
-use crate::tables::rows::{ForceRow, Ident, SessionRow};
+use crate::store::tables::by_session::SessionFiles;
+use crate::store::tables::rows::{ForceRow, Ident, SessionRow};
 
 /// Writes the page of one session, unless it is there and up to date, and nothing else of the report;
 /// its path. The bike is needed where several have a session of that name.

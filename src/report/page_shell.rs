@@ -7,9 +7,9 @@ use std::path::Path;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, Value, context};
 
-use crate::objects::replace::sync_folder;
 use crate::report::assets::{self, SCRIPT, STYLE, Source, UPLOT_SCRIPT, UPLOT_STYLE};
-use crate::tables::rows::SessionRow;
+use crate::store::objects::replace::sync_folder;
+use crate::store::tables::rows::SessionRow;
 
 const TEMPLATES: &[(&str, &str)] = &[
     ("base.html", include_str!("../../reports/base.html")),

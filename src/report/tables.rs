@@ -5,9 +5,9 @@ use std::path::Path;
 use crate::report::as_read;
 use crate::report::error::Error;
 use crate::report::labels;
-use crate::tables::by_session::SessionFiles;
-use crate::tables::read;
-use crate::tables::rows::{
+use crate::store::tables::by_session::SessionFiles;
+use crate::store::tables::read;
+use crate::store::tables::rows::{
     Coefficient, ForceRow, Ident, LapCornerRow, LapPointRow, LapRow, Manoeuvre, PlotPoint,
     Rejected, SessionRow, WarningRow,
 };

@@ -9,7 +9,7 @@ use crate::report::coefficient_text::CoefficientText;
 use crate::report::labels;
 use crate::report::number_format::{self, fixed};
 use crate::statistics::order::median_of_finite;
-use crate::tables::rows::{Coefficient, Rejected, SessionRow, Status};
+use crate::store::tables::rows::{Coefficient, Rejected, SessionRow, Status};
 
 const WIDTH: usize = 100;
 
@@ -232,7 +232,7 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tables::rows::{Ident, Provenance};
+    use crate::store::tables::rows::{Ident, Provenance};
 
     fn session() -> SessionRow {
         SessionRow {

@@ -9,7 +9,7 @@ use walkdir::WalkDir;
 
 use super::error::Error;
 use super::page_shell;
-use crate::tables::file;
+use crate::store::tables::file;
 
 /// Name of the list in the report's folder.
 pub const FILE: &str = ".written.json";

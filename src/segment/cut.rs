@@ -2,9 +2,9 @@
 
 use super::heading::Axis;
 use super::segments::Segment;
-use crate::manoeuvre::detector::{Claim, Detector};
-use crate::manoeuvre::features::Features;
-use crate::manoeuvre::{Direction, ManoeuvreKind};
+use crate::segment::manoeuvre::detector::{Claim, Detector};
+use crate::segment::manoeuvre::features::Features;
+use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 /// Who has a block: place of the detector, and what it claims.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::manoeuvre::Direction;
-use crate::manoeuvre::detector::Claim;
-use crate::manoeuvre::features::Features;
+use crate::segment::manoeuvre::Direction;
+use crate::segment::manoeuvre::detector::Claim;
+use crate::segment::manoeuvre::features::Features;
 
 /// Share of the way along the axis (cosine) from which a straight counts as out or back.
 const ALONG: f64 = 0.5;

@@ -1,8 +1,8 @@
 //! A session cut into manoeuvres.
 //!
 //! Assumes a filtered session. A few signals on a coarse clock
-//! ([`features`](crate::manoeuvre::features)) are given to one
-//! [`Detector`](crate::manoeuvre::detector::Detector) per manoeuvre; of those that claim a block
+//! ([`features`](crate::segment::manoeuvre::features)) are given to one
+//! [`Detector`](crate::segment::manoeuvre::detector::Detector) per manoeuvre; of those that claim a block
 //! the first in the list ([`Config::detectors`]) has it:
 //!
 //! ```text
@@ -13,20 +13,22 @@
 //! stays in the table with its reason, and so does the rest (`other`), so that the segments
 //! cover the session.
 //!
-//! Which kinds there are, with their detectors and thresholds, is in [`manoeuvre`](crate::manoeuvre).
+//! Which kinds there are, with their detectors and thresholds, is in [`manoeuvre`](crate::segment::manoeuvre).
 //!
 //! Cost: the means over the coarse blocks; a 20-minute session takes a few milliseconds.
 
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
-use crate::manoeuvre::features::Features;
+use crate::segment::manoeuvre::features::Features;
 
 mod cut;
 mod heading;
+pub mod laps;
+pub mod manoeuvre;
 pub mod offroad;
 mod segments;
 
-pub use crate::manoeuvre::Config;
+pub use crate::segment::manoeuvre::Config;
 pub use segments::Segment;
 
 /// Cuts a filtered session into segments, in time order, none overlapping, all of it covered.

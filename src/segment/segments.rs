@@ -1,7 +1,7 @@
 //! Segments: what the stage gives to the estimates and to the table `manoeuvres`.
 
 use crate::contract::reason::Reason;
-use crate::manoeuvre::{Direction, ManoeuvreKind};
+use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 /// One manoeuvre: samples `start..end` of the session.
 #[derive(Debug, Clone, PartialEq)]

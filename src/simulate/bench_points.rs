@@ -1,9 +1,9 @@
 //! A tyre model at the points that a bench measured.
 
-use crate::model::tyre::{Input, Output};
-use crate::model::tyre_model::TyreModel;
 use crate::statistics::order::median_or_zero;
-use crate::tydex::Point;
+use crate::tyre::tydex::Point;
+use crate::tyre::tyre::{Input, Output};
+use crate::tyre::tyre_model::TyreModel;
 
 /// A tyre at measured points.
 #[derive(Debug, Clone, Copy)]

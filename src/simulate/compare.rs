@@ -1,8 +1,8 @@
 //! Two rides of the same manoeuvre on different tyres: their peaks, and what is drawn of them.
 
 use super::ride::{MultibodyRide, Sample};
-use crate::motorcycle::joint;
-use crate::tables::rows::PeakRow;
+use crate::simulate::multibody::joint;
+use crate::store::tables::rows::PeakRow;
 
 /// Which extreme of a channel counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,10 +9,10 @@ use super::scenario::{Machine, Scenario};
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::{ALL, Effect, ModelError};
 use crate::ingest::write_session;
+use crate::simulate::effects::{ALL, Effect, ModelError};
 use crate::statistics::random::Random;
-use crate::tables::file;
+use crate::store::tables::file;
 
 /// What a case is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -7,7 +7,7 @@ use super::motocross::scenario::{Legs, Motocross, VerticalMotion};
 use super::motocross::{self};
 use crate::ingest::write_session;
 use crate::statistics::random::Random;
-use crate::tables::file;
+use crate::store::tables::file;
 
 /// What is hidden; the rider of all but the last is one without a body.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -272,7 +272,7 @@ fn orthonormal(m: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motorcycle::state::{rotation, spin};
+    use crate::simulate::multibody::state::{rotation, spin};
 
     const G: f64 = 9.81;
     const RATE: f64 = 100.0;

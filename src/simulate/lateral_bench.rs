@@ -1,8 +1,8 @@
 //! A tyre's lateral friction on the bench: `Fy / Fz` over slip angle and camber, free rolling.
 
-use crate::model::tyre::Input;
-use crate::model::tyre_model::TyreModel;
-use crate::tables::rows::BenchRow;
+use crate::store::tables::rows::BenchRow;
+use crate::tyre::tyre::Input;
+use crate::tyre::tyre_model::TyreModel;
 
 /// A tyre under a load on a road.
 #[derive(Debug, Clone, Copy)]

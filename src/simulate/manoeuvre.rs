@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::path::LaneChange;
 use super::plan::{Phase, Plan};
-use crate::manoeuvre::Direction;
+use crate::segment::manoeuvre::Direction;
 use crate::statistics::random::Random;
 
 const FULL: f64 = 30e6;

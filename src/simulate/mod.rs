@@ -6,13 +6,14 @@
 //! ```
 //!
 //! The first is the reduced-order motorcycle on the paper's tyre ([`motorcycle`]), for archives
-//! of thousands of sessions; the second is the multibody one ([`crate::motorcycle`]) on any tyre.
+//! of thousands of sessions; the second is the multibody one ([`crate::simulate::multibody`]) on any tyre.
 //!
 //! Seeded and deterministic: a session depends on the scenario and its own number only.
 
 pub mod bench_points;
 pub mod builtin;
 pub mod compare;
+pub mod effects;
 pub mod hidden;
 pub mod hidden_offroad;
 pub mod imu;
@@ -22,6 +23,7 @@ pub mod manoeuvre;
 pub mod motocross;
 pub mod motorcycle;
 pub mod multibody;
+pub mod multibody_ride;
 pub mod path;
 pub mod pilot;
 pub mod plan;

@@ -2,8 +2,8 @@
 
 use super::preview::{Preview, Target};
 use super::programme::{Controls, Demand, Lean, Perceived, Programme};
-use crate::motorcycle::trim::NoTrim;
-use crate::motorcycle::{Action, Model, Scratch, State, joint};
+use crate::simulate::multibody::trim::NoTrim;
+use crate::simulate::multibody::{Action, Model, Scratch, State, joint};
 
 /// Below this speed the feet help, fully at 2 m/s less.
 const FEET: f64 = 3.0;
@@ -143,7 +143,7 @@ impl<'a> Pilot<'a> {
         let tyres = m.tyres.as_ref();
         let rolling: f64 = (0..2)
             .map(|i| {
-                let input = crate::model::tyre::Input {
+                let input = crate::tyre::tyre::Input {
                     slip_ratio: 0.0,
                     slip_angle: 0.0,
                     camber: scratch.wheels[i].camber,

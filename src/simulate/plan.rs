@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::path::LaneChange;
-use crate::manoeuvre::Direction;
+use crate::segment::manoeuvre::Direction;
 use crate::statistics::random::Random;
 
 /// One thing the rider does, with its end.

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::imu::Motion;
 use crate::GRAVITY;
-use crate::motorcycle::state::rotation;
+use crate::simulate::multibody::state::rotation;
 
 /// A change that begins and ends softly: at what time, over how long (s), by how much.
 pub type Change = [f64; 3];

@@ -18,9 +18,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::motorcycle::modes::{self, Linear};
-use crate::motorcycle::trim::{self, NoTrim};
-use crate::motorcycle::{Model, State};
+use crate::simulate::multibody::modes;
+use crate::simulate::multibody::modes::Linear;
+use crate::simulate::multibody::trim;
+use crate::simulate::multibody::trim::NoTrim;
+use crate::simulate::multibody::{Model, State};
 
 /// How far ahead is looked, s.
 const HORIZON: f64 = 2.5;

@@ -4,7 +4,7 @@
 
 use super::path::{Course, LaneChange, quintic};
 use super::plan::Phase;
-use crate::manoeuvre::{Direction, ManoeuvreKind};
+use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 /// Positions of levers, throttle and gear, as loggers record them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -9,7 +9,7 @@ use super::sensors;
 use super::simulated::{Simulated, labels};
 use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
-use crate::manoeuvre::{Direction, ManoeuvreKind};
+use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 use crate::statistics::random::Random;
 
 /// Longest ride that is simulated, s: a plan that does not end is a defect.

@@ -5,12 +5,13 @@ use std::ops::Range;
 use super::preview::{Preview, Target};
 use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
-use crate::manoeuvre::ManoeuvreKind;
-use crate::motorcycle::run::{Fall, Run};
-use crate::motorcycle::trim::{self, NoTrim};
-use crate::motorcycle::{Action, Model};
 use crate::segment::Segment;
-use crate::tables::rows::BrakingReplay;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::simulate::multibody::run::{Fall, Run};
+use crate::simulate::multibody::trim;
+use crate::simulate::multibody::trim::NoTrim;
+use crate::simulate::multibody::{Action, Model};
+use crate::store::tables::rows::BrakingReplay;
 
 /// Longest integration step, s.
 const STEP: f64 = 1e-3;

@@ -11,10 +11,10 @@ use super::tour::Tour;
 use super::unsteady::Unsteady;
 use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
-use crate::motorcycle::run::{Fall, Run};
-use crate::motorcycle::{Action, Wheel, joint};
+use crate::simulate::multibody::run::{Fall, Run};
+use crate::simulate::multibody::{Action, Wheel, joint};
 use crate::statistics::random::Random;
-use crate::tables::rows::TruthSignal;
+use crate::store::tables::rows::TruthSignal;
 
 /// Longest ride that is simulated, s.
 const LONGEST: f64 = 7200.0;

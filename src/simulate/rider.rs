@@ -9,8 +9,8 @@ use super::plan::Phase;
 use super::programme::{Controls, Lean, Perceived, Programme};
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
-use crate::effects::ride::Brakes;
-use crate::manoeuvre::{Direction, ManoeuvreKind};
+use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
+use crate::simulate::effects::ride::Brakes;
 use crate::statistics::random::{Coloured, Random};
 
 /// How unsteady rider, road and air are.

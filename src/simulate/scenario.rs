@@ -20,13 +20,13 @@ use crate::contract::channel::Channel;
 use crate::contract::file_kind::FileKind;
 use crate::contract::schema::closest;
 use crate::contract::schema::refuse_infinite_in;
-use crate::effects::{Effect, ModelError};
-use crate::model::dive::{PITCH_GYRATION, contact_arms};
-use crate::model::tyre::NO_LIMIT;
-use crate::model::tyre_model::USUAL_SHARE;
-use crate::model::{MagicFormula, Stiffness, Tyre};
-use crate::objects::files::read_text;
+use crate::simulate::effects::{Effect, ModelError};
 use crate::statistics::random::Random;
+use crate::store::objects::files::read_text;
+use crate::tyre::dive::{PITCH_GYRATION, contact_arms};
+use crate::tyre::tyre::NO_LIMIT;
+use crate::tyre::tyre_model::USUAL_SHARE;
+use crate::tyre::{MagicFormula, Stiffness, Tyre};
 
 /// Built-in scenarios by name.
 pub const BUILTIN: builtin::List = builtin::REDUCED;

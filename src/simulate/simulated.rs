@@ -2,7 +2,7 @@
 
 use super::motorcycle::{Response, State};
 use crate::contract::session::Session;
-use crate::manoeuvre::{Direction, ManoeuvreKind};
+use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
 
 /// What the rider was doing: kind, start and end (s), direction.
 pub type Label = (ManoeuvreKind, f64, f64, Option<Direction>);

@@ -9,7 +9,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::imu::Motion;
-use crate::navigation::{Epoch, Log, OUTPUTS};
+use crate::ingest::motion::navigation::{Epoch, Log, OUTPUTS};
 use crate::statistics::random::{Coloured, Random};
 
 /// Errors of the three axes of one kind.
@@ -215,7 +215,7 @@ pub fn record(
     log
 }
 
-/// What is true of a motion, in the order of [`crate::navigation::NAMES`].
+/// What is true of a motion, in the order of [`crate::ingest::motion::navigation::NAMES`].
 pub fn truth(motions: &[Motion]) -> [Vec<f64>; OUTPUTS] {
     let mut out = [0; OUTPUTS].map(|_| Vec::with_capacity(motions.len()));
     let mut turns = 0.0;

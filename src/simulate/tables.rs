@@ -12,9 +12,9 @@ use super::{reduced, ride, tyre_truth};
 use crate::contract::coefficient::Id;
 use crate::contract::session::{Meta, Session};
 use crate::estimate;
-use crate::tables::file;
-use crate::tables::registry::Row;
-use crate::tables::rows::{Truth, TruthSegment};
+use crate::store::tables::file;
+use crate::store::tables::registry::Row;
+use crate::store::tables::rows::{Truth, TruthSegment};
 
 /// One session with its truth.
 #[derive(Debug)]

@@ -22,10 +22,10 @@ use super::sensors::Sensors;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::schema::{KeyTable, refuse_infinite};
-use crate::effects::ModelError;
-use crate::effects::tyre_file;
-use crate::model::tyre_model::TyreModel;
-use crate::motorcycle::{Model, Motorcycle, Road};
+use crate::simulate::effects::ModelError;
+use crate::simulate::effects::tyre_file;
+use crate::simulate::multibody::{Model, Motorcycle, Road};
+use crate::tyre::tyre_model::TyreModel;
 
 /// Built-in rides by name.
 pub const BUILTIN: builtin::List = builtin::TOURS;

@@ -14,9 +14,9 @@ use crate::estimate;
 use crate::estimate::quasi_static::QuasiStatic;
 use crate::estimate::signals::Signals;
 use crate::fit::cornering;
-use crate::manoeuvre::ManoeuvreKind;
-use crate::model::tyre::trail_0;
-use crate::motorcycle::Wheel;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::simulate::multibody::Wheel;
+use crate::tyre::tyre::trail_0;
 
 /// True coefficients, in the order of the tables; those that are not known are not there.
 pub type Truth = Vec<(Id, f64)>;

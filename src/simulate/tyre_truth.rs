@@ -6,11 +6,11 @@
 use super::truth::Truth;
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
-use crate::model::magic_formula::MagicFormula;
-use crate::model::tyre::{Input, Stiffness, Tyre};
-use crate::model::tyre_model::TyreModel;
-use crate::motorcycle::Model;
+use crate::simulate::multibody::Model;
 use crate::statistics::search;
+use crate::tyre::magic_formula::MagicFormula;
+use crate::tyre::tyre::{Input, Stiffness, Tyre};
+use crate::tyre::tyre_model::TyreModel;
 
 /// The paper's coefficients of one tyre at a load, by central differences about rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

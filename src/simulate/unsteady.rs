@@ -5,9 +5,9 @@ use super::programme::Controls;
 use super::rider::Disturbance;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
-use crate::effects::ModelError;
-use crate::effects::ride::Brakes;
-use crate::motorcycle::{Action, Motorcycle};
+use crate::simulate::effects::ModelError;
+use crate::simulate::effects::ride::Brakes;
+use crate::simulate::multibody::{Action, Motorcycle};
 use crate::statistics::random::{Coloured, Random};
 
 /// Below this speed gusts weaken, as slopes do: a standing motorcycle is not pushed, m/s.
@@ -95,8 +95,8 @@ impl Unsteady {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motorcycle::run::Run;
-    use crate::simulate::multibody;
+    use crate::simulate::multibody::run::Run;
+    use crate::simulate::multibody_ride as multibody;
     use crate::simulate::scenario::Scenario;
 
     #[test]

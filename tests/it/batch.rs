@@ -7,11 +7,13 @@ use std::time::{Duration, SystemTime};
 
 use arrow::array::{AsArray, RecordBatch};
 use arrow::datatypes::DataType;
-use roadbench::batch::marker::Key;
-use roadbench::batch::store::Store;
-use roadbench::batch::{self, Error, State, kind};
+use roadbench::batch;
+use roadbench::batch::store::folder::Store;
+use roadbench::batch::store::kind;
+use roadbench::batch::store::marker::Key;
+use roadbench::batch::{Error, State};
 use roadbench::report::Pages;
-use roadbench::tables::{file, read, registry};
+use roadbench::store::tables::{file, read, registry};
 
 use crate::script::{BIKE, Place, Script, Setup, adds_up, codes};
 
@@ -327,7 +329,7 @@ fn the_fleet_is_what_its_committed_sessions_say() {
         .expect("marked");
     store.merge().expect("taken out");
     drop(store);
-    let rows = batch::fleet::write(&place.path("out")).expect("fleet");
+    let rows = batch::fleet::tables::write(&place.path("out")).expect("fleet");
     assert_eq!(rows.len(), 2);
     let close = |a: Option<f64>, b: f64| {
         let a = a.expect("a value");
@@ -348,7 +350,7 @@ fn the_fleet_is_what_its_committed_sessions_say() {
     assert_eq!((alone.n_sessions, alone.robust_sd, alone.between_sd), (1, None, None));
     close(alone.median, 0.29);
     let bytes = place.files("out")["fleet/fleet.parquet"].clone();
-    batch::fleet::write(&place.path("out")).expect("fleet");
+    batch::fleet::tables::write(&place.path("out")).expect("fleet");
     assert!(place.files("out")["fleet/fleet.parquet"] == bytes);
 }
 
@@ -357,7 +359,7 @@ fn the_fleet_is_what_its_committed_sessions_say() {
 fn a_fleet_without_sessions_is_an_empty_table() {
     let place = Place::new(&[("a", "s-1|b1|reject")]);
     place.run();
-    assert_eq!(batch::fleet::write(&place.path("out")).expect("fleet").len(), 0);
+    assert_eq!(batch::fleet::tables::write(&place.path("out")).expect("fleet").len(), 0);
 }
 
 /// An output of before had a file per session and table, ids and times as plain texts. What it holds moves as it is,
@@ -466,7 +468,7 @@ fn what_is_lost_is_computed_again() {
     // a session that waits is rubbish behind its footer
     let store = Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
     let there = store.found().of(&Key::new("b1", "s-b"))[0].clone();
-    let rubbish = roadbench::batch::work::SessionFile {
+    let rubbish = roadbench::batch::jobs::work::SessionFile {
         folder: "coefficients",
         extension: "parquet",
         bytes: b"PAR1 rubbish".to_vec(),
@@ -550,7 +552,7 @@ fn what_is_made_over_all_sessions_is_behind_after_a_change_only() {
     let place = Place::new(&[("a", "s-a|b1|ok"), ("b", "s-b|b1|reject")]);
     let open = || Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
     let made = || {
-        batch::run::finish(&open(), Pages::Auto, |_| Ok(())).expect("fleet and report");
+        batch::jobs::run::finish(&open(), Pages::Auto, |_| Ok(())).expect("fleet and report");
     };
     let fleet = place.path("out/.roadbench/behind");
     assert!(open().is_behind(), "nothing is made yet");

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use roadbench::contract::schema::{Column, Key, KeyTable, Table};
 use roadbench::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
-use roadbench::effects::ALL;
 use roadbench::ingest::formats::FORMATS;
 use roadbench::ingest::{CHECKS, Check};
-use roadbench::manoeuvre::{Course, ManoeuvreKind, Terrain};
-use roadbench::tables::registry;
+use roadbench::segment::manoeuvre::{Course, ManoeuvreKind, Terrain};
+use roadbench::simulate::effects::ALL;
+use roadbench::store::tables::registry;
 
 use crate::commands::listed;
 
@@ -166,7 +166,7 @@ fn manoeuvres_are_those_that_are_declared() {
     let mut text = String::from(
         "# Kinds of manoeuvre\n\nAs the column `kind` of the tables `manoeuvres`, `forces`, `discrepancies` and \
          `replays` has them. Pages, figures and the terminal take words, letters and colours from the same \
-         declarations, in `src/manoeuvre`.\n\n| kind | what it is | looked for | direction | letter | colour on \
+         declarations, in `src/segment/manoeuvre`.\n\n| kind | what it is | looked for | direction | letter | colour on \
          light, on dark |\n|---|---|---|---|---|---|\n",
     );
     for d in ManoeuvreKind::ALL.iter().map(|k| k.declaration()) {

@@ -11,11 +11,11 @@ use roadbench::contract::coefficient::{Coefficient as C, Id, Part, shows_coastin
 use roadbench::contract::reason::ReasonCode;
 use roadbench::contract::session::Session;
 use roadbench::ingest::write_session;
-use roadbench::objects::Location;
 use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::{session, truth};
-use roadbench::tables::rows::Status;
+use roadbench::store::objects::Location;
+use roadbench::store::tables::rows::Status;
 
 const RESISTANCE: [C; 2] = [C::Drag, C::RollingResistance];
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use roadbench::contract::channel::Channel;
-use roadbench::ingest::map::ChannelMap;
+use roadbench::ingest::maps::ChannelMap;
 
 #[path = "../../examples/channels/truth.rs"]
 pub mod truth;

@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use roadbench::batch::bikes::{BikeFile, hash_settings};
-use roadbench::batch::distributed::{Answer, Driver, Task, Terms, What, Worker};
-use roadbench::batch::run::RunWork;
-use roadbench::batch::{Error, Maps, Settings, State, engine, in_memory};
-use roadbench::objects::Location;
+use roadbench::batch::jobs::bikes::{BikeFile, hash_settings};
+use roadbench::batch::jobs::distributed::{Answer, Driver, Task, Terms, What, Worker};
+use roadbench::batch::jobs::in_memory;
+use roadbench::batch::jobs::run::RunWork;
+use roadbench::batch::workers::scheduler as engine;
+use roadbench::batch::{Error, Maps, Settings, State};
 use roadbench::pipeline::Pipeline;
-use roadbench::tables::file;
+use roadbench::store::objects::Location;
+use roadbench::store::tables::file;
 
 fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive")

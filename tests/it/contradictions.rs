@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use roadbench::contract::channel::Channel;
-use roadbench::ingest::map::ChannelMap;
+use roadbench::ingest::maps::ChannelMap;
 use roadbench::ingest::{self, Config};
 
 use crate::channels_by_physics::truth::judged;

@@ -7,15 +7,16 @@ use std::time::Instant;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use roadbench::batch::run::RunWork;
-use roadbench::batch::{Finished, Maps, Settings, Watch, engine};
+use roadbench::batch::jobs::run::RunWork;
+use roadbench::batch::workers::scheduler as engine;
+use roadbench::batch::{Finished, Maps, Settings, Watch};
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest::aids::Aids;
-use roadbench::ingest::survey::survey;
+use roadbench::ingest::checks::aids::Aids;
+use roadbench::ingest::formats::survey::survey;
 use roadbench::ingest::{self, write_session};
-use roadbench::objects::Location;
 use roadbench::pipeline::Pipeline;
+use roadbench::store::objects::Location;
 
 use crate::racing_files;
 

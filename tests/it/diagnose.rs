@@ -11,15 +11,16 @@ use roadbench::diagnose::road::base;
 use roadbench::diagnose::road::parameters::Parameters;
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::diagnose::road::{self, RoadDiagnosis, diagnose};
-use roadbench::effects::extended_model::ExtendedModel;
-use roadbench::effects::models::Models;
-use roadbench::effects::{ALL, Effect};
+use roadbench::estimate::zeros;
 use roadbench::fit::{Data, chain};
-use roadbench::model::MagicFormula;
 use roadbench::pipeline::{self, Pipeline};
+use roadbench::simulate::effects::extended_model::ExtendedModel;
+use roadbench::simulate::effects::models::Models;
+use roadbench::simulate::effects::{ALL, Effect};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::scenario::Scenario;
-use roadbench::{estimate::zeros, model::formulation::Formulation};
+use roadbench::tyre::MagicFormula;
+use roadbench::tyre::formulation::Formulation;
 use roadbench::{filter, segment};
 
 /// A naturalistic ride with some effects in it.
@@ -140,7 +141,7 @@ fn two_hidden_effects_are_both_named_with_their_sizes() {
         .expect("structured");
     assert!(worst.rmse_extended.expect("extended") < 0.6 * worst.rmse_base, "{worst:?}");
     // and the simulator itself comes closer to what was measured
-    let off = |of: fn(&roadbench::tables::rows::SimulatedSample) -> Option<f64>| -> f64 {
+    let off = |of: fn(&roadbench::store::tables::rows::SimulatedSample) -> Option<f64>| -> f64 {
         let steer =
             d.replays.iter().filter(|r| r.channel == "steer_angle" && r.kind == "cornering");
         let squares: Vec<f64> =

@@ -10,7 +10,7 @@ use roadbench::filter;
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
 use roadbench::simulate::motocross::{self, MotocrossRide};
-use roadbench::tables::rows::CauseRow;
+use roadbench::store::tables::rows::CauseRow;
 
 const NULLS: usize = 12;
 

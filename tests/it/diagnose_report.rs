@@ -5,8 +5,10 @@ use std::path::Path;
 
 use roadbench::contract::verdict::{UNEXPLAINED, Verdict};
 use roadbench::report;
-use roadbench::tables::file;
-use roadbench::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError};
+use roadbench::store::tables::file;
+use roadbench::store::tables::rows::{
+    CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError,
+};
 
 const HOSTILE: &str = "</script><b onmouseover=alert(1)>&\"'";
 
@@ -252,7 +254,7 @@ fn unexplained() -> Ride {
 }
 
 fn store(out: &Path, mut ride: Ride, replays: bool) {
-    let file = roadbench::tables::names::file_name(&ride.ident.session_id);
+    let file = roadbench::store::tables::names::file_name(&ride.ident.session_id);
     let path = |name: &str| out.join(name).join(format!("bike=tourer/{file}.parquet"));
     for (k, row) in ride.causes.iter_mut().enumerate() {
         (row.ident, row.rank) = (ride.ident.clone(), k as i64 + 1);

@@ -13,18 +13,19 @@ use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use roadbench::batch::run::RunWork;
-use roadbench::batch::{Maps, Settings, engine};
+use roadbench::batch::jobs::run::RunWork;
+use roadbench::batch::workers::scheduler as engine;
+use roadbench::batch::{Maps, Settings};
 use roadbench::contract::channel::Channel::{self, *};
 use roadbench::contract::session::Session;
 use roadbench::ingest::write_session;
-use roadbench::objects::Location;
 use roadbench::pipeline::Pipeline;
 use roadbench::report::tables;
 use roadbench::simulate::plan::{Plan, PlanKind};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::simulate::session;
-use roadbench::tables::rows::{Coefficient, Status};
+use roadbench::store::objects::Location;
+use roadbench::store::tables::rows::{Coefficient, Status};
 
 /// What must become of a log.
 enum Fate {
@@ -207,7 +208,8 @@ impl Tables {
         for c in tables::coefficients(out).expect("coefficients") {
             coefficients.entry(c.ident.session_id.clone()).or_default().push(c);
         }
-        let why = |r: roadbench::tables::rows::Rejected| (stem(&r.path), (r.code, r.message));
+        let why =
+            |r: roadbench::store::tables::rows::Rejected| (stem(&r.path), (r.code, r.message));
         Tables { rejected: rejected.into_iter().map(why).collect(), warnings, coefficients }
     }
 

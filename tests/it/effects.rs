@@ -11,11 +11,12 @@ use roadbench::diagnose::road::problem::Problem;
 use roadbench::diagnose::road::residuals::{Blocks, blocks};
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::diagnose::road::workings::Workings;
-use roadbench::effects::physics::Multibody;
-use roadbench::effects::remove::remove;
-use roadbench::effects::{ALL, Effect, ModelError};
-use roadbench::manoeuvre::Direction;
 use roadbench::pipeline::Pipeline;
+use roadbench::segment::manoeuvre::Direction;
+use roadbench::simulate;
+use roadbench::simulate::effects::physics::Multibody;
+use roadbench::simulate::effects::remove::remove;
+use roadbench::simulate::effects::{ALL, Effect, ModelError};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
 use roadbench::simulate::motorcycle::Plant;
@@ -24,7 +25,7 @@ use roadbench::simulate::plan::Phase;
 use roadbench::simulate::rider::Disturbance;
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::tour::Tour;
-use roadbench::simulate::{self, multibody, simulate_phases};
+use roadbench::simulate::{multibody_ride as multibody, simulate_phases};
 use roadbench::statistics::random::Random;
 
 /// A difference of a signal, over its largest value, that is no rounding.

@@ -3,19 +3,19 @@
 use rayon::prelude::*;
 use roadbench::contract::bike::{Axle, Bike};
 use roadbench::diagnose::{Settings, road};
-use roadbench::effects::physics::Multibody;
-use roadbench::effects::{ALL, Effect, ModelError, tyre_file};
-use roadbench::manoeuvre::Direction;
-use roadbench::model::custom::Custom;
-use roadbench::model::tyre::Input;
-use roadbench::model::tyre_model::TyreModel;
 use roadbench::pipeline::Pipeline;
+use roadbench::segment::manoeuvre::Direction;
+use roadbench::simulate::effects::physics::Multibody;
+use roadbench::simulate::effects::{ALL, Effect, ModelError, tyre_file};
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
 use roadbench::simulate::pilot::Skill;
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::tour::Tour;
-use roadbench::simulate::{multibody, ride};
+use roadbench::simulate::{multibody_ride as multibody, ride};
+use roadbench::tyre::custom::Custom;
+use roadbench::tyre::tyre::Input;
+use roadbench::tyre::tyre_model::TyreModel;
 
 use super::export::roadbench;
 

@@ -9,8 +9,8 @@ use arrow::array::{ArrayRef, Float64Array, RecordBatch};
 use parquet::arrow::ArrowWriter;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use roadbench::tables::read;
-use roadbench::tables::rows::{Rejected, SessionRow};
+use roadbench::store::tables::read;
+use roadbench::store::tables::rows::{Rejected, SessionRow};
 
 const ARCHIVE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/archive");
 

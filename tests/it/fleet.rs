@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::coefficient::Id;
 use roadbench::contract::fleet_event::EventKind;
+use roadbench::estimate::{Config, zeros};
 use roadbench::fit;
 use roadbench::fit::Data;
 use roadbench::fit::chain::solve;
@@ -14,11 +15,8 @@ use roadbench::pipeline::{self, Input, Pipeline};
 use roadbench::simulate::scenario::Scenario;
 use roadbench::simulate::session;
 use roadbench::statistics::random::Random;
-use roadbench::tables::rows::{EvidenceRow, Status};
-use roadbench::{
-    estimate::{Config, zeros},
-    model::formulation::Formulation,
-};
+use roadbench::store::tables::rows::{EvidenceRow, Status};
+use roadbench::tyre::formulation::Formulation;
 use roadbench::{filter, segment};
 
 /// Every coefficient of one noiseless simulated session, fitted with each of some bike files.

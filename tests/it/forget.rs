@@ -1,10 +1,12 @@
-//! Sessions that are taken out of an output ([`roadbench::batch::forget`]).
+//! Sessions that are taken out of an output ([`roadbench::batch::store::forget`]).
 
-use roadbench::batch::forget::{Which, forget};
-use roadbench::batch::store::Store;
-use roadbench::batch::{Error, kind, run};
+use roadbench::batch::Error;
+use roadbench::batch::jobs::run;
+use roadbench::batch::store::folder::Store;
+use roadbench::batch::store::forget::{Which, forget};
+use roadbench::batch::store::kind;
 use roadbench::report::Pages;
-use roadbench::tables::read;
+use roadbench::store::tables::read;
 
 use crate::script::Place;
 

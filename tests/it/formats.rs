@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
 use roadbench::contract::channel::Channel;
-use roadbench::ingest::map::ChannelMap;
+use roadbench::ingest::maps::ChannelMap;
 use roadbench::ingest::{self, Raw, Track};
 use roadbench::pipeline::Pipeline;
 

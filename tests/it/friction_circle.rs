@@ -6,12 +6,12 @@ use std::path::Path;
 use std::process::{Command as Process, Stdio};
 
 use roadbench::contract::bike::Axle;
-use roadbench::effects::ModelError;
-use roadbench::effects::extended_tyre::ExtendedTyre;
-use roadbench::export::tyre::Characterised;
-use roadbench::model::custom::Custom;
-use roadbench::model::tyre::{Input, Tyre};
-use roadbench::model::{MagicFormula, Stiffness};
+use roadbench::report::export::tyre::Characterised;
+use roadbench::simulate::effects::ModelError;
+use roadbench::simulate::effects::extended_tyre::ExtendedTyre;
+use roadbench::tyre::custom::Custom;
+use roadbench::tyre::tyre::{Input, Tyre};
+use roadbench::tyre::{MagicFormula, Stiffness};
 
 use crate::export::there;
 use crate::lane_change_forms::{Study, answer, record};

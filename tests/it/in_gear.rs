@@ -11,7 +11,7 @@ use roadbench::GRAVITY;
 use roadbench::contract::bike::Bike;
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
-use roadbench::manoeuvre::ManoeuvreKind;
+use roadbench::segment::manoeuvre::ManoeuvreKind;
 use roadbench::{filter, ingest, segment};
 
 mod forward;

@@ -9,14 +9,14 @@ use std::sync::{Arc, Mutex};
 
 use assert_cmd::Command;
 use roadbench::contract::bike::{Axle, Bike};
-use roadbench::effects::tyre_file;
-use roadbench::export::fitted::Fitted;
-use roadbench::export::tyre::{Characterised, Setting};
-use roadbench::model::tyre::{Input, Output};
-use roadbench::model::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
+use roadbench::report::export::fitted::Fitted;
+use roadbench::report::export::tyre::{Characterised, Setting};
+use roadbench::simulate::effects::tyre_file;
 use roadbench::simulate::pilot::Skill;
 use roadbench::simulate::tour::Tour;
 use roadbench::simulate::{compare, ride};
+use roadbench::tyre::tyre::{Input, Output};
+use roadbench::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 use crate::export::{here, there};
 
@@ -408,7 +408,7 @@ fn a_property_file_has_the_relaxation_length_and_the_friction_of_the_ride() {
 #[test]
 fn a_fall_is_said_and_its_peaks_are_not_compared() {
     let folder = tempfile::tempdir().expect("folder");
-    let text = roadbench::model::published::text("sharp2004_front_120_70").expect("published");
+    let text = roadbench::tyre::published::text("sharp2004_front_120_70").expect("published");
     // a side force that comes after two metres
     let late: Vec<String> = text
         .lines()
@@ -428,7 +428,7 @@ fn a_fall_is_said_and_its_peaks_are_not_compared() {
     assert!(said.contains("no peaks are compared"), "{said}");
     assert!(!said.contains("steer_torque") && !said.contains('%'), "{said}");
     let peaks = folder.path().join("o/compare/peaks.parquet");
-    let peaks: Vec<roadbench::tables::rows::PeakRow> =
-        roadbench::tables::read::file_rows(&peaks).expect("a table");
+    let peaks: Vec<roadbench::store::tables::rows::PeakRow> =
+        roadbench::store::tables::read::file_rows(&peaks).expect("a table");
     assert!(peaks.is_empty());
 }

@@ -8,13 +8,14 @@ use std::path::Path;
 use assert_cmd::Command;
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest::{self, map::ChannelMap};
-use roadbench::laps::find::{Found, Kind};
-use roadbench::laps::{Config, detect};
+use roadbench::ingest;
+use roadbench::ingest::maps::ChannelMap;
+use roadbench::segment::laps::find::{Found, Kind};
+use roadbench::segment::laps::{Config, detect};
 use roadbench::simulate::track;
 use roadbench::statistics::random::{Coloured, Random};
-use roadbench::tables::read;
-use roadbench::tables::rows::{LapCornerRow, LapPointRow, LapRow};
+use roadbench::store::tables::read;
+use roadbench::store::tables::rows::{LapCornerRow, LapPointRow, LapRow};
 
 use crate::page;
 

@@ -3,9 +3,9 @@
 use roadbench::diagnose::Settings;
 use roadbench::diagnose::levels::{Member, Pooling};
 use roadbench::diagnose::road::diagnose;
-use roadbench::effects::Effect;
 use roadbench::pipeline::Pipeline;
 use roadbench::simulate;
+use roadbench::simulate::effects::Effect;
 use roadbench::simulate::hidden::{Case, Kind};
 use roadbench::simulate::plan::{Plan, PlanKind};
 

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 
 use roadbench::contract::channel::Channel as C;
-use roadbench::ingest::{self, Raw, map::ChannelMap};
-use roadbench::motorcycle::joint;
+use roadbench::ingest;
+use roadbench::ingest::Raw;
+use roadbench::ingest::maps::ChannelMap;
 use roadbench::simulate::loggers::{Foreign, Profile, write};
+use roadbench::simulate::multibody::joint;
 use roadbench::simulate::ride::Sample;
 use roadbench::simulate::track::{self, Track, TrackRide};
 

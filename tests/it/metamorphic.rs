@@ -12,10 +12,11 @@ use std::time::Duration;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use roadbench::batch::forget::{Which, forget};
-use roadbench::batch::store::Store;
-use roadbench::batch::verify::mend;
-use roadbench::batch::{kind, run};
+use roadbench::batch::jobs::run;
+use roadbench::batch::store::folder::Store;
+use roadbench::batch::store::forget::{Which, forget};
+use roadbench::batch::store::kind;
+use roadbench::batch::store::verify::mend;
 use roadbench::report::Pages;
 
 use crate::kill::victim_of;

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use nalgebra::Rotation3;
 use roadbench::contract::channel::Channel;
-use roadbench::ingest::aids::Aids;
-use roadbench::ingest::map::ChannelMap;
-use roadbench::ingest::map::file::with_aids;
+use roadbench::ingest::checks::aids::Aids;
+use roadbench::ingest::maps::ChannelMap;
+use roadbench::ingest::maps::file::with_aids;
+use roadbench::ingest::motion::navigation;
+use roadbench::ingest::motion::navigation::{Log, NAMES, Navigation, OUTPUTS};
 use roadbench::ingest::{self, Config};
-use roadbench::navigation::{self, Log, NAMES, Navigation, OUTPUTS};
 use roadbench::simulate::imu::Motion;
 use roadbench::simulate::loggers;
 use roadbench::simulate::prescribed::Prescribed;

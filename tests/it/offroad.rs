@@ -15,14 +15,14 @@ use roadbench::estimate::offroad::solve::{BRAKING, RowWeights, Solver};
 use roadbench::estimate::offroad::weights::Weights;
 use roadbench::estimate::offroad::{self, Config, Estimate};
 use roadbench::filter;
-use roadbench::manoeuvre::ManoeuvreKind;
-use roadbench::model::offroad::equations::Motion;
-use roadbench::model::offroad::machine::Machine;
 use roadbench::pipeline::{self, Input, Outcome, Pipeline};
+use roadbench::segment::manoeuvre::ManoeuvreKind;
 use roadbench::simulate::motocross::machine::{Levers, Plant, Touching};
 use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
 use roadbench::simulate::motocross::{self, MotocrossRide, pilot};
-use roadbench::tables::rows::Status;
+use roadbench::store::tables::rows::Status;
+use roadbench::tyre::offroad::equations::Motion;
+use roadbench::tyre::offroad::machine::Machine;
 
 fn scenario() -> Motocross {
     Motocross::load("motocross").expect("scenario").expect("built in")

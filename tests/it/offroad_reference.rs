@@ -3,13 +3,11 @@
 
 use roadbench::estimate::offroad::nnls;
 use roadbench::estimate::offroad::rider::a::{Instant, Standing};
+use roadbench::estimate::offroad::rider::{b, c};
 use roadbench::estimate::offroad::weights::Weights;
-use roadbench::model::offroad::chain::{Chain, Run, lever};
-use roadbench::model::offroad::equations::{Equations, Motion, Parameters};
-use roadbench::{
-    estimate::offroad::rider::{b, c},
-    model::offroad::body::Body,
-};
+use roadbench::tyre::offroad::body::Body;
+use roadbench::tyre::offroad::chain::{Chain, Run, lever};
+use roadbench::tyre::offroad::equations::{Equations, Motion, Parameters};
 use serde_json::Value;
 
 const G: f64 = 9.80665;

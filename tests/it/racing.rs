@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest::map::ChannelMap;
+use roadbench::ingest::maps::ChannelMap;
 use roadbench::ingest::{self, Config, Raw};
 use roadbench::pipeline::Pipeline;
 
@@ -403,7 +403,7 @@ fn motecs_sample_log_as_another_reads_it() {
     assert_eq!(raw.meta.start_time.as_deref(), Some("2005-11-23T09:53:00Z"));
     assert_eq!((raw.meta.bike_id.as_str(), raw.meta.site.as_deref()), ("11A", Some("Calder")));
     let look = ingest::format_of(&sample).expect("known").decoder.expect("without a map");
-    let aids = ingest::aids::Aids::default();
+    let aids = ingest::checks::aids::Aids::default();
     let listing = (look.list)(&(&sample).into(), &aids).expect("listed");
     let wanted: Vec<_> = listing.channels.iter().collect();
     let ours = (look.decode)(&(&sample).into(), &aids, &wanted).expect("decoded").columns;

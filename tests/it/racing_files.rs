@@ -9,8 +9,9 @@ use std::io::Cursor;
 use motec_i2::{ChannelMetadata, Datatype, Header, LDWriter, Sample};
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::Session;
-use roadbench::ingest::map::{self, ChannelMap, Entry};
-use roadbench::ingest::yaw::trace_angle;
+use roadbench::ingest::maps as map;
+use roadbench::ingest::maps::{ChannelMap, Entry};
+use roadbench::ingest::motion::yaw::trace_angle;
 
 /// Digits after the point in every text.
 pub const DIGITS: usize = 5;

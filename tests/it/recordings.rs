@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use assert_cmd::Command;
-use roadbench::batch::run::RunWork;
-use roadbench::batch::{Maps, Settings, engine};
-use roadbench::objects::Location;
+use roadbench::batch::jobs::run::RunWork;
+use roadbench::batch::workers::scheduler as engine;
+use roadbench::batch::{Maps, Settings};
 use roadbench::pipeline::Pipeline;
 use roadbench::report::tables;
-use roadbench::tables::rows::{Coefficient, Status};
+use roadbench::store::objects::Location;
+use roadbench::store::tables::rows::{Coefficient, Status};
 
 const LOGS: [&str; 7] = [
     "emoto_kiro/KIRO_4.txt",
@@ -166,7 +167,7 @@ fn a_suspension_log_is_listed_as_it_was_recorded() {
         println!("no {}: nothing tested", log.display());
         return;
     }
-    let seen = roadbench::ingest::survey::survey(&log, &Default::default())
+    let seen = roadbench::ingest::formats::survey::survey(&log, &Default::default())
         .expect("read")
         .expect("listed");
     let names: Vec<&str> = seen.listing.channels.iter().map(|c| c.name.as_str()).collect();

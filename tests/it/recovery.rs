@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use roadbench::contract::bike::Axle;
 use roadbench::contract::coefficient::{Coefficient as C, Id, Part, Values};
+use roadbench::estimate::signals::Inputs;
+use roadbench::estimate::{Config, zeros};
 use roadbench::fit::chain::solve;
 use roadbench::fit::friction::{Rows, is_of_curve};
 use roadbench::fit::refit::{MOST_CORNER, Refit};
@@ -14,12 +16,8 @@ use roadbench::fit::{Data, Solution, coefficients};
 use roadbench::simulate::scenario::{Machine, Scenario};
 use roadbench::simulate::{Simulated, session, truth};
 use roadbench::statistics::order::upper_median_of;
-use roadbench::tables::rows::{Coefficient, Status};
-use roadbench::{
-    estimate::signals::Inputs,
-    estimate::{Config, zeros},
-    model::formulation::Formulation,
-};
+use roadbench::store::tables::rows::{Coefficient, Status};
+use roadbench::tyre::formulation::Formulation;
 use roadbench::{filter, segment};
 
 /// Everything of one simulated session.

@@ -6,15 +6,13 @@ use std::path::{Path, PathBuf};
 use crate::page;
 use roadbench::contract::bike::{Axle, Bike};
 use roadbench::contract::coefficient::Coefficient as C;
-use roadbench::export::{
-    fitted::Fitted,
-    reduced,
-    tyre::{Characterised, Setting},
-};
-use roadbench::plots::catalogue;
+use roadbench::report::export::fitted::Fitted;
+use roadbench::report::export::reduced;
+use roadbench::report::export::tyre::{Characterised, Setting};
+use roadbench::report::plots::catalogue;
 use roadbench::report::{page_names, tables, terminal};
-use roadbench::tables::file;
-use roadbench::tables::rows::{
+use roadbench::store::tables::file;
+use roadbench::store::tables::rows::{
     Coefficient, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status, WarningRow,
 };
 
@@ -498,10 +496,10 @@ fn a_property_file_gives_the_fitted_tyre_back() {
         assert!((by_camber / -k_gamma - 1.0).abs() < 0.001, "load {load}: {by_camber}");
     }
     // and the simulator's own reader takes it for what it is
-    let tyre = roadbench::model::tir::parse(&file, "export.tir".as_ref()).expect("a tyre");
+    let tyre = roadbench::tyre::tir::parse(&file, "export.tir".as_ref()).expect("a tyre");
     let at = |slip_ratio: f64, slip_angle: f64, camber: f64| {
         let load = 1500.0;
-        let out = tyre.forces(&roadbench::model::tyre::Input {
+        let out = tyre.forces(&roadbench::tyre::tyre::Input {
             slip_ratio,
             slip_angle,
             camber,

@@ -7,8 +7,8 @@ use crate::page;
 use roadbench::report;
 use roadbench::report::static_figures::write::{self, Format};
 use roadbench::report::summary;
-use roadbench::tables::file;
-use roadbench::tables::rows::{
+use roadbench::store::tables::file;
+use roadbench::store::tables::rows::{
     Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance, RatioRow,
     SessionRow, Status,
 };

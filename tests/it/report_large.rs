@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use roadbench::report::{self, Pages};
-use roadbench::tables::file;
-use roadbench::tables::rows::{
+use roadbench::store::tables::file;
+use roadbench::store::tables::rows::{
     Coefficient, EventRow, FleetRow, Ident, PooledRow, Provenance, SessionRow, Status,
 };
 

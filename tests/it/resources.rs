@@ -9,15 +9,16 @@ use std::process::{Command, Output, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use roadbench::batch::bikes::BikeFile;
-use roadbench::batch::kind::Kind;
-use roadbench::batch::work::Output as WorkOutput;
-use roadbench::batch::{Accounts, Error, Work, engine};
+use roadbench::batch::jobs::bikes::BikeFile;
+use roadbench::batch::jobs::work::Output as WorkOutput;
+use roadbench::batch::store::kind::Kind;
+use roadbench::batch::workers::scheduler as engine;
+use roadbench::batch::{Accounts, Error, Work};
 use roadbench::ingest::Identified;
-use roadbench::ingest::map::ChannelMap;
-use roadbench::objects::Location;
+use roadbench::ingest::maps::ChannelMap;
 use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
-use roadbench::tables::registry;
+use roadbench::store::objects::Location;
+use roadbench::store::tables::registry;
 
 use crate::disk::Small;
 use crate::fence::{Archive, busy_worker, constant_rows_of, signal, whole};

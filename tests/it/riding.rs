@@ -7,13 +7,13 @@ use assert_cmd::prelude::*;
 use roadbench::contract::bike::Axle;
 use roadbench::contract::channel::Channel;
 use roadbench::ingest::write_session;
-use roadbench::model::custom::Custom;
-use roadbench::motorcycle::Motorcycle;
 use roadbench::pipeline::{Input, Outcome, Pipeline};
+use roadbench::simulate::multibody::Motorcycle;
 use roadbench::simulate::pilot::Skill;
 use roadbench::simulate::ride::{self, MultibodyRide};
 use roadbench::simulate::tour::Tour;
 use roadbench::simulate::{compare, replay};
+use roadbench::tyre::custom::Custom;
 use roadbench::{GRAVITY, filter, ingest, pipeline, segment};
 
 fn tour(text: &str) -> Tour {
@@ -108,7 +108,7 @@ fn the_papers_study_again() {
     assert!(error("force_y_front") < 0.05 && error("force_y_rear") < 0.05);
 
     // a second ride's brakings, pressures in
-    let tyres: [Box<dyn roadbench::model::tyre_model::TyreModel>; 2] =
+    let tyres: [Box<dyn roadbench::tyre::tyre_model::TyreModel>; 2] =
         [Box::new(front), Box::new(rear)];
     let mut braked = ride_plan.clone();
     let [front, rear] = tyres;
@@ -125,7 +125,7 @@ fn the_papers_study_again() {
     let mut count = 0;
     for s in segments
         .iter()
-        .filter(|s| s.used && s.kind == roadbench::manoeuvre::ManoeuvreKind::FrontBraking)
+        .filter(|s| s.used && s.kind == roadbench::segment::manoeuvre::ManoeuvreKind::FrontBraking)
     {
         let from = s.start.saturating_sub(30);
         let replay =

@@ -5,18 +5,24 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
-use roadbench::batch::bikes::BikeFile;
-use roadbench::batch::contents::Contents;
-use roadbench::batch::kind::{self, Kind};
-use roadbench::batch::work::Output;
-use roadbench::batch::{Accounts, Error, Maps, Settings, State, Watch, Work, engine, run};
+use roadbench::batch::jobs::bikes::BikeFile;
+use roadbench::batch::jobs::run;
+use roadbench::batch::jobs::work::Output;
+use roadbench::batch::store::contents::Contents;
+use roadbench::batch::store::kind;
+use roadbench::batch::store::kind::Kind;
+use roadbench::batch::workers::scheduler as engine;
+use roadbench::batch::{Accounts, Error, Maps, Settings, State, Watch, Work};
 use roadbench::contract::session::Meta;
 use roadbench::ingest::Identified;
-use roadbench::ingest::map::ChannelMap;
-use roadbench::objects::Location;
+use roadbench::ingest::maps::ChannelMap;
 use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
-use roadbench::tables::registry::{self, TableSpec};
-use roadbench::tables::rows::{Coefficient, Ident, PlotPoint, Provenance, SessionRow, Status};
+use roadbench::store::objects::Location;
+use roadbench::store::tables::registry;
+use roadbench::store::tables::registry::TableSpec;
+use roadbench::store::tables::rows::{
+    Coefficient, Ident, PlotPoint, Provenance, SessionRow, Status,
+};
 
 pub const BIKE: &str = "mass = 260.0\nwheelbase = 1.45\ncg_to_front = 0.72\ncg_height = 0.62\n\
     caster_angle = 0.43\n[front]\nradius = 0.3\nwidth = 0.12\n[rear]\nradius = 0.31\nwidth = 0.18\n";
@@ -191,7 +197,7 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
             .collect(),
         signals: input
             .signals
-            .then(|| roadbench::tables::file::batch::<PlotPoint>(&[]).expect("empty batch")),
+            .then(|| roadbench::store::tables::file::batch::<PlotPoint>(&[]).expect("empty batch")),
         ..Outcome::default()
     }
 }

@@ -7,11 +7,10 @@ use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
 use roadbench::filter;
 use roadbench::ingest;
+use roadbench::segment;
+use roadbench::segment::Segment;
+use roadbench::segment::manoeuvre::{Direction, ManoeuvreKind};
 use roadbench::simulate::{self, Simulated, scenario::Scenario};
-use roadbench::{
-    manoeuvre::{Direction, ManoeuvreKind},
-    segment::{self, Segment},
-};
 
 /// Seconds found right, found, true; by kind.
 type Score = BTreeMap<ManoeuvreKind, [f64; 3]>;
@@ -250,7 +249,7 @@ fn real_recordings_are_covered_without_gaps() {
             println!("{} is not there: skipped", path.display());
             continue;
         }
-        let raw = ingest::read(&path, ingest::map::file::shipped()).expect(name);
+        let raw = ingest::read(&path, ingest::maps::file::shipped()).expect(name);
         let (mut session, _) = ingest::run(raw, &ingest::Config::default()).expect(name);
         filter::run(&mut session, &filter::Config::default());
         let found = cut(&session);

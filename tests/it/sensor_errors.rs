@@ -10,7 +10,7 @@ use roadbench::diagnose::road::residuals::{Blocks, CHANNELS, blocks};
 use roadbench::diagnose::road::samples::Samples;
 use roadbench::diagnose::road::sensors::{as_recorded, as_ridden};
 use roadbench::pipeline::Pipeline;
-use roadbench::simulate::multibody;
+use roadbench::simulate::multibody_ride as multibody;
 use roadbench::simulate::rider::Disturbance;
 
 use crate::suspicions::common::machine;

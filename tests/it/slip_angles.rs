@@ -3,9 +3,9 @@
 use roadbench::diagnose::road::attitude::{Attitude, Posture};
 use roadbench::diagnose::road::fitted;
 use roadbench::diagnose::road::parameters::Parameters;
-use roadbench::manoeuvre::ManoeuvreKind;
 use roadbench::pipeline::Pipeline;
-use roadbench::simulate::multibody;
+use roadbench::segment::manoeuvre::ManoeuvreKind;
+use roadbench::simulate::multibody_ride as multibody;
 use roadbench::simulate::rider::Disturbance;
 
 use crate::suspicions::common::machine;

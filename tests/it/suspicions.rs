@@ -16,7 +16,7 @@ use roadbench::contract::verdict::Verdict;
 use roadbench::diagnose::Settings;
 use roadbench::diagnose::road::diagnose;
 use roadbench::pipeline::Pipeline;
-use roadbench::simulate::multibody;
+use roadbench::simulate::multibody_ride as multibody;
 use roadbench::simulate::rider::Disturbance;
 use roadbench::simulate::scenario::Scenario;
 

@@ -3,10 +3,10 @@
 
 use roadbench::contract::channel::Channel;
 use roadbench::contract::coefficient::Coefficient as C;
-use roadbench::ingest::propose::physics::Verdict;
+use roadbench::ingest::maps::propose::physics::Verdict;
 use roadbench::simulate::loggers::Profile;
 use roadbench::simulate::track;
-use roadbench::tables::rows::{Coefficient, Status};
+use roadbench::store::tables::rows::{Coefficient, Status};
 
 #[path = "../../examples/track_sessions/case.rs"]
 #[allow(dead_code)]

@@ -4,14 +4,16 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use roadbench::batch::forget::{Which, forget};
-use roadbench::batch::reading::Reading;
-use roadbench::batch::store::Store;
-use roadbench::batch::verify::{Wrong, mend, verify};
-use roadbench::batch::{Error, kind, mark, run};
+use roadbench::batch::Error;
+use roadbench::batch::jobs::run;
+use roadbench::batch::store::folder::Store;
+use roadbench::batch::store::forget::{Which, forget};
+use roadbench::batch::store::reading::Reading;
+use roadbench::batch::store::verify::{Wrong, mend, verify};
+use roadbench::batch::store::{kind, mark};
 use roadbench::report::Pages;
-use roadbench::tables::rows::{Coefficient, FleetRow, SessionRow};
-use roadbench::tables::{file, read};
+use roadbench::store::tables::rows::{Coefficient, FleetRow, SessionRow};
+use roadbench::store::tables::{file, read};
 
 use crate::script::{Place, Script, adds_up, codes};
 

@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use roadbench::contract::bike::{Axle, Bike};
-use roadbench::export::fitted::Fitted;
-use roadbench::export::tyre::{Characterised, Setting};
-use roadbench::model::tyre::Input;
-use roadbench::tydex::read::{parse, read};
-use roadbench::tydex::write::{Head, write};
-use roadbench::tydex::{Bench, Point};
+use roadbench::report::export::fitted::Fitted;
+use roadbench::report::export::tyre::{Characterised, Setting};
+use roadbench::tyre::tydex::read::{parse, read};
+use roadbench::tyre::tydex::write::{Head, write};
+use roadbench::tyre::tydex::{Bench, Point};
+use roadbench::tyre::tyre::Input;
 
 use super::export::{BIKES, SESSION, here, ridden, roadbench};
 

@@ -1,8 +1,9 @@
-//! Outputs that are not as they were written ([`roadbench::batch::verify`]).
+//! Outputs that are not as they were written ([`roadbench::batch::store::verify`]).
 
-use roadbench::batch::store::Store;
-use roadbench::batch::verify::{Wrong, mend, verify};
-use roadbench::batch::{kind, run};
+use roadbench::batch::jobs::run;
+use roadbench::batch::store::folder::Store;
+use roadbench::batch::store::kind;
+use roadbench::batch::store::verify::{Wrong, mend, verify};
 use roadbench::report::Pages;
 
 use crate::script::Place;

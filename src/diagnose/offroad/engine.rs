@@ -18,7 +18,7 @@ use crate::diagnose::engine::{
 use crate::diagnose::tables::rms_of;
 use crate::diagnose::tuning::OffroadTuning;
 use crate::estimate::offroad::Estimate as Forces;
-use crate::tables::rows::DiscrepancyRow;
+use crate::store::tables::rows::DiscrepancyRow;
 
 /// How many times the largest of its null simulations the residual is that named causes leave where
 /// something is unexplained: a named cause is not quite exact.

@@ -21,9 +21,10 @@ use super::ground;
 use crate::GRAVITY;
 use crate::estimate::offroad::Estimate;
 use crate::estimate::offroad::rider;
-use crate::model::offroad::equations::Matrices;
-use crate::model::offroad::machine::Machine;
-use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
+use crate::segment::Segment;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::tyre::offroad::equations::Matrices;
+use crate::tyre::offroad::machine::Machine;
 
 /// Samples per second that the residuals are made from.
 const RATE: f64 = 200.0;

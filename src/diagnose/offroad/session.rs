@@ -16,12 +16,12 @@ use crate::diagnose::tables;
 use crate::diagnose::tuning::OffroadTuning;
 use crate::estimate::offroad::Estimate;
 use crate::estimate::offroad::rider::{self, Rider};
-use crate::ingest::map::ChannelMap;
-use crate::model::offroad::equations::Motion;
-use crate::model::offroad::machine::{Machine, Noise};
-use crate::objects::Location;
+use crate::ingest::maps::ChannelMap;
 use crate::pipeline::{self, OffroadForces, Pipeline, Rejection};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::store::objects::Location;
+use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident};
+use crate::tyre::offroad::equations::Motion;
+use crate::tyre::offroad::machine::{Machine, Noise};
 
 /// Fewest blocks that are worth a diagnosis: half a minute on the ground.
 const FEWEST: usize = 200;

@@ -8,7 +8,7 @@ use super::curve::Curve;
 use super::declaration::{Declaration, Ride};
 use crate::diagnose::cause::Candidate;
 use crate::filter::high_cut;
-use crate::model::offroad::machine::Strut;
+use crate::tyre::offroad::machine::Strut;
 
 /// Coulomb friction of the fork.
 pub const FORK_FRICTION: Declaration = Declaration {

@@ -10,7 +10,7 @@ use super::residuals::Residuals;
 use crate::GRAVITY;
 use crate::contract::bike::Bike;
 use crate::estimate::offroad::Estimate;
-use crate::model::offroad::machine::Machine;
+use crate::tyre::offroad::machine::Machine;
 
 /// Key, standard uncertainty as a share of the number, the same in its unit.
 const KEYS: &[(&str, f64, f64)] = &[

@@ -6,10 +6,10 @@
 
 use super::parameters::Parameters;
 use super::samples::Samples;
-use crate::effects::ModelError;
-use crate::model::formulation::Formulation::Corrected;
-use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
-use crate::model::pair::both;
+use crate::simulate::effects::ModelError;
+use crate::tyre::formulation::Formulation::Corrected;
+use crate::tyre::kinematics::{below_mass_centre, front_wheel, steering_rate};
+use crate::tyre::pair::both;
 
 /// Below this camber its tangent is itself, rad.
 const SMALL: f64 = 1e-6;

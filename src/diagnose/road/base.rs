@@ -11,7 +11,7 @@ use super::parameters::{BASE, Parameter, Parameters};
 use super::problem::{Linear, Problem};
 use super::residuals::Blocks;
 use super::samples::{BLOCK, Samples};
-use crate::effects::Effect;
+use crate::simulate::effects::Effect;
 
 /// Most Gauss-Newton rounds of a fit; most end earlier.
 const ROUNDS: usize = 16;

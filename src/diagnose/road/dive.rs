@@ -14,10 +14,10 @@
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::ingest::yaw::trace_angle;
-use crate::model::dive::above_axles;
+use crate::ingest::motion::yaw::trace_angle;
 use crate::statistics::order::median_or_zero;
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
+use crate::tyre::dive::above_axles;
 
 /// More pitch is no dive, rad.
 const DEEPEST: f64 = 0.2;

@@ -23,8 +23,8 @@ use crate::diagnose::cause::{Cause, Estimate, Judged, Naming, Objection, Structu
 use crate::diagnose::engine::{
     CellResiduals, Confirmed, Engine, NamingRules, Refit, Unexplained, in_cells,
 };
-use crate::effects::Effect;
-use crate::tables::rows::DiscrepancyRow;
+use crate::simulate::effects::Effect;
+use crate::store::tables::rows::DiscrepancyRow;
 
 /// Standard errors that the size of a named cause is from nil: its 95 % interval does not hold nil.
 const EVIDENT: f64 = 1.96;

@@ -4,11 +4,11 @@ use super::base::Base;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 use crate::diagnose::cause::Naming;
-use crate::effects::extended_model::{Coefficient, Estimate, ExtendedModel};
 use crate::fit::coefficients;
-use crate::model::formulation::Formulation;
 use crate::pipeline::{Pipeline, characterise};
-use crate::tables::rows::{Ident, Provenance};
+use crate::simulate::effects::extended_model::{Coefficient, Estimate, ExtendedModel};
+use crate::store::tables::rows::{Ident, Provenance};
+use crate::tyre::formulation::Formulation;
 
 /// The named and ambiguous causes of a diagnosis, and the coefficients of its clean, unfiltered session
 /// without them: the same that `run --model` finds.

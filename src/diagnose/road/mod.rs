@@ -8,7 +8,7 @@
 //!
 //! The base model is the one that [`fit`](crate::fit) characterises, written as eight residuals that
 //! vanish when it is right ([`residuals`]): block means of 0.3 s, channel by channel. [`parameters`] are
-//! every number that enters them, those of the base and those of the [`effects`](crate::effects) that the
+//! every number that enters them, those of the base and those of the [`effects`](crate::simulate::effects) that the
 //! base leaves out. What a candidate must score to be named is not computed but measured: on the same
 //! ride, simulated on the base model alone, and once a cause is named on the model that has it
 //! ([`null_simulation`]).

@@ -21,7 +21,7 @@ use super::samples::{BLOCK, Samples};
 use super::scan::{Score, scores};
 use super::structure::{self, Term};
 use crate::diagnose::calibration::{Calibration, Cell, Floor, Rms, floor, rms, threshold};
-use crate::effects::{Effect, PRIOR};
+use crate::simulate::effects::{Effect, PRIOR};
 use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Largest detection limit, in usual sizes, of an effect that a ride can identify: beyond that no size

@@ -19,9 +19,10 @@ use super::sensors;
 use super::white_noise::white_noise;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::ALL;
+use crate::segment::Segment;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::simulate::effects::ALL;
 use crate::statistics::random::Random;
-use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Simulations with sensor noise only, from which follows what other noise there is.
 const QUIET: usize = 3;

@@ -7,9 +7,9 @@ use super::session::{fitted, seed};
 use super::simulation_errors::simulation_errors;
 use crate::contract::bike::Bike;
 use crate::contract::session::Session;
-use crate::effects::Effect;
 use crate::pipeline::{Pipeline, Rejection};
-use crate::tables::rows::{Ident, SimulationError};
+use crate::simulate::effects::Effect;
+use crate::store::tables::rows::{Ident, SimulationError};
 
 /// Gauss-Newton rounds of the base beside the true effects.
 const ROUNDS: usize = 6;

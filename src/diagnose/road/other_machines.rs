@@ -58,7 +58,7 @@ mod tests {
             assert_eq!(structure(channel), *times);
         }
         for (name, Shown { bias_share, sd }) in all.effects {
-            assert!(crate::effects::ALL.iter().any(|e| e.name == name), "{name}");
+            assert!(crate::simulate::effects::ALL.iter().any(|e| e.name == name), "{name}");
             assert!((0.1..=1.0).contains(&bias_share) && (0.0..10.0).contains(&sd), "{name}");
         }
     }

@@ -3,14 +3,14 @@
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
 use crate::contract::channel::Channel;
-use crate::effects::physics::Reach;
-use crate::effects::{Effect, ModelError, PRIOR};
 use crate::fit::Solution;
 use crate::fit::cornering::{T1, T2};
-use crate::model::MagicFormula;
-use crate::model::dive::{PITCH_GYRATION, contact_arms};
-use crate::model::tyre::trail_0;
-use crate::model::tyre_model::{Carcass, USUAL_SHARE};
+use crate::simulate::effects::physics::Reach;
+use crate::simulate::effects::{Effect, ModelError, PRIOR};
+use crate::tyre::MagicFormula;
+use crate::tyre::dive::{PITCH_GYRATION, contact_arms};
+use crate::tyre::tyre::trail_0;
+use crate::tyre::tyre_model::{Carcass, USUAL_SHARE};
 
 /// Roll inertia of a motorcycle with rider about its mass centre, per mass, m².
 const ROLL_GYRATION: f64 = 0.085;

@@ -14,7 +14,7 @@ use crate::contract::session::Session;
 use crate::diagnose::cause::Naming;
 use crate::diagnose::held_out::FOLDS;
 use crate::statistics::smooth::smooth;
-use crate::tables::rows::{Ident, SimulatedSample};
+use crate::store::tables::rows::{Ident, SimulatedSample};
 
 /// What is shown.
 pub const SHOWN: [Channel; 9] = [

@@ -20,13 +20,13 @@ use super::samples::Samples;
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
 use crate::contract::residual_channel::{PerChannel, ResidualChannel};
-use crate::effects::physics::{Reach, Rolling};
-use crate::manoeuvre::ManoeuvreKind;
-use crate::model::dive::above_axles;
-use crate::model::kinematics::height_in_plane;
-use crate::model::pair::both;
-use crate::model::tyre::slip_stiffness_under;
-use crate::model::tyre_model::{Carcass, load_lead};
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::simulate::effects::physics::{Reach, Rolling};
+use crate::tyre::dive::above_axles;
+use crate::tyre::kinematics::height_in_plane;
+use crate::tyre::pair::both;
+use crate::tyre::tyre::slip_stiffness_under;
+use crate::tyre::tyre_model::{Carcass, load_lead};
 
 /// Names of the channels, in their order.
 pub const CHANNELS: [&str; 8] = ResidualChannel::NAMES;

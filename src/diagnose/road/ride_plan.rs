@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use super::advice::{ALIKE, Advice};
 use super::session::{Fitted, fitted};
-use crate::effects::ALL;
 use crate::pipeline::Pipeline;
 use crate::simulate;
+use crate::simulate::effects::ALL;
 use crate::simulate::motocross::scenario::Motocross;
 use crate::simulate::scenario::{BUILTIN, Scenario};
 use crate::simulate::tour::Tour;

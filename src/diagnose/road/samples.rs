@@ -6,9 +6,10 @@ use super::dive::{NOISY, dive};
 use super::replay::bridged;
 use crate::contract::channel::Channel;
 use crate::contract::session::Session;
-use crate::effects::ride::{Brakes, acting_pressure, along_strip, brake_history};
+use crate::segment::Segment;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::simulate::effects::ride::{Brakes, acting_pressure, along_strip, brake_history};
 use crate::statistics::smooth::{gradient, mean_twice, smooth};
-use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Samples per second.
 pub const RATE: f64 = 10.0;

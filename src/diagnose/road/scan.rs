@@ -15,7 +15,7 @@ use super::parameters::Parameter;
 use super::problem::{Linear, Problem};
 use super::residuals::CHANNELS;
 use super::samples::{BLOCK, Samples};
-use crate::effects::Effect;
+use crate::simulate::effects::Effect;
 
 /// One candidate, to first order.
 #[derive(Debug, Clone, Copy, PartialEq)]

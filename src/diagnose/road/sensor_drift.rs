@@ -18,9 +18,10 @@ use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::residual_channel::ResidualChannel;
 use crate::contract::session::Session;
+use crate::segment::Segment;
+use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::order::{SD_PER_MAD, upper_median};
 use crate::statistics::random::{Coloured, Random};
-use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
 
 /// Spans over which drift is looked at, s; the first is for the white noise.
 const SPANS: [f64; 3] = [0.1, 0.8, 3.0];

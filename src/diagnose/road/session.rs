@@ -25,15 +25,17 @@ use crate::diagnose::engine::name;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::tables;
 use crate::diagnose::tuning::RoadTuning;
-use crate::effects::Effect;
-use crate::effects::extended_model::ExtendedModel;
-use crate::ingest::map::ChannelMap;
-use crate::model::formulation::Formulation;
-use crate::objects::Location;
+use crate::ingest::maps::ChannelMap;
 use crate::pipeline::{self, Characterised, Pipeline, Rejection};
 use crate::segment::Segment;
+use crate::simulate::effects::Effect;
+use crate::simulate::effects::extended_model::ExtendedModel;
 use crate::statistics::smooth::{gradient, smooth};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError};
+use crate::store::objects::Location;
+use crate::store::tables::rows::{
+    CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError,
+};
+use crate::tyre::formulation::Formulation;
 
 /// Name of the effect that characterising a ride corrects as well.
 const LATENCY: &str = "latency";

@@ -10,9 +10,9 @@ use statrs::function::erf::erf;
 use super::null_simulation::NullSimulation;
 use super::replays::{Replays, SHOWN, Shown, shown};
 use crate::contract::schema::Table;
-use crate::manoeuvre::ManoeuvreKind;
+use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
-use crate::tables::rows::{Ident, SimulationError};
+use crate::store::tables::rows::{Ident, SimulationError};
 
 /// Null simulations from which follows what a model that is right leaves.
 const NULLS: usize = 4;

@@ -17,7 +17,7 @@ use super::scan::{Score, scan};
 use super::structure::{self, Term};
 use crate::diagnose::cause::{Candidate, Cause, Estimate, Judged};
 use crate::diagnose::tuning::RoadTuning;
-use crate::effects::Effect;
+use crate::simulate::effects::Effect;
 use crate::statistics::order::{SD_PER_MAD, median_or_zero};
 
 /// Most steps to the sizes that are simulated.

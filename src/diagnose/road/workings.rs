@@ -6,7 +6,7 @@ use super::parameters::{Parameter, Parameters};
 use super::residuals::{Blocks, Forces, Instant, blocks_of};
 use super::samples::Samples;
 use crate::contract::residual_channel::ResidualChannel;
-use crate::effects::physics::Reach;
+use crate::simulate::effects::physics::Reach;
 
 /// Change of the slip ratio up to which a friction curve is a parabola: what all short series leave out is less than
 /// 0.03 % of the change of the residuals (`tests/it/effects.rs`).

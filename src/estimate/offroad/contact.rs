@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::kinematics::Kinematics;
 use crate::GRAVITY;
-use crate::model::offroad::machine::Machine;
+use crate::tyre::offroad::machine::Machine;
 
 /// Settings of the detection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -30,7 +30,7 @@ use crate::contract::warning::Warning;
 use crate::filter::{derivative, high_cut, integral, remove_slow};
 use crate::statistics::runs::runs;
 
-use crate::model::offroad::machine::Machine;
+use crate::tyre::offroad::machine::Machine;
 
 /// Window of the FIR derivatives, s: a 20 Hz motion loses 0.6 % in it.
 const WINDOW: f64 = 0.02;
@@ -497,7 +497,7 @@ fn accelerometers(column: &Columns<'_>, mu: &[f64], notes: &mut Notes) -> Specif
     })
 }
 
-impl crate::model::offroad::machine::Sensors {
+impl crate::tyre::offroad::machine::Sensors {
     /// Inertial unit, head, tail.
     pub fn places(&self) -> [[f64; 2]; 3] {
         [self.imu, self.head, self.tail]

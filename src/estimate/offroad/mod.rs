@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Assumes a filtered session and a bike file with `[offroad]`. The motorcycle is planar, four
-//! bodies and five coordinates ([`equations`](crate::model::offroad::equations)); it needs no model of the tyre. Inside this folder
-//! the axes are the paper's: Z down, pitch nose up. [`kinematics`] and [`machine`](crate::model::offroad::machine) turn them over
+//! bodies and five coordinates ([`equations`](crate::tyre::offroad::equations)); it needs no model of the tyre. Inside this folder
+//! the axes are the paper's: Z down, pitch nose up. [`kinematics`] and [`machine`](crate::tyre::offroad::machine) turn them over
 //! on the way in, [`table`] on the way out.
 //!
 //! Source: Vasquez, Lot, Rustighi, Pegoraro (2019), "Rider model for the estimation of tyre forces
@@ -30,8 +30,8 @@ use crate::contract::bike::Bike;
 use crate::contract::session::Session;
 use crate::contract::warning::Warning;
 
-use crate::model::offroad::chain::Chain;
-use crate::model::offroad::machine::Machine;
+use crate::tyre::offroad::chain::Chain;
+use crate::tyre::offroad::machine::Machine;
 use contact::Contact;
 use kinematics::Kinematics;
 use rider::{Base, Forces, Rider};

@@ -18,8 +18,8 @@ use super::nnls;
 use super::rider::Forces;
 use super::weights::{Weights, determined};
 use crate::GRAVITY;
-use crate::model::offroad::equations::Motion;
-use crate::model::offroad::machine::Machine;
+use crate::tyre::offroad::equations::Motion;
+use crate::tyre::offroad::machine::Machine;
 
 /// Which rows count how much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -4,8 +4,9 @@
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::Coefficient as C;
 use crate::contract::reason::{Reason, ReasonCode};
-use crate::tables::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
-use crate::{manoeuvre::ManoeuvreKind, segment::Segment};
+use crate::segment::Segment;
+use crate::segment::manoeuvre::ManoeuvreKind;
+use crate::store::tables::rows::{Coefficient, ForceRow, Ident, Provenance, Status};
 
 use super::Estimate;
 use super::solve::TyreForces;

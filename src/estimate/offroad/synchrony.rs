@@ -12,7 +12,7 @@ use crate::filter::{derivative, remove_slow};
 use crate::statistics::runs::runs;
 
 use super::kinematics::Kinematics;
-use crate::model::offroad::machine::Machine;
+use crate::tyre::offroad::machine::Machine;
 
 /// Largest lag that is looked for, s.
 const FARTHEST: f64 = 0.25;

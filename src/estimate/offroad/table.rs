@@ -7,7 +7,7 @@ use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray,
 use super::Estimate;
 use crate::contract::session::Meta;
 use crate::segment::Segment;
-use crate::tables::{file, registry};
+use crate::store::tables::{file, registry};
 
 /// One batch of every rider's forces and the motion they come from, at about `rate` samples per
 /// second, rider by rider.

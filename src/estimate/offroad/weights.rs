@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, Matrix5, Vector5};
 
-use crate::model::offroad::equations::{Equations, Matrices, Motion};
-use crate::model::offroad::machine::{Machine, Noise};
+use crate::tyre::offroad::equations::{Equations, Matrices, Motion};
+use crate::tyre::offroad::machine::{Machine, Noise};
 
 /// Rows mixed and scaled: `B_d` of the paper, lower triangular; zero in lost rows and columns.
 #[derive(Debug, Clone, Copy, PartialEq)]

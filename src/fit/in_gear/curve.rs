@@ -86,7 +86,7 @@ impl Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::magic_formula::MagicFormula;
+    use crate::tyre::magic_formula::MagicFormula;
 
     #[test]
     fn the_slip_of_the_forward_formula_comes_back_on_both_sides() {

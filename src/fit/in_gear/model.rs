@@ -27,7 +27,7 @@ use super::curve::Slip;
 use super::parameters::*;
 use crate::GRAVITY;
 use crate::contract::bike::{Axle, Bike};
-use crate::model::tyre::slip_stiffness_under;
+use crate::tyre::tyre::slip_stiffness_under;
 
 /// Residuals.
 pub const KINDS: usize = 4;

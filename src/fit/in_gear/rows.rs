@@ -10,7 +10,7 @@ use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Id, Part};
 use crate::contract::reason::{Reason, ReasonCode};
 use crate::statistics::interval::t95;
-use crate::tables::rows::{Coefficient, Ident, Provenance, Status};
+use crate::store::tables::rows::{Coefficient, Ident, Provenance, Status};
 
 /// Share of the prior's interval below which a parameter is determined.
 const NARROWED: f64 = 0.5;

@@ -7,7 +7,12 @@
 
 use std::sync::Arc;
 
+pub mod extent;
+pub mod gaps;
+pub mod grid;
+pub mod resample;
 mod single;
+pub mod stamps;
 mod together;
 
 use single::Repaired;

@@ -33,28 +33,28 @@ const COARSE: f64 = 0.2;
 
 /// A repaired clock and what was done to it.
 #[derive(Debug, Clone)]
-pub(super) struct Repaired {
-    pub(super) clock: Clock,
+pub(crate) struct Repaired {
+    pub(crate) clock: Clock,
     /// Rows that are left, where not all are.
-    pub(super) kept: Option<Vec<usize>>,
+    pub(crate) kept: Option<Vec<usize>>,
     /// Their stamps as recorded, where the repair moved them.
-    pub(super) raw: Option<Vec<f64>>,
+    pub(crate) raw: Option<Vec<f64>>,
     /// Whether the stamps are coarser than the sampling.
-    pub(super) coarse: bool,
+    pub(crate) coarse: bool,
     /// Whether its jitter is not that of the logger's other clocks, so that it stays.
-    pub(super) own_jitter: bool,
-    pub(super) missing: Fault,
-    pub(super) duplicated: Fault,
-    pub(super) backwards: Fault,
+    pub(crate) own_jitter: bool,
+    pub(crate) missing: Fault,
+    pub(crate) duplicated: Fault,
+    pub(crate) backwards: Fault,
     /// Samples lost to a restarted clock.
     lost: usize,
     /// Rows whose stamps were moved, and their RMS move in s.
-    pub(super) jitter: (usize, f64),
+    pub(crate) jitter: (usize, f64),
 }
 
 /// How often, and when first, s after the first stamp.
 #[derive(Debug, Default, Clone, Copy)]
-pub(super) struct Fault {
+pub(crate) struct Fault {
     count: usize,
     first: Option<f64>,
 }
@@ -68,7 +68,7 @@ impl Fault {
 
 impl Repaired {
     /// `channels` are those of the clock, where the log has several.
-    pub(super) fn report(&self, channels: &[Channel], warnings: &mut Vec<Warning>) {
+    pub(crate) fn report(&self, channels: &[Channel], warnings: &mut Vec<Warning>) {
         let names: Vec<&str> = channels.iter().map(|c| c.name()).collect();
         let of = if names.is_empty() { String::new() } else { format!("{}: ", names.join(", ")) };
         let channel = channels.first().copied().filter(|_| channels.len() == 1);
@@ -114,7 +114,7 @@ impl Repaired {
 }
 
 /// `None` when there are no two usable stamps.
-pub(super) fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
+pub(crate) fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
     let as_is = |period| Repaired {
         clock: Clock { stamps: Arc::clone(stamps), period, uniform: true },
         kept: None,
@@ -160,7 +160,7 @@ pub(super) fn repair_one(stamps: &Arc<Vec<f64>>) -> Option<Repaired> {
 }
 
 /// Rows whose stamps were moved and their RMS move; none where it is nothing to speak of.
-pub(super) fn jitter(fitted: &[f64], raw: &[f64]) -> (usize, f64) {
+pub(crate) fn jitter(fitted: &[f64], raw: &[f64]) -> (usize, f64) {
     let moved: Vec<f64> = fitted.iter().zip(raw).map(|(a, b)| a - b).collect();
     let rms = (moved.iter().map(|d| d * d).sum::<f64>() / moved.len() as f64).sqrt();
     if rms > 0.02 * usual_step(fitted) {
@@ -171,7 +171,7 @@ pub(super) fn jitter(fitted: &[f64], raw: &[f64]) -> (usize, f64) {
 }
 
 /// A clock of these stamps.
-pub(super) fn clock_of(stamps: Vec<f64>) -> Clock {
+pub(crate) fn clock_of(stamps: Vec<f64>) -> Clock {
     let uniform = uniform_period(&stamps);
     let period = uniform.unwrap_or_else(|| usual_step(&stamps));
     Clock { period, uniform: uniform.is_some(), stamps: Arc::new(stamps) }

@@ -20,7 +20,7 @@ const MOSTLY: f64 = 0.75;
 const SAME: f64 = 1e-9;
 
 /// Every clock repaired; `None` where one has no two usable stamps.
-pub(super) fn repair(times: &[Arc<Vec<f64>>]) -> Vec<Option<Repaired>> {
+pub(crate) fn repair(times: &[Arc<Vec<f64>>]) -> Vec<Option<Repaired>> {
     let leaders: Vec<Option<Leader>> = (0..times.len()).map(|i| Leader::of(i, times)).collect();
     let mut out: Vec<Option<Repaired>> = times
         .iter()

@@ -20,17 +20,17 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use crate::contract::session::Meta;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
+use crate::ingest::clock::stamps;
 use crate::ingest::error::Error;
-use crate::ingest::format::{Format, Head};
 use crate::ingest::formats::csv::start_time;
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
+use crate::ingest::formats::format::{Format, Head};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::maps::{ShippedMap, shipped_map};
+use crate::ingest::motion::track;
 use crate::ingest::raw::Column;
-use crate::ingest::stamps;
-use crate::ingest::track;
 use crate::ingest::warning::warning;
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
 /// A GPX track.
 #[derive(Debug)]

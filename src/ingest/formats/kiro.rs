@@ -15,13 +15,13 @@
 use std::sync::Arc;
 
 use crate::ingest::error::Error;
-use crate::ingest::format::{Head, LogFormat};
+use crate::ingest::formats::format::{Head, LogFormat};
 use crate::ingest::ident;
-use crate::ingest::map::{ChannelMap, Maps, shipped_map};
+use crate::ingest::maps::{ChannelMap, Maps, shipped_map};
 use crate::ingest::raw::Column;
 use crate::ingest::raw::{Identified, Raw};
 use crate::ingest::warning::warning;
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
 /// The format.
 pub const FORMAT: LogFormat = LogFormat {

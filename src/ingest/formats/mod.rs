@@ -1,19 +1,25 @@
 //! The formats of logs that can be read: a file and a line in [`FORMATS`] each.
 
-use crate::ingest::format::{LogFormat, format};
-use crate::objects::Location;
+use crate::ingest::formats::format::{LogFormat, format};
+use crate::store::objects::Location;
 
 mod can;
 mod csv;
 mod ctrk;
+pub mod detect;
+pub mod format;
 mod gpx;
 mod kiro;
+pub mod listing;
 mod mcap;
 mod mdf;
 mod motec;
-pub(super) mod parquet;
+pub(crate) mod parquet;
 mod sst;
+pub mod survey;
+pub mod table;
 mod text_export;
+pub mod unread;
 mod vbo;
 
 /// Every format, the most particular first: a log is of the first that takes it.

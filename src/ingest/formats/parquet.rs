@@ -22,15 +22,17 @@ use crate::contract::channel::Channel;
 use crate::contract::schema;
 use crate::contract::session::Meta;
 use crate::ingest::error::{DAMAGED, Error};
-use crate::ingest::format::{Head, LogFormat};
+use crate::ingest::formats::format::{Head, LogFormat};
 use crate::ingest::ident;
-use crate::ingest::map::{ChannelMap, Maps, TimeSource};
+use crate::ingest::maps::units;
+use crate::ingest::maps::units::Conversion;
+use crate::ingest::maps::{ChannelMap, Maps, TimeSource};
 use crate::ingest::raw::{Column, Identified, Raw, Track};
 use crate::ingest::session_schema::{session_table, wheel_scale_sd};
-use crate::ingest::units::{self, Conversion};
 use crate::ingest::warning::warning;
-use crate::objects::Location;
-use crate::objects::source::{self, Source};
+use crate::store::objects::Location;
+use crate::store::objects::source;
+use crate::store::objects::source::Source;
 
 /// The format.
 pub const FORMAT: LogFormat = LogFormat {

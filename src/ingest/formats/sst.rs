@@ -11,14 +11,14 @@ use std::io::Read as _;
 use std::sync::Arc;
 
 use crate::contract::session::Meta;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::{DAMAGED, Error};
-use crate::ingest::format::{Format, Head};
 use crate::ingest::formats::csv::start_time;
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::formats::format::{Format, Head};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::raw::Column;
 use crate::ingest::warning::warning;
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
 /// A suspension log.
 #[derive(Debug)]

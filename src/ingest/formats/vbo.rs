@@ -19,19 +19,19 @@ use std::sync::Arc;
 
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
+use crate::ingest::clock::stamps;
+use crate::ingest::clock::stamps::names::folded;
 use crate::ingest::error::Error;
-use crate::ingest::format::{Format, Head};
 use crate::ingest::formats::csv::{cells, text};
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
+use crate::ingest::formats::format::{Format, Head};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::maps::units::{conversion, dimension};
+use crate::ingest::maps::{ShippedMap, shipped_map};
+use crate::ingest::motion::track;
 use crate::ingest::raw::Column;
-use crate::ingest::stamps;
-use crate::ingest::stamps::names::folded;
-use crate::ingest::track;
-use crate::ingest::units::{conversion, dimension};
 use crate::ingest::warning::warning;
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
 /// A VBOX text.
 #[derive(Debug)]
@@ -434,8 +434,9 @@ fn units(names: &[String], titles: &[&str], further: &[&str]) -> Vec<Option<Stri
 
 /// The unit in a column's own name.
 fn of_name(name: &str) -> Option<String> {
-    let unit =
-        crate::ingest::units::of_name(name).1.or_else(|| crate::ingest::units::behind_name(name));
+    let unit = crate::ingest::maps::units::of_name(name)
+        .1
+        .or_else(|| crate::ingest::maps::units::behind_name(name));
     unit.map(str::to_owned)
 }
 

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::plots::plot::{Axis, Section};
 use crate::report::charts::pack;
+use crate::report::plots::plot::{Axis, Section};
 
 /// A chart with its data.
 #[derive(Debug, Default, Serialize)]

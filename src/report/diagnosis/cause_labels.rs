@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use crate::contract::verdict::{UNEXPLAINED, Verdict};
-use crate::effects::Effect;
 use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::tables::rows::CauseRow;
+use crate::simulate::effects::Effect;
+use crate::store::tables::rows::CauseRow;
 
 /// What an effect of a size does, as a clause, and what it usually does where its size is not known; a
 /// name that this version does not know is read as it stands.

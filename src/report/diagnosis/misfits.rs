@@ -7,7 +7,7 @@ use crate::report::diagnosis::cause_labels;
 use crate::report::diagnosis::overlays::Reproduced;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::{kinds, labels};
-use crate::tables::rows::DiscrepancyRow;
+use crate::store::tables::rows::DiscrepancyRow;
 
 /// One channel while one kind of manoeuvre.
 #[derive(Debug, Serialize)]

@@ -6,7 +6,7 @@ use crate::contract::verdict::Verdict;
 use crate::report::diagnosis::{cause_labels, simulation};
 use crate::report::kinds;
 use crate::report::number_format::{self, fixed};
-use crate::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
+use crate::store::tables::rows::{CauseRow, DiscrepancyRow, Ident, SimulationError};
 
 /// Most signals that are listed as left.
 const LEFT: usize = 3;

@@ -10,7 +10,7 @@ use crate::report::charts::resolution::digits;
 use crate::report::diagnosis::{cause_labels, simulation};
 use crate::report::number_format::{self, fixed, round, typeset};
 use crate::report::{kinds, labels};
-use crate::tables::rows::{DiscrepancyRow, SimulatedSample, SimulationError};
+use crate::store::tables::rows::{DiscrepancyRow, SimulatedSample, SimulationError};
 
 /// Most overlays on a page.
 const MOST: usize = 4;

@@ -16,10 +16,10 @@ use crate::report::error::Error;
 use crate::report::static_figures::chart;
 use crate::report::tables::rows_of;
 use crate::report::{page_names, page_shell};
-use crate::tables::by_session::SessionFiles;
-use crate::tables::file;
-use crate::tables::names::file_name;
-use crate::tables::rows::{
+use crate::store::tables::by_session::SessionFiles;
+use crate::store::tables::file;
+use crate::store::tables::names::file_name;
+use crate::store::tables::rows::{
     CauseRow, DiscrepancyRow, Ident, SessionRow, SimulatedSample, SimulationError,
 };
 

@@ -6,7 +6,7 @@ use crate::report::diagnosis::bars;
 use crate::report::diagnosis::cause_labels::{self, sentence};
 use crate::report::kinds;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::tables::rows::SimulationError;
+use crate::store::tables::rows::SimulationError;
 
 /// Gains that are told in a sentence each.
 const TOLD: usize = 3;

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crate::report::error::Error;
-use crate::tables::by_session::SessionFiles;
-use crate::tables::read;
-use crate::tables::rows::{
+use crate::store::tables::by_session::SessionFiles;
+use crate::store::tables::read;
+use crate::store::tables::rows::{
     CauseRow, DiscrepancyRow, Ident, POOLED, SimulatedSample, SimulationError,
 };
 

@@ -8,7 +8,7 @@ use crate::report::fleet::tables::FleetTables;
 use crate::report::number_format::{self, fixed, typeset};
 use crate::report::{inline_svg, labels};
 use crate::statistics::order::median_of_finite;
-use crate::tables::rows::FleetRow;
+use crate::store::tables::rows::FleetRow;
 
 /// One coefficient over the bikes.
 #[derive(Debug, Serialize)]

@@ -9,7 +9,7 @@ use crate::report::fleet::tables::FleetTables;
 use crate::report::fleet::{event_kind, history, ratios};
 use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::tables::rows::EventRow;
+use crate::store::tables::rows::EventRow;
 
 /// File name of the page.
 pub const PAGE: &str = "fleet.html";

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::contract::coefficient::Coefficient;
 use crate::report::labels;
 use crate::report::number_format::{self, fixed, typeset};
-use crate::tables::rows::{FleetRow, RatioRow, Status};
+use crate::store::tables::rows::{FleetRow, RatioRow, Status};
 
 /// Tyres without a ratio that are named; of more the number is told.
 const NAMED: usize = 10;

@@ -7,9 +7,9 @@ use std::path::Path;
 use crate::report::as_read;
 use crate::report::error::Error;
 use crate::report::labels;
-use crate::tables::read;
-use crate::tables::registry::Row;
-use crate::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow, Status};
+use crate::store::tables::read;
+use crate::store::tables::registry::Row;
+use crate::store::tables::rows::{EventRow, FleetRow, PooledRow, RatioRow, SessionRow, Status};
 
 /// Every `fleet` row, by bike, then in the contract's order.
 ///
@@ -76,7 +76,7 @@ pub struct SessionEstimate {
 pub type Histories = BTreeMap<(String, String, String), Vec<SessionEstimate>>;
 
 /// The table `fleet_pooled`, compact. Rows of sessions that are not among `sessions`, which are in
-/// the order of their [`key`](crate::tables::rows::Ident::key), are left out.
+/// the order of their [`key`](crate::store::tables::rows::Ident::key), are left out.
 ///
 /// # Errors
 /// A file cannot be read or lacks a column.

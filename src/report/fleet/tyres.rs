@@ -7,8 +7,8 @@ use crate::report::error::Error;
 use crate::report::labels;
 use crate::report::list::{self, Cell, List, column, number};
 use crate::report::number_format::{self, decimals_of, fixed};
-use crate::tables::read;
-use crate::tables::rows::{BikeRow, TyreRow};
+use crate::store::tables::read;
+use crate::store::tables::rows::{BikeRow, TyreRow};
 
 /// The coefficients by which people tell tyres apart; the others are in the table.
 const SHOWN: [C; 5] = [

@@ -15,8 +15,8 @@ use crate::report::fleet::tables::FleetTables;
 use crate::report::fleet::tyres::{self, Tyres};
 use crate::report::fleet::{lists, ratios, tables};
 use crate::report::page_shell;
-use crate::tables::file;
-use crate::tables::rows::SessionRow;
+use crate::store::tables::file;
+use crate::store::tables::rows::SessionRow;
 
 /// Writes the page; the events on it. `pages` are the sessions' pages.
 pub(crate) fn write(

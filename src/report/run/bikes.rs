@@ -8,7 +8,7 @@ use crate::report::number_format::{self, fixed, typeset};
 use crate::report::tables::RunTables;
 use crate::report::{inline_svg, labels};
 use crate::statistics::order::median_of_finite;
-use crate::tables::rows::{Coefficient, FleetRow, Status};
+use crate::store::tables::rows::{Coefficient, FleetRow, Status};
 
 /// One bike's coefficients over its sessions.
 #[derive(Debug, Default, Serialize)]

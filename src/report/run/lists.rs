@@ -3,7 +3,7 @@
 use crate::report::diagnosis::outcome;
 use crate::report::list::{self, Cell, List, Part, column, number};
 use crate::report::run::page::Entry;
-use crate::tables::rows::Rejected;
+use crate::store::tables::rows::Rejected;
 
 /// The sessions.
 pub fn sessions(entries: &[Entry]) -> List {

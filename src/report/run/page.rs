@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::report::run::bikes::{self, BikePart};
 use crate::report::tables::RunTables;
 use crate::report::{diagnosis, number_format};
-use crate::tables::rows::{FleetRow, Rejected, Status, WarningRow};
+use crate::store::tables::rows::{FleetRow, Rejected, Status, WarningRow};
 
 /// The run's page.
 #[derive(Debug)]

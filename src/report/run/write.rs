@@ -16,7 +16,7 @@ use crate::report::run::page::Page;
 use crate::report::run::{lists, notable, page};
 use crate::report::tables::{self, RunTables};
 use crate::report::{page_names, page_shell};
-use crate::tables::file;
+use crate::store::tables::file;
 
 /// Bikes up to which their coefficients stand on the run's page itself.
 const INLINE: usize = 4;

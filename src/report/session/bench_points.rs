@@ -13,13 +13,13 @@
 use std::path::Path;
 
 use crate::contract::bike::Axle;
-use crate::plots::fits::{FRICTION_X, FRICTION_Y, FRICTION_Y_SLIP};
-use crate::plots::plot::Plot;
 use crate::report::charts::chart::{Chart, Cloud};
 use crate::report::error::Error;
-use crate::tables::read;
-use crate::tydex::read::parse;
-use crate::tydex::{Bench, Point};
+use crate::report::plots::fits::{FRICTION_X, FRICTION_Y, FRICTION_Y_SLIP};
+use crate::report::plots::plot::Plot;
+use crate::store::tables::read;
+use crate::tyre::tydex::read::parse;
+use crate::tyre::tydex::{Bench, Point};
 
 /// Slip angle, rad, slip ratio and camber, rad, up to which there is none.
 const NO_SLIP_ANGLE: f64 = 0.0045;
@@ -139,7 +139,7 @@ fn draw(chart: &mut Chart, plot: &Plot, label: &str, points: Vec<(f64, f64)>) {
 mod tests {
     use super::*;
     use crate::report::session::bench_values;
-    use crate::tables::registry;
+    use crate::store::tables::registry;
 
     /// No option of a command may name them: they are what a report was given.
     #[test]

@@ -13,14 +13,14 @@ use std::path::Path;
 
 use crate::contract::bike::Axle;
 use crate::contract::coefficient::{Coefficient as C, Part};
-use crate::objects::files::read_text;
-use crate::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
 use crate::report::as_read;
 use crate::report::charts::chart::{Chart, Cloud};
 use crate::report::error::Error;
 use crate::report::number_format::{self, fixed, typeset};
+use crate::report::plots::fits::{K_ALPHA, K_GAMMA, STIFFNESS};
 use crate::report::session::bench_points::BenchPoints;
-use crate::tables::read;
+use crate::store::objects::files::read_text;
+use crate::store::tables::read;
 
 /// File name in the output folder.
 pub const FILE: &str = "bench.csv";

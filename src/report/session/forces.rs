@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 
-use crate::manoeuvre::{Declaration, ManoeuvreKind, Peak};
-use crate::plots::offroad::rider_label;
 use crate::report::number_format::{fixed, typeset};
+use crate::report::plots::offroad::rider_label;
 use crate::report::{kinds, labels};
-use crate::tables::rows::{ForceRow, Manoeuvre};
+use crate::segment::manoeuvre::{Declaration, ManoeuvreKind, Peak};
+use crate::store::tables::rows::{ForceRow, Manoeuvre};
 
 /// What several segments of one kind come to, for one rider and force.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::report::charts::pack;
 use crate::report::number_format::{count, fixed, round, typeset};
-use crate::tables::rows::{LapCornerRow, LapPointRow, LapRow};
+use crate::store::tables::rows::{LapCornerRow, LapPointRow, LapRow};
 
 const KMH: f64 = 3.6;
 const G: f64 = crate::GRAVITY;

@@ -17,8 +17,8 @@ use crate::report::page_shell;
 use crate::report::session::bench_values::BenchValues;
 use crate::report::session::{forces, laps, page};
 use crate::report::tables::{self, RunTables, SessionTables};
-use crate::tables::file;
-use crate::tables::rows::{ForceRow, SessionRow};
+use crate::store::tables::file;
+use crate::store::tables::rows::{ForceRow, SessionRow};
 
 /// All that the pages of a run's sessions are made from.
 pub(crate) struct Writer<'a> {
@@ -87,7 +87,7 @@ impl Writer<'_> {
             charts => Serde(chart::heads(&drawn.charts)),
             panels => Serde(chart::heads(&drawn.panels)),
             residuals => Serde(chart::residuals(&drawn.charts)),
-            bins => crate::plots::sheet::TIMELINE_BINS,
+            bins => crate::report::plots::sheet::TIMELINE_BINS,
             absent => page::absent_charts(&drawn),
             offroad => page::is_offroad(&drawn),
             forces => Serde(forces::table(forces)),

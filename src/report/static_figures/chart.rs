@@ -321,7 +321,7 @@ fn stretches(y: &[Option<f64>]) -> Vec<std::ops::Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::manoeuvre::ManoeuvreKind;
+    use crate::segment::manoeuvre::ManoeuvreKind;
 
     #[test]
     fn a_chart_becomes_svg_with_its_units_and_no_markup_of_its_texts() {

@@ -11,8 +11,8 @@ use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use crate::objects::replace::open_own;
-use crate::tables::file;
+use crate::store::objects::replace::open_own;
+use crate::store::tables::file;
 
 /// The list of a folder while its figures are written: a name relative to the folder per line.
 #[derive(Debug)]

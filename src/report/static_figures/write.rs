@@ -14,7 +14,7 @@ use crate::report::static_figures::chart;
 use crate::report::static_figures::listed::Listed;
 use crate::report::tables::{self, SessionTables};
 use crate::report::{fleet, page_names};
-use crate::tables::file;
+use crate::store::tables::file;
 
 /// What files a figure becomes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]

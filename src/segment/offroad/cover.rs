@@ -3,9 +3,9 @@
 use crate::contract::reason::{Reason, ReasonCode};
 use std::ops::Range;
 
-use crate::manoeuvre::means::Ride;
-use crate::manoeuvre::offroad::Config;
-use crate::manoeuvre::{Course, Direction, ManoeuvreKind};
+use crate::segment::manoeuvre::means::Ride;
+use crate::segment::manoeuvre::offroad::Config;
+use crate::segment::manoeuvre::{Course, Direction, ManoeuvreKind};
 use crate::segment::segments::Segment;
 
 /// Runs shorter than this go to the run before them, s.

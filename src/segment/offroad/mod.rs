@@ -7,16 +7,16 @@
 //! braking forces are known by then. Flights are exact to the sample; one that begins in whoops
 //! belongs to them.
 
-use crate::manoeuvre::airborne;
-use crate::manoeuvre::means::Means;
-use crate::manoeuvre::{ManoeuvreKind, OFF_ROAD};
+use crate::segment::manoeuvre::airborne;
+use crate::segment::manoeuvre::means::Means;
+use crate::segment::manoeuvre::{ManoeuvreKind, OFF_ROAD};
 
 use super::segments::Segment;
 
 mod cover;
 
-pub use crate::manoeuvre::means::Ride;
-pub use crate::manoeuvre::offroad::Config;
+pub use crate::segment::manoeuvre::means::Ride;
+pub use crate::segment::manoeuvre::offroad::Config;
 
 /// Cuts a ride into segments, in time order, none overlapping, all of it covered.
 pub fn run(ride: &Ride<'_>, config: &Config) -> Vec<Segment> {

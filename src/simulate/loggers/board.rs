@@ -143,7 +143,8 @@ impl<'a> Board<'a> {
 
     /// Speed of a wheel by its nominal circumference, m/s.
     pub(super) fn wheel_speed(&self, k: usize) -> Vec<f64> {
-        let joint = [crate::motorcycle::joint::FRONT, crate::motorcycle::joint::REAR][k];
+        let joint =
+            [crate::simulate::multibody::joint::FRONT, crate::simulate::multibody::joint::REAR][k];
         let radius = self.circumference[k] / std::f64::consts::TAU;
         self.column(|s| s.rates[joint] * radius)
     }

@@ -3,7 +3,7 @@
 
 use super::board::{Board, Column, Foreign};
 use crate::GRAVITY;
-use crate::motorcycle::joint;
+use crate::simulate::multibody::joint;
 
 /// Of the rows, Hz.
 const RATE: f64 = 100.0;

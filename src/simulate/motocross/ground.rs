@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use crate::manoeuvre::ManoeuvreKind;
+use crate::segment::manoeuvre::ManoeuvreKind;
 use crate::statistics::random::Random;
 
 /// One part of a lap, from its entry to the entry of the next.

@@ -1,6 +1,6 @@
 //! The forward model: the five coordinates and the two wheel spins, driven over a profile.
 //!
-//! The same bodies as in [`equations`](crate::model::offroad::equations), solved for the
+//! The same bodies as in [`equations`](crate::tyre::offroad::equations), solved for the
 //! accelerations. What the estimate assumes is not assumed here: the tyres touch the ground where
 //! it is nearest and push along its normal (or, for comparison, as the estimate has it, under the
 //! axle along the chassis), the chain pulls on its upper run and brakes on its lower, the rider
@@ -13,9 +13,9 @@ use super::ground::Ground;
 use super::passive::{Passive, follow};
 use super::rider::{Active, Pose, Reaction, Touch};
 use crate::GRAVITY;
-use crate::model::offroad::chain::{Chain, Run, lever};
-use crate::model::offroad::equations::{Equations, Motion, Parameters};
-use crate::model::offroad::machine::Machine;
+use crate::tyre::offroad::chain::{Chain, Run, lever};
+use crate::tyre::offroad::equations::{Equations, Motion, Parameters};
+use crate::tyre::offroad::machine::Machine;
 
 /// How a tyre touches the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]

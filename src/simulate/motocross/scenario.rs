@@ -19,10 +19,10 @@ use super::rider::Active;
 use crate::contract::bike::Bike;
 use crate::contract::channel::Channel;
 use crate::contract::schema::refuse_infinite_in;
-use crate::model::offroad::machine::Machine;
 use crate::simulate::builtin::{self, text_with_key};
 use crate::simulate::sensors::Sensors;
 use crate::statistics::random::Random;
+use crate::tyre::offroad::machine::Machine;
 
 /// Built-in motocross scenarios by name.
 pub const BUILTIN: builtin::List = builtin::MOTOCROSS;

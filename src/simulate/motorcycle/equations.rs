@@ -6,13 +6,13 @@ use nalgebra::{Matrix3, Vector3};
 use super::plant::Plant;
 use super::state::{Action, N, Response, State};
 use crate::GRAVITY;
-use crate::effects::composed::Acting;
-use crate::effects::physics::Rolling;
-use crate::model::formulation::Formulation::Corrected;
-use crate::model::kinematics::{below_mass_centre, front_wheel, steering_rate};
-use crate::model::pair::both;
-use crate::model::tyre::{Input, Output, slip_stiffness_under};
-use crate::model::tyre_model::load_lead;
+use crate::simulate::effects::composed::Acting;
+use crate::simulate::effects::physics::Rolling;
+use crate::tyre::formulation::Formulation::Corrected;
+use crate::tyre::kinematics::{below_mass_centre, front_wheel, steering_rate};
+use crate::tyre::pair::both;
+use crate::tyre::tyre::{Input, Output, slip_stiffness_under};
+use crate::tyre::tyre_model::load_lead;
 
 /// How the motorcycle lies at an instant. Pairs are front and rear.
 struct Pose {

@@ -5,8 +5,8 @@ use super::equations::{SLIP_SPEED, STEER_LAG};
 use super::plant::Plant;
 use super::state::{Action, N, Response, State};
 use crate::GRAVITY;
-use crate::model::kinematics::below_mass_centre;
-use crate::model::pair::both;
+use crate::tyre::kinematics::below_mass_centre;
+use crate::tyre::pair::both;
 
 impl Plant {
     /// How many Runge-Kutta steps a span `dt` needs: the stiffest mode is a wheel's slip.

@@ -15,7 +15,7 @@
 //! Level frame on the trace of the bike's plane, ISO 8855; `X, Y` are tyre forces in that frame,
 //! `v` is the mass centre's velocity. Left out: pitch and bounce dynamics, products of inertia,
 //! the difference of yaw and pitch inertia. Tyres are toroids on springs
-//! ([`Carcass`](crate::model::tyre_model::Carcass)): rolling radius and lever arm of the longitudinal
+//! ([`Carcass`](crate::tyre::tyre_model::Carcass)): rolling radius and lever arm of the longitudinal
 //! force follow load and camber.
 
 mod equations;

@@ -2,10 +2,10 @@
 
 use crate::GRAVITY;
 use crate::contract::bike::Axle;
-use crate::effects::ModelError;
-use crate::model::kinematics::height_in_plane;
-use crate::model::tyre::Tyre;
-use crate::model::tyre_model::Carcass;
+use crate::simulate::effects::ModelError;
+use crate::tyre::kinematics::height_in_plane;
+use crate::tyre::tyre::Tyre;
+use crate::tyre::tyre_model::Carcass;
 
 /// Everything true about the simulated bike. SI.
 #[derive(Debug, Clone, PartialEq)]

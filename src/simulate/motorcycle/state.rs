@@ -1,7 +1,7 @@
 //! The state of the reduced-order motorcycle, its inputs and its response.
 
-use crate::model::pair::both;
-use crate::model::tyre::Output;
+use crate::tyre::pair::both;
+use crate::tyre::tyre::Output;
 
 /// The integrated state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::draw::within;
 use super::machine::Machine;
 use crate::contract::bike::{Bike, schema};
-use crate::motorcycle::Motorcycle;
+use crate::simulate::multibody::Motorcycle;
 use crate::statistics::random::Random;
 
 /// How much a bike file says.

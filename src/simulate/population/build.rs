@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::draw::{spread, within};
-use crate::effects::ModelError;
+use crate::simulate::effects::ModelError;
 use crate::simulate::imu::{Attitude, Imu, Satellite, Triad};
 use crate::simulate::motorcycle::Plant;
-use crate::simulate::multibody::Build;
+use crate::simulate::multibody_ride::Build;
 use crate::statistics::random::Random;
 
 /// How a machine is sprung.

@@ -3,18 +3,19 @@
 
 use super::super::imu::Imu;
 use super::super::motorcycle::Plant;
-use super::super::multibody::{self, Build};
 use super::super::rider::Disturbance;
 use super::super::scenario::Scenario;
 use super::build::{Springs, build, imu, usual_imperfections};
 use super::draw::spread;
 use super::tyre;
 use super::tyre::{Carcasses, Make};
-use crate::effects::extended_tyre::ExtendedTyre;
-use crate::effects::{ALL, ModelError};
-use crate::model::dive::contact_arms;
-use crate::motorcycle::Motorcycle;
+use crate::simulate::effects::extended_tyre::ExtendedTyre;
+use crate::simulate::effects::{ALL, ModelError};
+use crate::simulate::multibody::Motorcycle;
+use crate::simulate::multibody_ride as multibody;
+use crate::simulate::multibody_ride::Build;
 use crate::statistics::random::Random;
+use crate::tyre::dive::contact_arms;
 
 /// Density of the air, kg/m³.
 const AIR: f64 = 1.225;

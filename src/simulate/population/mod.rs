@@ -23,8 +23,8 @@ pub use machine::Machine;
 mod tests {
     use super::bike::BikeFile;
     use super::machine::Machine;
-    use crate::effects::ModelError;
-    use crate::motorcycle::{Model, Road};
+    use crate::simulate::effects::ModelError;
+    use crate::simulate::multibody::{Model, Road};
     use crate::simulate::scenario::Scenario;
 
     fn draw(number: usize) -> Machine {
@@ -74,7 +74,7 @@ mod tests {
             };
             let mut hidden = ModelError::default();
             for name in ["wheel_inertia", "side_force_ratio_rear", "relaxation_length"] {
-                let effect = crate::effects::Effect::named(name).expect("an effect");
+                let effect = crate::simulate::effects::Effect::named(name).expect("an effect");
                 (effect.set)(&mut hidden, effect.typical);
             }
             let full = bike(&ModelError::default(), BikeFile::Full);
@@ -95,7 +95,7 @@ mod tests {
         use super::super::tyre_truth::bench;
         let mut hidden = ModelError::default();
         for name in ["side_force_ratio_front", "twisting_stiffness", "relaxation_length"] {
-            let effect = crate::effects::Effect::named(name).expect("an effect");
+            let effect = crate::simulate::effects::Effect::named(name).expect("an effect");
             (effect.set)(&mut hidden, effect.typical);
         }
         for number in 0..8 {

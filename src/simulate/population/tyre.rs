@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use super::draw::within;
-use crate::model::custom::Custom;
-use crate::model::tyre::Tyre;
-use crate::model::tyre_model::{TyreModel, USUAL_SHARE};
-use crate::model::{published, tir};
 use crate::simulate::motorcycle::Plant;
 use crate::simulate::tyre_truth;
 use crate::statistics::random::Random;
+use crate::tyre::custom::Custom;
+use crate::tyre::tyre::Tyre;
+use crate::tyre::tyre_model::{TyreModel, USUAL_SHARE};
+use crate::tyre::{published, tir};
 
 /// Whose formulas the tyres are of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

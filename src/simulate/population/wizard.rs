@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::draw::within;
 use super::machine::Machine;
-use crate::catalogue::classes::{Class, Usual};
-use crate::catalogue::file::text;
-use crate::catalogue::{Catalogue, Owner, TyreSize};
 use crate::contract::bike::Bike;
+use crate::motorcycle::catalogue::classes::{Class, Usual};
+use crate::motorcycle::catalogue::file::text;
+use crate::motorcycle::catalogue::{Catalogue, Owner, TyreSize};
 use crate::statistics::random::Random;
 
 /// Classes that machines of the population may look like.

@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 
-use crate::motorcycle::Motorcycle;
+use crate::simulate::multibody::Motorcycle;
 
 /// rad/s to revolutions per minute.
 pub const RPM: f64 = 60.0 / std::f64::consts::TAU;

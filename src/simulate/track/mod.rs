@@ -33,10 +33,10 @@ use super::unsteady::Unsteady;
 use crate::GRAVITY;
 use crate::contract::channel::Channel;
 use crate::contract::session::{Meta, Session};
-use crate::effects::ModelError;
-use crate::manoeuvre::{Direction, ManoeuvreKind};
-use crate::motorcycle::joint;
-use crate::motorcycle::run::{Fall, Run};
+use crate::segment::manoeuvre::{Direction, ManoeuvreKind};
+use crate::simulate::effects::ModelError;
+use crate::simulate::multibody::joint;
+use crate::simulate::multibody::run::{Fall, Run};
 use crate::statistics::random::Random;
 
 /// Longest integration step, s.
@@ -90,7 +90,7 @@ fn attempted(track: &Track, entry: Entry, number: usize) -> Result<TrackRide, St
     let mut steps = 0;
     // nobody takes a minute for a kilometre
     let limit = (track.laps as f64 * entry.circuit.length * 0.06 * track.rate) as usize;
-    run.observe(&crate::motorcycle::Action { wind: entry.wind, ..Default::default() });
+    run.observe(&crate::simulate::multibody::Action { wind: entry.wind, ..Default::default() });
     'ride: while rider.lap() < track.laps && samples.len() < limit {
         for decision in 0..decisions {
             rider.sway = unsteady.sway();

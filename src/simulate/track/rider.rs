@@ -3,7 +3,7 @@
 use super::circuit::{Circuit, Limits, profile, wrapped};
 use super::drivetrain::Drivetrain;
 use crate::GRAVITY;
-use crate::motorcycle::{Action, Model, Scratch, State, joint};
+use crate::simulate::multibody::{Action, Model, Scratch, State, joint};
 use crate::simulate::preview::Preview;
 use crate::statistics::random::Random;
 

@@ -14,12 +14,12 @@ use std::path::Path;
 
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::Session;
-use roadbench::ingest::aids::Aids;
-use roadbench::ingest::judge::{by_motion, draft};
-use roadbench::ingest::map::ChannelMap;
-use roadbench::ingest::survey::survey;
+use roadbench::ingest::checks::aids::Aids;
+use roadbench::ingest::checks::judge::{by_motion, draft};
+use roadbench::ingest::formats::survey::survey;
+use roadbench::ingest::maps::ChannelMap;
 use roadbench::ingest::{self, Config};
-use roadbench::objects::Location;
+use roadbench::store::objects::Location;
 
 /// A moment of the ride.
 #[derive(Debug, Clone, Copy)]

@@ -6,8 +6,8 @@ use roadbench::contract::bike::{Axle, Bike};
 use roadbench::contract::channel::Channel;
 use roadbench::contract::session::{Meta, Session};
 use roadbench::fit::in_gear::parameters::*;
-use roadbench::model::magic_formula::MagicFormula;
 use roadbench::statistics::random::Random;
+use roadbench::tyre::magic_formula::MagicFormula;
 
 /// Overall ratios of the simulated motorcycle: not those that the estimator assumes.
 const RATIOS: [f64; 6] = [11.3, 8.8, 7.3, 6.3, 5.6, 5.1];

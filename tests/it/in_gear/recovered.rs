@@ -6,7 +6,8 @@ use roadbench::fit::in_gear::model::{A, B, C, D, Held, Model, Split};
 use roadbench::fit::in_gear::parameters::*;
 use roadbench::fit::in_gear::{Config, InGear, columns, rows, run, solve};
 use roadbench::statistics::order::median_of_finite;
-use roadbench::tables::rows::{self as tables, Status};
+use roadbench::store::tables::rows as tables;
+use roadbench::store::tables::rows::Status;
 
 use super::forward::{self as track, USUAL};
 

@@ -5,7 +5,7 @@ use crate::contract::verdict::Verdict;
 use crate::diagnose::cause::Naming;
 use crate::diagnose::road::base::Base;
 use crate::diagnose::road::null_calibration::{LARGEST_LIMIT, RoadCalibration};
-use crate::tables::rows::CauseRow;
+use crate::store::tables::rows::CauseRow;
 
 /// Puts the riding that simulations recommend in the place of the effect's general advice. `unseen`: also for
 /// effects that the ride cannot identify.

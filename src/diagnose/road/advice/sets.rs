@@ -6,7 +6,8 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::GRAVITY;
-use crate::manoeuvre::Direction::{self, Left, Right};
+use crate::segment::manoeuvre::Direction;
+use crate::segment::manoeuvre::Direction::{Left, Right};
 use crate::simulate::plan::Phase;
 
 /// Pressure that no brake is limited by, Pa.

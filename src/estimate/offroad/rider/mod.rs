@@ -1,7 +1,7 @@
 //! What a standing rider does to the bike: forces at pegs and handlebar.
 //!
 //! Every rider gives the same table: [`Forces`], on the bike, in ground axes (X forward, Z down),
-//! N, for `A_r` of the [`equations`](crate::model::offroad::equations). Adding a rider is adding a file, a line in
+//! N, for `A_r` of the [`equations`](crate::tyre::offroad::equations). Adding a rider is adding a file, a line in
 //! [`Rider`] and one in [`forces`].
 
 pub mod a;
@@ -9,7 +9,7 @@ pub mod b;
 pub mod c;
 pub mod types;
 
-use crate::model::offroad::body::Body;
+use crate::tyre::offroad::body::Body;
 pub use types::{Base, Config, Forces, Rider, hold};
 
 /// A rider's forces over a session. NaN where the motion is not known.

@@ -8,7 +8,7 @@ use can_dbc::{
 };
 
 use super::bits;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
 
 /// Messages by their identifiers.

@@ -5,7 +5,7 @@ use std::io::{BufReader, Read};
 use super::frame::{Frame, Scan};
 use super::{blf, text, trc};
 use crate::ingest::error::Error;
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
 /// The kinds of CAN logs.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,26 +7,26 @@
 //! The readers are our own because a log with broken frames must be read on behind them, from
 //! wherever it is, and the lengths in it must not be trusted.
 
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
-use crate::ingest::format::Format;
-use crate::ingest::format::Head;
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
+use crate::ingest::formats::format::Format;
+use crate::ingest::formats::format::Head;
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::maps::{ShippedMap, shipped_map};
 use crate::ingest::warning::warning;
-use crate::objects::Location;
+use crate::store::objects::Location;
 
 mod bits;
 mod blf;
-pub(super) mod database;
+pub(crate) mod database;
 mod frame;
 mod frames;
-pub(super) mod signals;
+pub(crate) mod signals;
 mod text;
 mod trc;
 
 use database::Database;
-pub(super) use frame::Frame;
+pub(crate) use frame::Frame;
 use signals::{Collector, FrameCounts};
 
 /// The format.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::database::Database;
 use super::frame::Frame;
-use crate::ingest::listing::{Listing, SourceChannel};
+use crate::ingest::formats::listing::{Listing, SourceChannel};
 use crate::ingest::raw::Column;
 
 /// How often each identifier came, and when.

@@ -7,11 +7,11 @@ use ::csv::{ByteRecord, Reader};
 use super::layout::{number, with_unit};
 use super::text::decoded;
 use crate::contract::warning::Warning;
+use crate::ingest::clock::stamps::text::{Clock, Kind, seconds};
 use crate::ingest::error::Error;
-use crate::ingest::stamps::text::{Clock, Kind, seconds};
-use crate::ingest::units;
+use crate::ingest::maps::units;
 use crate::ingest::warning::warning;
-use crate::objects::Location;
+use crate::store::objects::Location;
 
 /// What loggers write where there is no sample, in capitals or not.
 const NO_SAMPLE: [&str; 9] = ["nan", "null", "none", "nil", "n/a", "na", "-", "--", "---"];

@@ -4,8 +4,8 @@ use std::io::{self, Read};
 
 use ::csv::{Reader, ReaderBuilder};
 
-use crate::ingest::stamps::text::seconds;
-use crate::ingest::units;
+use crate::ingest::clock::stamps::text::seconds;
+use crate::ingest::maps::units;
 
 /// What may stand between cells, the likeliest first. Blanks (`b' '`) are taken where there is none of these.
 const DELIMITERS: [u8; 4] = [b'\t', b';', b'|', b','];

@@ -2,28 +2,29 @@
 
 use std::io::{BufRead, BufReader, Read};
 
+use crate::ingest::clock::stamps::check::in_seconds;
+use crate::ingest::clock::stamps::text::Kind;
+use crate::ingest::clock::stamps::unit::calendar_of;
 use crate::ingest::error::Error;
-use crate::ingest::fit::fit;
-use crate::ingest::format::{HEAD_LEN, Head, LogFormat};
+use crate::ingest::formats::format::{HEAD_LEN, Head, LogFormat};
+use crate::ingest::formats::listing::{Listing, SourceChannel};
 use crate::ingest::ident;
-use crate::ingest::listing::{Listing, SourceChannel};
-use crate::ingest::map::{ChannelMap, CsvLayout, Maps, TimeSource, shipped_map};
+use crate::ingest::maps::bind::fit;
+use crate::ingest::maps::units;
+use crate::ingest::maps::{ChannelMap, CsvLayout, Maps, TimeSource, shipped_map};
 use crate::ingest::raw::{Identified, Raw};
-use crate::ingest::stamps::check::in_seconds;
-use crate::ingest::stamps::text::Kind;
-use crate::ingest::stamps::unit::calendar_of;
-use crate::ingest::units;
 use crate::ingest::warning::warning;
-use crate::objects::Location;
-use crate::objects::source::{self, Source};
+use crate::store::objects::Location;
+use crate::store::objects::source;
+use crate::store::objects::source::Source;
 
-pub(super) mod cells;
-pub(super) mod clocks;
+pub(crate) mod cells;
+pub(crate) mod clocks;
 mod layout;
 mod plain;
 mod sentinels;
-pub(super) mod table;
-pub(super) mod text;
+pub(crate) mod table;
+pub(crate) mod text;
 
 use layout::Squeezed;
 use text::{Text, decoded};
@@ -85,7 +86,7 @@ fn unix_of(clock: &TimeSource, stamps: &[f64], kind: Kind) -> Option<f64> {
 }
 
 /// Unix seconds as RFC 3339, to the millisecond.
-pub(super) fn start_time(seconds: f64) -> Option<String> {
+pub(crate) fn start_time(seconds: f64) -> Option<String> {
     let ms = (seconds * 1e3).round();
     if !(0.0..4e12).contains(&ms) {
         return None;
@@ -285,7 +286,7 @@ fn open(log: &Location, map: &CsvLayout) -> Result<Rows, Error> {
 mod tests {
     use super::*;
     use crate::contract::channel::Channel;
-    use crate::ingest::map::file::or_shipped;
+    use crate::ingest::maps::file::or_shipped;
 
     const MAP: &str = "name = 'x'\nformat = 'csv'\n[csv]\ndelimiter = ';'\ndecimal = ','\n\
          skip_rows = 1\nrows_after_header = 1\nmissing = ['n/a']\n[detect]\ncolumns = ['v']\n\

@@ -6,17 +6,19 @@ use super::table::{self, Table};
 use super::{cells, clocks, layout, sentinels};
 use crate::contract::channel::Channel;
 use crate::contract::warning::Warning;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::clock::spread;
+use crate::ingest::clock::stamps::text::Kind;
+use crate::ingest::clock::stamps::unit;
+use crate::ingest::clock::stamps::unit::{Evidence, digits_scale, of_digits, usual_step};
 use crate::ingest::error::Error;
-use crate::ingest::format::Decoder;
-use crate::ingest::listing::{Decoded, ListedClock, Listing, SourceChannel};
-use crate::ingest::propose::{best_named, clock};
-use crate::ingest::stamps::text::Kind;
-use crate::ingest::stamps::unit::{self, Evidence, digits_scale, of_digits, usual_step};
+use crate::ingest::formats::format::Decoder;
+use crate::ingest::formats::listing::{Decoded, ListedClock, Listing, SourceChannel};
+use crate::ingest::maps::propose::{best_named, clock};
+use crate::ingest::maps::units;
+use crate::ingest::motion::track;
 use crate::ingest::warning::warning;
-use crate::ingest::{track, units};
-use crate::objects::Location;
+use crate::store::objects::Location;
 
 /// Any delimited text.
 pub const DECODER: Decoder = Decoder { list, decode };

@@ -10,8 +10,8 @@ use ::csv::Reader;
 use super::layout::{self, Squeezed, cells};
 use super::text::{Text, decoded};
 use crate::ingest::error::Error;
-use crate::ingest::format::HEAD_LEN;
-use crate::objects::{Location, source};
+use crate::ingest::formats::format::HEAD_LEN;
+use crate::store::objects::{Location, source};
 
 /// Lines in which the first row of numbers must come.
 const MOST_LINES: usize = 1000;

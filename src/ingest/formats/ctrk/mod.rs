@@ -5,15 +5,15 @@
 
 use crate::contract::session::Meta;
 use crate::contract::warning::Warning;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
-use crate::ingest::format::Format;
-use crate::ingest::format::Head;
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
+use crate::ingest::formats::format::Format;
+use crate::ingest::formats::format::Head;
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::maps::{ShippedMap, shipped_map};
 use crate::ingest::raw::Column;
 use crate::ingest::warning::warning;
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
 mod channels;
 mod records;

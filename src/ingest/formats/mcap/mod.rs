@@ -9,16 +9,16 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::contract::warning::Warning;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
-use crate::ingest::format::Format;
-use crate::ingest::format::Head;
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
+use crate::ingest::formats::format::Format;
+use crate::ingest::formats::format::Head;
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::maps::{ShippedMap, shipped_map};
 use crate::ingest::raw::Column;
 use crate::ingest::session_schema::session_meta;
 use crate::ingest::warning::warning;
-use crate::objects::Location;
+use crate::store::objects::Location;
 
 mod json;
 mod limits;

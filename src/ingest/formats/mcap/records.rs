@@ -8,7 +8,7 @@ use std::io::{BufReader, Read};
 use mcap::records::{Record, op};
 
 use crate::ingest::error::Error;
-use crate::objects::{Location, source};
+use crate::store::objects::{Location, source};
 
 /// What a file begins (and ends) with.
 pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";

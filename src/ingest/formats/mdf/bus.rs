@@ -6,7 +6,7 @@ use super::common::broken;
 use crate::ingest::formats::can::Frame;
 use crate::ingest::formats::can::database::Database;
 use crate::ingest::formats::can::signals::{Collector, FrameCounts};
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 
 /// What marks channels from frames: no group has as many channels.
 const FRAMES: usize = 1 << 30;

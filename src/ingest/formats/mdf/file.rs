@@ -6,7 +6,7 @@ use falcon_mdf::Mf4Error;
 use falcon_mdf::io::ByteSource;
 use falcon_mdf::io::range::{RangeFetch, RangeSource, read_seek_source};
 
-use crate::objects::source::Source;
+use crate::store::objects::source::Source;
 
 /// Bytes that can be read into the same memory again and again.
 pub trait Bytes: ByteSource {
@@ -44,7 +44,7 @@ mod local {
     use falcon_mdf::io::range::RangeSource;
     use falcon_mdf::io::{ByteSlice, ByteSource};
 
-    use crate::objects::source::LocalLog;
+    use crate::store::objects::source::LocalLog;
 
     /// Less than this is read in windows that are kept: a description's many small blocks.
     const SMALL: usize = 32 << 10;

@@ -12,14 +12,14 @@ use falcon_mdf::io::ByteSource;
 use falcon_mdf::mdf3::Mdf3File;
 
 use crate::contract::warning::Warning;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
-use crate::ingest::format::Head;
-use crate::ingest::format::{Format, guarded};
 use crate::ingest::formats::can::database::Database;
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
-use crate::objects::{Location, source};
+use crate::ingest::formats::format::Head;
+use crate::ingest::formats::format::{Format, guarded};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::maps::{ShippedMap, shipped_map};
+use crate::store::objects::{Location, source};
 
 mod bus;
 mod columns;

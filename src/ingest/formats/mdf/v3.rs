@@ -7,7 +7,7 @@ use falcon_mdf::Mf4Error;
 use falcon_mdf::mdf3::Mdf3File;
 
 use super::common::{broken, group_names, unit};
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::raw::Column;
 
 pub fn list(file: &Mdf3File) -> Listing {

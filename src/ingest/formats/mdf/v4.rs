@@ -11,7 +11,7 @@ use super::columns;
 use super::common::{broken, group_names, unit};
 use super::file::Bytes;
 use crate::contract::warning::Warning;
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::raw::Column;
 use crate::ingest::session_schema::session_meta;
 use crate::ingest::warning::warning;

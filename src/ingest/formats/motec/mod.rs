@@ -5,18 +5,19 @@ use std::io::BufReader;
 use std::sync::Arc;
 
 use crate::contract::session::Meta;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
-use crate::ingest::format::Format;
-use crate::ingest::format::Head;
+use crate::ingest::formats::format::Format;
+use crate::ingest::formats::format::Head;
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
 use crate::ingest::formats::text_export::facts;
 use crate::ingest::ident;
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
+use crate::ingest::maps::{ShippedMap, shipped_map};
 use crate::ingest::raw::Column;
 use crate::ingest::warning::warning;
-use crate::objects::Location;
-use crate::objects::source::{self, Source};
+use crate::store::objects::Location;
+use crate::store::objects::source;
+use crate::store::objects::source::Source;
 
 mod ld;
 

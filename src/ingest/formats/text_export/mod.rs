@@ -13,20 +13,21 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::contract::warning::Warning;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
+use crate::ingest::clock::stamps::text::Kind;
 use crate::ingest::error::Error;
-use crate::ingest::format::Format;
-use crate::ingest::format::Head;
 use crate::ingest::formats::csv::table::{self, Table};
 use crate::ingest::formats::csv::{cells, clocks, start_time, text};
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
-use crate::ingest::stamps::text::Kind;
+use crate::ingest::formats::format::Format;
+use crate::ingest::formats::format::Head;
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::ident;
+use crate::ingest::maps::units;
+use crate::ingest::maps::{ShippedMap, shipped_map};
 use crate::ingest::warning::warning;
-use crate::ingest::{ident, units};
-use crate::objects::Location;
+use crate::store::objects::Location;
 
-pub(super) mod facts;
+pub(crate) mod facts;
 mod level;
 pub mod racebox;
 pub mod xsens;

@@ -16,17 +16,17 @@
 use super::facts::{Facts, HeaderKeys, wall_clock};
 use super::rows;
 use crate::contract::warning::Warning;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
-use crate::ingest::format::{Format, Head};
 use crate::ingest::formats::csv::table::{self, Table};
 use crate::ingest::formats::csv::{clocks, start_time, text};
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
-use crate::ingest::track;
-use crate::ingest::units;
+use crate::ingest::formats::format::{Format, Head};
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::maps::units;
+use crate::ingest::maps::{ShippedMap, shipped_map};
+use crate::ingest::motion::track;
 use crate::ingest::warning::warning;
-use crate::objects::Location;
+use crate::store::objects::Location;
 
 /// A RaceBox CSV.
 #[derive(Debug)]

@@ -22,15 +22,15 @@ use super::facts::{Facts, HeaderKeys};
 use super::level::{self, Derived};
 use super::{header_rate_warning, rows};
 use crate::contract::session::Meta;
-use crate::ingest::aids::Aids;
+use crate::ingest::checks::aids::Aids;
 use crate::ingest::error::Error;
-use crate::ingest::format::Format;
-use crate::ingest::format::Head;
 use crate::ingest::formats::csv::table::{self, Table};
 use crate::ingest::formats::csv::{cells, clocks, start_time, text};
-use crate::ingest::listing::{Decoded, Listing, SourceChannel};
-use crate::ingest::map::{ShippedMap, shipped_map};
-use crate::objects::Location;
+use crate::ingest::formats::format::Format;
+use crate::ingest::formats::format::Head;
+use crate::ingest::formats::listing::{Decoded, Listing, SourceChannel};
+use crate::ingest::maps::{ShippedMap, shipped_map};
+use crate::store::objects::Location;
 
 /// Exports of MT Manager.
 #[derive(Debug)]

@@ -1,0 +1,106 @@
+//! What `run --model` is given: the output of a diagnosis, its folder of models, or one of the files in it.
+
+use std::io::ErrorKind;
+
+use rayon::prelude::*;
+use walkdir::WalkDir;
+
+use crate::batch::store::reading::Reading;
+use crate::simulate::effects::extended_model::ExtendedModel;
+use crate::simulate::effects::models::Models;
+use crate::simulate::effects::pooled_effects;
+use crate::simulate::effects::pooled_effects::PooledEffects;
+use crate::store::objects::Location;
+
+/// Folder of the models below the output of a diagnosis.
+const FOLDER: &str = "models";
+/// Extension of a model.
+const TOML: &str = ".toml";
+
+/// Reads the models of many sessions and what those share from a folder, or one session's from a file.
+///
+/// # Errors
+/// A sentence that names the file and the key, or says that there is no model.
+pub fn read(at: &Location) -> Result<Models, String> {
+    let fail = |e: std::io::Error| format!("--model {at}: {e}");
+    if at.file_name() == pooled_effects::FILE {
+        let why = "is what sessions share, not a session's model; give the folder that it is in";
+        return Err(format!("--model {at}: this {why}"));
+    }
+    if at.is_folder().map_err(fail)? {
+        return of_folder(at);
+    }
+    let text = text(at).map_err(|e| format!("--model {e}"))?;
+    ExtendedModel::parse(&text, &at.to_string()).map(Models::of_one)
+}
+
+/// Of the output of a diagnosis or its folder of models.
+fn of_folder(given: &Location) -> Result<Models, String> {
+    let fail = |e: std::io::Error| format!("--model {given}: {e}");
+    let below = given.join(FOLDER);
+    let out = given.as_path().map(|path| match path.file_name().is_some_and(|n| n == FOLDER) {
+        true => path.parent().unwrap_or(path),
+        false => path,
+    });
+    let _reading = out.map(Reading::of).transpose().map_err(|e| e.to_string())?;
+    let folder = if below.is_folder().map_err(fail)? { below } else { given.clone() };
+    let names = names(&folder).map_err(fail)?;
+    let of_sessions: Vec<&String> = names.iter().filter(|name| is_model(name)).collect();
+    let has_shared = names.iter().any(|name| name == pooled_effects::FILE);
+    if of_sessions.is_empty() && !has_shared {
+        let why = match given.file_name().starts_with("bike=") {
+            true => "this is one motorcycle's; give the folder above it".to_owned(),
+            false => "there is no model in this folder; `roadbench diagnose INPUT --out DIR` writes them to \
+                      DIR, which is what to give"
+                .to_owned(),
+        };
+        return Err(format!("--model {given}: {why}"));
+    }
+    let models: Vec<ExtendedModel> = of_sessions
+        .par_iter()
+        .map(|name| {
+            let at = folder.join(name);
+            ExtendedModel::parse(&text(&at)?, &at.to_string())
+        })
+        .collect::<Result<_, String>>()?;
+    let shared = match has_shared {
+        false => PooledEffects::default(),
+        true => {
+            let at = folder.join(pooled_effects::FILE);
+            PooledEffects::parse(&text(&at)?, &at.to_string())?
+        }
+    };
+    Models::of_many(models, &shared).map_err(|e| format!("--model {folder}: {e}"))
+}
+
+/// The files of a folder and of the folders in it, in order. A local folder that is no diagnosis may be
+/// large: nothing deeper is looked at.
+fn names(folder: &Location) -> std::io::Result<Vec<String>> {
+    let Some(path) = folder.as_path() else {
+        return Ok(folder.list()?.into_iter().map(|entry| entry.key).collect());
+    };
+    let walk = WalkDir::new(path).min_depth(1).max_depth(2).sort_by_file_name();
+    let mut names = Vec::new();
+    for entry in walk {
+        let entry = entry.map_err(std::io::Error::from)?;
+        if let (false, Ok(below)) = (entry.path().is_dir(), entry.path().strip_prefix(path)) {
+            let parts: Vec<_> = below.iter().map(|part| part.to_string_lossy()).collect();
+            names.push(parts.join("/"));
+        }
+    }
+    Ok(names)
+}
+
+/// Whether a file below the folder of models is a session's: `bike=<id>/<session>.toml`.
+fn is_model(name: &str) -> bool {
+    let parts = name.strip_prefix("bike=").and_then(|rest| rest.split_once('/'));
+    parts.is_some_and(|(_, file)| file.ends_with(TOML) && !file.contains('/'))
+}
+
+fn text(at: &Location) -> Result<String, String> {
+    let bytes = at.read().map_err(|e| match e.kind() {
+        ErrorKind::NotFound => format!("{at}: file not found"),
+        _ => format!("{at}: {e}"),
+    })?;
+    String::from_utf8(bytes).map_err(|_| format!("{at}: it is not UTF-8 text"))
+}

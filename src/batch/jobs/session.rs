@@ -1,0 +1,218 @@
+//! One log of a batch, from its bytes to its files or its row of `rejected`.
+
+use std::fs::Metadata;
+use std::time::SystemTime;
+
+use super::work::{Output, Work, guarded};
+use crate::batch::error::Error;
+use crate::batch::log_hash::hash_file;
+use crate::batch::plan;
+use crate::batch::plan::Job;
+use crate::batch::settings::Settings;
+use crate::batch::store::folder::Store;
+use crate::batch::store::marker::Committed;
+use crate::batch::store::parts;
+use crate::batch::workers::blame;
+use crate::contract::instant;
+use crate::ingest::{self, CHANGED, Identified};
+use crate::pipeline::{Input, Rejection};
+use crate::store::objects::Location;
+use crate::store::tables::registry;
+use crate::store::tables::rows::{Ident, Rejected};
+
+/// What became of a log.
+#[derive(Debug)]
+pub enum Ended<R> {
+    /// Computed and written.
+    Done {
+        /// Hash of the log's bytes.
+        input_hash: String,
+        /// Samples on the common clock.
+        samples: i64,
+        /// What the work gave beside the files, where somebody looks at it.
+        result: Option<R>,
+    },
+    /// Was there already, made from the same.
+    Unchanged,
+    /// Not usable.
+    Rejected(Rejected),
+}
+
+/// Computes and writes a session, if it is not there.
+///
+/// # Errors
+/// The output cannot be written; all else is in [`Ended`].
+pub fn run<W: Work>(
+    job: &Job,
+    settings: &Settings<'_>,
+    store: &Store,
+    work: &W,
+) -> Result<Ended<W::Result>, Error> {
+    let is_current = |hash: &str| {
+        let wanted = job.wanted(hash.to_owned());
+        !settings.force && store.stale(&wanted, |table| work.is_requested(table)).is_none()
+    };
+    if job.hash.as_deref().is_some_and(is_current) {
+        store.remove_rejection(&job.log)?;
+        return Ok(Ended::Unchanged);
+    }
+    // what is computed is hashed again: hours may lie between the plan and its turn
+    let stamp = Stamp::of(&job.location);
+    let input_hash = match hash_file(&job.location) {
+        Ok(hash) => hash,
+        Err(e) => {
+            let why = ingest::Error::unreadable(&job.location, &e);
+            return refuse(job, store, why.into(), None);
+        }
+    };
+    if is_current(&input_hash) {
+        store.remove_rejection(&job.log)?;
+        return Ok(Ended::Unchanged);
+    }
+    if let Some(there) = store.archived(&job.key(), &input_hash, job.start) {
+        let why = plan::archived(there, job.start);
+        return refuse(job, store, why, Some(input_hash));
+    }
+    if let Some(other) = store.found().copied_from(&job.wanted(input_hash.clone())) {
+        let why = plan::duplicate(&other.path, &other.session_id);
+        return refuse(job, store, why, Some(input_hash));
+    }
+    let input = Input {
+        log: job.location.clone(),
+        maps: settings.maps.list(),
+        input_hash: input_hash.clone(),
+        pipeline_hash: job.pipeline_hash.clone(),
+        signals: work.is_requested(&registry::SIGNALS),
+    };
+    let output = guarded(work.kind().stage, || {
+        let output = work.run(&input, &job.bike, settings.pipeline)?;
+        same(job, output, || work.identify(&job.location, settings.maps.list()))
+    });
+    // what was read may be neither the old log nor the new one
+    let output = match stamp.is_changed(&job.location, &input_hash) {
+        true => Err(changed(job, "its bytes are others now")),
+        false => output,
+    };
+    match output {
+        Err(why) => refuse(job, store, why, Some(input_hash)),
+        Ok(Output { ident, samples, files, result }) => {
+            // some logs say only in their samples when they began
+            let start = ident.start_time.as_deref().and_then(instant::microseconds);
+            if let Some(there) = store.archived(&job.key(), &input_hash, start) {
+                return refuse(job, store, plan::archived(there, start), Some(input_hash));
+            }
+            let part = parts::of(ident.start_time.as_deref());
+            store.commit(&Committed { part, start, ..job.wanted(input_hash.clone()) }, &files)?;
+            Ok(Ended::Done { input_hash, samples, result })
+        }
+    }
+}
+
+/// The session that was read must be the one that was identified: its files go there.
+fn same<R>(
+    job: &Job,
+    output: Output<R>,
+    identify: impl FnOnce() -> Result<Identified, Rejection>,
+) -> Result<Output<R>, Rejection> {
+    let is_planned = |session_id: &str, bike_id: &str| {
+        session_id == job.meta.session_id && bike_id == job.meta.bike_id
+    };
+    let Ident { session_id, bike_id, .. } = &output.ident;
+    if is_planned(session_id, bike_id) {
+        return Ok(output);
+    }
+    let how = format!(
+        "it was session `{}` of `{}` when the run began, and is `{session_id}` of `{bike_id}` now",
+        job.meta.session_id, job.meta.bike_id
+    );
+    // asked once more, a log that nobody has touched says what it said then
+    match identify() {
+        Ok(now) if is_planned(&now.meta.session_id, &now.meta.bike_id) => {}
+        _ => return Err(changed(job, &how)),
+    }
+    let message = format!(
+        "the log was identified as session `{}` and read as `{session_id}`; this is a mistake in \
+         roadbench, please report it",
+        job.meta.session_id
+    );
+    Err(Rejection { stage: "ingest", code: "internal_error", message, limits: None })
+}
+
+/// The rejection of a log that is not what it was.
+fn changed(job: &Job, how: &str) -> Rejection {
+    let message = format!(
+        "{} changed while it was read ({how}); the next run reads it again, best when nobody writes it",
+        job.log
+    );
+    Rejection { stage: "ingest", code: CHANGED, message, limits: None }
+}
+
+/// What tells that a file was touched; of an object nothing, since its bytes are asked for by their name.
+#[derive(Debug, PartialEq, Eq)]
+struct Stamp(Option<(u64, SystemTime, [i64; 3])>);
+
+impl Stamp {
+    fn of(log: &Location) -> Self {
+        let meta = log.as_path().and_then(|path| std::fs::metadata(path).ok());
+        let of = |meta: Metadata| {
+            let written = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            (meta.len(), written, identity(&meta))
+        };
+        Stamp(meta.map(of))
+    }
+
+    /// Whether a log has other bytes than it had; of one that is gone or cannot be read that is not known.
+    fn is_changed(&self, log: &Location, hash: &str) -> bool {
+        *self != Stamp::of(log) && hash_file(log).is_ok_and(|now| now != hash)
+    }
+}
+
+/// Which file it is, and when it or its name were touched.
+#[cfg(unix)]
+fn identity(meta: &Metadata) -> [i64; 3] {
+    use std::os::unix::fs::MetadataExt;
+    [meta.ino() as i64, meta.ctime(), meta.ctime_nsec()]
+}
+
+#[cfg(not(unix))]
+fn identity(_: &Metadata) -> [i64; 3] {
+    [0; 3]
+}
+
+fn refuse<R>(
+    job: &Job,
+    store: &Store,
+    why: Rejection,
+    input_hash: Option<String>,
+) -> Result<Ended<R>, Error> {
+    let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, input_hash);
+    reject(store, &row, job.start)?;
+    Ok(Ended::Rejected(row))
+}
+
+/// The row of a log whose session another log gives.
+///
+/// # Errors
+/// The output cannot be written.
+pub fn outrun(job: &Job, store: &Store, holder: &str) -> Result<Rejected, Error> {
+    let hash = job.hash.clone().or_else(|| hash_file(&job.location).ok());
+    let why = plan::same_session(&job.key(), holder);
+    let row = plan::row(job.log.clone(), Some(job.meta.clone()), why, hash);
+    reject(store, &row, job.start)?;
+    Ok(row)
+}
+
+/// Writes a rejection; rows that the output has of this very log go, those of another log of the session, and of another ride than one
+/// that begins at `start`, stay.
+///
+/// # Errors
+/// The output cannot be written.
+pub fn reject(store: &Store, row: &Rejected, start: Option<i64>) -> Result<(), Error> {
+    // a duplicate's name belongs to the log that was used; what cannot be reached may be as it was
+    if blame::is_the_logs(&row.code)
+        && let Some(key) = store.session_of(row, start)
+    {
+        store.remove(&key)?;
+    }
+    Ok(store.reject(row)?)
+}

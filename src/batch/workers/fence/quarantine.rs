@@ -1,0 +1,50 @@
+//! Logs that ended a worker before: as long as bytes, limits and roadbench are the same, they would again.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::limits::Limits;
+use crate::batch::workers::blame::ENDS_A_WORKER;
+use crate::pipeline::Rejection;
+use crate::store::objects::Location;
+use crate::store::tables::read;
+use crate::store::tables::rows::Rejected;
+
+/// What such logs were rejected with, by the hash of their bytes.
+#[derive(Debug, Default)]
+pub struct Quarantine(BTreeMap<String, Rejected>);
+
+impl Quarantine {
+    /// Of an output's rejections by this roadbench; what cannot be read does not count.
+    pub fn read(out: &Location) -> Self {
+        let listed = out.join("rejected").list().unwrap_or_default();
+        let files: Vec<Location> =
+            listed.into_iter().map(|e| out.join(format!("rejected/{}", e.key))).collect();
+        let rows = |at: &Location| {
+            let bytes = at.read().ok()?;
+            read::rows_of::<Rejected>(at, bytes).ok()
+        };
+        let rows: Vec<Vec<Rejected>> = files.par_iter().filter_map(rows).collect();
+        let is_one = |row: &Rejected| {
+            ENDS_A_WORKER.contains(&row.code.as_str())
+                && row.version == crate::VERSION
+                && row.limits.is_some()
+        };
+        let rows = rows.into_iter().flatten().filter(is_one);
+        Quarantine(rows.filter_map(|row| Some((row.input_hash.clone()?, row))).collect())
+    }
+
+    /// Whether it is empty.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Why a log of that hash is not tried again under the same limits.
+    pub fn of(&self, hash: &str, limits: &Limits) -> Option<Rejection> {
+        let row = self.0.get(hash).filter(|r| r.limits.as_deref() == Some(&limits.to_string()))?;
+        let code = ENDS_A_WORKER.into_iter().find(|code| *code == row.code)?;
+        let stage = ["ingest", "pipeline", "diagnose"].into_iter().find(|s| *s == row.stage)?;
+        Some(Rejection { stage, code, message: row.message.clone(), limits: row.limits.clone() })
+    }
+}

@@ -1,0 +1,132 @@
+//! Accelerations against those that follow from velocity and yaw rate.
+//!
+//! ```text
+//! (1)  a_x = dv/dt       (2)  a_y = v r
+//! ```
+//! (up to the side-slip terms, which are small beside them in a bend).
+
+use super::finding::{Finding, Findings};
+use super::view::{Median, View};
+use crate::GRAVITY;
+use crate::contract::channel::Channel;
+use crate::ingest::error::Error;
+
+/// Accelerations above this are compared, m/s².
+const LEAST: f64 = 1.0;
+/// An offset of this is a tilt of 3 deg, more than a sensor's bias, m/s².
+const TILT: f64 = 0.5;
+
+/// An offset of this is no bend of a mounting but another axis: the box stands on end, m/s².
+const ON_END: f64 = 0.4 * GRAVITY;
+
+/// Factors that scales are equal within: friction, pitch and filters change them less, units more.
+const EQUAL: f64 = 1.4;
+/// Less than this of each other is left of two channels that do not go together.
+const TOGETHER: f64 = 0.3;
+
+pub(crate) fn check(view: &View, speed_agrees: bool, out: &mut Findings<'_>) -> Result<(), Error> {
+    let Some(v) = view.get(Channel::VelocityX) else { return Ok(()) };
+    if let Some(ax) = view.get(Channel::AccelerationX) {
+        let (dv, ax) = (view.rate_of(v), view.smooth(ax));
+        let ratio = view.ratio(|i| ax[i], |i| dv[i], LEAST);
+        let tilted = view.median(|i| ax[i] - dv[i]).filter(|m| m.value.abs() > TILT);
+        if let Some(m) = tilted.filter(|m| m.value.abs() > ON_END) {
+            out.push(tilt(m))?;
+        } else if let Some(finding) = ratio.and_then(|m| judge(Channel::AccelerationX, m, "dv/dt"))
+        {
+            out.push(finding)?;
+        } else if let Some((finding, of_speed)) = scale(view, &ax, &dv) {
+            match of_speed && !speed_agrees {
+                false => out.push(finding)?,
+                true => {
+                    out.push_contradiction(finding, &[Channel::VelocityX, Channel::AccelerationX])?
+                }
+            }
+        } else if let Some(m) = tilted {
+            out.push(tilt(m))?;
+        }
+    }
+    if let (Some(ay), Some(r)) = (view.get(Channel::AccelerationY), view.get(Channel::YawRate)) {
+        let Some(m) = view.ratio(|i| ay[i], |i| v[i] * r[i], 1.5 * LEAST) else { return Ok(()) };
+        if let Some(finding) = judge(Channel::AccelerationY, m, "v r in bends") {
+            out.push(finding)?;
+        } else if m.value.abs() < 0.25 {
+            // a sensor that leans with the bike feels next to nothing in a bend
+            let seen = format!("in bends it is only {:.2} times v r", m.value);
+            out.push(gravity(Channel::AccelerationY, m.n, &seen))?;
+        }
+    }
+    Ok(())
+}
+
+/// A scale of `a_x` that is not that of `dv/dt`, and whether the velocity's unit may be the reason.
+fn scale(view: &View, ax: &[f64], dv: &[f64]) -> Option<(Finding, bool)> {
+    // what a tilt adds is no scale
+    let rest = |i: usize| if dv[i].abs() < 0.5 * LEAST { ax[i] } else { f64::NAN };
+    let offset = view.median(rest).map_or(0.0, |m| m.value);
+    let level: Vec<f64> = ax.iter().map(|a| a - offset).collect();
+    let pair = view.pair(&level, dv, LEAST)?;
+    let apart = pair.together < TOGETHER;
+    let off = pair.scale.abs().ln().abs() > EQUAL.ln();
+    let what = match (apart, off) {
+        (true, _) => "does not go with dv/dt: is it another axis of its sensor?".to_owned(),
+        (_, true) => format!("is {:.2} times dv/dt: check the units of both", pair.scale),
+        _ => return None,
+    };
+    let finding = Finding {
+        code: "scale_acceleration",
+        channel: Channel::AccelerationX,
+        count: pair.n,
+        message: format!("acceleration_x {what} in the channel map"),
+    };
+    // speeds in another unit are off by 4 at most
+    Some((finding, !apart && pair.scale.abs().ln().abs() < 4.0_f64.ln()))
+}
+
+/// A wrong sign or unit, from the median ratio to what is expected.
+fn judge(channel: Channel, m: Median, of: &str) -> Option<Finding> {
+    // turned and in g as well: along x only, across a leaning sensor looks like that
+    let sized = if channel == Channel::AccelerationX { m.value.abs() } else { m.value };
+    let (code, what) = if (0.65..1.5).contains(&(sized * GRAVITY)) {
+        ("unit_acceleration", "it looks like g, not m/s2")
+    } else if m.value < -0.3 {
+        let code = match channel {
+            Channel::AccelerationX => "sign_acceleration_x",
+            _ => "sign_acceleration_y",
+        };
+        (code, "its sign is wrong")
+    } else {
+        return None;
+    };
+    Some(Finding {
+        code,
+        channel,
+        count: m.n,
+        message: format!(
+            "{channel} is {:.2} times {of}: {what}; correct it in the channel map",
+            m.value
+        ),
+    })
+}
+
+/// A forward acceleration that has a part of gravity throughout.
+fn tilt(m: Median) -> Finding {
+    let angle = (m.value.abs() / GRAVITY).min(1.0).asin().to_degrees();
+    let seen = format!(
+        "it differs from dv/dt by {:+.2} m/s2 throughout, as if tilted by {angle:.0} deg",
+        m.value
+    );
+    gravity(Channel::AccelerationX, m.n, &seen)
+}
+
+fn gravity(channel: Channel, count: usize, seen: &str) -> Finding {
+    Finding {
+        code: "gravity_in_acceleration",
+        channel,
+        count,
+        message: format!(
+            "{channel} seems to contain gravity: {seen}; it must be in the level frame without \
+             gravity"
+        ),
+    }
+}

@@ -1,0 +1,54 @@
+//! A log's channels judged by their motion: decoded part by part, each only as long as it takes.
+
+use crate::ingest::checks::aids::Aids;
+use crate::ingest::error::Error;
+use crate::ingest::formats::detect::format_of;
+use crate::ingest::formats::format::Decoder;
+use crate::ingest::formats::listing::{Decoded, SourceChannel};
+use crate::ingest::formats::survey::{Survey, parts};
+use crate::ingest::maps::propose;
+use crate::ingest::maps::propose::motion;
+use crate::ingest::maps::propose::physics::{Clock, Log, Verdicts, judge};
+use crate::store::objects::Location;
+
+/// What the channels of a surveyed log are; `radii` are the bike file's, front and rear, m.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn by_motion(
+    log: &Location,
+    aids: &Aids,
+    survey: &Survey,
+    radii: Option<[f64; 2]>,
+) -> Result<Verdicts, Error> {
+    let Some(Decoder { decode, .. }) = format_of(log)?.decoder else {
+        return Ok(Verdicts::default());
+    };
+    let spans = survey.contents.iter().filter_map(|c| c.span);
+    let (start, end) =
+        spans.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(s.0), b.max(s.1)));
+    if end.is_nan() || end <= start {
+        return Ok(Verdicts::default());
+    }
+    let channels = &survey.listing.channels;
+    let mut judged = Log::new(channels, Clock::between(start, end));
+    let mut place = 0;
+    for part in parts(channels) {
+        let wanted: Vec<&SourceChannel> = part.iter().collect();
+        let Decoded { columns, .. } = decode(log, aids, &wanted)?;
+        columns.iter().enumerate().for_each(|(i, column)| judged.put(place + i, column));
+        place += part.len();
+    }
+    Ok(judge(&judged, radii))
+}
+
+/// The draft of a channel map for a log: by its motion, or by names and units where nothing moves.
+pub fn draft(log: &Location, survey: &Survey, verdicts: &Verdicts) -> String {
+    let Survey { format, own_clock, listing, contents } = survey;
+    let name = log.file_stem();
+    let extents: Vec<Option<[f64; 3]>> = contents.iter().map(|c| c.extent).collect();
+    match verdicts.entries.is_empty() {
+        true => propose::propose(&name, format, *own_clock, listing, &extents),
+        false => motion::draft(&name, format, *own_clock, listing, verdicts),
+    }
+}

@@ -1,0 +1,115 @@
+//! Formats that are met and not read: what they are, and which export is read instead.
+
+use crate::ingest::formats::format::Head;
+
+/// Ending of the name in lower case, what the file is and what to do.
+#[rustfmt::skip]
+const UNREAD: &[(&str, &str)] = &[
+    (".xrk", "an AiM log, which is not read: open it in RaceStudio and export CSV with all channels"),
+    (".xrz", "a packed AiM log, which is not read: open it in RaceStudio and export CSV with all channels"),
+    (".db3", "a ROS 2 bag in SQLite, which is not read: write it as MCAP with `ros2 bag convert`"),
+    (".bag", "a ROS 1 bag, which is not read: write it as MCAP with `mcap convert`"),
+    (".gz", "compressed: call it `.gz` behind the ending of what is in it (`ride.asc.gz`), or unpack it (`gunzip`)"),
+    (".zst", "compressed: call it `.zst` behind the ending of what is in it (`ride.csv.zst`), or unpack it (`unzstd`)"),
+    (".zip", "an archive: unpack it first (`unzip`)"),
+    (".fit", "a Garmin FIT file, which is not read: export the activity as GPX or TCX, or convert it with `gpsbabel -i garmin_fit -o gpx`"),
+    (".kml", "a KML file of Google Earth, which is not read: export the track as GPX, or convert it with `gpsbabel -i kml -o gpx`"),
+    (".kmz", "a packed KML file of Google Earth, which is not read: export the track as GPX"),
+    (".nmea", "an NMEA log of a receiver, which is not read: convert it with `gpsbabel -i nmea -o gpx`"),
+    (".ubx", "a u-blox log, which is not read: convert it to GPX, or to CSV with u-center"),
+    (".xlsx", "a workbook of a spreadsheet, which is not read: save the sheet as CSV"),
+    (".xls", "a workbook of a spreadsheet, which is not read: save the sheet as CSV"),
+    (".ods", "a workbook of a spreadsheet, which is not read: save the sheet as CSV"),
+    (".json", "JSON, which is not read: export CSV, or write the samples as one table with a column for each channel"),
+    (".mat", "a MATLAB file, which is not read: write it as CSV (`writetable`) or Parquet (`parquetwrite`)"),
+    (".h5", "an HDF5 file, which is not read: write its samples as CSV or Parquet"),
+    (".mp4", "a video, which is not read: take the telemetry out as CSV or GPX first (GoPro: Telemetry Extractor, gopro2gpx)"),
+    (".rcz", "a session of RaceChrono, which is not read: export CSV v3 from the app"),
+    (".ibt", "a log of iRacing, which is not read: convert it to MoTeC `.ld`, or export CSV"),
+    (".drk", "an old AiM log, which is not read: open it in Race Studio 2 and export CSV with all channels"),
+    (".feather", "an Arrow file, which is not read: write it as Parquet"),
+    (".pdf", "a PDF, which is no log: export the samples as CSV"),
+    (".html", "a page of HTML, which is no log: was it downloaded without logging in?"),
+];
+
+/// What to say of a log that no format claims, if its name or first bytes are known.
+pub fn advice(head: &Head<'_>) -> Option<&'static str> {
+    let of = |ending: &str| UNREAD.iter().find(|u| u.0 == ending).map(|u| u.1);
+    let by_bytes = match head.bytes {
+        [0x1f, 0x8b, ..] => of(".gz"),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => of(".zst"),
+        bytes if bytes.starts_with(b"SQLite format 3\0") => of(".db3"),
+        bytes if bytes.starts_with(b"#ROSBAG") => of(".bag"),
+        bytes if bytes.get(8..12) == Some(b".FIT") => of(".fit"),
+        [0xb5, 0x62, ..] => of(".ubx"),
+        [0xd0, 0xcf, 0x11, 0xe0, ..] => of(".xls"),
+        bytes if bytes.starts_with(b"\x89HDF\r\n") => of(".h5"),
+        bytes if bytes.starts_with(b"MATLAB 5.0") => of(".mat"),
+        bytes if bytes.starts_with(b"ARROW1") => of(".feather"),
+        bytes if bytes.starts_with(b"%PDF") => of(".pdf"),
+        bytes if bytes.get(4..8) == Some(b"ftyp") => of(".mp4"),
+        bytes if bytes.starts_with(b"PK\x03\x04") && has(bytes, b"xl/") => of(".xlsx"),
+        bytes if bytes.starts_with(b"PK\x03\x04") && has(bytes, b"opendocument.spreadsheet") => {
+            of(".ods")
+        }
+        bytes => by_text(bytes).and_then(of),
+    };
+    let by_name = || {
+        let fits = |ending: &str| head.has_extension(ending.trim_start_matches('.'));
+        UNREAD.iter().find(|u| fits(u.0)).map(|u| u.1)
+    };
+    by_bytes.or_else(by_name)
+}
+
+fn has(bytes: &[u8], words: &[u8]) -> bool {
+    bytes[..bytes.len().min(4096)].windows(words.len()).any(|w| w == words)
+}
+
+/// The ending of texts that are no table.
+fn by_text(bytes: &[u8]) -> Option<&'static str> {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let sentence = |start: &[u8]| text.starts_with(start) && has(text, b"*");
+    match text {
+        [b'{', ..] => Some(".json"),
+        [b'[', rest @ ..] if rest.trim_ascii_start().starts_with(b"{") => Some(".json"),
+        _ if has(text, b"<kml") => Some(".kml"),
+        _ if sentence(b"$GP") || sentence(b"$GN") => Some(".nmea"),
+        _ if text.len() > 5 && text[..5].eq_ignore_ascii_case(b"<html") => Some(".html"),
+        _ if text.len() > 9 && text[..9].eq_ignore_ascii_case(b"<!doctype") => Some(".html"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::objects::Location;
+    use std::path::PathBuf;
+
+    #[test]
+    fn what_is_not_read_says_what_is() {
+        let told = |name: &str, bytes: &[u8]| {
+            let log = Location::from(PathBuf::from(name));
+            advice(&Head { log: &log, bytes })
+        };
+        for (name, bytes, wanted) in [
+            ("a.XRK", &b"<hCNF"[..], "RaceStudio"),
+            ("a.zip", b"PK", "unzip"),
+            ("a.bin", b"\x1f\x8b\x08", "gunzip"),
+            ("bag", b"SQLite format 3\0", "ros2 bag convert"),
+            (
+                "ride.txt",
+                b"$GPRMC,100000.00,A,4700.0,N,00800.0,E,27.0,89,251026,,*5A\r\n",
+                "gpsbabel",
+            ),
+            ("ride", b"\x0e\x10\x5d\x08\0\0\0\0.FIT", "GPX or TCX"),
+            ("ride.csv", b"PK\x03\x04\x14\0\x06\0\x08\0xl/workbook.xml", "save the sheet as CSV"),
+            ("ride.csv", b"\n<?xml version=\"1.0\"?><kml xmlns=\"x\">", "GPX"),
+            ("ride.log", b"[\n {\"t\": 0}]", "JSON"),
+        ] {
+            let told = told(name, bytes).expect(name);
+            assert!(told.contains(wanted), "{name}: {told}");
+        }
+        assert_eq!(told("a.csv", b"time,velocity_x"), None);
+    }
+}

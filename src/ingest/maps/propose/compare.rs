@@ -1,0 +1,262 @@
+//! A channel map against what the motion says: wrong channels, signs, units and delays.
+
+use super::motion;
+use super::physics::{Verdict, Verdicts};
+use crate::contract::channel::Channel;
+use crate::ingest::formats::listing::Listing;
+use crate::ingest::maps::units;
+use crate::ingest::maps::{ChannelMap, Entry};
+use crate::ingest::session_schema::si_unit;
+
+/// A factor beside the right one beyond this is another unit.
+const UNIT: f64 = 1.35;
+/// Delays are held against each other beyond this, s, ...
+const LATE: f64 = 0.06;
+/// ... and beyond so many standard errors.
+const SURE: f64 = 3.0;
+
+/// What is wrong with an entry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wrong {
+    /// Another channel is this column.
+    Channel,
+    /// The channel is no such quantity.
+    Kind,
+    /// Its sign.
+    Sign,
+    /// Its unit or scale.
+    Unit,
+    /// Its delay to the others.
+    Delay,
+}
+
+impl Wrong {
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Wrong::Channel => "wrong channel",
+            Wrong::Kind => "no such quantity",
+            Wrong::Sign => "wrong sign",
+            Wrong::Unit => "wrong unit",
+            Wrong::Delay => "wrong delay",
+        }
+    }
+}
+
+/// Something wrong in a map.
+#[derive(Debug, Clone)]
+pub struct Finding {
+    /// The column.
+    pub channel: Channel,
+    /// What is wrong.
+    pub wrong: Wrong,
+    /// What was seen.
+    pub message: String,
+    /// The entry that would be right; `None` where it should go.
+    pub mended: Option<Verdict>,
+}
+
+/// What a comparison gave.
+#[derive(Debug, Clone, Default)]
+pub struct Comparison {
+    /// What is wrong; a column may have several.
+    pub findings: Vec<Finding>,
+    /// Columns that agree with the motion.
+    pub agree: Vec<Channel>,
+    /// Columns that no motion speaks for.
+    pub unchecked: Vec<Channel>,
+}
+
+/// Holds a map that was fitted to the log against the verdicts.
+pub fn compare(map: &ChannelMap, listing: &Listing, verdicts: &Verdicts) -> Comparison {
+    let mut out = Comparison::default();
+    let shift = common_shift(map, listing, verdicts);
+    for entry in &map.entries {
+        let before = out.findings.len();
+        let checked = judge(entry, listing, verdicts, shift, &mut out.findings);
+        let right = out.findings.len() == before;
+        match (checked, right) {
+            (true, true) => out.agree.push(entry.channel),
+            (false, true) => out.unchecked.push(entry.channel),
+            _ => {}
+        }
+    }
+    out
+}
+
+/// Whether an entry is sure but for its radius.
+fn sure(verdicts: &Verdicts, channel: Channel) -> Option<&Verdict> {
+    let good =
+        |e: &&Verdict| e.channel == channel && (e.doubt.is_none() || motion::lacks_radius(e));
+    verdicts.entries.iter().find(good)
+}
+
+fn place(entry: &Entry, listing: &Listing) -> Option<usize> {
+    let [from] = entry.from.as_slice() else { return None };
+    listing.channels.iter().position(|c| c.full() == *from)
+}
+
+/// Whether the motion could be asked; what is wrong is added.
+fn judge(
+    entry: &Entry,
+    listing: &Listing,
+    verdicts: &Verdicts,
+    shift: f64,
+    findings: &mut Vec<Finding>,
+) -> bool {
+    let Some(source) = place(entry, listing) else { return false };
+    let channel = entry.channel;
+    let quantity = quantity(channel);
+    let name = &entry.from[0];
+    let mut find = |wrong: Wrong, message: String, mended: Option<Verdict>| {
+        findings.push(Finding { channel, wrong, message, mended });
+    };
+    let best = sure(verdicts, quantity);
+    let own = verdicts.entries.iter().find(|e| e.channel == quantity && e.source == source);
+    let other = best.filter(|b| b.source != source && b.confirmed);
+    if let Some(best) = other {
+        let is = verdicts.entries.iter().find(|e| e.source == source && e.channel != quantity);
+        let is = match (is, verdicts.left_out(source)) {
+            (Some(e), _) => format!("`{name}` is {}", e.channel),
+            (None, Some(why)) => format!("`{name}`: {why}"),
+            (None, None) => format!("`{name}` is not"),
+        };
+        let right = listing.channels[best.source].full();
+        find(
+            Wrong::Channel,
+            format!("{channel} is `{right}` ({}); {is}", best.why.join("; ")),
+            Some(kept(best, entry)),
+        );
+        return true;
+    }
+    let Some(own) = own else {
+        // what no motion knows stays as it is; an inertial unit's channels are no column's by themselves
+        let imu = channel.name().starts_with("imu_");
+        let still = verdicts.constant.contains(&source);
+        let Some(why) = verdicts.left_out(source).filter(|_| !still && !imu) else { return false };
+        find(Wrong::Kind, format!("`{name}` is no {channel}: {why}"), None);
+        return true;
+    };
+    let only_part = motion::lacks_radius(own) || own.untimed();
+    if let Some(doubt) = own.doubt.as_ref().filter(|_| own.confirmed && !only_part) {
+        find(Wrong::Kind, format!("`{name}`: {doubt}"), None);
+        return true;
+    }
+    if !own.confirmed {
+        return false;
+    }
+    let right = Some(kept(own, entry));
+    let mut wrong = false;
+    if let Some(ratio) = factor(entry, own) {
+        if ratio.abs().ln().abs() > UNIT.ln() {
+            let message = format!(
+                "its factor is {ratio:.4} times what the motion asks for, as of {}: {}",
+                own.unit,
+                own.why.join("; ")
+            );
+            find(Wrong::Unit, message, right.clone());
+            wrong = true;
+        }
+        if ratio < 0.0 {
+            find(Wrong::Sign, format!("turned round: {}", own.why.join("; ")), right.clone());
+            wrong = true;
+        }
+    }
+    // the smoother finds the receiver's delay itself
+    if let Some(error) = own.delay_error.filter(|_| quantity == channel) {
+        let off = entry.delay - own.delay - shift;
+        if !wrong && off.abs() > LATE.max(SURE * error) {
+            let message = format!(
+                "its delay of {:.3} s is off the other channels' by {off:+.3} s: measured {:.3} +- {error:.3} s",
+                entry.delay, own.delay
+            );
+            let mended = right.map(|v| Verdict { delay: own.delay + shift, ..v });
+            find(Wrong::Delay, message, mended);
+        }
+    }
+    true
+}
+
+/// The verdict with what only the map knows: its radius, and its delay where that fits.
+fn kept(verdict: &Verdict, entry: &Entry) -> Verdict {
+    let radius = entry.radius.or(verdict.radius);
+    let doubt = verdict
+        .doubt
+        .clone()
+        .filter(|_| !(motion::lacks_radius(verdict) && entry.radius.is_some()))
+        .filter(|_| !verdict.untimed());
+    Verdict { channel: entry.channel, radius: verdict.radius.and(radius), doubt, ..verdict.clone() }
+}
+
+/// What a column is in the verdicts: the smoother of an inertial unit takes speed and course under names of its own.
+fn quantity(channel: Channel) -> Channel {
+    match channel {
+        Channel::SatelliteSpeed => Channel::VelocityX,
+        Channel::Course => Channel::Yaw,
+        other => other,
+    }
+}
+
+/// The entry's factor over the right one; `None` where units do not tell.
+fn factor(entry: &Entry, verdict: &Verdict) -> Option<f64> {
+    let spin = verdict.radius.is_some();
+    let target = if spin { "m/s" } else { si_unit(entry.channel) };
+    let right = units::conversion(&verdict.unit, target).ok()?.factor * verdict.sign;
+    // a radius of the map is no matter of units; without one the spin was taken for a surface speed
+    let radius = if spin { entry.radius.or(verdict.radius)? } else { 1.0 };
+    let radius = if !spin && entry.radius.is_some() { return Some(1.0) } else { radius };
+    Some(entry.to_si.factor * radius / right)
+}
+
+/// The shift that the map's delays and the measured ones have in common: it moves the session, nothing else.
+fn common_shift(map: &ChannelMap, listing: &Listing, verdicts: &Verdicts) -> f64 {
+    let of = |entry: &Entry| {
+        let source = place(entry, listing)?;
+        let own =
+            verdicts.entries.iter().find(|e| e.channel == entry.channel && e.source == source)?;
+        own.delay_error.filter(|_| own.confirmed)?;
+        Some(entry.delay - own.delay)
+    };
+    let mut all: Vec<f64> = map.entries.iter().filter_map(of).collect();
+    all.sort_unstable_by(f64::total_cmp);
+    // of two in the middle the smaller
+    let middle = [all.len() / 2, all.len().saturating_sub(1) / 2]
+        .iter()
+        .filter_map(|i| all.get(*i).copied())
+        .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+        .unwrap_or(0.0);
+    // errors of the measured delays are no shift
+    if middle.abs() < LATE { 0.0 } else { middle }
+}
+
+/// A map's text with the wrong entries replaced; what else is written in it stays.
+pub fn mend(text: &str, listing: &Listing, findings: &[Finding]) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let mut done: Vec<Channel> = Vec::new();
+    for finding in findings {
+        if done.contains(&finding.channel) {
+            continue;
+        }
+        done.push(finding.channel);
+        let head = format!("[channel.{}]", finding.channel);
+        let Some(start) = lines.iter().position(|l| l.trim() == head) else { continue };
+        let end = lines[start + 1..]
+            .iter()
+            .position(|l| l.trim_start().starts_with('['))
+            .map_or(lines.len(), |n| start + 1 + n);
+        // comments in front of the next table are its own
+        let own = lines[start..end]
+            .iter()
+            .rposition(|l| !(l.trim().is_empty() || l.trim_start().starts_with('#')));
+        let end = own.map_or(end, |n| start + n + 1);
+        let new: Vec<String> = match &finding.mended {
+            Some(verdict) => motion::entry(verdict, listing).lines().map(str::to_owned).collect(),
+            None => {
+                let out = lines[start..end].iter().map(|l| format!("# {l}"));
+                std::iter::once(format!("# taken out: {}", finding.message)).chain(out).collect()
+            }
+        };
+        lines.splice(start..end, new);
+    }
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,187 @@
+//! The channels of a log with their samples, and what their names and units say.
+
+use super::super::words::{RULES, words};
+use super::signal::{Clock, Signal};
+use crate::contract::channel::Channel;
+use crate::ingest::formats::listing::SourceChannel;
+use crate::ingest::maps::units;
+use crate::ingest::raw::Column;
+
+/// A log as the motion judges it.
+pub struct Log<'a> {
+    pub(crate) channels: &'a [SourceChannel],
+    /// As many as channels; `None` where there is no number.
+    pub(crate) signals: Vec<Option<Signal>>,
+    /// The words of the channels' names.
+    words: Vec<Vec<String>>,
+    clock: Clock,
+}
+
+impl<'a> Log<'a> {
+    /// Without samples yet.
+    pub fn new(channels: &'a [SourceChannel], clock: Clock) -> Self {
+        let words = channels.iter().map(|c| words(units::of_name(&c.name).0)).collect();
+        Log { channels, signals: channels.iter().map(|_| None).collect(), words, clock }
+    }
+
+    /// Takes the samples of a channel, without those that its name says are none: positions before the first fix, a
+    /// speed that is suddenly zero.
+    pub fn put(&mut self, place: usize, column: &Column) {
+        use Channel::*;
+        let named = |columns: &[Channel]| columns.iter().any(|c| self.score(place, *c).is_some());
+        let there: Option<Vec<bool>> = if named(&[Latitude, Longitude]) {
+            Some(column.values.iter().map(|x| *x != 0.0 && x.abs() < 999.0).collect())
+        } else if named(&[VelocityX, WheelSpeedFront, WheelSpeedRear]) {
+            without_dropouts(&column.values)
+        } else {
+            None
+        };
+        self.signals[place] = match there.filter(|t| t.contains(&false)) {
+            None => Signal::of(column, self.clock),
+            Some(there) => {
+                let kept = column.values.iter().zip(&there);
+                let values = kept.map(|(x, t)| if *t { *x } else { f64::NAN }).collect();
+                let time = std::sync::Arc::clone(&column.time);
+                Signal::of(&Column { name: column.name.clone(), time, values }, self.clock)
+            }
+        };
+    }
+
+    /// Points of the common clock.
+    pub(crate) fn len(&self) -> usize {
+        self.clock.len
+    }
+
+    /// A channel's samples on the common clock; none of a channel without numbers.
+    pub fn x(&self, place: usize) -> &[f64] {
+        self.signals[place].as_ref().map_or(&[], |s| &s.x)
+    }
+
+    /// A channel that changes.
+    pub fn live(&self, place: usize) -> Option<&Signal> {
+        self.signals[place].as_ref().filter(|s| !s.constant())
+    }
+
+    /// Name and group of a channel, for people.
+    pub fn name(&self, place: usize) -> String {
+        self.channels[place].full()
+    }
+
+    /// How many words of a channel's name are those of a column; `None` if it is not meant.
+    pub fn score(&self, place: usize, channel: Channel) -> Option<usize> {
+        if self.channels[place].name == channel.name() {
+            return Some(100);
+        }
+        RULES.iter().find(|r| r.channel == channel)?.score(&self.words[place])
+    }
+
+    /// Channels that are named like a column and change, the best name first.
+    pub fn named(&self, channel: Channel) -> Vec<usize> {
+        let scored = |i: usize| Some((self.score(i, channel)?, i));
+        let live = (0..self.channels.len()).filter(|i| self.live(*i).is_some());
+        let mut found: Vec<(usize, usize)> = live.filter_map(scored).collect();
+        found.sort_by_key(|(score, i)| (std::cmp::Reverse(*score), *i));
+        found.into_iter().map(|f| f.1).collect()
+    }
+
+    /// Whether a name is like that of any column.
+    pub fn is_named(&self, place: usize) -> bool {
+        RULES.iter().any(|r| self.score(place, r.channel).is_some())
+    }
+
+    /// Whether a word is in a channel's name.
+    pub fn has_word(&self, place: usize, word: &str) -> bool {
+        self.words[place].iter().any(|w| w == word)
+    }
+
+    /// A channel's unit by the log, if it is known and measures that.
+    pub fn unit(&self, place: usize, dimension: &str) -> Option<&str> {
+        let unit = self.channels[place].unit.as_deref()?.trim();
+        (units::dimension(unit) == Some(dimension)).then_some(unit)
+    }
+
+    /// Whether the log gives a unit that measures something else.
+    pub fn of_other_dimension(&self, place: usize, dimensions: &[&str]) -> bool {
+        let unit = self.channels[place].unit.as_deref().map(str::trim).filter(|u| !u.is_empty());
+        unit.and_then(units::dimension).is_some_and(|d| !dimensions.contains(&d))
+    }
+
+    /// What three channels of one sensor have in common: the name without its axis, and the axis.
+    pub fn axis(&self, place: usize) -> Option<(String, char)> {
+        let words = &self.words[place];
+        let found = words.iter().find_map(|w| axis_of(w))?.0;
+        let rest: Vec<&str> =
+            words.iter().filter_map(|w| axis_of(w).map_or(Some(w.as_str()), |a| a.1)).collect();
+        Some((format!("{} {}", self.channels[place].group, rest.join(" ")), found))
+    }
+}
+
+/// A fall to zero from more than this share of the largest speed, between two samples, is none.
+const SUDDEN: f64 = 0.25;
+
+/// Which samples of a speed are none: runs of zeros that begin or end from a speed at once. `None` where there are none.
+fn without_dropouts(speed: &[f64]) -> Option<Vec<bool>> {
+    let most = speed.iter().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
+    let mut there = vec![true; speed.len()];
+    let (mut at, mut any) = (0, false);
+    for run in speed.chunk_by(|a, b| (*a == 0.0) == (*b == 0.0)) {
+        let end = at + run.len();
+        let sudden = |place: Option<usize>| {
+            place.and_then(|i| speed.get(i)).is_some_and(|v| v.abs() > SUDDEN * most)
+        };
+        if run[0] == 0.0 && (sudden(at.checked_sub(1)) || sudden(Some(end))) {
+            there[at..end].fill(false);
+            any = true;
+        }
+        at = end;
+    }
+    any.then_some(there)
+}
+
+/// The axis that a word says, and what else it says: `ax`, `gyroz`, `yawrate`.
+fn axis_of(word: &str) -> Option<(char, Option<&str>)> {
+    let alone = match word {
+        "x" | "long" | "lon" | "longitudinal" | "inline" | "roll" => Some('x'),
+        "y" | "lat" | "lateral" | "pitch" => Some('y'),
+        "z" | "vert" | "vertical" | "yaw" => Some('z'),
+        _ => None,
+    };
+    if let Some(axis) = alone {
+        return Some((axis, None));
+    }
+    for (turn, axis) in [("roll", 'x'), ("pitch", 'y'), ("yaw", 'z')] {
+        if let Some("rate") = word.strip_prefix(turn) {
+            return Some((axis, Some("rate")));
+        }
+    }
+    let stems = ["a", "acc", "accel", "g", "gforce", "gyro", "rate", "w", "omega"];
+    let axis = word.chars().last().filter(|c| matches!(c, 'x' | 'y' | 'z'))?;
+    let stem = &word[..word.len() - 1];
+    stems.contains(&stem).then_some((axis, Some(stem)))
+}
+
+/// A unit by the motion, and whether the log's word contradicts it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unit {
+    pub name: String,
+    /// What the log says instead.
+    pub not: Option<String>,
+}
+
+/// The unit in which `slope` units are one of `si`: the log's if it fits within `near` (relative), else the nearest
+/// of `units`.
+pub fn unit_of(own: Option<&str>, si: &str, units: &[&str], slope: f64, near: f64) -> Option<Unit> {
+    let off = |unit: &str| {
+        let factor = units::conversion(si, unit).ok()?.factor;
+        Some((slope.abs() / factor).ln().abs())
+    };
+    let fits = |unit: &str| off(unit).is_some_and(|o| o < (1.0 + near).ln());
+    if let Some(own) = own.filter(|own| fits(own)) {
+        return Some(Unit { name: own.to_owned(), not: None });
+    }
+    let best = units.iter().min_by(|a, b| {
+        let of = |u: &str| off(u).unwrap_or(f64::INFINITY);
+        of(a).total_cmp(&of(b))
+    })?;
+    fits(best).then(|| Unit { name: (*best).to_owned(), not: own.map(str::to_owned) })
+}

@@ -1,0 +1,520 @@
+//! Position, speed over ground and the wheels' speeds: they go with each other.
+
+use super::delay::Delay;
+use super::lag::{Wheel, lag};
+use super::log::{Log, Unit, unit_of};
+use super::signal::{self, RATE, change, line, mean, regression};
+use super::verdict::{FAR, Verdict, Verdicts};
+use crate::GRAVITY;
+use crate::contract::channel::Channel;
+use crate::ingest::maps::units;
+
+/// Half of the time over which positions give a speed, points: 0.5 s.
+pub const SPAN: usize = 10;
+/// Above this the bike moves, m/s.
+pub const MOVING: f64 = 3.0;
+/// Least correlation with the speed of a channel that is a speed.
+const ALIKE: f64 = 0.97;
+/// The same of a channel that is named like a wheel: wheels slip.
+const WHEEL_ALIKE: f64 = 0.93;
+/// Units of speeds that loggers write.
+const SPEEDS: [&str; 4] = ["m/s", "km/h", "mph", "kn"];
+/// Units of spins that loggers write.
+const SPINS: [&str; 4] = ["rad/s", "rpm", "rev/s", "deg/s"];
+/// Radii of motorcycle wheels, m.
+const RADII: std::ops::Range<f64> = 0.24..0.37;
+/// How far wheel speeds by a nominal circumference are off.
+const NOMINAL: f64 = 0.08;
+/// What the others are held against: both wheels are one sensor's, their clocks differ by less than this, s.
+const REFERENCE: f64 = 0.02;
+/// Faster than any motorcycle: a position that jumps, m/s.
+const FASTEST: f64 = 120.0;
+/// Share of the time that positions may jump.
+const JUMPS: f64 = 0.15;
+/// Share of the time that a speed may be off the reference, a dropout, a stop of the receiver.
+const OFF: f64 = 0.1;
+/// A channel as near to a wheel's speed as this is that speed, m/s.
+const COPY: f64 = 0.12;
+
+/// Where the log says it was.
+pub struct Position {
+    pub places: [usize; 2],
+    /// Speed over ground, m/s, over a second.
+    pub speed: Vec<f64>,
+    /// Direction, rad, to the left, without jumps; NaN at rest.
+    pub course: Vec<f64>,
+}
+
+/// A channel that is a speed.
+#[derive(Debug, Clone)]
+pub struct Speed {
+    pub place: usize,
+    /// The log's numbers per m/s.
+    pub slope: f64,
+    pub r: f64,
+}
+
+/// The motion that every other channel is held against, on the clock of the wheels, or of the speed without wheels.
+pub struct Motion {
+    /// m/s.
+    pub speed: Vec<f64>,
+    /// Speed over ground, m/s: the receiver's without its delay where the log has one. The same as `speed` without wheels.
+    pub ground: Vec<f64>,
+    /// m/s².
+    pub acceleration: Vec<f64>,
+    /// The same of the speed over ground where the log has one: free of slip.
+    pub pull: Vec<f64>,
+    /// Rate of turn, rad/s, to the left, over a second; `None` where nothing tells.
+    pub turn: Option<Vec<f64>>,
+    /// What the turn is from.
+    pub turn_from: String,
+    /// Lateral acceleration, m/s²; zeros where it is not known.
+    pub lateral: Vec<f64>,
+    /// Speeds by the wheels' spin, m/s, front and rear.
+    pub wheels: [Option<Vec<f64>>; 2],
+    pub position: Option<Position>,
+    /// Delay of the satellite receiver after the wheels.
+    pub receiver: Option<Delay>,
+}
+
+/// Position from latitude and longitude, if the log has them in degrees.
+pub fn position(log: &Log<'_>) -> Option<Position> {
+    let lat = *log.named(Channel::Latitude).first()?;
+    let lon = *log.named(Channel::Longitude).first()?;
+    let degrees = |place: usize| {
+        let unit = log.unit(place, "angle").unwrap_or("deg");
+        units::conversion(unit, "deg").map_or(1.0, |c| c.factor)
+    };
+    let (fa, fo) = (degrees(lat), degrees(lon));
+    let middle = (signal::quantile(log.x(lat), 0.5) * fa).to_radians();
+    // radii of curvature of the ellipsoid WGS 84
+    let (a, e2): (f64, f64) = (6_378_137.0, 0.006_694_38);
+    let w = (1.0 - e2 * middle.sin().powi(2)).sqrt();
+    let (north, east) = (a * (1.0 - e2) / w.powi(3), a / w * middle.cos());
+    let along = |x: &[f64], factor: f64| -> Vec<f64> {
+        change(x, SPAN).iter().map(|v| (v * factor).to_radians()).collect()
+    };
+    let vn: Vec<f64> = along(log.x(lat), fa).iter().map(|v| v * north).collect();
+    let ve: Vec<f64> = along(log.x(lon), fo).iter().map(|v| v * east).collect();
+    let whole: Vec<f64> = vn.iter().zip(&ve).map(|(n, e)| n.hypot(*e)).collect();
+    // a position that jumps is none there, and one that jumps often is none at all
+    let sane = |v: f64| !v.is_finite() || v < FASTEST;
+    let there = whole.iter().filter(|v| v.is_finite()).count();
+    let jumps = whole.iter().filter(|v| !sane(**v)).count();
+    let speed = signal::masked(&whole, |i| sane(whole[i]));
+    let direction: Vec<f64> = vn
+        .iter()
+        .zip(&ve)
+        .map(
+            |(n, e)| if n.hypot(*e) > MOVING && sane(n.hypot(*e)) { n.atan2(*e) } else { f64::NAN },
+        )
+        .collect();
+    let moving = speed.iter().filter(|v| **v > MOVING).count() as f64 / RATE;
+    (moving > 20.0 && jumps as f64 <= JUMPS * there as f64).then(|| Position {
+        places: [lat, lon],
+        course: signal::unwrapped(&direction, std::f64::consts::TAU),
+        speed,
+    })
+}
+
+/// Every channel that is a speed, by the reference (m/s, over a second) where the bike goes straight.
+fn alike(log: &Log<'_>, reference: &[f64], straight: impl Fn(usize) -> bool) -> Vec<Speed> {
+    let upright = signal::masked(reference, |i| reference[i] > MOVING && straight(i));
+    let all = signal::masked(reference, |i| reference[i].is_finite());
+    let look = |place: usize| {
+        log.live(place).filter(|s| s.distinct >= 12)?;
+        let x = mean(log.x(place), SPAN);
+        let least = if is_wheel(log, place) { WHEEL_ALIKE } else { ALIKE };
+        let found = line(&all, &x)
+            .filter(|l| l.r > least)
+            .or_else(|| line_without_dropouts(&all, &x).filter(|l| l.r > least))?;
+        // as straight riding is only a part: the ratio, not the line
+        let ratios: Vec<f64> = upright.iter().zip(&x).map(|(v, x)| x / v).collect();
+        let slope = signal::quantile(&ratios, 0.5);
+        let high = signal::quantile(&x, 0.95).abs();
+        (found.offset.abs() < 0.12 * high).then_some(Speed { place, slope, r: found.r })
+    };
+    (0..log.channels.len()).filter_map(look).collect()
+}
+
+/// The line through a speed that goes with the reference but for a little while.
+fn line_without_dropouts(reference: &[f64], x: &[f64]) -> Option<signal::Line> {
+    let ratios: Vec<f64> =
+        reference.iter().zip(x).map(|(v, x)| if *v > MOVING { x / v } else { f64::NAN }).collect();
+    let slope = signal::quantile(&ratios, 0.5);
+    let off = |i: usize| (ratios[i] / slope - 1.0).abs() > 0.25;
+    let there = ratios.iter().filter(|r| r.is_finite()).count();
+    let lost = (0..ratios.len()).filter(|&i| off(i)).count();
+    let near = signal::masked(x, |i| !off(i));
+    (lost as f64 <= OFF * there as f64).then(|| line(reference, &near))?
+}
+
+/// Whether a channel is named like a wheel's speed.
+fn is_wheel(log: &Log<'_>, place: usize) -> bool {
+    let columns = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+    columns.iter().any(|c| log.score(place, *c).is_some())
+}
+
+/// Speed over ground and wheels, and what everything else is held against; `None` where the log has no speed.
+pub fn speeds(log: &Log<'_>, radii: Option<[f64; 2]>, out: &mut Verdicts) -> Option<Motion> {
+    let position = position(log);
+    let (reference, from) = match &position {
+        Some(p) => (p.speed.clone(), "speed over ground from the position".to_owned()),
+        None => named_reference(log)?,
+    };
+    let curve: Vec<f64> = match &position {
+        Some(p) => change(&p.course, SPAN).iter().zip(&p.speed).map(|(w, v)| w * v).collect(),
+        None => vec![0.0; log.len()],
+    };
+    let pull = change(&reference, SPAN);
+    let straight = |i: usize| !(curve[i].abs() > 2.0 || pull[i].abs() > 1.5);
+    let speeds = alike(log, &reference, straight);
+    out.remarks.push(format!("speeds are held against the {from}"));
+    let wheels = wheels(log, &speeds, &from, &curve, radii, out);
+    let found = |k: usize| wheels[k].as_ref().map(|w| in_si(log, w));
+    let both = [found(0), found(1)];
+    let any_wheel = both.iter().any(Option::is_some);
+    let lateral = signal::masked(&curve, |i| curve[i].is_finite());
+    let wheel = both[0].as_ref().or(both[1].as_ref());
+    let ground = velocity(log, &speeds, &wheels, &both, &from, out);
+    let speed = match (wheel, &ground) {
+        (Some(w), _) => w.clone(),
+        (None, Some(ground)) => in_si(log, ground),
+        (None, None) => return None,
+    };
+    let acceleration = change(&speed, 5);
+    let mut motion = Motion {
+        ground: speed.clone(),
+        pull: acceleration.clone(),
+        acceleration,
+        turn: None,
+        turn_from: String::new(),
+        lateral,
+        wheels: both,
+        position,
+        receiver: None,
+        speed,
+    };
+    if !any_wheel && let Some(v) = out.entries.iter_mut().find(|e| e.channel == Channel::VelocityX)
+    {
+        v.delay_error = Some(REFERENCE);
+    }
+    if let (true, Some(ground)) = (any_wheel, &ground) {
+        motion.receiver = motion.after_wheels(&mean(&in_si(log, ground), SPAN));
+        if let Some(v) = out.entries.iter_mut().find(|e| e.channel == Channel::VelocityX)
+            && let Some(delay) = motion.receiver
+        {
+            v.delay = delay.value;
+            v.delay_error = Some(delay.error);
+            // wheels run ahead of the ground by their slip
+            let shifted = signal::earlier(&in_si(log, ground), delay.value);
+            motion.pull = change(&mean(&shifted, 2), 5);
+            motion.ground = shifted;
+        }
+    }
+    Some(motion)
+}
+
+impl Motion {
+    /// The delay of a speed over ground, a mean over a second, after the wheels, apart from slip.
+    pub fn after_wheels(&self, speed: &[f64]) -> Option<Delay> {
+        let (k, wheel) = match &self.wheels {
+            [Some(w), _] => (0, w),
+            [None, Some(w)] => (1, w),
+            _ => return None,
+        };
+        let w = mean(wheel, SPAN);
+        let acceleration = change(&w, 2);
+        let after = |lateral: &[f64]| {
+            let driven = k == 1;
+            lag(&Wheel { speed: &w, acceleration: &acceleration, lateral, driven }, speed)
+        };
+        // the bends are on the receiver's clock as long as its delay is not known
+        let first = after(&self.lateral)?;
+        after(&signal::earlier(&self.lateral, first.value)).map(believed)
+    }
+}
+
+/// A receiver that seems to be earlier than the wheels is not, unless the evidence is overwhelming: it computes for longer.
+fn believed(delay: Delay) -> Delay {
+    match delay.value > -FAR * delay.error {
+        true => Delay { value: delay.value.max(0.0), ..delay },
+        false => delay,
+    }
+}
+
+fn in_si(log: &Log<'_>, speed: &Speed) -> Vec<f64> {
+    log.x(speed.place).iter().map(|x| x / speed.slope).collect()
+}
+
+/// Without a position: the speed whose name and unit say most.
+fn named_reference(log: &Log<'_>) -> Option<(Vec<f64>, String)> {
+    [Channel::VelocityX, Channel::WheelSpeedFront, Channel::WheelSpeedRear].into_iter().find_map(
+        |channel| {
+            let place = log.named(channel).into_iter().find(|i| log.unit(*i, "speed").is_some())?;
+            let factor = units::conversion(log.unit(place, "speed")?, "m/s").ok()?.factor;
+            let si: Vec<f64> = log.x(place).iter().map(|x| x * factor).collect();
+            let v = mean(&si, SPAN);
+            let moving = v.iter().filter(|v| **v > MOVING).count() as f64 / RATE;
+            (moving > 20.0).then(|| (v, format!("speed `{}`", log.name(place))))
+        },
+    )
+}
+
+/// Front and rear wheel among the speeds.
+fn wheels(
+    log: &Log<'_>,
+    speeds: &[Speed],
+    from: &str,
+    curve: &[f64],
+    radii: Option<[f64; 2]>,
+    out: &mut Verdicts,
+) -> [Option<Speed>; 2] {
+    let columns = [Channel::WheelSpeedFront, Channel::WheelSpeedRear];
+    let mut found: [Option<Speed>; 2] = [None, None];
+    let mut doubts: [Option<String>; 2] = [None, None];
+    for (k, column) in columns.into_iter().enumerate() {
+        let named = log.named(column);
+        let is = |i: &usize| speeds.iter().find(|s| s.place == *i);
+        let fit: Vec<&Speed> = named.iter().filter_map(is).collect();
+        for i in named.iter().filter(|i| is(i).is_none()) {
+            out.left.push((*i, format!("named like {column}, but it does not go with the {from}")));
+        }
+        let best = fit.first().map(|s| log.score(s.place, column));
+        let equals: Vec<&&Speed> =
+            fit.iter().filter(|s| Some(log.score(s.place, column)) == best).collect();
+        if equals.len() > 1 {
+            let names: Vec<String> =
+                equals.iter().map(|s| format!("`{}`", log.name(s.place))).collect();
+            doubts[k] = Some(format!("there is more than one such channel: {}", names.join(", ")));
+        }
+        found[k] = fit.first().map(|s| (*s).clone());
+    }
+    let mut order = None;
+    if let [Some(a), Some(b)] = &found {
+        if a.place == b.place {
+            found[1] = None;
+        } else if let Some((slip, t)) = driven(log, a, b, curve) {
+            if t < -4.0 {
+                found.swap(0, 1);
+                doubts.swap(0, 1);
+                order = Some(format!(
+                    "by its name it is the other wheel, but {}",
+                    said_of_slip(-slip, -t)
+                ));
+            } else if t > 4.0 {
+                order = Some(said_of_slip(slip, t));
+            } else if out.remarks.len() < 20 {
+                out.remarks.push(format!(
+                    "which wheel is driven does not show in their slip (t = {t:.1}): front and rear are by their names"
+                ));
+            }
+        }
+    }
+    for (k, column) in columns.into_iter().enumerate() {
+        let Some(speed) = &found[k] else { continue };
+        // both wheels are logged in one unit
+        let other = found[1 - k].as_ref().filter(|o| (o.slope / speed.slope).ln().abs() < 0.12);
+        let other = other.filter(|o| {
+            unit_of(None, "m/s", &SPEEDS, o.slope, 0.03).is_some()
+                && log.unit(o.place, "angular rate").is_none()
+        });
+        let (mut verdict, unit) = wheel(log, speed, column, radii.map(|r| r[k]), other.is_some());
+        verdict.why.insert(0, format!("r = {:.4} with the {from}", speed.r));
+        verdict.why.extend(order.clone());
+        if let Some(doubt) = doubts[k].take() {
+            verdict = verdict.doubted(doubt);
+        }
+        if unit.is_none() {
+            verdict = verdict.doubted(format!(
+                "{:.3} of its numbers are 1 m/s: no unit of a speed or a spin",
+                speed.slope
+            ));
+        }
+        // the clock that the others are held against
+        verdict.delay_error = Some(REFERENCE);
+        out.entries.push(verdict);
+    }
+    found
+}
+
+fn said_of_slip(slip: f64, t: f64) -> String {
+    format!("under drive the rear wheel gains {:.2} % per m/s2 (t = {t:.0})", 100.0 * slip)
+}
+
+/// How much the second of two wheels gains on the first under drive, per m/s², and its t value.
+///
+/// ```text
+/// ln(w2 / w1) = s0 + s sat(a) + c (1 - cos(p))        tan(p) = lateral / g
+/// ```
+///
+/// `sat` is between drive and engine braking of 1.5 m/s²: beyond, slip says more of the brakes and of the load. The
+/// tyres' radii shrink differently in bends.
+fn driven(log: &Log<'_>, first: &Speed, second: &Speed, lateral: &[f64]) -> Option<(f64, f64)> {
+    let (a, b) = (mean(&in_si(log, first), 5), mean(&in_si(log, second), 5));
+    let pull = change(&a, 5);
+    let ratio: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (b / a).ln()).collect();
+    let bend = lateral.iter().map(|f| 1.0 - (f / GRAVITY).atan().cos()).collect();
+    let force = pull.iter().map(|a| a.clamp(-1.5, 1.5)).collect();
+    let columns = [force, bend, vec![1.0; a.len()]];
+    let keep = |i: usize| {
+        a[i] > 8.0 && b[i] > 8.0 && ratio[i].abs() < 0.15 && (-3.0..8.0).contains(&pull[i])
+    };
+    let (found, error) = regression(&columns, &ratio, keep)?;
+    Some((found[0], found[0] / error[0]))
+}
+
+/// The entry of a wheel and its unit by the motion.
+fn wheel(
+    log: &Log<'_>,
+    speed: &Speed,
+    column: Channel,
+    radius: Option<f64>,
+    surely_surface: bool,
+) -> (Verdict, Option<Unit>) {
+    let place = speed.place;
+    let own = log.unit(place, "speed");
+    let spin = log.unit(place, "angular rate");
+    // a spin's unit gives a radius that a wheel can have
+    let as_spin = |unit: &str| {
+        let factor = units::conversion("rad/s", unit).ok()?.factor;
+        let r = factor / speed.slope;
+        RADII.contains(&r).then_some(r)
+    };
+    let near = if own.is_some() || surely_surface { 2.0 * NOMINAL } else { NOMINAL };
+    let surface = unit_of(own, "m/s", &SPEEDS, speed.slope, near).filter(|_| spin.is_none());
+    let turning = spin.into_iter().chain(SPINS).find_map(|u| Some((u, as_spin(u)?)));
+    let verdict = |unit: &str| Verdict { confirmed: true, ..Verdict::new(column, place, unit) };
+    match (surface, turning) {
+        (Some(unit), Some((other, r))) if own.is_none() && unit.name != "m/s" => {
+            let doubt = format!(
+                "its numbers suit a surface speed in {} as well as {other} with a radius of {r:.3} m",
+                unit.name
+            );
+            let near = (speed.slope
+                / units::conversion("m/s", &unit.name).map_or(1.0, |c| c.factor))
+            .ln()
+            .abs();
+            let v = with_radius(verdict(&unit.name), &unit, speed, radius);
+            // both would do, but loggers' circumferences are right within a few per cent
+            (if near < 0.03 || surely_surface { v } else { v.doubted(doubt) }, Some(unit))
+        }
+        (Some(unit), _) => (with_radius(verdict(&unit.name), &unit, speed, radius), Some(unit)),
+        (None, Some((unit, r))) => {
+            let not = spin.filter(|s| *s != unit).map(str::to_owned);
+            let v = verdict(unit).because(format!("in {unit} its radius is {r:.3} m"));
+            (v, Some(Unit { name: unit.to_owned(), not }))
+        }
+        (None, None) => (verdict(own.or(spin).unwrap_or("?")), None),
+    }
+}
+
+fn with_radius(verdict: Verdict, unit: &Unit, speed: &Speed, radius: Option<f64>) -> Verdict {
+    let factor = units::conversion("m/s", &unit.name).map_or(1.0, |c| c.factor);
+    let ratio = speed.slope / factor;
+    let mut v = verdict.because(format!(
+        "a surface speed in {}, {:+.1} % off the ground's",
+        unit.name,
+        100.0 * (ratio - 1.0)
+    ));
+    if let Some(not) = &unit.not {
+        v = v.because(format!("not in {not}, as the log says"));
+    }
+    match radius {
+        Some(radius) => {
+            v.radius = Some(radius);
+            v.because("its radius is the bike file's: better is the circumference set in the logger over 2 pi")
+        }
+        None => {
+            v.radius = Some(0.3);
+            v.doubted(RADIUS)
+        }
+    }
+}
+
+/// The doubt that only a radius takes away.
+pub const RADIUS: &str =
+    "a speed: with which radius did the logger compute it? put it in, or give --bike";
+
+/// Speed over ground among the speeds.
+fn velocity(
+    log: &Log<'_>,
+    speeds: &[Speed],
+    wheels: &[Option<Speed>; 2],
+    in_si_wheels: &[Option<Vec<f64>>; 2],
+    from: &str,
+    out: &mut Verdicts,
+) -> Option<Speed> {
+    let column = Channel::VelocityX;
+    let taken = |s: &&Speed| wheels.iter().flatten().all(|w| w.place != s.place);
+    let wheel_name = |place: usize| is_wheel(log, place);
+    let mut found: Vec<(bool, usize, &Speed, Unit)> = Vec::new();
+    for speed in speeds.iter().filter(taken).filter(|s| !wheel_name(s.place)) {
+        let own = log.unit(speed.place, "speed");
+        if log.of_other_dimension(speed.place, &["speed"]) {
+            continue;
+        }
+        let Some(unit) = unit_of(own, "m/s", &SPEEDS, speed.slope, 0.06) else { continue };
+        let x = in_si(log, speed);
+        let copy = in_si_wheels
+            .iter()
+            .enumerate()
+            .find(|(_, w)| w.as_ref().and_then(|w| line(w, &x)).is_some_and(|l| l.rms < COPY));
+        if let Some((k, _)) = copy {
+            let wheel = wheels[k].as_ref().map(|w| log.name(w.place)).unwrap_or_default();
+            let step = log.live(speed.place).map_or(0.0, |s| s.step);
+            out.left.push((speed.place, format!("it is `{wheel}` again, in steps of {step:.3}")));
+            continue;
+        }
+        let named = log.score(speed.place, column);
+        found.push((named.is_some(), named.unwrap_or(0), speed, unit));
+    }
+    for i in log.named(column) {
+        let other = found.iter().any(|f| f.2.place == i) || out.left_out(i).is_some();
+        if !other && !wheel_name(i) {
+            let r = line(&mean(log.x(i), SPAN), &reference_of(log, wheels, i)).map(|l| l.r);
+            let seen = r.map_or(String::new(), |r| format!(" (r = {r:.2})"));
+            out.left.push((
+                i,
+                format!("named like {column}, but it does not go with the {from}{seen}"),
+            ));
+        }
+    }
+    // the best name first; of equal names the one that goes best with the position
+    found.sort_by(|a, b| (b.0, b.1).cmp(&(a.0, a.1)).then(b.2.r.total_cmp(&a.2.r)));
+    let rivals: Vec<&(bool, usize, &Speed, Unit)> =
+        found.iter().skip(1).filter(|f| (f.0, f.1) == (found[0].0, found[0].1)).collect();
+    let clear = |f: &&&(bool, usize, &Speed, Unit)| (1.0 - f.2.r) > 2.0 * (1.0 - found[0].2.r);
+    // the same numbers again are no rival
+    let ours = in_si(log, found.first()?.2);
+    let same = |f: &Speed| line(&ours, &in_si(log, f)).is_some_and(|l| l.rms < COPY);
+    let unclear = rivals.iter().any(|f| !clear(&f) && !same(f.2));
+    let best = found.first()?;
+    for (i, (named, _, speed, unit)) in found.iter().enumerate().take(4) {
+        let mut v = Verdict { confirmed: true, ..Verdict::new(column, speed.place, &unit.name) };
+        v = v.because(format!(
+            "r = {:.4} with the {from}, {:.4} of its numbers are 1 m/s: {}",
+            speed.r, speed.slope, unit.name
+        ));
+        if let Some(not) = &unit.not {
+            v = v.because(format!("the log says {not}, the motion does not"));
+        }
+        if !named {
+            v = v.because("its name did not tell, its motion did");
+        }
+        if i > 0 {
+            v = v.doubted(format!("`{}` suits better", log.name(best.2.place)));
+        } else if unclear {
+            v = v.doubted(
+                "there is more than one such channel, and the motion does not tell them apart",
+            );
+        }
+        out.entries.push(v);
+    }
+    Some(best.2.clone())
+}
+
+/// A wheel's speed, for the figure of a channel that is none.
+fn reference_of(log: &Log<'_>, wheels: &[Option<Speed>; 2], _: usize) -> Vec<f64> {
+    wheels.iter().flatten().next().map_or(Vec::new(), |w| mean(&in_si(log, w), SPAN))
+}

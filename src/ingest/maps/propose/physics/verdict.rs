@@ -1,0 +1,95 @@
+//! What the channels of a log are, by its motion.
+
+use crate::contract::channel::Channel;
+
+/// Of a channel that is the column for sure, but whose delay shows too badly to be put in force.
+pub const UNTIMED: &str =
+    "how late it is shows too badly in this log; with a `delay` that you know it is right";
+
+/// Standard errors by which a channel must be earlier than the reference to be it: overwhelming evidence.
+pub(crate) const FAR: f64 = 5.0;
+
+/// What feeds a column, and what decided it.
+#[derive(Debug, Clone)]
+pub struct Verdict {
+    /// The column.
+    pub channel: Channel,
+    /// Place of the channel in the listing.
+    pub source: usize,
+    /// Its unit, as a map says it.
+    pub unit: String,
+    /// 1 or -1.
+    pub sign: f64,
+    /// Radius that turns a surface speed into spin, m: of the bike file, or a stand-in.
+    pub radius: Option<f64>,
+    /// How late it is after the earliest of all, s.
+    pub delay: f64,
+    /// Standard error of the delay, s; `None` where it could not be measured.
+    pub delay_error: Option<f64>,
+    /// The figures that decided.
+    pub why: Vec<String>,
+    /// Why it is not sure; a map has the entry commented out then.
+    pub doubt: Option<String>,
+    /// Whether the motion confirmed it; else it is by its name and unit.
+    pub confirmed: bool,
+}
+
+/// What was found in a log.
+#[derive(Debug, Clone, Default)]
+pub struct Verdicts {
+    /// In schema order; those of one column the best first.
+    pub entries: Vec<Verdict>,
+    /// Channels that feed no column (places in the listing), and why.
+    pub left: Vec<(usize, String)>,
+    /// Of these, those that never change: a name may be right all the same.
+    pub constant: Vec<usize>,
+    /// What the motion was measured with, and what could not be said.
+    pub remarks: Vec<String>,
+}
+
+impl Verdict {
+    /// By name and unit alone.
+    pub fn new(channel: Channel, source: usize, unit: &str) -> Self {
+        Verdict {
+            channel,
+            source,
+            unit: unit.to_owned(),
+            sign: 1.0,
+            radius: None,
+            delay: 0.0,
+            delay_error: None,
+            why: Vec::new(),
+            doubt: None,
+            confirmed: false,
+        }
+    }
+
+    /// Adds a reason.
+    pub fn because(mut self, why: impl Into<String>) -> Self {
+        self.why.push(why.into());
+        self
+    }
+
+    /// Whether only its delay is not sure.
+    pub fn untimed(&self) -> bool {
+        self.doubt.as_deref() == Some(UNTIMED)
+    }
+
+    /// Makes it a guess.
+    pub fn doubted(mut self, doubt: impl Into<String>) -> Self {
+        self.doubt.get_or_insert(doubt.into());
+        self
+    }
+}
+
+impl Verdicts {
+    /// The entry of a column that is sure.
+    pub fn sure(&self, channel: Channel) -> Option<&Verdict> {
+        self.entries.iter().find(|e| e.channel == channel && e.doubt.is_none())
+    }
+
+    /// Why a channel feeds no column.
+    pub fn left_out(&self, source: usize) -> Option<&str> {
+        self.left.iter().find(|l| l.0 == source).map(|l| l.1.as_str())
+    }
+}

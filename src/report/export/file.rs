@@ -1,0 +1,341 @@
+//! Property files line by line, and the sections that every set has.
+//!
+//! The file says of every number where it comes from: `fitted` (with its 95 % interval),
+//! `assumed` (the bike file's value that the fit used), `set` (follows from the form of the
+//! model), `shaped` (fitted to the characterised tyre over the ranges) or `placeholder` (nothing
+//! in the ride gives it; a number is there because readers ask for one).
+
+use std::fmt::Write as _;
+
+use super::check::LargestErrors;
+use super::fitted::Fitted;
+use super::tyre::{Characterised, Setting};
+use super::validity::Validity;
+use crate::contract::coefficient::Coefficient as C;
+use crate::report::number_format;
+use crate::store::tables::rows::{Coefficient, Status};
+
+/// Reference speed, m/s.
+pub const LONGVL: f64 = 16.7;
+/// Note of a coefficient that the form has and the tyre has not.
+pub const NO_LOAD: &str = "set: no load dependence per load, no offset";
+
+/// A property file as it grows.
+#[derive(Default)]
+pub struct File(pub String);
+
+// writing to a String cannot fail
+impl File {
+    /// `[NAME]`.
+    pub fn section(&mut self, name: &str) {
+        let _ = writeln!(self.0, "\n[{name}]");
+    }
+
+    /// A line of its own for people.
+    pub fn comment(&mut self, text: &str) {
+        let _ = writeln!(self.0, "$ {}", one_line(text));
+    }
+
+    /// A number and where it comes from.
+    pub fn number(&mut self, key: &str, value: f64, note: &str) {
+        self.put(key, &format!("{:?}", rounded(value)), note);
+    }
+
+    /// A text.
+    pub fn text(&mut self, key: &str, value: &str, note: &str) {
+        self.put(key, &format!("'{value}'"), note);
+    }
+
+    fn put(&mut self, key: &str, value: &str, note: &str) {
+        let note = if note.is_empty() { String::new() } else { format!("  $ {}", one_line(note)) };
+        let _ = writeln!(self.0, "{}", format!("{key:<20} = {value:<14}{note}").trim_end());
+    }
+
+    /// A coefficient of the session, over what the key is normalised by.
+    pub fn coefficient(
+        &mut self,
+        key: &str,
+        value: Result<(f64, &Coefficient), String>,
+        factor: f64,
+    ) {
+        match value {
+            Ok((value, row)) => {
+                let note = format!("from {} = {} ({})", row.coefficient, short(value), origin(row));
+                self.number(key, value * factor, &note);
+            }
+            Err(_) => self.number(key, 0.0, "placeholder: not available from this session"),
+        }
+    }
+}
+
+/// Whose tyre it is and how the file is to be read, up to the units. `model` names the set.
+pub fn head(file: &mut File, fitted: &Fitted, c: &Characterised, model: &str) {
+    let (session, end) = (&fitted.session, c.axle.name());
+    let tyre = match end {
+        "front" => session.tyre_front.as_deref(),
+        _ => session.tyre_rear.as_deref(),
+    };
+    file.comment(&format!("{end} tyre of {}, fitted by roadbench: {model}", session.ident.bike_id));
+    file.comment(&format!("session {}", session.ident.session_id));
+    if let Some(start) = &session.ident.start_time {
+        file.comment(&format!("ridden {start}"));
+    }
+    if let Some(tyre) = tyre {
+        file.comment(&format!("tyre model {tyre}"));
+    }
+    let from = &session.provenance;
+    file.comment(&format!("input {}", from.input_hash));
+    file.comment(&format!("pipeline {}, roadbench {}", from.pipeline_hash, from.version));
+    file.comment(
+        "Axes of ISO 8855 / TYDEX W: x forward, y left, z up. A positive slip ratio drives. A",
+    );
+    file.comment(
+        "positive slip angle or camber pulls to the right (negative Fy); in a left-hand corner",
+    );
+    file.comment(
+        "camber is negative and Fy positive. Forces act where the wheel plane meets the road.",
+    );
+    file.comment("fitted: from the ride, with the 95 % interval; assumed: from the bike file;");
+    file.comment(
+        "shaped: fitted to the characterised tyre over what was ridden; set: follows from the",
+    );
+    file.comment("model; placeholder: not from this tyre, replace it.");
+}
+
+/// Effects of the rolling radius: property files of this form have one radius at every load.
+const NO_KEY: [&str; 3] = ["radius_load", "radius_camber", "radius_speed"];
+
+/// What a diagnosis named: where it is, or that it is in no tyre.
+pub fn effects(file: &mut File, c: &Characterised) {
+    for line in c.effects(&NO_KEY) {
+        file.comment(&line);
+    }
+}
+
+/// Friction over load: the peak's gain and what the slip stiffness has of it.
+pub fn friction_over_load(file: &mut File, c: &Characterised, peak: f64, exponent: f64) {
+    let note = |else_: &str| match c.error.friction_load == 0.0 {
+        true => else_.to_owned(),
+        false => c.noted("", "friction_load"),
+    };
+    file.number("PDX2", peak, &note(NO_LOAD));
+    file.number("PKX3", exponent, &note(NO_LOAD));
+}
+
+/// Rolling resistance over speed, where it depends on it.
+pub fn rolling_over_speed(file: &mut File, c: &Characterised) {
+    if c.error.rolling_speed != 0.0 {
+        let note = c.noted("times LONGVL", "rolling_speed");
+        file.number("QSY3", c.error.rolling_resistance(0.0, LONGVL), &note);
+    }
+}
+
+/// `[MDI_HEADER]` and `[UNITS]`.
+pub fn units(file: &mut File) {
+    file.section("MDI_HEADER");
+    file.text("FILE_TYPE", "tir", "");
+    file.number("FILE_VERSION", 3.0, "");
+    file.text("FILE_FORMAT", "ASCII", "");
+    file.section("UNITS");
+    for (key, unit) in [
+        ("LENGTH", "meter"),
+        ("FORCE", "newton"),
+        ("ANGLE", "radians"),
+        ("MASS", "kg"),
+        ("TIME", "second"),
+    ] {
+        file.text(key, unit, "");
+    }
+}
+
+/// `USE_MODE` of what the ride gave: 1 longitudinal, 2 lateral, 3 both, 4 both combined.
+pub fn use_mode(c: &Characterised, with_combined: bool) -> f64 {
+    match (c.longitudinal, c.lateral) {
+        (true, true) if with_combined => 4.0,
+        (true, true) => 3.0,
+        (true, false) => 1.0,
+        _ => 2.0,
+    }
+}
+
+/// `[DIMENSION]`, `[INERTIA]` and `[VERTICAL]`.
+pub fn body(file: &mut File, fitted: &Fitted, c: &Characterised, setting: &Setting<'_>) {
+    let wheel = setting.bike.map(|bike| bike.wheel(c.axle));
+    file.section("DIMENSION");
+    if let Ok((radius, row)) = fitted.value(c.axle, C::EffectiveRollingRadius) {
+        let note = format!("{}, used as free radius too: DREFF = FREFF = 0", origin(row));
+        file.number("UNLOADED_RADIUS", radius, &note);
+    }
+    match wheel {
+        Some(w) => file.number("WIDTH", w.width, "assumed: bike file"),
+        None => file.number("WIDTH", 0.15, "placeholder: give the bike file with --bikes"),
+    }
+    file.number("ASPECT_RATIO", 0.6, "placeholder");
+    file.number("RIM_RADIUS", 0.2159, "placeholder: 17 inch");
+    file.number("RIM_WIDTH", 0.1, "placeholder");
+
+    file.section("INERTIA");
+    file.number("MASS", 5.0, "placeholder");
+    match wheel.and_then(|w| w.wheel_inertia) {
+        Some(i) => file.number("IYY", i, "assumed: bike file; the whole wheel, not the tyre"),
+        None => file.number("IYY", 0.4, "placeholder"),
+    }
+
+    file.section("VERTICAL");
+    let note = match (setting.load, setting.bike) {
+        (Some(_), _) => "set: --load",
+        (None, Some(_)) => "assumed: static load from the bike file",
+        (None, None) => "placeholder: give the bike file with --bikes, or --load",
+    };
+    file.number("FNOMIN", c.load(), note);
+    match wheel {
+        Some(w) => file.number("VERTICAL_STIFFNESS", w.vertical_stiffness, "assumed: bike file"),
+        None => file.number("VERTICAL_STIFFNESS", 180_000.0, "placeholder"),
+    }
+    file.number("VERTICAL_DAMPING", 500.0, "placeholder");
+    file.number("BREFF", 1.0, "set: no effect with DREFF = 0");
+    file.number("DREFF", 0.0, "set: the rolling radius is the fitted one at every load");
+    file.number("FREFF", 0.0, "set");
+}
+
+/// What the head says of the differences from the estimated tyre, read back.
+pub fn differences(
+    file: &mut File,
+    c: &Characterised,
+    ridden: &LargestErrors,
+    all: &LargestErrors,
+) {
+    file.comment(
+        "Largest differences from the characterised tyre over what was ridden, read back:",
+    );
+    for line in ridden.lines() {
+        file.comment(&line);
+    }
+    let peak = Validity::of(c).peak;
+    file.comment(
+        "and over all ranges of this file, as far as the characterised tyre's side force is no",
+    );
+    file.comment(&format!(
+        "larger than {peak:.2} of the load (it is linear in the slip angle for ever):"
+    ));
+    for line in all.lines() {
+        file.comment(&line);
+    }
+}
+
+/// What the head says of the lateral peak.
+pub fn peak(file: &mut File, c: &Characterised, peak: f64) {
+    let assumed = Validity::of(c).peak / c.tyre.tyre.reference_friction;
+    file.comment(&format!(
+        "No ride reaches the lateral peak: PDY1 = {peak:.3} is shaped between 1.0 and 1.15 times {assumed:.3},"
+    ));
+    file.comment(
+        "the larger of the longitudinal peak mf_d and 1.15 times the side force that was ridden.",
+    );
+}
+
+/// What the head says of the road of the ride.
+pub fn road(file: &mut File, c: &Characterised) {
+    let friction = c.tyre.tyre.reference_friction;
+    file.comment(&format!(
+        "Ridden on a road of friction {friction} (--friction). PDX1, PDY1 and what goes with them are those of a"
+    ));
+    file.comment(&format!(
+        "road of 1: on the road of the ride a reader takes LMUX = LMUY = {friction}, or that road's friction."
+    ));
+}
+
+/// Stiffness of the carcass over load, along and across.
+pub fn carcass(file: &mut File, [along, across]: [[f64; 2]; 2]) {
+    let note = "set: as the slip stiffness, for one relaxation length at every load";
+    file.number("PCFX1", along[0], note);
+    file.number("PCFX2", along[1], note);
+    file.number("PCFX3", 0.0, "set");
+    file.number("PCFY1", across[0], note);
+    file.number("PCFY2", across[1], note);
+    file.number("PCFY3", 0.0, "set");
+}
+
+/// The ranges in which the file may be used: wider than what was ridden, see [`super::validity`].
+pub fn ranges(file: &mut File, c: &Characterised, with_bike: bool) {
+    let validity = Validity::of(c);
+    let ends = validity.ends;
+    let r = &c.ranges;
+    let beyond = "extrapolated beyond as the estimated tyre is";
+    let note = |range: Option<[f64; 2]>, both: bool, beyond: &str| match range {
+        None => format!("not ridden, {beyond}"),
+        Some([low, high]) => {
+            let symmetric = if both { ", both sides alike" } else { "" };
+            format!("ridden {low:.4} to {high:.4}{symmetric}; {beyond}")
+        }
+    };
+    file.comment("Ranges to simulate in, wider than what was ridden: each says where it was.");
+    file.section("LONG_SLIP_RANGE");
+    let text = note(r.slip_ratio, false, beyond);
+    file.number("KPUMIN", ends.slip_ratio[0], &text);
+    file.number("KPUMAX", ends.slip_ratio[1], &text);
+    file.section("SLIP_ANGLE_RANGE");
+    let linear = validity.peak_angle.min(ends.slip_angle);
+    let text = note(
+        r.slip_angle,
+        true,
+        &format!("{beyond} to {linear:.3} (upright), then the form's own peak"),
+    );
+    file.number("ALPMIN", -ends.slip_angle, &text);
+    file.number("ALPMAX", ends.slip_angle, &text);
+    file.section("INCLINATION_ANGLE_RANGE");
+    let text = note(r.camber, true, beyond);
+    file.number("CAMMIN", -ends.camber, &text);
+    file.number("CAMMAX", ends.camber, &text);
+    file.section("VERTICAL_FORCE_RANGE");
+    let [low, high] = c.loads;
+    let text = match (with_bike, r.acceleration_x) {
+        (true, Some([slowest, fastest])) => format!(
+            "ridden {low:.0} to {high:.0} (accelerations of {slowest:.1} to {fastest:.1} m/s2 and the bike file); \
+             {beyond}"
+        ),
+        (true, None) => format!("ridden at the static load; {beyond}"),
+        (false, _) => format!("not known what was ridden, give --bikes; {beyond}"),
+    };
+    file.number("FZMIN", ends.load[0], &text);
+    file.number("FZMAX", ends.load[1], &text);
+    if c.lateral {
+        let most = c.ridden_side();
+        file.comment(&format!(
+            "side force was ridden up to {most:.2} of the load; beyond it the file is extrapolated"
+        ));
+    }
+}
+
+/// A value for a comment.
+pub fn short(value: f64) -> String {
+    number_format::fixed(value, number_format::decimals_of(value, None))
+}
+
+/// Where a coefficient comes from, for its comment.
+pub fn origin(row: &Coefficient) -> String {
+    let shown = crate::report::coefficient_text::CoefficientText::of(row).interval(" to ");
+    let interval = if shown.is_empty() { String::new() } else { format!(", 95 % {shown}") };
+    match row.status {
+        Status::Ok => format!("fitted{interval}"),
+        Status::Assumed => "assumed: bike file".to_owned(),
+        Status::LowerBound => format!("not reached by the ride{interval}"),
+        Status::PoorlyDetermined | Status::NotAvailable => {
+            format!("fitted but POORLY DETERMINED{interval}")
+        }
+    }
+}
+
+/// Eight significant digits: more than any interval leaves, so few that rounding is no error.
+fn rounded(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return 0.0;
+    }
+    let decimals = (7.0 - value.abs().log10().floor()).clamp(0.0, 15.0);
+    number_format::round(value, decimals as usize)
+}
+
+/// A log's text cannot start a line of its own.
+pub fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}

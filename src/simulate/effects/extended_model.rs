@@ -1,0 +1,110 @@
+//! The extended model on disk: what `diagnose` found in a session.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::remove::remove;
+use super::{Effect, ModelError};
+use crate::contract::bike::Bike;
+use crate::contract::file_kind::FileKind;
+use crate::contract::schema::with_hint;
+use crate::contract::session::Session;
+use crate::store::objects::files::read_text;
+
+/// The size of an effect and its standard error.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Estimate {
+    /// In `unit`.
+    pub value: f64,
+    /// Standard error, in `unit`.
+    pub std_error: f64,
+    /// That of the effect.
+    pub unit: String,
+}
+
+/// A tyre's or the vehicle's coefficient once the effects are taken out: that of `run --model`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Coefficient {
+    /// In `unit`.
+    pub value: f64,
+    /// 95 % interval, in `unit`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+    /// As in the table `coefficients`.
+    pub unit: String,
+    /// As in the table `coefficients`.
+    pub status: String,
+}
+
+/// The extended model of a ride.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExtendedModel {
+    /// The ride it was found on.
+    pub session_id: String,
+    /// Its motorcycle.
+    pub bike_id: String,
+    /// What the base model leaves out, by effect.
+    #[serde(default)]
+    pub effects: BTreeMap<String, Estimate>,
+    /// Coefficients of the ride without these effects, by tyre (`front`, `rear`, `vehicle`) and name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub coefficients: BTreeMap<String, BTreeMap<String, Coefficient>>,
+    /// The diagnosis' own fit, in files of older versions.
+    #[serde(default, skip_serializing)]
+    pub base: BTreeMap<String, f64>,
+}
+
+impl ExtendedModel {
+    /// As a file.
+    pub fn to_toml(&self) -> String {
+        let text = toml::to_string(self).unwrap_or_default();
+        format!(
+            "# The model of a ride with what `roadbench diagnose` found; for `run --model`.\n{text}"
+        )
+    }
+
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let text =
+            read_text(path).map_err(|e| format!("cannot read model {}: {e}", path.display()))?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Checks a model file's text; `name` is for messages.
+    ///
+    /// # Errors
+    /// A sentence that names the file and the key.
+    pub fn parse(text: &str, name: &str) -> Result<Self, String> {
+        let fail = |e: String| format!("model {name}: {e}");
+        FileKind::Model.expect(text).map_err(fail)?;
+        let model: ExtendedModel =
+            toml::from_str(text).map_err(|e| fail(with_hint(&e.to_string())))?;
+        for (name, found) in &model.effects {
+            let effect = Effect::named(name).map_err(|e| fail(format!("[effects]: {e}")))?;
+            effect
+                .check_size(found.value)
+                .map_err(|e| fail(format!("effects.{name}.value: {e}")))?;
+        }
+        Ok(model)
+    }
+
+    /// Takes what was found out of the session that it was found on; gives back, by name, what stays in the
+    /// coefficients because no recording can be freed of it.
+    pub fn apply(&self, session: &mut Session, bike: &mut Bike) -> Vec<&'static str> {
+        let mut error = ModelError::default();
+        for (name, found) in &self.effects {
+            // `parse` has looked the names up
+            let Ok(effect) = Effect::named(name) else { continue };
+            (effect.set)(&mut error, found.value);
+        }
+        remove(&error, session, bike)
+    }
+}
