@@ -7,15 +7,17 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use roadbench::estimate::offroad::contact::Contact;
-use roadbench::estimate::offroad::kinematics::Kinematics;
-use roadbench::estimate::offroad::rider::{self, Base, Rider};
-use roadbench::estimate::offroad::solve::{BRAKING, Config as SolveConfig, DRIVING, Solver};
-use roadbench::estimate::offroad::weights::Weights;
-use roadbench::estimate::offroad::{self, Config};
-use roadbench::filter;
-use roadbench::simulate::motocross::{self, scenario::Motocross};
-use roadbench::tyre::offroad::machine::Machine;
+use roadbench::internals::estimate::offroad::contact::Contact;
+use roadbench::internals::estimate::offroad::kinematics::Kinematics;
+use roadbench::internals::estimate::offroad::rider::{self, Base, Rider};
+use roadbench::internals::estimate::offroad::solve::{
+    BRAKING, Config as SolveConfig, DRIVING, Solver,
+};
+use roadbench::internals::estimate::offroad::weights::Weights;
+use roadbench::internals::estimate::offroad::{self, Config};
+use roadbench::internals::filter;
+use roadbench::internals::simulate::motocross::{self, scenario::Motocross};
+use roadbench::internals::tyre::offroad::machine::Machine;
 
 const RATE: f64 = 1600.0;
 /// Problems handed to scipy.
@@ -39,7 +41,7 @@ fn main() {
     let simulated = begin.elapsed().as_secs_f64();
     let n = session.len;
     let raw = session.clone();
-    let filter_config = roadbench::pipeline::Pipeline::builtin("offroad").filter;
+    let filter_config = roadbench::internals::pipeline::Pipeline::builtin("offroad").filter;
     filter::run(&mut session, &filter_config);
     let say = |what: &str, samples: usize, seconds: f64| {
         let rate = samples as f64 / seconds;

@@ -4,11 +4,11 @@
 
 use std::time::Instant;
 
-use roadbench::simulate::multibody::run::Run;
-use roadbench::simulate::multibody::trim;
-use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::ride::{self, MultibodyRide};
-use roadbench::simulate::tour::Tour;
+use roadbench::internals::simulate::multibody::run::Run;
+use roadbench::internals::simulate::multibody::trim;
+use roadbench::internals::simulate::pilot::Skill;
+use roadbench::internals::simulate::ride::{self, MultibodyRide};
+use roadbench::internals::simulate::tour::Tour;
 
 fn main() {
     let tour = Tour::load("lane_change").expect("built in").expect("nonlinear");

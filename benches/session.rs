@@ -16,21 +16,21 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use roadbench::batch::jobs::run::RunWork;
-use roadbench::batch::workers::scheduler as engine;
-use roadbench::batch::{Maps, Settings};
-use roadbench::contract::bike::Bike;
-use roadbench::contract::session::Session;
-use roadbench::diagnose::{self, road};
-use roadbench::estimate::zeros;
-use roadbench::fit::{Data, chain};
-use roadbench::pipeline::{self, Input, Pipeline};
-use roadbench::report::plots;
-use roadbench::simulate::scenario::Scenario;
-use roadbench::store::objects::Location;
-use roadbench::store::tables::{file, rows};
-use roadbench::tyre::formulation::Formulation;
-use roadbench::{filter, fit, ingest, segment, simulate};
+use roadbench::internals::batch::jobs::run::RunWork;
+use roadbench::internals::batch::workers::scheduler as engine;
+use roadbench::internals::batch::{Maps, Settings};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::diagnose::{self, road};
+use roadbench::internals::estimate::zeros;
+use roadbench::internals::fit::{Data, chain};
+use roadbench::internals::pipeline::{self, Input, Pipeline};
+use roadbench::internals::report::plots;
+use roadbench::internals::simulate::scenario::Scenario;
+use roadbench::internals::store::objects::Location;
+use roadbench::internals::store::tables::{file, rows};
+use roadbench::internals::tyre::formulation::Formulation;
+use roadbench::internals::{filter, fit, ingest, segment, simulate};
 
 /// Samples of the ride: 20 min at 100 Hz.
 const SAMPLES: usize = 120_000;

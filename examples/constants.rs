@@ -14,13 +14,13 @@ use std::time::Instant;
 
 use clap::Parser;
 use rayon::ThreadPoolBuilder;
-use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::Settings;
-use roadbench::diagnose::cause::Naming;
-use roadbench::diagnose::road::{self, Prepared};
-use roadbench::diagnose::tuning::{self, ROAD, RoadTuning};
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate::hidden::{Case, Kind};
+use roadbench::internals::contract::verdict::Verdict;
+use roadbench::internals::diagnose::Settings;
+use roadbench::internals::diagnose::cause::Naming;
+use roadbench::internals::diagnose::road::{self, Prepared};
+use roadbench::internals::diagnose::tuning::{self, ROAD, RoadTuning};
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate::hidden::{Case, Kind};
 
 #[derive(Parser)]
 struct Arguments {

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use rayon::prelude::*;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest::{self, write_session};
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::ingest::{self, write_session};
 
 /// Motorcycles of the archive.
 const BIKES: usize = 20;
@@ -60,7 +60,7 @@ fn donors(folder: &Path) -> Result<Vec<Session>, String> {
         .filter(|p| p.extension().is_some_and(|x| x == "parquet"))
         .collect();
     logs.sort();
-    let settings = roadbench::pipeline::Pipeline::onroad();
+    let settings = roadbench::internals::pipeline::Pipeline::onroad();
     logs.iter()
         .map(|log| {
             let raw = ingest::read(log, &[]).map_err(|e| e.to_string())?;

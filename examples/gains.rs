@@ -9,16 +9,16 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use rayon::prelude::*;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::road::oracle;
-use roadbench::diagnose::{Settings, road};
-use roadbench::pipeline::{self, Pipeline};
-use roadbench::simulate::effects::physics::Multibody;
-use roadbench::simulate::effects::{ALL, Effect};
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::population::ride;
-use roadbench::store::tables::rows::SimulationError;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::verdict::Verdict;
+use roadbench::internals::diagnose::road::oracle;
+use roadbench::internals::diagnose::{Settings, road};
+use roadbench::internals::pipeline::{self, Pipeline};
+use roadbench::internals::simulate::effects::physics::Multibody;
+use roadbench::internals::simulate::effects::{ALL, Effect};
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::population::ride;
+use roadbench::internals::store::tables::rows::SimulationError;
 
 #[derive(Parser)]
 struct Arguments {

@@ -4,13 +4,13 @@
 //! `cargo run --example inertial_unit -- [road|track] [draws] [profile...]`
 
 use nalgebra::Rotation3;
-use roadbench::ingest::motion::navigation;
-use roadbench::ingest::motion::navigation::{NAMES, OUTPUTS};
-use roadbench::simulate::imu::{Attitude, Imu, Motion, Satellite, Triad, measure};
-use roadbench::simulate::prescribed::Prescribed;
-use roadbench::simulate::strapdown::{Receiver, Unit, crabbing, record, truth};
-use roadbench::simulate::track::{self, Track};
-use roadbench::statistics::random::Random;
+use roadbench::internals::ingest::motion::navigation;
+use roadbench::internals::ingest::motion::navigation::{NAMES, OUTPUTS};
+use roadbench::internals::simulate::imu::{Attitude, Imu, Motion, Satellite, Triad, measure};
+use roadbench::internals::simulate::prescribed::Prescribed;
+use roadbench::internals::simulate::strapdown::{Receiver, Unit, crabbing, record, truth};
+use roadbench::internals::simulate::track::{self, Track};
+use roadbench::internals::statistics::random::Random;
 
 /// Samples at either end that do not count.
 const ENDS: usize = 200;
@@ -41,7 +41,7 @@ fn profile(name: &str, mounting: Rotation3<f64>) -> Option<(Unit, Receiver)> {
 
 /// Roll of a unit with a complementary filter of 2 s that knows speed and is mounted straight.
 fn complementary(motions: &[Motion], unit: &Unit, random: &mut Random) -> Vec<f64> {
-    let triad = |a: &roadbench::simulate::strapdown::Axes| Triad {
+    let triad = |a: &roadbench::internals::simulate::strapdown::Axes| Triad {
         white: a.white,
         bias: a.bias,
         scale: a.scale,

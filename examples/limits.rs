@@ -7,13 +7,13 @@
 
 use clap::Parser;
 use rayon::prelude::*;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::{Settings, road};
-use roadbench::pipeline::{self, Pipeline};
-use roadbench::simulate::effects::ALL;
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::tyre::formulation::Formulation;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::verdict::Verdict;
+use roadbench::internals::diagnose::{Settings, road};
+use roadbench::internals::pipeline::{self, Pipeline};
+use roadbench::internals::simulate::effects::ALL;
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::tyre::formulation::Formulation;
 
 #[derive(Parser)]
 struct Arguments {
@@ -94,7 +94,7 @@ fn ask(case: Case, nulls: usize) -> Option<Answer> {
     let place = settings.effects.iter().position(|e| e.name == effect.name)?;
     let is_named = |v: Verdict| matches!(v, Verdict::Named | Verdict::Ambiguous);
     let of_effect = |c: &&_| {
-        let c: &roadbench::diagnose::cause::Cause = c;
+        let c: &roadbench::internals::diagnose::cause::Cause = c;
         c.candidate.name == effect.name && is_named(c.verdict)
     };
     let said = pipeline::characterise(session, &bike, &pipeline, Formulation::Corrected).warnings;

@@ -53,40 +53,89 @@
 
 #![forbid(unsafe_code)]
 
-// from the ground up: each uses only those above it in this list
-pub mod contract;
+// Rooms from the ground up: each uses only those before it. What leaves them stands below.
+mod batch;
+mod cli;
+mod contract;
+mod diagnose;
+mod estimate;
+mod filter;
+mod fit;
+mod fleet;
+mod ingest;
+mod motorcycle;
+mod pipeline;
+mod report;
+mod segment;
+mod simulate;
+mod statistics;
+mod store;
+mod tyre;
 
-pub mod store;
+#[cfg(feature = "internals")]
+pub mod internals;
 
-pub mod statistics;
+// A log, from its bytes to one session on one clean clock.
+pub use contract::bike::{Bike, Error as BikeError};
+pub use contract::channel::Channel;
+pub use contract::session::{Meta, Session};
+pub use contract::warning::Warning;
+pub use ingest::maps::ChannelMap;
+pub use ingest::{
+    Config as IngestConfig, Error as IngestError, Identified, Raw, check, identify, map_for, read,
+    read_table, run as clean, session_batch, session_bytes, write_session,
+};
+pub use store::objects::Location;
+pub use store::objects::files::read_text;
 
-pub mod tyre;
+// From a session to the coefficients of its tyres.
+pub use contract::verdict::Verdict;
+pub use pipeline::{Input, Outcome, Pipeline, Rejection, run as run_log, run_raw};
+pub use segment::laps::Laps;
+pub use segment::manoeuvre::ManoeuvreKind;
+pub use store::tables::rows::{
+    Coefficient, EvidenceRow, ForceRow, Manoeuvre, PlotPoint, SessionRow, WarningRow,
+};
 
-pub mod motorcycle;
+// Tyre models.
+pub use tyre::{MagicFormula, Stiffness, Tyre};
 
-pub mod filter;
+// Tables: their definitions, and the files they are in.
+pub use contract::schema::{Table as TableSchema, closest as closest_name};
+pub use store::tables::file::Error as TableError;
+pub use store::tables::registry::{schema_files, schema_text};
 
-pub mod ingest;
+// Archives: many sessions, here or over many machines.
+pub use batch::jobs::bikes::{BikeFile, hash_settings};
+pub use batch::jobs::diagnose::{DiagnoseWork, finish as finish_diagnose};
+pub use batch::jobs::distributed::{Answer, Driver, Task, Terms, What, Worker};
+pub use batch::jobs::in_memory::{
+    Log, NO_PATH, Tables, diagnose as diagnose_session, run as run_session,
+};
+pub use batch::jobs::run::{RunWork, finish as finish_run};
+pub use batch::jobs::work::{Work, guarded};
+pub use batch::store::folder::Store;
+pub use batch::store::reading::Reading;
+pub use batch::summary::Summary;
+pub use batch::workers::fence::{Asked, Fenced, WORKER, started_by};
+pub use batch::workers::scheduler::{Accounts, run as run_batch};
+pub use batch::{Error as BatchError, Maps, Settings as BatchSettings};
+pub use report::Pages;
 
-pub mod segment;
+// Diagnosis, plans and simulation.
+pub use diagnose::road::ride_plan::{RidePlan, plan as plan_ride, scenario as plan_scenario};
+pub use diagnose::{Diagnosis, Settings as DiagnosisSettings};
+pub use simulate::tables::Rideable;
 
-pub mod estimate;
+// Tyres for other programs.
+pub use batch::jobs::models::read as read_models;
+pub use report::export::written::{
+    Format as ExportFormat, Request as ExportRequest, Set as CoefficientSet, Tyre as ExportTyre,
+    Written, write as export_tyre,
+};
 
-pub mod fit;
-
-pub mod simulate;
-
-pub mod report;
-
-pub mod fleet;
-
-pub mod pipeline;
-
-pub mod diagnose;
-
-pub mod batch;
-
-pub mod cli;
+// The program `roadbench`.
+pub use cli::{main as command, main_with as command_with};
 
 /// Version written to every row.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

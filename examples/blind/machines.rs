@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 
-use roadbench::diagnose::road::residuals::CHANNELS;
-use roadbench::simulate::effects::ALL;
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::population::{Machine, ride};
+use roadbench::internals::diagnose::road::residuals::CHANNELS;
+use roadbench::internals::simulate::effects::ALL;
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::population::{Machine, ride};
 
 use super::summary::{share, summary};
 use super::{Arguments, Outcome, ask, outcomes};

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use roadbench::contract::bike::Bike;
-use roadbench::diagnose::offroad;
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate::hidden_offroad::{Hidden, OffroadCase};
-use roadbench::store::tables::rows::CauseRow;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::diagnose::offroad;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate::hidden_offroad::{Hidden, OffroadCase};
+use roadbench::internals::store::tables::rows::CauseRow;
 
 /// Length of a ride, s.
 const DURATION: f64 = 120.0;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::simulate::effects::ALL;
-use roadbench::simulate::hidden::{Kind, PLANS};
+use roadbench::internals::simulate::effects::ALL;
+use roadbench::internals::simulate::hidden::{Kind, PLANS};
 
 use super::Outcome;
 

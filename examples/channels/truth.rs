@@ -4,17 +4,17 @@
 
 use std::path::Path;
 
-use roadbench::contract::channel::Channel;
-use roadbench::ingest::checks::aids::Aids;
-use roadbench::ingest::checks::judge::{by_motion, draft};
-use roadbench::ingest::formats::listing::Listing;
-use roadbench::ingest::formats::survey::survey;
-use roadbench::ingest::map_for;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::ingest::maps::propose::compare::{Wrong, compare, mend};
-use roadbench::ingest::maps::propose::physics::Verdicts;
-use roadbench::ingest::maps::units;
-use roadbench::store::objects::Location;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::ingest::checks::aids::Aids;
+use roadbench::internals::ingest::checks::judge::{by_motion, draft};
+use roadbench::internals::ingest::formats::listing::Listing;
+use roadbench::internals::ingest::formats::survey::survey;
+use roadbench::internals::ingest::map_for;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::ingest::maps::propose::compare::{Wrong, compare, mend};
+use roadbench::internals::ingest::maps::propose::physics::Verdicts;
+use roadbench::internals::ingest::maps::units;
+use roadbench::internals::store::objects::Location;
 
 use Channel::*;
 

@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rayon::prelude::*;
-use roadbench::contract::bike::Axle;
-use roadbench::contract::coefficient::{Coefficient as C, Id, Part};
-use roadbench::ingest::write_session;
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate::effects::ModelError;
-use roadbench::simulate::hidden::Kind;
-use roadbench::simulate::population::bike::{self, BikeFile};
-use roadbench::simulate::population::ride::{self, Ridden};
-use roadbench::simulate::tyre_truth::bench;
-use roadbench::store::tables::rows::{Coefficient, PlotPoint};
-use roadbench::tyre::tyre::Input;
-use roadbench::tyre::tyre::slip_stiffness_under;
+use roadbench::internals::contract::bike::Axle;
+use roadbench::internals::contract::coefficient::{Coefficient as C, Id, Part};
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate::effects::ModelError;
+use roadbench::internals::simulate::hidden::Kind;
+use roadbench::internals::simulate::population::bike::{self, BikeFile};
+use roadbench::internals::simulate::population::ride::{self, Ridden};
+use roadbench::internals::simulate::tyre_truth::bench;
+use roadbench::internals::store::tables::rows::{Coefficient, PlotPoint};
+use roadbench::internals::tyre::tyre::Input;
+use roadbench::internals::tyre::tyre::slip_stiffness_under;
 
 use super::{Failure, outcome};
 

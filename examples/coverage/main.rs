@@ -16,15 +16,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use rayon::prelude::*;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::coefficient::{Coefficient, Id, Part, Source};
-use roadbench::ingest::write_session;
-use roadbench::pipeline::{self, Input, Outcome, Pipeline};
-use roadbench::simulate::effects::ModelError;
-use roadbench::simulate::hidden::Kind;
-use roadbench::simulate::population::bike::{self, BikeFile};
-use roadbench::simulate::population::ride::{self, Ridden};
-use roadbench::store::objects::Location;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::coefficient::{Coefficient, Id, Part, Source};
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::{self, Input, Outcome, Pipeline};
+use roadbench::internals::simulate::effects::ModelError;
+use roadbench::internals::simulate::hidden::Kind;
+use roadbench::internals::simulate::population::bike::{self, BikeFile};
+use roadbench::internals::simulate::population::ride::{self, Ridden};
+use roadbench::internals::store::objects::Location;
 
 mod bands;
 mod plant;
@@ -106,7 +106,7 @@ fn characterised(
     truth: &[(Id, f64)],
 ) -> Result<Vec<Compared>, Failure> {
     let outcome = outcome(log, bike, pipeline)?;
-    let row = |c: &roadbench::store::tables::rows::Coefficient| {
+    let row = |c: &roadbench::internals::store::tables::rows::Coefficient| {
         let part = Part::from_name(&c.tyre)?;
         let coefficient = Coefficient::from_name(&c.coefficient)?;
         let id = Id::from((part, coefficient));

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use roadbench::contract::bike::{Axle, Bike, schema};
-use roadbench::contract::coefficient::{Coefficient as C, Id, Part};
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate::population::bike::BikeFile;
+use roadbench::internals::contract::bike::{Axle, Bike, schema};
+use roadbench::internals::contract::coefficient::{Coefficient as C, Id, Part};
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate::population::bike::BikeFile;
 use serde_json::Value;
 
 use super::{Compared, Failure, characterised};

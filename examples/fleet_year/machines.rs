@@ -2,7 +2,7 @@
 //! common is known.
 
 use roadbench::GRAVITY;
-use roadbench::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
 
 /// The scenario that machines and tyres are drawn like.
 const LIKE: &str = include_str!("../../fixtures/archive/scenario.toml");

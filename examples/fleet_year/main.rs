@@ -16,7 +16,7 @@ use std::time::Instant;
 
 use clap::{Parser, Subcommand};
 use rayon::prelude::*;
-use roadbench::fleet;
+use roadbench::internals::fleet;
 
 mod machines;
 mod many;

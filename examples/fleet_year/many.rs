@@ -6,12 +6,12 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use roadbench::fleet::evidence::Piece;
-use roadbench::fleet::tyres::{self, BikeTyres};
-use roadbench::fleet::{BikeAnalysis, Observation, analyse};
-use roadbench::simulate::scenario::Machine;
-use roadbench::statistics::order::median;
-use roadbench::store::tables::rows::Status;
+use roadbench::internals::fleet::evidence::Piece;
+use roadbench::internals::fleet::tyres::{self, BikeTyres};
+use roadbench::internals::fleet::{BikeAnalysis, Observation, analyse};
+use roadbench::internals::simulate::scenario::Machine;
+use roadbench::internals::statistics::order::median;
+use roadbench::internals::store::tables::rows::Status;
 
 use super::rides::Rides;
 

@@ -1,6 +1,6 @@
 //! What happens to the motorcycles in the year: the truth that the search for events is held against.
 
-use roadbench::simulate::scenario::Machine;
+use roadbench::internals::simulate::scenario::Machine;
 
 use super::machines::Fleet;
 use super::rides::State;

@@ -3,18 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::Session;
-use roadbench::estimate;
-use roadbench::ingest::write_session;
-use roadbench::pipeline::{self, Input, Pipeline};
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::{reduced, truth};
-use roadbench::store::objects::Location;
-use roadbench::store::tables::registry::Row;
-use roadbench::store::tables::rows::{Coefficient, EvidenceRow, Truth};
-use roadbench::store::tables::{file, read};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::estimate;
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::{self, Input, Pipeline};
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::{reduced, truth};
+use roadbench::internals::store::objects::Location;
+use roadbench::internals::store::tables::registry::Row;
+use roadbench::internals::store::tables::rows::{Coefficient, EvidenceRow, Truth};
+use roadbench::internals::store::tables::{file, read};
 
 /// Failures as words.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::contract::fleet_event::EventKind;
-use roadbench::fleet::BikeAnalysis;
-use roadbench::fleet::events::Event;
-use roadbench::fleet::scan::Shape;
+use roadbench::internals::contract::fleet_event::EventKind;
+use roadbench::internals::fleet::BikeAnalysis;
+use roadbench::internals::fleet::events::Event;
+use roadbench::internals::fleet::scan::Shape;
 
 use super::planted::{Kind, Planted};
 use super::year::BEGIN;

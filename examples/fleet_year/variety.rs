@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use roadbench::fleet::tyres::BikeTyres;
-use roadbench::fleet::{BikeAnalysis, ratio::Ratio};
-use roadbench::simulate::effects::ModelError;
-use roadbench::statistics::order::median;
-use roadbench::store::tables::rows::Status;
+use roadbench::internals::fleet::tyres::BikeTyres;
+use roadbench::internals::fleet::{BikeAnalysis, ratio::Ratio};
+use roadbench::internals::simulate::effects::ModelError;
+use roadbench::internals::statistics::order::median;
+use roadbench::internals::store::tables::rows::Status;
 
 use super::machines::Fleet;
 use super::many::{self, Ridden};

@@ -11,10 +11,10 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::fleet::Observation;
-use roadbench::fleet::evidence::Piece;
-use roadbench::statistics::random::Random;
-use roadbench::store::tables::rows::{EvidenceRow, Status};
+use roadbench::internals::fleet::Observation;
+use roadbench::internals::fleet::evidence::Piece;
+use roadbench::internals::statistics::random::Random;
+use roadbench::internals::store::tables::rows::{EvidenceRow, Status};
 
 use super::planted::{self, BIKES, Kind, Planted};
 use super::rides::{Rides, STRIDE};

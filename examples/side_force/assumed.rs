@@ -1,13 +1,13 @@
 //! Do the intervals of what is assumed hold what a bench shows of the tyres: over machines of the population with two
 //! bike files, and of published tyres with the schema's defaults.
 
-use roadbench::contract::bike::Bike;
-use roadbench::simulate::effects::ModelError;
-use roadbench::simulate::population::Machine;
-use roadbench::simulate::population::bike::{self, BikeFile};
-use roadbench::simulate::tyre_truth::bench;
-use roadbench::tyre::published;
-use roadbench::tyre::tir;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::simulate::effects::ModelError;
+use roadbench::internals::simulate::population::Machine;
+use roadbench::internals::simulate::population::bike::{self, BikeFile};
+use roadbench::internals::simulate::tyre_truth::bench;
+use roadbench::internals::tyre::published;
+use roadbench::internals::tyre::tir;
 
 use super::joint::ASKED;
 
@@ -36,8 +36,9 @@ fn truth(machine: &Machine) -> Result<[f64; 4], String> {
     let loads = motorcycle.static_loads();
     let tyres = motorcycle.tyres.as_ref().ok_or("no tyres")?;
     let [front, rear] = [0, 1].map(|k| bench(tyres[k].as_ref(), loads[k], 1.0));
-    let ratio =
-        |b: &roadbench::simulate::tyre_truth::Bench| b.camber_stiffness / b.cornering_stiffness;
+    let ratio = |b: &roadbench::internals::simulate::tyre_truth::Bench| {
+        b.camber_stiffness / b.cornering_stiffness
+    };
     Ok([ratio(&front), ratio(&rear), front.twisting_stiffness, rear.twisting_stiffness])
 }
 

@@ -2,14 +2,14 @@
 //! them that `fleet_ratios` is made of; on the reduced-order motorcycle and on the multibody one.
 
 use rayon::prelude::*;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::session::Session;
-use roadbench::fleet::history::History;
-use roadbench::fleet::ratio::{Ratio, ratios};
-use roadbench::ingest::write_session;
-use roadbench::pipeline::{self, Input, Pipeline};
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::store::objects::Location;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::fleet::history::History;
+use roadbench::internals::fleet::ratio::{Ratio, ratios};
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::{self, Input, Pipeline};
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::store::objects::Location;
 
 use super::riding::{self, HUNG, On, Riding, Way};
 

@@ -8,17 +8,17 @@
 //! ```
 
 use nalgebra::{DMatrix, DVector};
-use roadbench::contract::bike::Bike;
-use roadbench::contract::session::Session;
-use roadbench::diagnose::road;
-use roadbench::diagnose::road::base;
-use roadbench::diagnose::road::parameters::{BASE, Parameter, Parameters, Place};
-use roadbench::diagnose::road::problem::Problem;
-use roadbench::diagnose::road::residuals::blocks;
-use roadbench::diagnose::road::samples::Samples;
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate::effects::Effect;
-use roadbench::simulate::effects::physics::Reach;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::diagnose::road;
+use roadbench::internals::diagnose::road::base;
+use roadbench::internals::diagnose::road::parameters::{BASE, Parameter, Parameters, Place};
+use roadbench::internals::diagnose::road::problem::Problem;
+use roadbench::internals::diagnose::road::residuals::blocks;
+use roadbench::internals::diagnose::road::samples::Samples;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate::effects::Effect;
+use roadbench::internals::simulate::effects::physics::Reach;
 
 use super::riding::{On, RIDE};
 

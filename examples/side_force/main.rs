@@ -13,10 +13,10 @@ mod riding;
 
 use clap::Parser;
 use rayon::prelude::*;
-use roadbench::contract::bike::Bike;
-use roadbench::simulate::hidden::{Case, Kind as Hidden};
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::statistics::random::Random;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::simulate::hidden::{Case, Kind as Hidden};
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::statistics::random::Random;
 
 use joint::{ASKED, Free, Known, Ride};
 use riding::{CONTROL, KINDS, On, VERIFIED, Way};

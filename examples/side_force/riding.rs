@@ -1,16 +1,16 @@
 //! The kinds of riding, and rides of them on the reduced-order motorcycle and on the multibody one.
 
-use roadbench::contract::bike::Bike;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::diagnose::road::advice::sets::{SETS, leaning};
-use roadbench::segment::manoeuvre::Direction;
-use roadbench::simulate;
-use roadbench::simulate::effects::ModelError;
-use roadbench::simulate::manoeuvre::Manoeuvre;
-use roadbench::simulate::plan::{Phase, Plan, PlanKind};
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::{multibody_ride as multibody, sensors};
-use roadbench::statistics::random::Random;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::diagnose::road::advice::sets::{SETS, leaning};
+use roadbench::internals::segment::manoeuvre::Direction;
+use roadbench::internals::simulate;
+use roadbench::internals::simulate::effects::ModelError;
+use roadbench::internals::simulate::manoeuvre::Manoeuvre;
+use roadbench::internals::simulate::plan::{Phase, Plan, PlanKind};
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::{multibody_ride as multibody, sensors};
+use roadbench::internals::statistics::random::Random;
 
 /// A ride, s.
 pub const RIDE: f64 = 480.0;

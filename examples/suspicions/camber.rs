@@ -1,7 +1,7 @@
 //! "The error was higher on the rear tyre (camber stiffness 1.03 for 1.60 on the bench): it had a higher
 //! `C` than analogous tyres" (Results, experimental test).
 
-use roadbench::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::multibody_ride as multibody;
 
 use super::common::*;
 

@@ -3,22 +3,22 @@
 use std::path::Path;
 
 use roadbench::GRAVITY;
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::contract::coefficient::Coefficient;
-use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::Settings;
-use roadbench::diagnose::road::{RoadDiagnosis, diagnose};
-use roadbench::ingest::write_session;
-use roadbench::pipeline::{self, Outcome, Pipeline};
-use roadbench::simulate::effects::Effect;
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::multibody::{Model, Motorcycle};
-use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::ride::{self, MultibodyRide, Sample};
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::tour::Tour;
-use roadbench::tyre::custom::Custom;
-use roadbench::tyre::tyre_model::TyreModel;
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::contract::coefficient::Coefficient;
+use roadbench::internals::contract::verdict::Verdict;
+use roadbench::internals::diagnose::Settings;
+use roadbench::internals::diagnose::road::{RoadDiagnosis, diagnose};
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::{self, Outcome, Pipeline};
+use roadbench::internals::simulate::effects::Effect;
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::multibody::{Model, Motorcycle};
+use roadbench::internals::simulate::pilot::Skill;
+use roadbench::internals::simulate::ride::{self, MultibodyRide, Sample};
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::tour::Tour;
+use roadbench::internals::tyre::custom::Custom;
+use roadbench::internals::tyre::tyre_model::TyreModel;
 
 /// A scenario and its machine that hides some effects from its bike file.
 pub fn machine(plan: &'static str, number: usize, hidden: &[(&str, f64)]) -> (Scenario, Machine) {
@@ -79,7 +79,8 @@ pub fn tyres(outcome: &Outcome, bike: &Bike, friction: f64) -> [Custom; 2] {
 /// The paper's lane change on a motorcycle.
 pub fn lane_change(motorcycle: Motorcycle, friction: f64) -> MultibodyRide {
     let mut tour = Tour::load("lane_change").expect("built in").expect("nonlinear");
-    let road = roadbench::simulate::multibody::Road { friction, ..tour.model.road.clone() };
+    let road =
+        roadbench::internals::simulate::multibody::Road { friction, ..tour.model.road.clone() };
     tour.model = Model::new(motorcycle, road);
     ride(&tour, 0)
 }
@@ -160,7 +161,7 @@ pub fn told(d: &RoadDiagnosis) -> String {
 
 /// Size, standard error, verdict and detection limit of one effect.
 pub fn about(d: &RoadDiagnosis, effect: &str) -> String {
-    let j = roadbench::simulate::effects::ALL.iter().position(|e| e.name == effect);
+    let j = roadbench::internals::simulate::effects::ALL.iter().position(|e| e.name == effect);
     let cause = d.naming.causes.iter().find(|c| c.candidate.name == effect);
     match (j, cause) {
         (Some(j), Some(c)) => format!(

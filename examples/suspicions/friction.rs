@@ -1,14 +1,14 @@
 //! "Beyond 20 degrees the model gave less side force than the bench: the machine's track has possibly
 //! more friction than the asphalt" (Discussion).
 
-use roadbench::segment::manoeuvre::ManoeuvreKind;
-use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
-use roadbench::simulate::multibody::{Model, Road};
-use roadbench::simulate::multibody_ride as multibody;
-use roadbench::simulate::replay;
-use roadbench::simulate::tour::Tour;
-use roadbench::tyre::tir;
-use roadbench::tyre::tyre::Input;
+use roadbench::internals::segment::manoeuvre::ManoeuvreKind;
+use roadbench::internals::simulate::manoeuvre::{Braked, Manoeuvre};
+use roadbench::internals::simulate::multibody::{Model, Road};
+use roadbench::internals::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::replay;
+use roadbench::internals::simulate::tour::Tour;
+use roadbench::internals::tyre::tir;
+use roadbench::internals::tyre::tyre::Input;
 
 use super::common::*;
 

@@ -1,15 +1,15 @@
 //! "The slip angle underestimation was likely caused by tyre load sensitivity" (Discussion).
 
-use roadbench::contract::bike::Axle;
-use roadbench::pipeline::Outcome;
-use roadbench::simulate::effects::ModelError;
-use roadbench::simulate::effects::extended_tyre::ExtendedTyre;
-use roadbench::simulate::multibody::Motorcycle;
-use roadbench::simulate::multibody_ride as multibody;
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::tour::Tour;
-use roadbench::tyre::custom::Custom;
-use roadbench::tyre::tyre::Input;
+use roadbench::internals::contract::bike::Axle;
+use roadbench::internals::pipeline::Outcome;
+use roadbench::internals::simulate::effects::ModelError;
+use roadbench::internals::simulate::effects::extended_tyre::ExtendedTyre;
+use roadbench::internals::simulate::multibody::Motorcycle;
+use roadbench::internals::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::tour::Tour;
+use roadbench::internals::tyre::custom::Custom;
+use roadbench::internals::tyre::tyre::Input;
 
 use super::common::*;
 

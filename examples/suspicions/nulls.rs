@@ -1,6 +1,6 @@
 //! What diagnosis says of rides on the multibody motorcycle in which nothing is hidden.
 
-use roadbench::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::multibody_ride as multibody;
 
 use super::common::*;
 

@@ -1,17 +1,17 @@
 //! "A standard GNSS, and about 30 km/h in the corners: both increase the relative error of the speed
 //! vector, which is used to compute the slip angles" (Discussion).
 
-use roadbench::contract::bike::Bike;
-use roadbench::contract::session::Session;
-use roadbench::diagnose::road::attitude::{Attitude, Posture};
-use roadbench::diagnose::road::parameters::Parameters;
-use roadbench::diagnose::road::samples::Samples;
-use roadbench::pipeline::{self, Characterised, Pipeline};
-use roadbench::segment::manoeuvre::ManoeuvreKind;
-use roadbench::simulate::effects::Effect;
-use roadbench::simulate::multibody_ride as multibody;
-use roadbench::simulate::ride::MultibodyRide;
-use roadbench::tyre::formulation::Formulation;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::diagnose::road::attitude::{Attitude, Posture};
+use roadbench::internals::diagnose::road::parameters::Parameters;
+use roadbench::internals::diagnose::road::samples::Samples;
+use roadbench::internals::pipeline::{self, Characterised, Pipeline};
+use roadbench::internals::segment::manoeuvre::ManoeuvreKind;
+use roadbench::internals::simulate::effects::Effect;
+use roadbench::internals::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::ride::MultibodyRide;
+use roadbench::internals::tyre::formulation::Formulation;
 
 use super::common::*;
 

@@ -1,8 +1,8 @@
 //! "The rear yaw moment is overestimated: coherent with the twisting stiffness used (0.039 m/rad)
 //! being higher than the true one (0.031)" (Discussion).
 
-use roadbench::simulate::multibody_ride as multibody;
-use roadbench::simulate::scenario::Scenario;
+use roadbench::internals::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::scenario::Scenario;
 
 use super::common::*;
 

@@ -4,17 +4,17 @@
 
 use std::path::{Path, PathBuf};
 
-use roadbench::contract::bike::Axle;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::coefficient::{Coefficient as C, Id, Part};
-use roadbench::estimate;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::pipeline::{self, Input, Outcome, Pipeline};
-use roadbench::segment::manoeuvre::ManoeuvreKind as Kind;
-use roadbench::simulate::loggers::{self, Profile};
-use roadbench::simulate::track::{self, Track, TrackRide};
-use roadbench::simulate::{truth, tyre_truth};
-use roadbench::store::objects::Location;
+use roadbench::internals::contract::bike::Axle;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::coefficient::{Coefficient as C, Id, Part};
+use roadbench::internals::estimate;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::pipeline::{self, Input, Outcome, Pipeline};
+use roadbench::internals::segment::manoeuvre::ManoeuvreKind as Kind;
+use roadbench::internals::simulate::loggers::{self, Profile};
+use roadbench::internals::simulate::track::{self, Track, TrackRide};
+use roadbench::internals::simulate::{truth, tyre_truth};
+use roadbench::internals::store::objects::Location;
 
 use super::channels::{Judged, judged_on};
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 
-use roadbench::simulate::loggers::Profile;
-use roadbench::store::tables::rows::{Coefficient, Status};
+use roadbench::internals::simulate::loggers::Profile;
+use roadbench::internals::store::tables::rows::{Coefficient, Status};
 
 use super::case::{Asked, KINDS, PROFILES, Read, Segmented};
 use super::channels::{Judged, Planted, check, planted, score};

@@ -20,8 +20,8 @@ use std::path::Path;
 
 use clap::Parser;
 use rayon::prelude::*;
-use roadbench::simulate::loggers::Profile;
-use roadbench::simulate::track;
+use roadbench::internals::simulate::loggers::Profile;
+use roadbench::internals::simulate::track;
 
 use case::{Drafted, PROFILES, asked, drafted, read, segmented, varied};
 use figures::{Figures, Session};

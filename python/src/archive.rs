@@ -11,19 +11,11 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::errors::{self, failed};
-use roadbench::batch;
-use roadbench::batch::jobs::diagnose::DiagnoseWork;
-use roadbench::batch::jobs::distributed::What;
-use roadbench::batch::jobs::run::RunWork;
-use roadbench::batch::store::folder::Store;
-use roadbench::batch::summary::Summary;
-use roadbench::batch::workers::fence::{Asked, Fenced};
-use roadbench::batch::workers::scheduler as engine;
-use roadbench::batch::workers::scheduler::Accounts;
-use roadbench::batch::{Maps, Settings, Work};
-use roadbench::pipeline::Pipeline;
-use roadbench::report::Pages;
-use roadbench::store::objects::Location;
+use roadbench::{
+    Accounts, Asked, BatchError, BatchSettings, DiagnoseWork, DiagnosisSettings, Fenced, Location,
+    Maps, Pages, Pipeline, RunWork, Store, Summary, What, Work, finish_diagnose, finish_run,
+    run_batch,
+};
 
 /// How often Python is asked whether the user wants to stop.
 const LOOK: Duration = Duration::from_millis(100);
@@ -91,8 +83,8 @@ impl Given {
     }
 
     /// As the batch takes them.
-    pub fn settings(&self) -> Settings<'_> {
-        Settings {
+    pub fn settings(&self) -> BatchSettings<'_> {
+        BatchSettings {
             inputs: &self.inputs,
             bikes: self.bikes.as_ref(),
             out: &self.out,
@@ -129,7 +121,7 @@ pub fn run(py: Python<'_>, options: &str) -> PyResult<String> {
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {
-            batch::jobs::run::finish(&store, Pages::Auto, |_| Ok(())).map_err(failed)?;
+            finish_run(&store, Pages::Auto, |_| Ok(())).map_err(failed)?;
         }
         let seconds = start.elapsed().as_secs_f64();
         let summary = Summary::of(&accounts, &given.pipeline, started, seconds);
@@ -141,7 +133,7 @@ pub fn run(py: Python<'_>, options: &str) -> PyResult<String> {
 
 /// An error where the tables are not whole.
 pub fn whole(accounts: &Accounts) -> PyResult<()> {
-    accounts.damage.clone().map_or(Ok(()), |message| Err(failed(batch::Error::Output(message))))
+    accounts.damage.clone().map_or(Ok(()), |message| Err(failed(BatchError::Output(message))))
 }
 
 /// Diagnoses the sessions of an archive; gives back the same of it as [`run`].
@@ -150,14 +142,14 @@ pub fn diagnose(py: Python<'_>, options: &str) -> PyResult<String> {
     let given = Given::read(options)?;
     let (start, started) = (Instant::now(), Timestamp::now());
     let Options { nulls, advise, .. } = given.options;
-    let settings = roadbench::diagnose::Settings { nulls, advise, ..Default::default() };
+    let settings = DiagnosisSettings { nulls, advise, ..Default::default() };
     let work =
         DiagnoseWork::new(settings).map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
     let work = Fenced::new(work, &given.settings(), Asked::default()).map_err(failed)?;
     let (accounts, store) = compute(py, &given, &work)?;
     py.detach(|| {
         if accounts.left == 0 && store.is_behind() {
-            batch::jobs::diagnose::finish(&store).map_err(failed)?;
+            finish_diagnose(&store).map_err(failed)?;
         }
         whole(&accounts)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -172,7 +164,7 @@ fn compute<W: Work>(py: Python<'_>, given: &Given, work: &W) -> PyResult<(Accoun
     let mut interrupt = None;
     let done = py.detach(|| {
         std::thread::scope(|scope| {
-            let batch = scope.spawn(|| engine::run(&given.settings(), work, &(), &stop));
+            let batch = scope.spawn(|| run_batch(&given.settings(), work, &(), &stop));
             while !batch.is_finished() {
                 std::thread::sleep(LOOK);
                 if let Err(e) = Python::attach(|py| py.check_signals()) {

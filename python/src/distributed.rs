@@ -9,17 +9,12 @@ use pyo3::prelude::*;
 
 use crate::archive::{Given, json, read, whole};
 use crate::errors::failed;
-use roadbench::batch;
-use roadbench::batch::jobs::distributed;
-use roadbench::batch::jobs::distributed::{Answer, Terms, What};
-use roadbench::batch::summary::Summary;
-use roadbench::pipeline::Pipeline;
-use roadbench::report::Pages;
+use roadbench::{Answer, Pages, Pipeline, Summary, Terms, What, finish_diagnose, finish_run};
 
 /// Plans a batch, holds its output, and keeps the accounts.
 #[pyclass(frozen, module = "roadbench._roadbench")]
 pub struct Driver {
-    driver: Mutex<Option<distributed::Driver>>,
+    driver: Mutex<Option<roadbench::Driver>>,
     pipeline: Pipeline,
     began: (Instant, Timestamp),
 }
@@ -33,7 +28,7 @@ impl Driver {
         let (settings, what) = (given.settings(), given.what());
         let texts = given.map_texts.clone();
         let driver =
-            py.detach(|| distributed::Driver::open(&settings, texts, what)).map_err(failed)?;
+            py.detach(|| roadbench::Driver::open(&settings, texts, what)).map_err(failed)?;
         Ok(Driver { driver: Mutex::new(Some(driver)), pipeline: given.pipeline, began })
     }
 
@@ -59,10 +54,8 @@ impl Driver {
             let (accounts, store) = driver.close(answers).map_err(failed)?;
             if store.is_behind() {
                 match what {
-                    What::Run { .. } => {
-                        batch::jobs::run::finish(&store, Pages::Auto, |_| Ok(())).map(drop)
-                    }
-                    What::Diagnose { .. } => batch::jobs::diagnose::finish(&store).map(drop),
+                    What::Run { .. } => finish_run(&store, Pages::Auto, |_| Ok(())).map(drop),
+                    What::Diagnose { .. } => finish_diagnose(&store).map(drop),
                 }
                 .map_err(failed)?;
             }
@@ -84,25 +77,25 @@ impl Driver {
 }
 
 impl Driver {
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<distributed::Driver>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<roadbench::Driver>> {
         self.driver.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn with<T>(&self, what: impl FnOnce(&distributed::Driver) -> PyResult<T>) -> PyResult<T> {
+    fn with<T>(&self, what: impl FnOnce(&roadbench::Driver) -> PyResult<T>) -> PyResult<T> {
         what(self.lock().as_ref().ok_or_else(closed)?)
     }
 }
 
 /// Computes and writes sessions.
 #[pyclass(frozen, module = "roadbench._roadbench")]
-pub struct Worker(distributed::Worker);
+pub struct Worker(roadbench::Worker);
 
 #[pymethods]
 impl Worker {
     #[new]
     fn new(terms: &str) -> PyResult<Self> {
         let terms: Terms = read(terms)?;
-        Ok(Worker(distributed::Worker::new(terms).map_err(failed)?))
+        Ok(Worker(roadbench::Worker::new(terms).map_err(failed)?))
     }
 
     /// A task's answer.

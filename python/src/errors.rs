@@ -5,8 +5,7 @@ use std::path::Path;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
-use roadbench::batch;
-use roadbench::pipeline::{Pipeline, Rejection};
+use roadbench::{BatchError, Pipeline, Rejection};
 
 /// `roadbench.Rejected`: it is Python's own class, so that it can be pickled.
 pub fn rejected(py: Python<'_>, why: &Rejection) -> PyErr {
@@ -18,12 +17,12 @@ pub fn rejected(py: Python<'_>, why: &Rejection) -> PyErr {
 }
 
 /// A batch's error.
-pub fn failed(e: batch::Error) -> PyErr {
+pub fn failed(e: BatchError) -> PyErr {
     let message = e.to_string();
     match e {
-        batch::Error::Usage(_) => PyValueError::new_err(message),
-        batch::Error::Output(_) => PyOSError::new_err(message),
-        batch::Error::Internal(_) => PyRuntimeError::new_err(message),
+        BatchError::Usage(_) => PyValueError::new_err(message),
+        BatchError::Output(_) => PyOSError::new_err(message),
+        BatchError::Internal(_) => PyRuntimeError::new_err(message),
     }
 }
 

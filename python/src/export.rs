@@ -9,11 +9,7 @@ use pyo3::types::{PyBytes, PyString};
 use serde::Deserialize;
 
 use crate::archive::read;
-use roadbench::batch::jobs::models;
-use roadbench::batch::store::reading::Reading;
-use roadbench::report::export::written;
-use roadbench::report::export::written::{Request, Written};
-use roadbench::store::objects::Location;
+use roadbench::{ExportRequest, Location, Reading, Written, export_tyre, read_models};
 
 /// What is asked for, as JSON.
 #[derive(Debug, Deserialize)]
@@ -38,10 +34,10 @@ pub fn export<'py>(py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyAny>
         None => None,
         Some(at) => {
             let at = Location::parse(at).map_err(|e| PyValueError::new_err(e.to_string()))?;
-            Some(models::read(&at).map_err(PyValueError::new_err)?)
+            Some(read_models(&at).map_err(PyValueError::new_err)?)
         }
     };
-    let request = Request {
+    let request = ExportRequest {
         out: &options.out,
         session: &options.session,
         bike: options.bike.as_deref(),
@@ -55,7 +51,7 @@ pub fn export<'py>(py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyAny>
     };
     let written = py.detach(|| {
         let _reading = Reading::of(request.out).map_err(|e| e.to_string())?;
-        written::write(&request)
+        export_tyre(&request)
     });
     Ok(match written.map_err(PyValueError::new_err)? {
         Written::Text(text) => PyString::new(py, &text).into_any(),

@@ -5,9 +5,6 @@
 
 use pyo3::prelude::*;
 
-use roadbench::batch::workers::fence;
-use roadbench::cli;
-
 mod archive;
 mod distributed;
 mod errors;
@@ -21,11 +18,11 @@ mod table;
 fn _roadbench(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", roadbench::VERSION)?;
     if let Some(python) = executable(module.py())? {
-        fence::started_by(vec![
+        roadbench::started_by(vec![
             python.into(),
             "-m".into(),
             "roadbench".into(),
-            fence::WORKER.into(),
+            roadbench::WORKER.into(),
         ]);
     }
     module.add_class::<table::Table>()?;
@@ -53,5 +50,5 @@ fn executable(py: Python<'_>) -> PyResult<Option<String>> {
 /// The command line; gives back the exit code.
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<String>) -> u8 {
-    py.detach(|| cli::main_with(arguments))
+    py.detach(|| roadbench::command_with(arguments))
 }

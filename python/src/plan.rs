@@ -7,13 +7,13 @@ use pyo3::prelude::*;
 
 use crate::archive::json;
 use crate::errors;
-use roadbench::diagnose::road::ride_plan;
+use roadbench::{plan_ride, plan_scenario};
 
 /// What the first session of a scenario would show of each cause, as JSON.
 #[pyfunction]
 pub fn plan(py: Python<'_>, scenario: &str, pipeline: PathBuf) -> PyResult<String> {
     let pipeline = errors::pipeline(&pipeline)?;
-    let scenario = ride_plan::scenario(scenario).map_err(PyValueError::new_err)?;
-    let plan = py.detach(|| ride_plan::plan(scenario, &pipeline));
+    let scenario = plan_scenario(scenario).map_err(PyValueError::new_err)?;
+    let plan = py.detach(|| plan_ride(scenario, &pipeline));
     json(&plan.map_err(PyValueError::new_err)?)
 }

@@ -11,18 +11,10 @@ use pyo3_arrow::PyRecordBatchReader;
 
 use crate::errors::{self, failed, rejected};
 use crate::table::Table;
-use roadbench::batch::Maps;
-use roadbench::batch::jobs::bikes::{BikeFile, hash_settings};
-use roadbench::batch::jobs::diagnose::DiagnoseWork;
-use roadbench::batch::jobs::in_memory;
-use roadbench::batch::jobs::in_memory::{Log, NO_PATH, Tables};
-use roadbench::batch::jobs::work::{Work, guarded};
-use roadbench::contract::session::Meta;
-use roadbench::diagnose::Settings;
-use roadbench::ingest;
-use roadbench::pipeline::Rejection;
-use roadbench::store::objects::Location;
-use roadbench::store::objects::files::read_text;
+use roadbench::{
+    BikeError, BikeFile, DiagnoseWork, DiagnosisSettings, Location, Log, Maps, Meta, NO_PATH,
+    Rejection, Tables, Work, guarded, hash_settings, read_table, read_text,
+};
 
 /// A session's tables by name, as `roadbench run` would write them.
 #[pyfunction]
@@ -40,8 +32,9 @@ pub fn run_session<'py>(
     let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
     let bike = bike_file(bike, &hash_settings(&pipeline, "").map_err(failed)?)?;
     let source = Source::of(path_or_table)?;
-    let found =
-        py.detach(|| in_memory::run(source.log(session_id)?, &bike, &pipeline, &maps, signals));
+    let found = py.detach(|| {
+        roadbench::run_session(source.log(session_id)?, &bike, &pipeline, &maps, signals)
+    });
     dict(py, found.map_err(|why| rejected(py, &why))?)
 }
 
@@ -61,12 +54,13 @@ pub fn diagnose_session<'py>(
     let pipeline = errors::pipeline(&pipeline)?;
     let maps = Maps::read(&maps).map_err(PyValueError::new_err)?;
     let (nulls, advise) = settings;
-    let work = DiagnoseWork::new(Settings { nulls, advise, ..Settings::default() })
+    let work = DiagnoseWork::new(DiagnosisSettings { nulls, advise, ..Default::default() })
         .map_err(|e| PyValueError::new_err(format!("nulls: {e}")))?;
     let bike = bike_file(bike, &hash_settings(&pipeline, &work.settings()).map_err(failed)?)?;
     let source = Source::of(path_or_table)?;
-    let found =
-        py.detach(|| in_memory::diagnose(source.log(session_id)?, &bike, &pipeline, &maps, &work));
+    let found = py.detach(|| {
+        roadbench::diagnose_session(source.log(session_id)?, &bike, &pipeline, &maps, &work)
+    });
     let (d, tables) = found.map_err(|why| rejected(py, &why))?;
     Ok((dict(py, tables)?, d.summary, d.model.map(|model| model.to_toml())))
 }
@@ -109,14 +103,14 @@ impl Source {
             Source::Table(schema, batches) => (schema, batches),
         };
         let known = Meta { session_id: session_id.unwrap_or_default(), ..Meta::default() };
-        let read = || ingest::read_table(NO_PATH, schema, batches, known).map_err(Rejection::from);
+        let read = || read_table(NO_PATH, schema, batches, known).map_err(Rejection::from);
         Ok(Log::Table(Box::new(guarded("ingest", read)?)))
     }
 }
 
 /// A path to a bike file, or its text: a text has an equals sign and a line's end, a path has not.
 fn bike_file(given: &Bound<'_, PyAny>, settings: &[u8]) -> PyResult<BikeFile> {
-    let invalid = |e: roadbench::contract::bike::Error| PyValueError::new_err(e.to_string());
+    let invalid = |e: BikeError| PyValueError::new_err(e.to_string());
     if let Ok(text) = given.extract::<String>()
         && text.contains('=')
         && text.contains('\n')
@@ -126,9 +120,8 @@ fn bike_file(given: &Bound<'_, PyAny>, settings: &[u8]) -> PyResult<BikeFile> {
     let path: PathBuf = given.extract().map_err(|_| {
         PyTypeError::new_err("the bike must be the path of a bike file, or what such a file says")
     })?;
-    let text = read_text(&path).map_err(|source| {
-        invalid(roadbench::contract::bike::Error::Read { path: path.clone(), source })
-    })?;
+    let text = read_text(&path)
+        .map_err(|source| invalid(BikeError::Read { path: path.clone(), source }))?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     BikeFile::parse(text, &stem, &path, settings).map_err(invalid)
 }

@@ -5,8 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::table::Table;
-use roadbench::ingest::session_batch;
-use roadbench::simulate::tables::Rideable;
+use roadbench::{Rideable, TableError, session_batch};
 
 /// One session of a scenario: its tables, its bike file's text, and how it fell, if it did.
 #[pyfunction]
@@ -16,7 +15,7 @@ pub fn simulate<'py>(
     scenario: &str,
     number: usize,
 ) -> PyResult<(Bound<'py, PyDict>, String, Option<String>)> {
-    let ours = |e: roadbench::store::tables::file::Error| PyRuntimeError::new_err(e.to_string());
+    let ours = |e: TableError| PyRuntimeError::new_err(e.to_string());
     let (session, known, bike) = py.detach(|| {
         let rideable = Rideable::load(scenario).map_err(PyValueError::new_err)?;
         let count = rideable.sessions();

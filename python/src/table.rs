@@ -10,8 +10,7 @@ use pyo3::types::PyCapsule;
 use pyo3_arrow::error::PyArrowResult;
 use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
 
-use roadbench::contract::schema;
-use roadbench::store::tables::registry;
+use roadbench::{TableSchema, closest_name, schema_files, schema_text};
 
 /// An Arrow table. Give it to `pyarrow.table`, `polars.DataFrame`, DuckDB or whatever else takes
 /// `__arrow_c_stream__`: it shares its memory with them.
@@ -141,7 +140,7 @@ impl Schema {
 impl Schema {
     fn metadata(&self, column: &str, key: &str) -> PyResult<Option<String>> {
         let field = self.0.field_with_name(column).map_err(|_| {
-            let near = schema::closest(column, self.0.fields().iter().map(|f| f.name().as_str()));
+            let near = closest_name(column, self.0.fields().iter().map(|f| f.name().as_str()));
             let near = near.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
             PyValueError::new_err(format!("there is no column `{column}`{near}"))
         })?;
@@ -157,11 +156,11 @@ fn names(schema: &SchemaRef) -> Vec<String> {
 #[pyfunction]
 #[pyo3(name = "schema")]
 pub fn schema_of(name: &str) -> PyResult<Schema> {
-    let parsed = |text: &str| toml::from_str::<schema::Table>(text).ok(); // some are key files
-    if let Some(table) = registry::schema_text(name).and_then(parsed) {
+    let parsed = |text: &str| toml::from_str::<TableSchema>(text).ok(); // some are key files
+    if let Some(table) = schema_text(name).and_then(parsed) {
         return Ok(Schema(table.arrow()));
     }
-    let tables = registry::schema_files().filter(|(_, text)| parsed(text).is_some());
+    let tables = schema_files().filter(|(_, text)| parsed(text).is_some());
     let names: Vec<&str> = tables.map(|(name, _)| name).collect();
     Err(PyValueError::new_err(format!("no table `{name}`; there are {}", names.join(", "))))
 }

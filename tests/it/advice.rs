@@ -2,17 +2,17 @@
 //! undoes it.
 
 use assert_cmd::Command;
-use roadbench::contract::session::Session;
-use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::Settings;
-use roadbench::diagnose::road::advice::{ALIKE, Advice, known, sets};
-use roadbench::diagnose::road::{self, Fitted, RoadDiagnosis};
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate;
-use roadbench::simulate::effects::{ALL, Effect};
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::plan::{Plan, PlanKind};
-use roadbench::simulate::scenario::Machine;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::contract::verdict::Verdict;
+use roadbench::internals::diagnose::Settings;
+use roadbench::internals::diagnose::road::advice::{ALIKE, Advice, known, sets};
+use roadbench::internals::diagnose::road::{self, Fitted, RoadDiagnosis};
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate;
+use roadbench::internals::simulate::effects::{ALL, Effect};
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::plan::{Plan, PlanKind};
+use roadbench::internals::simulate::scenario::Machine;
 
 const COASTS: &str = "4 coasts from 110 and 6 from 30 km/h, both ways";
 const THROTTLE: &str = "6 corners to both sides on the throttle";

@@ -6,11 +6,13 @@ use std::sync::LazyLock;
 
 use assert_cmd::Command;
 use roadbench::GRAVITY;
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::contract::coefficient::{Coefficient as C, Id, Part};
-use roadbench::store::tables::read;
-use roadbench::store::tables::registry::Row;
-use roadbench::store::tables::rows::{Coefficient, PlotPoint, PooledRow, Status, Truth, TyreRow};
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::contract::coefficient::{Coefficient as C, Id, Part};
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::registry::Row;
+use roadbench::internals::store::tables::rows::{
+    Coefficient, PlotPoint, PooledRow, Status, Truth, TyreRow,
+};
 use serde::de::DeserializeOwned;
 use tempfile::TempDir;
 
@@ -182,7 +184,7 @@ fn true_ordinate(p: &PlotPoint, of: &impl Fn(Id) -> Option<f64>, bike: &Bike) ->
         ("friction_y", _) if p.x.abs() > 0.05 => Some(of(C::LateralFrictionCt)? * p.x.tan()),
         ("stiffness", "k_alpha") if p.x == 0.0 => of(C::CorneringStiffness0),
         ("friction_x", _) if p.x < -0.01 => {
-            let curve = roadbench::tyre::MagicFormula {
+            let curve = roadbench::internals::tyre::MagicFormula {
                 b: of(C::MfB)?,
                 c: of(C::MfC)?,
                 d: of(C::MfD)?,

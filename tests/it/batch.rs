@@ -7,13 +7,13 @@ use std::time::{Duration, SystemTime};
 
 use arrow::array::{AsArray, RecordBatch};
 use arrow::datatypes::DataType;
-use roadbench::batch;
-use roadbench::batch::store::folder::Store;
-use roadbench::batch::store::kind;
-use roadbench::batch::store::marker::Key;
-use roadbench::batch::{Error, State};
-use roadbench::report::Pages;
-use roadbench::store::tables::{file, read, registry};
+use roadbench::internals::batch;
+use roadbench::internals::batch::store::folder::Store;
+use roadbench::internals::batch::store::kind;
+use roadbench::internals::batch::store::marker::Key;
+use roadbench::internals::batch::{Error, State};
+use roadbench::internals::report::Pages;
+use roadbench::internals::store::tables::{file, read, registry};
 
 use crate::script::{BIKE, Place, Script, Setup, adds_up, codes};
 
@@ -468,7 +468,7 @@ fn what_is_lost_is_computed_again() {
     // a session that waits is rubbish behind its footer
     let store = Store::open(&kind::RUN, &place.path("out").into()).expect("opened");
     let there = store.found().of(&Key::new("b1", "s-b"))[0].clone();
-    let rubbish = roadbench::batch::jobs::work::SessionFile {
+    let rubbish = roadbench::internals::batch::jobs::work::SessionFile {
         folder: "coefficients",
         extension: "parquet",
         bytes: b"PAR1 rubbish".to_vec(),

@@ -4,17 +4,19 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::coefficient::{self as kind, Id, Part};
-use roadbench::ingest::write_session;
-use roadbench::motorcycle::catalogue::{Catalogue, Owner, file};
-use roadbench::pipeline::{self, Input, Pipeline};
-use roadbench::simulate::hidden::Kind;
-use roadbench::simulate::population::bike::BikeFile;
-use roadbench::simulate::population::ride;
-use roadbench::store::tables::read;
-use roadbench::store::tables::registry::Row;
-use roadbench::store::tables::rows::{Coefficient, EvidenceRow, Rejected, Status, WarningRow};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::coefficient::{self as kind, Id, Part};
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::motorcycle::catalogue::{Catalogue, Owner, file};
+use roadbench::internals::pipeline::{self, Input, Pipeline};
+use roadbench::internals::simulate::hidden::Kind;
+use roadbench::internals::simulate::population::bike::BikeFile;
+use roadbench::internals::simulate::population::ride;
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::registry::Row;
+use roadbench::internals::store::tables::rows::{
+    Coefficient, EvidenceRow, Rejected, Status, WarningRow,
+};
 
 const LOGS: &str = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01";
 

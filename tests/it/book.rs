@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::contract::schema::{Column, Key, KeyTable, Table};
-use roadbench::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
-use roadbench::ingest::formats::FORMATS;
-use roadbench::ingest::{CHECKS, Check};
-use roadbench::segment::manoeuvre::{Course, ManoeuvreKind, Terrain};
-use roadbench::simulate::effects::ALL;
-use roadbench::store::tables::registry;
+use roadbench::internals::contract::schema::{Column, Key, KeyTable, Table};
+use roadbench::internals::diagnose::tuning::{self, OFFROAD, OffroadTuning, ROAD, RoadTuning};
+use roadbench::internals::ingest::formats::FORMATS;
+use roadbench::internals::ingest::{CHECKS, Check};
+use roadbench::internals::segment::manoeuvre::{Course, ManoeuvreKind, Terrain};
+use roadbench::internals::simulate::effects::ALL;
+use roadbench::internals::store::tables::registry;
 
 use crate::commands::listed;
 

@@ -6,16 +6,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
-use roadbench::contract::channel::Channel::{self, *};
-use roadbench::contract::coefficient::{Coefficient as C, Id, Part, shows_coasting};
-use roadbench::contract::reason::ReasonCode;
-use roadbench::contract::session::Session;
-use roadbench::ingest::write_session;
-use roadbench::pipeline::{self, Input, Pipeline};
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::{session, truth};
-use roadbench::store::objects::Location;
-use roadbench::store::tables::rows::Status;
+use roadbench::internals::contract::channel::Channel::{self, *};
+use roadbench::internals::contract::coefficient::{Coefficient as C, Id, Part, shows_coasting};
+use roadbench::internals::contract::reason::ReasonCode;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::{self, Input, Pipeline};
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::{session, truth};
+use roadbench::internals::store::objects::Location;
+use roadbench::internals::store::tables::rows::Status;
 
 const RESISTANCE: [C; 2] = [C::Drag, C::RollingResistance];
 

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::contract::channel::Channel;
-use roadbench::ingest::maps::ChannelMap;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::ingest::maps::ChannelMap;
 
 #[path = "../../examples/channels/truth.rs"]
 pub mod truth;

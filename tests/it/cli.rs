@@ -158,7 +158,7 @@ fn a_signal_ends_the_run_and_the_same_command_carries_on() {
 #[test]
 fn motocross_goes_from_scenario_to_report() {
     let place = tempfile::tempdir().expect("folder");
-    let scenario = roadbench::simulate::motocross::scenario::BUILTIN[0]
+    let scenario = roadbench::internals::simulate::motocross::scenario::BUILTIN[0]
         .1
         .replace("duration = 60.0", "duration = 28.0");
     std::fs::write(place.path().join("short.toml"), scenario).expect("file");
@@ -190,7 +190,7 @@ fn motocross_goes_from_scenario_to_report() {
 #[test]
 fn broken_motocross_scenarios_name_the_key() {
     let place = tempfile::tempdir().expect("folder");
-    let text = roadbench::simulate::motocross::scenario::BUILTIN[0].1;
+    let text = roadbench::internals::simulate::motocross::scenario::BUILTIN[0].1;
     for (from, to, named) in [
         ("rate = 1600.0", "rate = 20.0", "`rate`"),
         ("kind = \"whoops\"", "kind = \"woops\"", "woops"),

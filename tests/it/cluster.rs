@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use roadbench::batch::jobs::bikes::{BikeFile, hash_settings};
-use roadbench::batch::jobs::distributed::{Answer, Driver, Task, Terms, What, Worker};
-use roadbench::batch::jobs::in_memory;
-use roadbench::batch::jobs::run::RunWork;
-use roadbench::batch::workers::scheduler as engine;
-use roadbench::batch::{Error, Maps, Settings, State};
-use roadbench::pipeline::Pipeline;
-use roadbench::store::objects::Location;
-use roadbench::store::tables::file;
+use roadbench::internals::batch::jobs::bikes::{BikeFile, hash_settings};
+use roadbench::internals::batch::jobs::distributed::{Answer, Driver, Task, Terms, What, Worker};
+use roadbench::internals::batch::jobs::in_memory;
+use roadbench::internals::batch::jobs::run::RunWork;
+use roadbench::internals::batch::workers::scheduler as engine;
+use roadbench::internals::batch::{Error, Maps, Settings, State};
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::store::objects::Location;
+use roadbench::internals::store::tables::file;
 
 fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/archive")

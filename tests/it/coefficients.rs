@@ -4,13 +4,13 @@
 use std::path::Path;
 
 use assert_cmd::Command;
-use roadbench::contract::coefficient::{Coefficient, Id, Source};
-use roadbench::estimate::Config;
-use roadbench::report::export::fitted::Fitted;
-use roadbench::report::labels;
-use roadbench::simulate::scenario::Scenario;
-use roadbench::simulate::{session, truth};
-use roadbench::store::tables::rows::Status;
+use roadbench::internals::contract::coefficient::{Coefficient, Id, Source};
+use roadbench::internals::estimate::Config;
+use roadbench::internals::report::export::fitted::Fitted;
+use roadbench::internals::report::labels;
+use roadbench::internals::simulate::scenario::Scenario;
+use roadbench::internals::simulate::{session, truth};
+use roadbench::internals::store::tables::rows::Status;
 
 const LOG: &str = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";
 const BIKES: &str = "fixtures/archive/bikes";

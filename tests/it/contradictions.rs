@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::contract::channel::Channel;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::ingest::{self, Config};
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::ingest::{self, Config};
 
 use crate::channels_by_physics::truth::judged;
 

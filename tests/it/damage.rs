@@ -7,16 +7,16 @@ use std::time::Instant;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use roadbench::batch::jobs::run::RunWork;
-use roadbench::batch::workers::scheduler as engine;
-use roadbench::batch::{Finished, Maps, Settings, Watch};
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest::checks::aids::Aids;
-use roadbench::ingest::formats::survey::survey;
-use roadbench::ingest::{self, write_session};
-use roadbench::pipeline::Pipeline;
-use roadbench::store::objects::Location;
+use roadbench::internals::batch::jobs::run::RunWork;
+use roadbench::internals::batch::workers::scheduler as engine;
+use roadbench::internals::batch::{Finished, Maps, Settings, Watch};
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::ingest::checks::aids::Aids;
+use roadbench::internals::ingest::formats::survey::survey;
+use roadbench::internals::ingest::{self, write_session};
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::store::objects::Location;
 
 use crate::racing_files;
 

@@ -3,25 +3,25 @@
 
 use std::path::Path;
 
-use roadbench::contract::bike::Bike;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::Settings;
-use roadbench::diagnose::road::base;
-use roadbench::diagnose::road::parameters::Parameters;
-use roadbench::diagnose::road::samples::Samples;
-use roadbench::diagnose::road::{self, RoadDiagnosis, diagnose};
-use roadbench::estimate::zeros;
-use roadbench::fit::{Data, chain};
-use roadbench::pipeline::{self, Pipeline};
-use roadbench::simulate::effects::extended_model::ExtendedModel;
-use roadbench::simulate::effects::models::Models;
-use roadbench::simulate::effects::{ALL, Effect};
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::scenario::Scenario;
-use roadbench::tyre::MagicFormula;
-use roadbench::tyre::formulation::Formulation;
-use roadbench::{filter, segment};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::verdict::Verdict;
+use roadbench::internals::diagnose::Settings;
+use roadbench::internals::diagnose::road::base;
+use roadbench::internals::diagnose::road::parameters::Parameters;
+use roadbench::internals::diagnose::road::samples::Samples;
+use roadbench::internals::diagnose::road::{self, RoadDiagnosis, diagnose};
+use roadbench::internals::estimate::zeros;
+use roadbench::internals::fit::{Data, chain};
+use roadbench::internals::pipeline::{self, Pipeline};
+use roadbench::internals::simulate::effects::extended_model::ExtendedModel;
+use roadbench::internals::simulate::effects::models::Models;
+use roadbench::internals::simulate::effects::{ALL, Effect};
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::scenario::Scenario;
+use roadbench::internals::tyre::MagicFormula;
+use roadbench::internals::tyre::formulation::Formulation;
+use roadbench::internals::{filter, segment};
 
 /// A naturalistic ride with some effects in it.
 fn case(number: usize, hidden: &[(&str, f64)]) -> Case {
@@ -61,7 +61,7 @@ fn told(d: &RoadDiagnosis) -> Vec<(&str, f64, f64)> {
 fn the_base_is_the_generating_model() {
     let scenario = Scenario::builtin("perfect").expect("scenario");
     let machine = scenario.machine(0);
-    let session = roadbench::simulate::session(&scenario, &machine, 0).session;
+    let session = roadbench::internals::simulate::session(&scenario, &machine, 0).session;
     let pipeline = Pipeline::onroad();
     let mut filtered = session.clone();
     filter::run(&mut filtered, &pipeline.filter);
@@ -105,7 +105,7 @@ fn the_base_knows_slip_stiffness_over_load() {
     let scenario = Scenario::builtin("perfect").expect("scenario");
     let mut machine = scenario.machine(0);
     machine.plant.slip_stiffness_load = 0.3;
-    let session = roadbench::simulate::session(&scenario, &machine, 0).session;
+    let session = roadbench::internals::simulate::session(&scenario, &machine, 0).session;
     let fitted = road::fitted(&session, &machine.bike, &Pipeline::onroad()).expect("fitted");
     let found = fitted.base.values.slip_stiffness_load;
     assert!((found - 0.3).abs() < 0.06, "{found}");
@@ -141,7 +141,10 @@ fn two_hidden_effects_are_both_named_with_their_sizes() {
         .expect("structured");
     assert!(worst.rmse_extended.expect("extended") < 0.6 * worst.rmse_base, "{worst:?}");
     // and the simulator itself comes closer to what was measured
-    let off = |of: fn(&roadbench::store::tables::rows::SimulatedSample) -> Option<f64>| -> f64 {
+    let off = |of: fn(
+        &roadbench::internals::store::tables::rows::SimulatedSample,
+    ) -> Option<f64>|
+     -> f64 {
         let steer =
             d.replays.iter().filter(|r| r.channel == "steer_angle" && r.kind == "cornering");
         let squares: Vec<f64> =

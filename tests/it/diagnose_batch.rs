@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use roadbench::batch::store::contents::Contents;
-use roadbench::batch::store::kind;
+use roadbench::internals::batch::store::contents::Contents;
+use roadbench::internals::batch::store::kind;
 
 /// Short rides with a steering sensor that is off and velocities that come late.
 struct Archive {

@@ -1,16 +1,16 @@
 //! Off-road `roadbench diagnose` on simulated motocross that hides one thing, two, or nothing.
 
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::Session;
-use roadbench::diagnose::offroad::{OffroadDiagnosis, diagnose};
-use roadbench::diagnose::summary;
-use roadbench::estimate::offroad::rider::{self, Rider};
-use roadbench::estimate::offroad::{self, Config};
-use roadbench::filter;
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
-use roadbench::simulate::motocross::{self, MotocrossRide};
-use roadbench::store::tables::rows::CauseRow;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::diagnose::offroad::{OffroadDiagnosis, diagnose};
+use roadbench::internals::diagnose::summary;
+use roadbench::internals::estimate::offroad::rider::{self, Rider};
+use roadbench::internals::estimate::offroad::{self, Config};
+use roadbench::internals::filter;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate::motocross::scenario::{BUILTIN, Motocross};
+use roadbench::internals::simulate::motocross::{self, MotocrossRide};
+use roadbench::internals::store::tables::rows::CauseRow;
 
 const NULLS: usize = 12;
 

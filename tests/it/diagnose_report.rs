@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use roadbench::contract::verdict::{UNEXPLAINED, Verdict};
-use roadbench::report;
-use roadbench::store::tables::file;
-use roadbench::store::tables::rows::{
+use roadbench::internals::contract::verdict::{UNEXPLAINED, Verdict};
+use roadbench::internals::report;
+use roadbench::internals::store::tables::file;
+use roadbench::internals::store::tables::rows::{
     CauseRow, DiscrepancyRow, Ident, SimulatedSample, SimulationError,
 };
 
@@ -254,7 +254,7 @@ fn unexplained() -> Ride {
 }
 
 fn store(out: &Path, mut ride: Ride, replays: bool) {
-    let file = roadbench::store::tables::names::file_name(&ride.ident.session_id);
+    let file = roadbench::internals::store::tables::names::file_name(&ride.ident.session_id);
     let path = |name: &str| out.join(name).join(format!("bike=tourer/{file}.parquet"));
     for (k, row) in ride.causes.iter_mut().enumerate() {
         (row.ident, row.rank) = (ride.ident.clone(), k as i64 + 1);
@@ -430,7 +430,7 @@ fn diagnosis_report_demo() {
 
 #[test]
 fn a_ride_that_can_show_nothing_is_not_called_right() {
-    use roadbench::report::diagnosis::outcome::{Outcome, outcome};
+    use roadbench::internals::report::diagnosis::outcome::{Outcome, outcome};
     assert_eq!(outcome(&rest()), Outcome::Null);
     assert_eq!(outcome(&rest()[9..]), Outcome::Blind);
     assert_eq!(outcome(&[]), Outcome::Unjudged);
@@ -439,7 +439,8 @@ fn a_ride_that_can_show_nothing_is_not_called_right() {
 #[test]
 fn what_no_candidate_explains_is_not_listed_as_a_candidate() {
     let ride = unexplained();
-    let page = roadbench::report::diagnosis::page::build(&ride.ident, &ride.causes, &[], &[]);
+    let page =
+        roadbench::internals::report::diagnosis::page::build(&ride.ident, &ride.causes, &[], &[]);
     let listed: Vec<&str> =
         page.candidates.iter().chain(&page.more).map(|c| c.name.as_str()).collect();
     assert!(listed.len() > 5 && !listed.contains(&UNEXPLAINED), "{listed:?}");

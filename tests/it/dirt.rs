@@ -13,19 +13,19 @@ use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use roadbench::batch::jobs::run::RunWork;
-use roadbench::batch::workers::scheduler as engine;
-use roadbench::batch::{Maps, Settings};
-use roadbench::contract::channel::Channel::{self, *};
-use roadbench::contract::session::Session;
-use roadbench::ingest::write_session;
-use roadbench::pipeline::Pipeline;
-use roadbench::report::tables;
-use roadbench::simulate::plan::{Plan, PlanKind};
-use roadbench::simulate::scenario::Scenario;
-use roadbench::simulate::session;
-use roadbench::store::objects::Location;
-use roadbench::store::tables::rows::{Coefficient, Status};
+use roadbench::internals::batch::jobs::run::RunWork;
+use roadbench::internals::batch::workers::scheduler as engine;
+use roadbench::internals::batch::{Maps, Settings};
+use roadbench::internals::contract::channel::Channel::{self, *};
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::report::tables;
+use roadbench::internals::simulate::plan::{Plan, PlanKind};
+use roadbench::internals::simulate::scenario::Scenario;
+use roadbench::internals::simulate::session;
+use roadbench::internals::store::objects::Location;
+use roadbench::internals::store::tables::rows::{Coefficient, Status};
 
 /// What must become of a log.
 enum Fate {
@@ -159,7 +159,7 @@ impl Place {
         let stop = AtomicBool::new(false);
         let (run, store) = engine::run(&settings, &RunWork::default(), &(), &stop).expect("run");
         drop(store);
-        roadbench::report::write(&out).expect("report");
+        roadbench::internals::report::write(&out).expect("report");
         assert_eq!(before, self.names_outside(), "something was written outside --out");
         assert_eq!(run.inputs, self.fates.len());
         assert_eq!(run.sessions.len() + run.rejected.len(), run.inputs);
@@ -208,8 +208,9 @@ impl Tables {
         for c in tables::coefficients(out).expect("coefficients") {
             coefficients.entry(c.ident.session_id.clone()).or_default().push(c);
         }
-        let why =
-            |r: roadbench::store::tables::rows::Rejected| (stem(&r.path), (r.code, r.message));
+        let why = |r: roadbench::internals::store::tables::rows::Rejected| {
+            (stem(&r.path), (r.code, r.message))
+        };
         Tables { rejected: rejected.into_iter().map(why).collect(), warnings, coefficients }
     }
 

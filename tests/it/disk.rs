@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use roadbench::batch::Error;
+use roadbench::internals::batch::Error;
 
 use crate::script::{Place, Script, adds_up};
 

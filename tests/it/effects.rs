@@ -2,31 +2,31 @@
 //! the multibody one.
 
 use rayon::prelude::*;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::residual_channel::ResidualChannel;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::diagnose::road;
-use roadbench::diagnose::road::parameters::{BASE, Parameter, Parameters};
-use roadbench::diagnose::road::problem::Problem;
-use roadbench::diagnose::road::residuals::{Blocks, blocks};
-use roadbench::diagnose::road::samples::Samples;
-use roadbench::diagnose::road::workings::Workings;
-use roadbench::pipeline::Pipeline;
-use roadbench::segment::manoeuvre::Direction;
-use roadbench::simulate;
-use roadbench::simulate::effects::physics::Multibody;
-use roadbench::simulate::effects::remove::remove;
-use roadbench::simulate::effects::{ALL, Effect, ModelError};
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
-use roadbench::simulate::motorcycle::Plant;
-use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::plan::Phase;
-use roadbench::simulate::rider::Disturbance;
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::tour::Tour;
-use roadbench::simulate::{multibody_ride as multibody, simulate_phases};
-use roadbench::statistics::random::Random;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::residual_channel::ResidualChannel;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::diagnose::road;
+use roadbench::internals::diagnose::road::parameters::{BASE, Parameter, Parameters};
+use roadbench::internals::diagnose::road::problem::Problem;
+use roadbench::internals::diagnose::road::residuals::{Blocks, blocks};
+use roadbench::internals::diagnose::road::samples::Samples;
+use roadbench::internals::diagnose::road::workings::Workings;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::segment::manoeuvre::Direction;
+use roadbench::internals::simulate;
+use roadbench::internals::simulate::effects::physics::Multibody;
+use roadbench::internals::simulate::effects::remove::remove;
+use roadbench::internals::simulate::effects::{ALL, Effect, ModelError};
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::manoeuvre::{Braked, Manoeuvre};
+use roadbench::internals::simulate::motorcycle::Plant;
+use roadbench::internals::simulate::pilot::Skill;
+use roadbench::internals::simulate::plan::Phase;
+use roadbench::internals::simulate::rider::Disturbance;
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::tour::Tour;
+use roadbench::internals::simulate::{multibody_ride as multibody, simulate_phases};
+use roadbench::internals::statistics::random::Random;
 
 /// A difference of a signal, over its largest value, that is no rounding.
 const CHANGED: f64 = 1e-6;
@@ -89,10 +89,12 @@ fn tour(scenario: &Scenario, machine: &Machine) -> Tour {
 fn every_effect_changes_a_ride_on_both_motorcycles() {
     let (scenario, machine) = machine();
     let nominal = tour(&scenario, &machine);
-    let skill = Skill::learn(&nominal.model, roadbench::simulate::ride::period(nominal.rate))
-        .expect("runs straight");
+    let skill =
+        Skill::learn(&nominal.model, roadbench::internals::simulate::ride::period(nominal.rate))
+            .expect("runs straight");
     let multibody = |machine: &Machine| {
-        let ridden = roadbench::simulate::ride::ride(&tour(&scenario, machine), &skill, 0);
+        let ridden =
+            roadbench::internals::simulate::ride::ride(&tour(&scenario, machine), &skill, 0);
         assert!(ridden.fall.is_none(), "{:?}", ridden.fall);
         ridden.session
     };

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command as Process;
 
 use assert_cmd::Command;
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::contract::coefficient::Coefficient as C;
-use roadbench::report::export::effects::Place;
-use roadbench::report::export::fitted::Fitted;
-use roadbench::report::export::tyre::{Characterised, Setting};
-use roadbench::simulate::effects::Effect;
-use roadbench::simulate::effects::extended_model::ExtendedModel;
-use roadbench::simulate::effects::models::Models;
-use roadbench::tyre::tyre::Input;
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::contract::coefficient::Coefficient as C;
+use roadbench::internals::report::export::effects::Place;
+use roadbench::internals::report::export::fitted::Fitted;
+use roadbench::internals::report::export::tyre::{Characterised, Setting};
+use roadbench::internals::simulate::effects::Effect;
+use roadbench::internals::simulate::effects::extended_model::ExtendedModel;
+use roadbench::internals::simulate::effects::models::Models;
+use roadbench::internals::tyre::tyre::Input;
 
 pub const SESSION: &str = "archive_s0001";
 const LOG: &str = "fixtures/archive/sessions/bike=archive_01/date=2026-05-01/archive_s0001.parquet";

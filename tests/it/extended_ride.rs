@@ -1,21 +1,21 @@
 //! The tyre extended: the simulator rides what a diagnosis named of it, and it is nearer to the true one.
 
 use rayon::prelude::*;
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::diagnose::{Settings, road};
-use roadbench::pipeline::Pipeline;
-use roadbench::segment::manoeuvre::Direction;
-use roadbench::simulate::effects::physics::Multibody;
-use roadbench::simulate::effects::{ALL, Effect, ModelError, tyre_file};
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::manoeuvre::{Braked, Manoeuvre};
-use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::tour::Tour;
-use roadbench::simulate::{multibody_ride as multibody, ride};
-use roadbench::tyre::custom::Custom;
-use roadbench::tyre::tyre::Input;
-use roadbench::tyre::tyre_model::TyreModel;
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::diagnose::{Settings, road};
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::segment::manoeuvre::Direction;
+use roadbench::internals::simulate::effects::physics::Multibody;
+use roadbench::internals::simulate::effects::{ALL, Effect, ModelError, tyre_file};
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::manoeuvre::{Braked, Manoeuvre};
+use roadbench::internals::simulate::pilot::Skill;
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::tour::Tour;
+use roadbench::internals::simulate::{multibody_ride as multibody, ride};
+use roadbench::internals::tyre::custom::Custom;
+use roadbench::internals::tyre::tyre::Input;
+use roadbench::internals::tyre::tyre_model::TyreModel;
 
 use super::export::roadbench;
 

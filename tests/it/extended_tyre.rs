@@ -2,19 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::contract::coefficient::{Coefficient, Part};
-use roadbench::report::export::fitted::Fitted;
-use roadbench::report::export::tyre::{Characterised, Setting};
-use roadbench::report::export::written;
-use roadbench::report::export::written::{Format, Request, Set, Tyre, Written};
-use roadbench::report::export::{check, effects, ends, grid};
-use roadbench::simulate::effects::extended_model::{Estimate, ExtendedModel};
-use roadbench::simulate::effects::models::Models;
-use roadbench::simulate::effects::{Effect, tyre_file};
-use roadbench::tyre::tir;
-use roadbench::tyre::tyre::Input;
-use roadbench::tyre::tyre_model::TyreModel;
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::contract::coefficient::{Coefficient, Part};
+use roadbench::internals::report::export::fitted::Fitted;
+use roadbench::internals::report::export::tyre::{Characterised, Setting};
+use roadbench::internals::report::export::written;
+use roadbench::internals::report::export::written::{Format, Request, Set, Tyre, Written};
+use roadbench::internals::report::export::{check, effects, ends, grid};
+use roadbench::internals::simulate::effects::extended_model::{Estimate, ExtendedModel};
+use roadbench::internals::simulate::effects::models::Models;
+use roadbench::internals::simulate::effects::{Effect, tyre_file};
+use roadbench::internals::tyre::tir;
+use roadbench::internals::tyre::tyre::Input;
+use roadbench::internals::tyre::tyre_model::TyreModel;
 
 use super::export::{BIKES, SESSION, here, ridden, ridden_with, roadbench, there};
 use super::extended_ride::of_tyres;
@@ -413,7 +413,8 @@ fn the_nominal_load_of_a_file_changes_no_tyre() {
             let loads = [0.5 * load, load, 1.5 * load];
             assert_eq!(all(c.whole(), &loads), all(at_rest.whole(), &loads));
             let (_, worst) =
-                roadbench::report::export::motorcycle::write(&fitted, &c, &setting).expect("tir");
+                roadbench::internals::report::export::motorcycle::write(&fitted, &c, &setting)
+                    .expect("tir");
             println!("{axle:?} {:?}", worst.lines());
             let most = if c.error.friction_load == 0.0 { 1e-6 } else { 0.003 };
             assert!(worst.force_x.is_some_and(|off| off < most), "{worst:?}");

@@ -9,8 +9,8 @@ use arrow::array::{ArrayRef, Float64Array, RecordBatch};
 use parquet::arrow::ArrowWriter;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use roadbench::store::tables::read;
-use roadbench::store::tables::rows::{Rejected, SessionRow};
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::rows::{Rejected, SessionRow};
 
 const ARCHIVE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/archive");
 

@@ -4,11 +4,11 @@ use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
-use roadbench::statistics::bisquare::{self, Options, Start};
-use roadbench::statistics::cluster_covariance::{self, Scores};
-use roadbench::statistics::interval;
-use roadbench::statistics::loss::TUNING;
-use roadbench::statistics::nonlinear::{self, Model};
+use roadbench::internals::statistics::bisquare::{self, Options, Start};
+use roadbench::internals::statistics::cluster_covariance::{self, Scores};
+use roadbench::internals::statistics::interval;
+use roadbench::internals::statistics::loss::TUNING;
+use roadbench::internals::statistics::nonlinear::{self, Model};
 
 /// Columns of a file of `fixtures/reference`.
 fn columns(name: &str) -> Vec<Vec<f64>> {
@@ -361,7 +361,12 @@ fn coverage(groups: usize, rounds: usize) -> ([f64; 3], [f64; 3]) {
         }
     }
     let share = inside.map(|k| k as f64 / rounds as f64);
-    (share, widths.map(|mut w| roadbench::statistics::order::median(&mut w).unwrap_or(f64::NAN)))
+    (
+        share,
+        widths.map(|mut w| {
+            roadbench::internals::statistics::order::median(&mut w).unwrap_or(f64::NAN)
+        }),
+    )
 }
 
 #[test]

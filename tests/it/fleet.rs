@@ -2,22 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::contract::bike::Bike;
-use roadbench::contract::coefficient::Id;
-use roadbench::contract::fleet_event::EventKind;
-use roadbench::estimate::{Config, zeros};
-use roadbench::fit;
-use roadbench::fit::Data;
-use roadbench::fit::chain::solve;
-use roadbench::fleet::{self, Observation};
-use roadbench::ingest::write_session;
-use roadbench::pipeline::{self, Input, Pipeline};
-use roadbench::simulate::scenario::Scenario;
-use roadbench::simulate::session;
-use roadbench::statistics::random::Random;
-use roadbench::store::tables::rows::{EvidenceRow, Status};
-use roadbench::tyre::formulation::Formulation;
-use roadbench::{filter, segment};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::coefficient::Id;
+use roadbench::internals::contract::fleet_event::EventKind;
+use roadbench::internals::estimate::{Config, zeros};
+use roadbench::internals::fit;
+use roadbench::internals::fit::Data;
+use roadbench::internals::fit::chain::solve;
+use roadbench::internals::fleet::{self, Observation};
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::{self, Input, Pipeline};
+use roadbench::internals::simulate::scenario::Scenario;
+use roadbench::internals::simulate::session;
+use roadbench::internals::statistics::random::Random;
+use roadbench::internals::store::tables::rows::{EvidenceRow, Status};
+use roadbench::internals::tyre::formulation::Formulation;
+use roadbench::internals::{filter, segment};
 
 /// Every coefficient of one noiseless simulated session, fitted with each of some bike files.
 fn refits(files: &[&dyn Fn(&mut Bike)]) -> Vec<BTreeMap<(String, String), f64>> {

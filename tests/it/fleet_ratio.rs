@@ -3,13 +3,13 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use roadbench::contract::fleet_event::{Affected, EventKind};
-use roadbench::contract::status::Status;
-use roadbench::fleet::events::{Event, Moved};
-use roadbench::fleet::history::History;
-use roadbench::fleet::ratio::{Ratio, ratios};
-use roadbench::fleet::scan::Shape;
-use roadbench::statistics::order::median;
+use roadbench::internals::contract::fleet_event::{Affected, EventKind};
+use roadbench::internals::contract::status::Status;
+use roadbench::internals::fleet::events::{Event, Moved};
+use roadbench::internals::fleet::history::History;
+use roadbench::internals::fleet::ratio::{Ratio, ratios};
+use roadbench::internals::fleet::scan::Shape;
+use roadbench::internals::statistics::order::median;
 
 /// Sessions in the plane of `-ct` and `c1`.
 struct Points {

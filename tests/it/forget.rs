@@ -1,12 +1,12 @@
-//! Sessions that are taken out of an output ([`roadbench::batch::store::forget`]).
+//! Sessions that are taken out of an output ([`roadbench::internals::batch::store::forget`]).
 
-use roadbench::batch::Error;
-use roadbench::batch::jobs::run;
-use roadbench::batch::store::folder::Store;
-use roadbench::batch::store::forget::{Which, forget};
-use roadbench::batch::store::kind;
-use roadbench::report::Pages;
-use roadbench::store::tables::read;
+use roadbench::internals::batch::Error;
+use roadbench::internals::batch::jobs::run;
+use roadbench::internals::batch::store::folder::Store;
+use roadbench::internals::batch::store::forget::{Which, forget};
+use roadbench::internals::batch::store::kind;
+use roadbench::internals::report::Pages;
+use roadbench::internals::store::tables::read;
 
 use crate::script::Place;
 
@@ -102,7 +102,7 @@ fn a_report_waits_for_another() {
     let held = std::fs::File::open(place.path("out/report")).expect("folder");
     held.lock().expect("locked");
     let out = place.path("out");
-    let waiting = std::thread::spawn(move || roadbench::report::update(&out));
+    let waiting = std::thread::spawn(move || roadbench::internals::report::update(&out));
     std::thread::sleep(std::time::Duration::from_millis(300));
     assert!(!waiting.is_finished());
     place.put("logs/b.csv", "s-later|b1|ok");

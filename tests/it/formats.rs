@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
-use roadbench::contract::channel::Channel;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::ingest::{self, Raw, Track};
-use roadbench::pipeline::Pipeline;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::ingest::{self, Raw, Track};
+use roadbench::internals::pipeline::Pipeline;
 
 use Channel::*;
 

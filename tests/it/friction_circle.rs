@@ -5,13 +5,13 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command as Process, Stdio};
 
-use roadbench::contract::bike::Axle;
-use roadbench::report::export::tyre::Characterised;
-use roadbench::simulate::effects::ModelError;
-use roadbench::simulate::effects::extended_tyre::ExtendedTyre;
-use roadbench::tyre::custom::Custom;
-use roadbench::tyre::tyre::{Input, Tyre};
-use roadbench::tyre::{MagicFormula, Stiffness};
+use roadbench::internals::contract::bike::Axle;
+use roadbench::internals::report::export::tyre::Characterised;
+use roadbench::internals::simulate::effects::ModelError;
+use roadbench::internals::simulate::effects::extended_tyre::ExtendedTyre;
+use roadbench::internals::tyre::custom::Custom;
+use roadbench::internals::tyre::tyre::{Input, Tyre};
+use roadbench::internals::tyre::{MagicFormula, Stiffness};
 
 use crate::export::there;
 use crate::lane_change_forms::{Study, answer, record};

@@ -1,6 +1,6 @@
 //! Which log is which session: names, copies, moves, and motorcycles with sessions of the same name.
 
-use roadbench::batch::Maps;
+use roadbench::internals::batch::Maps;
 
 use crate::script::{BIKE, Place, Script, adds_up, codes};
 

@@ -8,11 +8,11 @@ use std::path::Path;
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal, Uniform};
 use roadbench::GRAVITY;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::segment::manoeuvre::ManoeuvreKind;
-use roadbench::{filter, ingest, segment};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::segment::manoeuvre::ManoeuvreKind;
+use roadbench::internals::{filter, ingest, segment};
 
 mod forward;
 mod recovered;

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use proptest::prelude::*;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::contract::warning::Warning;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::ingest::{self, Config, Raw, Track};
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::contract::warning::Warning;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::ingest::{self, Config, Raw, Track};
 
 const NAN: f64 = f64::NAN;
 
@@ -413,7 +413,7 @@ mod columns {
             .expect("fits");
         let folder = folder();
         let path = folder.path().join("bike=b7").join("date=2025-01-02").join("s 9.parquet");
-        roadbench::store::tables::file::write_batch(&path, &batch).expect("written");
+        roadbench::internals::store::tables::file::write_batch(&path, &batch).expect("written");
         (folder, path)
     }
 

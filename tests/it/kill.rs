@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use roadbench::batch::store::contents::Contents;
-use roadbench::batch::store::kind;
+use roadbench::internals::batch::store::contents::Contents;
+use roadbench::internals::batch::store::kind;
 
 use crate::script::{BIKE, Place, Script, Setup, adds_up};
 

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::store::tables::read;
-use roadbench::store::tables::rows::PeakRow;
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::rows::PeakRow;
 
 /// Noisy rides of the scenario.
 const RIDES: [&str; 3] = ["s0001", "s0002", "s0003"];

@@ -8,15 +8,15 @@ use std::process::{Child, ChildStdin, ChildStdout, Command as Process, Stdio};
 use std::sync::{Arc, Mutex};
 
 use assert_cmd::Command;
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::report::export::fitted::Fitted;
-use roadbench::report::export::tyre::{Characterised, Setting};
-use roadbench::simulate::effects::tyre_file;
-use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::tour::Tour;
-use roadbench::simulate::{compare, ride};
-use roadbench::tyre::tyre::{Input, Output};
-use roadbench::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::report::export::fitted::Fitted;
+use roadbench::internals::report::export::tyre::{Characterised, Setting};
+use roadbench::internals::simulate::effects::tyre_file;
+use roadbench::internals::simulate::pilot::Skill;
+use roadbench::internals::simulate::tour::Tour;
+use roadbench::internals::simulate::{compare, ride};
+use roadbench::internals::tyre::tyre::{Input, Output};
+use roadbench::internals::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
 
 use crate::export::{here, there};
 
@@ -408,7 +408,8 @@ fn a_property_file_has_the_relaxation_length_and_the_friction_of_the_ride() {
 #[test]
 fn a_fall_is_said_and_its_peaks_are_not_compared() {
     let folder = tempfile::tempdir().expect("folder");
-    let text = roadbench::tyre::published::text("sharp2004_front_120_70").expect("published");
+    let text =
+        roadbench::internals::tyre::published::text("sharp2004_front_120_70").expect("published");
     // a side force that comes after two metres
     let late: Vec<String> = text
         .lines()
@@ -428,7 +429,7 @@ fn a_fall_is_said_and_its_peaks_are_not_compared() {
     assert!(said.contains("no peaks are compared"), "{said}");
     assert!(!said.contains("steer_torque") && !said.contains('%'), "{said}");
     let peaks = folder.path().join("o/compare/peaks.parquet");
-    let peaks: Vec<roadbench::store::tables::rows::PeakRow> =
-        roadbench::store::tables::read::file_rows(&peaks).expect("a table");
+    let peaks: Vec<roadbench::internals::store::tables::rows::PeakRow> =
+        roadbench::internals::store::tables::read::file_rows(&peaks).expect("a table");
     assert!(peaks.is_empty());
 }

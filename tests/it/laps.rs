@@ -6,16 +6,16 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::segment::laps::find::{Found, Kind};
-use roadbench::segment::laps::{Config, detect};
-use roadbench::simulate::track;
-use roadbench::statistics::random::{Coloured, Random};
-use roadbench::store::tables::read;
-use roadbench::store::tables::rows::{LapCornerRow, LapPointRow, LapRow};
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::ingest;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::segment::laps::find::{Found, Kind};
+use roadbench::internals::segment::laps::{Config, detect};
+use roadbench::internals::simulate::track;
+use roadbench::internals::statistics::random::{Coloured, Random};
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::rows::{LapCornerRow, LapPointRow, LapRow};
 
 use crate::page;
 
@@ -335,7 +335,7 @@ fn the_page_of_a_track_session_has_laps_and_that_of_the_archive_none() {
     let drawn = &page::data(&html)["laps"];
     assert_eq!(drawn["corners"].as_array().map(Vec::len), Some(corners.len()));
     assert_eq!(drawn["laps"][0]["best"], true);
-    let markdown = roadbench::report::summary::markdown(&out).expect("a summary");
+    let markdown = roadbench::internals::report::summary::markdown(&out).expect("a summary");
     assert!(markdown.contains("\nLaps: 1 timed lap, best"), "{markdown}");
 
     // two rides of the archive, which do not go round

@@ -1,13 +1,13 @@
 //! Effects that sessions share: told at the motorcycle, the site or the night that has them.
 
-use roadbench::diagnose::Settings;
-use roadbench::diagnose::levels::{Member, Pooling};
-use roadbench::diagnose::road::diagnose;
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate;
-use roadbench::simulate::effects::Effect;
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::plan::{Plan, PlanKind};
+use roadbench::internals::diagnose::Settings;
+use roadbench::internals::diagnose::levels::{Member, Pooling};
+use roadbench::internals::diagnose::road::diagnose;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate;
+use roadbench::internals::simulate::effects::Effect;
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::plan::{Plan, PlanKind};
 
 const GRADE: f64 = 0.006;
 const LATE: f64 = 0.03;

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
-use roadbench::contract::channel::Channel as C;
-use roadbench::ingest;
-use roadbench::ingest::Raw;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::simulate::loggers::{Foreign, Profile, write};
-use roadbench::simulate::multibody::joint;
-use roadbench::simulate::ride::Sample;
-use roadbench::simulate::track::{self, Track, TrackRide};
+use roadbench::internals::contract::channel::Channel as C;
+use roadbench::internals::ingest;
+use roadbench::internals::ingest::Raw;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::simulate::loggers::{Foreign, Profile, write};
+use roadbench::internals::simulate::multibody::joint;
+use roadbench::internals::simulate::ride::Sample;
+use roadbench::internals::simulate::track::{self, Track, TrackRide};
 
 /// One lap without anything drawn, and its logs: one ride for all of them, which takes longer than everything else.
 #[test]

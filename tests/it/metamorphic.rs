@@ -12,12 +12,12 @@ use std::time::Duration;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use roadbench::batch::jobs::run;
-use roadbench::batch::store::folder::Store;
-use roadbench::batch::store::forget::{Which, forget};
-use roadbench::batch::store::kind;
-use roadbench::batch::store::verify::mend;
-use roadbench::report::Pages;
+use roadbench::internals::batch::jobs::run;
+use roadbench::internals::batch::store::folder::Store;
+use roadbench::internals::batch::store::forget::{Which, forget};
+use roadbench::internals::batch::store::kind;
+use roadbench::internals::batch::store::verify::mend;
+use roadbench::internals::report::Pages;
 
 use crate::kill::victim_of;
 use crate::script::{BIKE, Place, Script, Setup, adds_up};

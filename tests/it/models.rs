@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use roadbench::simulate::effects::Effect;
-use roadbench::store::tables::read;
-use roadbench::store::tables::rows::{Coefficient, Truth, WarningRow};
+use roadbench::internals::simulate::effects::Effect;
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::rows::{Coefficient, Truth, WarningRow};
 
 /// What is off in the steering of rides of the first motorcycle, as they are diagnosed, rad.
 const ZEROS: [(u32, f64); 3] = [(1, -0.0042), (4, 0.0023), (6, -0.0028)];

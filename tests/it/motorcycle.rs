@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use nalgebra::{DMatrix, Vector3};
-use roadbench::simulate::multibody::modes;
-use roadbench::simulate::multibody::modes::eigenvalues;
-use roadbench::simulate::multibody::run::Run;
-use roadbench::simulate::multibody::{
+use roadbench::internals::simulate::multibody::modes;
+use roadbench::internals::simulate::multibody::modes::eigenvalues;
+use roadbench::internals::simulate::multibody::run::Run;
+use roadbench::internals::simulate::multibody::{
     Action, Model, Motorcycle, Road, State, joint, rolling, trim,
 };
 use serde_json::Value;
@@ -64,7 +64,8 @@ fn benchmark_bicycle_has_the_published_eigenvalues() {
 fn stiff_tyres_tend_to_the_benchmark_bicycle() {
     // the same bicycle on linear knife-edge tyres ever stiffer: the error falls with the stiffness
     let at = |stiffness: f64| {
-        let text = roadbench::tyre::published::text("sharp1971_front").expect("published");
+        let text =
+            roadbench::internals::tyre::published::text("sharp1971_front").expect("published");
         let tyre = |radius: f64| {
             let text = text
                 .replace("0.3048", &radius.to_string())
@@ -72,7 +73,7 @@ fn stiff_tyres_tend_to_the_benchmark_bicycle() {
                 .replace("CAMBER_STIFFNESS = 938.6", "CAMBER_STIFFNESS = 0")
                 .replace("SLIP_STIFFNESS = 1e5", &format!("SLIP_STIFFNESS = {stiffness}"))
                 .replace("RELAXATION_LENGTH = 0.2438", "RELAXATION_LENGTH = 0.01");
-            roadbench::tyre::tir::parse(&text, "bicycle".as_ref()).expect("a tyre")
+            roadbench::internals::tyre::tir::parse(&text, "bicycle".as_ref()).expect("a tyre")
         };
         let bicycle = Motorcycle::load("benchmark_bicycle").expect("built in");
         let model = Model::new(bicycle.with_tyres(tyre(0.35), tyre(0.3)), Road::default());
@@ -166,7 +167,7 @@ fn roll_on(
     model: &Model,
     state: &mut State,
     dt: f64,
-    scratch: &mut roadbench::simulate::multibody::Scratch,
+    scratch: &mut roadbench::internals::simulate::multibody::Scratch,
 ) {
     let y = state.to_array();
     let mut f = |s: &[f64; 32]| {
@@ -344,7 +345,7 @@ fn energy_and_momentum_are_conserved_without_dissipation() {
     let start = State {
         position: Vector3::new(0.0, 0.0, 50.0),
         angles: [0.3, -0.4, 0.2],
-        velocity: roadbench::simulate::multibody::bodies::Motion::new(
+        velocity: roadbench::internals::simulate::multibody::bodies::Motion::new(
             Vector3::new(1.0, -0.7, 0.5),
             Vector3::new(10.0, 1.0, 2.0),
         ),
@@ -473,8 +474,11 @@ fn road_and_wind_act_as_they_should() {
     assert!(((pushed - flat) / drag - 1.0).abs() < 0.05, "{} {drag}", pushed - flat);
     // the same brake holds on the road and locks the wheel on a patch
     let brake = Action { brake: [250.0, 0.0], ..Action::default() };
-    let patch =
-        vec![roadbench::simulate::multibody::road::Patch { from: 5.0, to: 50.0, friction: 0.2 }];
+    let patch = vec![roadbench::internals::simulate::multibody::road::Patch {
+        from: 5.0,
+        to: 50.0,
+        friction: 0.2,
+    }];
     let dry = at(Road::default(), brake);
     let slippery = at(Road { patches: patch, ..Road::default() }, brake);
     assert!(dry.1[0].slip[0] > -0.1, "{:?}", dry.1[0]);

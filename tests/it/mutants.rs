@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
-use roadbench::store::tables::read;
-use roadbench::store::tables::rows::Rejected;
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::rows::Rejected;
 
 use crate::damage::{FOREIGN, RACING, damage, map_files, ride, whole};
 

@@ -3,19 +3,19 @@
 use std::path::Path;
 
 use nalgebra::Rotation3;
-use roadbench::contract::channel::Channel;
-use roadbench::ingest::checks::aids::Aids;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::ingest::maps::file::with_aids;
-use roadbench::ingest::motion::navigation;
-use roadbench::ingest::motion::navigation::{Log, NAMES, Navigation, OUTPUTS};
-use roadbench::ingest::{self, Config};
-use roadbench::simulate::imu::Motion;
-use roadbench::simulate::loggers;
-use roadbench::simulate::prescribed::Prescribed;
-use roadbench::simulate::strapdown::{Receiver, Unit, crabbing, record, truth};
-use roadbench::simulate::track::{self, Track};
-use roadbench::statistics::random::Random;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::ingest::checks::aids::Aids;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::ingest::maps::file::with_aids;
+use roadbench::internals::ingest::motion::navigation;
+use roadbench::internals::ingest::motion::navigation::{Log, NAMES, Navigation, OUTPUTS};
+use roadbench::internals::ingest::{self, Config};
+use roadbench::internals::simulate::imu::Motion;
+use roadbench::internals::simulate::loggers;
+use roadbench::internals::simulate::prescribed::Prescribed;
+use roadbench::internals::simulate::strapdown::{Receiver, Unit, crabbing, record, truth};
+use roadbench::internals::simulate::track::{self, Track};
+use roadbench::internals::statistics::random::Random;
 
 use super::channels_by_physics::truth::judged;
 

@@ -6,23 +6,23 @@ use arrow::datatypes::Float64Type;
 use rayon::prelude::*;
 
 use roadbench::GRAVITY;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::Session;
-use roadbench::contract::warning::Warning;
-use roadbench::estimate::offroad::rider::Rider;
-use roadbench::estimate::offroad::solve::{BRAKING, RowWeights, Solver};
-use roadbench::estimate::offroad::weights::Weights;
-use roadbench::estimate::offroad::{self, Config, Estimate};
-use roadbench::filter;
-use roadbench::pipeline::{self, Input, Outcome, Pipeline};
-use roadbench::segment::manoeuvre::ManoeuvreKind;
-use roadbench::simulate::motocross::machine::{Levers, Plant, Touching};
-use roadbench::simulate::motocross::scenario::{BUILTIN, Motocross};
-use roadbench::simulate::motocross::{self, MotocrossRide, pilot};
-use roadbench::store::tables::rows::Status;
-use roadbench::tyre::offroad::equations::Motion;
-use roadbench::tyre::offroad::machine::Machine;
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::contract::warning::Warning;
+use roadbench::internals::estimate::offroad::rider::Rider;
+use roadbench::internals::estimate::offroad::solve::{BRAKING, RowWeights, Solver};
+use roadbench::internals::estimate::offroad::weights::Weights;
+use roadbench::internals::estimate::offroad::{self, Config, Estimate};
+use roadbench::internals::filter;
+use roadbench::internals::pipeline::{self, Input, Outcome, Pipeline};
+use roadbench::internals::segment::manoeuvre::ManoeuvreKind;
+use roadbench::internals::simulate::motocross::machine::{Levers, Plant, Touching};
+use roadbench::internals::simulate::motocross::scenario::{BUILTIN, Motocross};
+use roadbench::internals::simulate::motocross::{self, MotocrossRide, pilot};
+use roadbench::internals::store::tables::rows::Status;
+use roadbench::internals::tyre::offroad::equations::Motion;
+use roadbench::internals::tyre::offroad::machine::Machine;
 
 fn scenario() -> Motocross {
     Motocross::load("motocross").expect("scenario").expect("built in")
@@ -288,7 +288,7 @@ fn jumps_whoops_and_corners_are_segments_with_their_figures((scenario, ridden): 
     let session = filtered(&ridden.session);
     let (e, _) = offroad::run(&session, &scenario.bike, &only(&[Rider::C])).expect("estimated");
     let tyres = &e.riders[0].tyres;
-    let ride = roadbench::segment::offroad::Ride {
+    let ride = roadbench::internals::segment::offroad::Ride {
         rate,
         speed: &e.kinematics.xd,
         acceleration: &e.kinematics.xdd,
@@ -298,7 +298,7 @@ fn jumps_whoops_and_corners_are_segments_with_their_figures((scenario, ridden): 
         load: &tyres.n_r,
         yaw_rate: None,
     };
-    let segments = roadbench::segment::offroad::run(&ride, &Default::default());
+    let segments = roadbench::internals::segment::offroad::run(&ride, &Default::default());
     assert!(segments.windows(2).all(|w| w[0].end == w[1].start));
     let true_of = |kind: ManoeuvreKind| ridden.labels.iter().filter(move |l| l.0 == kind);
     let found = |kind: ManoeuvreKind, start: f64, end: f64| {
@@ -603,7 +603,7 @@ fn bike_files_are_checked_by_key() {
 fn run_pipeline(session: &Session, bike: &Bike) -> Outcome {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("ride.parquet");
-    roadbench::ingest::write_session(&path, session, true).expect("written");
+    roadbench::internals::ingest::write_session(&path, session, true).expect("written");
     let input = Input {
         log: (&path).into(),
         maps: &[],

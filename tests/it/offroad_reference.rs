@@ -1,13 +1,13 @@
 //! The off-road equations and riders against `fixtures/reference/offroad_reference.json`: numbers
 //! from an independent symbolic derivation, evaluated with 50 digits.
 
-use roadbench::estimate::offroad::nnls;
-use roadbench::estimate::offroad::rider::a::{Instant, Standing};
-use roadbench::estimate::offroad::rider::{b, c};
-use roadbench::estimate::offroad::weights::Weights;
-use roadbench::tyre::offroad::body::Body;
-use roadbench::tyre::offroad::chain::{Chain, Run, lever};
-use roadbench::tyre::offroad::equations::{Equations, Motion, Parameters};
+use roadbench::internals::estimate::offroad::nnls;
+use roadbench::internals::estimate::offroad::rider::a::{Instant, Standing};
+use roadbench::internals::estimate::offroad::rider::{b, c};
+use roadbench::internals::estimate::offroad::weights::Weights;
+use roadbench::internals::tyre::offroad::body::Body;
+use roadbench::internals::tyre::offroad::chain::{Chain, Run, lever};
+use roadbench::internals::tyre::offroad::equations::{Equations, Motion, Parameters};
 use serde_json::Value;
 
 const G: f64 = 9.80665;

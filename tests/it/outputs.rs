@@ -1,11 +1,11 @@
 //! Paths that commands write at the user's word: every option that names one, at everything that may be there
-//! (`roadbench::store::tables::output`). The tables that the tests print are those of what happens.
+//! (`roadbench::internals::store::tables::output`). The tables that the tests print are those of what happens.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use roadbench::cli;
-use roadbench::store::objects::Location;
+use roadbench::internals::cli;
+use roadbench::internals::store::objects::Location;
 
 use tried::{FILES, FOLDERS};
 

@@ -40,7 +40,7 @@ fn what_is_misspelt_is_guessed() {
     let log = put("l.csv", "x\n1\n2\n");
     let scenario = put(
         "s.toml",
-        &roadbench::simulate::scenario::BUILTIN[0]
+        &roadbench::internals::simulate::scenario::BUILTIN[0]
             .1
             .replace("[disturbance]", "[effects]\nsteer_zro = 0.1\n[disturbance]"),
     );

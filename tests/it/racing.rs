@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::ingest::{self, Config, Raw};
-use roadbench::pipeline::Pipeline;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::ingest::{self, Config, Raw};
+use roadbench::internals::pipeline::Pipeline;
 
 use crate::racing_files::{self as files, DIGITS};
 

@@ -7,11 +7,11 @@ use std::fmt::Write as _;
 use std::io::Cursor;
 
 use motec_i2::{ChannelMetadata, Datatype, Header, LDWriter, Sample};
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::Session;
-use roadbench::ingest::maps as map;
-use roadbench::ingest::maps::{ChannelMap, Entry};
-use roadbench::ingest::motion::yaw::trace_angle;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::ingest::maps as map;
+use roadbench::internals::ingest::maps::{ChannelMap, Entry};
+use roadbench::internals::ingest::motion::yaw::trace_angle;
 
 /// Digits after the point in every text.
 pub const DIGITS: usize = 5;

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use assert_cmd::Command;
-use roadbench::batch::jobs::run::RunWork;
-use roadbench::batch::workers::scheduler as engine;
-use roadbench::batch::{Maps, Settings};
-use roadbench::pipeline::Pipeline;
-use roadbench::report::tables;
-use roadbench::store::objects::Location;
-use roadbench::store::tables::rows::{Coefficient, Status};
+use roadbench::internals::batch::jobs::run::RunWork;
+use roadbench::internals::batch::workers::scheduler as engine;
+use roadbench::internals::batch::{Maps, Settings};
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::report::tables;
+use roadbench::internals::store::objects::Location;
+use roadbench::internals::store::tables::rows::{Coefficient, Status};
 
 const LOGS: [&str; 7] = [
     "emoto_kiro/KIRO_4.txt",
@@ -59,7 +59,7 @@ fn run(logs: &[PathBuf], out: &Path) -> BTreeMap<(String, String, String), Coeff
     drop(store);
     assert!(run.rejected.is_empty(), "{:?}", run.rejected);
     assert_eq!(run.sessions.len(), logs.len());
-    roadbench::report::write(out).expect("report");
+    roadbench::internals::report::write(out).expect("report");
     let rows = tables::coefficients(out).expect("coefficients").into_iter();
     rows.map(|c| ((c.ident.session_id.clone(), c.tyre.clone(), c.coefficient.clone()), c)).collect()
 }
@@ -167,7 +167,7 @@ fn a_suspension_log_is_listed_as_it_was_recorded() {
         println!("no {}: nothing tested", log.display());
         return;
     }
-    let seen = roadbench::ingest::formats::survey::survey(&log, &Default::default())
+    let seen = roadbench::internals::ingest::formats::survey::survey(&log, &Default::default())
         .expect("read")
         .expect("listed");
     let names: Vec<&str> = seen.listing.channels.iter().map(|c| c.name.as_str()).collect();

@@ -3,22 +3,22 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use roadbench::contract::bike::Axle;
-use roadbench::contract::coefficient::{Coefficient as C, Id, Part, Values};
-use roadbench::estimate::signals::Inputs;
-use roadbench::estimate::{Config, zeros};
-use roadbench::fit::chain::solve;
-use roadbench::fit::friction::{Rows, is_of_curve};
-use roadbench::fit::refit::{MOST_CORNER, Refit};
-use roadbench::fit::variation::variations;
-use roadbench::fit::{self, coasting, cornering};
-use roadbench::fit::{Data, Solution, coefficients};
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::simulate::{Simulated, session, truth};
-use roadbench::statistics::order::upper_median_of;
-use roadbench::store::tables::rows::{Coefficient, Status};
-use roadbench::tyre::formulation::Formulation;
-use roadbench::{filter, segment};
+use roadbench::internals::contract::bike::Axle;
+use roadbench::internals::contract::coefficient::{Coefficient as C, Id, Part, Values};
+use roadbench::internals::estimate::signals::Inputs;
+use roadbench::internals::estimate::{Config, zeros};
+use roadbench::internals::fit::chain::solve;
+use roadbench::internals::fit::friction::{Rows, is_of_curve};
+use roadbench::internals::fit::refit::{MOST_CORNER, Refit};
+use roadbench::internals::fit::variation::variations;
+use roadbench::internals::fit::{self, coasting, cornering};
+use roadbench::internals::fit::{Data, Solution, coefficients};
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::simulate::{Simulated, session, truth};
+use roadbench::internals::statistics::order::upper_median_of;
+use roadbench::internals::store::tables::rows::{Coefficient, Status};
+use roadbench::internals::tyre::formulation::Formulation;
+use roadbench::internals::{filter, segment};
 
 /// Everything of one simulated session.
 struct Study {
@@ -119,7 +119,7 @@ fn without_a_lateral_velocity_friction_and_overturning_are_still_there() {
     let machine = scenario.machine(0);
     let simulated = session(&scenario, &machine, 0);
     let mut log = simulated.session.clone();
-    log.remove(roadbench::contract::channel::Channel::VelocityY);
+    log.remove(roadbench::internals::contract::channel::Channel::VelocityY);
     filter::run(&mut log, &filter::Config::default());
     let segments = segment::run(&log, &machine.bike, &segment::Config::default());
     let zeros = zeros::run(&log, &machine.bike).0;

@@ -1,7 +1,7 @@
 //! Physics of the reduced-order motorcycle on built-in rides.
 
-use roadbench::simulate::reduced::session;
-use roadbench::simulate::scenario::Scenario;
+use roadbench::internals::simulate::reduced::session;
+use roadbench::internals::simulate::scenario::Scenario;
 
 #[test]
 fn the_ride_ends_stays_upright_and_is_reproducible() {

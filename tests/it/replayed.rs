@@ -1,20 +1,20 @@
 //! A ride simulated on the motorcycle that it was ridden on, whatever it has: nothing is left.
 
-use roadbench::contract::bike::Bike;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::Session;
-use roadbench::diagnose::Settings;
-use roadbench::diagnose::road;
-use roadbench::diagnose::road::replay::{From, replay};
-use roadbench::diagnose::road::samples::picks;
-use roadbench::pipeline::Pipeline;
-use roadbench::segment::Segment;
-use roadbench::simulate::effects::{ALL, Effect};
-use roadbench::simulate::hidden::{Case, Kind};
-use roadbench::simulate::motorcycle::Plant;
-use roadbench::simulate::scenario::{Machine, Scenario};
-use roadbench::statistics::smooth::smooth;
-use roadbench::{filter, segment, simulate};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::diagnose::Settings;
+use roadbench::internals::diagnose::road;
+use roadbench::internals::diagnose::road::replay::{From, replay};
+use roadbench::internals::diagnose::road::samples::picks;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::segment::Segment;
+use roadbench::internals::simulate::effects::{ALL, Effect};
+use roadbench::internals::simulate::hidden::{Case, Kind};
+use roadbench::internals::simulate::motorcycle::Plant;
+use roadbench::internals::simulate::scenario::{Machine, Scenario};
+use roadbench::internals::statistics::smooth::smooth;
+use roadbench::internals::{filter, segment, simulate};
 
 /// What is compared, and below what nobody would see a difference: half a white noise of usual sensors.
 const COMPARED: [(Channel, f64); 7] = [

@@ -4,15 +4,15 @@
 use std::path::{Path, PathBuf};
 
 use crate::page;
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::contract::coefficient::Coefficient as C;
-use roadbench::report::export::fitted::Fitted;
-use roadbench::report::export::reduced;
-use roadbench::report::export::tyre::{Characterised, Setting};
-use roadbench::report::plots::catalogue;
-use roadbench::report::{page_names, tables, terminal};
-use roadbench::store::tables::file;
-use roadbench::store::tables::rows::{
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::contract::coefficient::Coefficient as C;
+use roadbench::internals::report::export::fitted::Fitted;
+use roadbench::internals::report::export::reduced;
+use roadbench::internals::report::export::tyre::{Characterised, Setting};
+use roadbench::internals::report::plots::catalogue;
+use roadbench::internals::report::{page_names, tables, terminal};
+use roadbench::internals::store::tables::file;
+use roadbench::internals::store::tables::rows::{
     Coefficient, Ident, Manoeuvre, PlotPoint, Provenance, Rejected, SessionRow, Status, WarningRow,
 };
 
@@ -357,7 +357,7 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
     let folder = tempfile::tempdir().expect("folder");
     let out = folder.path();
     generate(out);
-    roadbench::report::write(out).expect("report");
+    roadbench::internals::report::write(out).expect("report");
     let report = out.join("report");
     let mut pages: Vec<PathBuf> =
         std::fs::read_dir(&report).expect("report").map(|e| e.expect("entry").path()).collect();
@@ -397,7 +397,7 @@ fn a_run_becomes_pages_that_hold_all_they_need() {
     let before: Vec<Vec<u8>> = pages.iter().map(|p| std::fs::read(p).expect("page")).collect();
     std::fs::write(report.join("gone.html"), &before[0]).expect("a page of an earlier run");
     std::fs::write(report.join("notes.html"), "mine").expect("a page of the user's own");
-    roadbench::report::write(out).expect("report again");
+    roadbench::internals::report::write(out).expect("report again");
     let after: Vec<Vec<u8>> = pages.iter().map(|p| std::fs::read(p).expect("page")).collect();
     assert!(before == after);
     assert!(!report.join("gone.html").exists(), "a page whose session is gone stays");
@@ -414,7 +414,8 @@ fn hostile_ids_stay_in_the_folder() {
 #[test]
 fn a_folder_without_tables_says_what_to_name() {
     let folder = tempfile::tempdir().expect("folder");
-    let message = roadbench::report::write(folder.path()).expect_err("no tables").to_string();
+    let message =
+        roadbench::internals::report::write(folder.path()).expect_err("no tables").to_string();
     assert!(message.contains("--out"), "{message}");
     assert!(!folder.path().join("report").exists());
 }
@@ -496,10 +497,11 @@ fn a_property_file_gives_the_fitted_tyre_back() {
         assert!((by_camber / -k_gamma - 1.0).abs() < 0.001, "load {load}: {by_camber}");
     }
     // and the simulator's own reader takes it for what it is
-    let tyre = roadbench::tyre::tir::parse(&file, "export.tir".as_ref()).expect("a tyre");
+    let tyre =
+        roadbench::internals::tyre::tir::parse(&file, "export.tir".as_ref()).expect("a tyre");
     let at = |slip_ratio: f64, slip_angle: f64, camber: f64| {
         let load = 1500.0;
-        let out = tyre.forces(&roadbench::tyre::tyre::Input {
+        let out = tyre.forces(&roadbench::internals::tyre::tyre::Input {
             slip_ratio,
             slip_angle,
             camber,
@@ -599,7 +601,7 @@ fn property_file(fitted: &Fitted, setting: &Setting<'_>) -> String {
 fn demo() {
     let out = std::env::var("ROADBENCH_REPORT_DEMO").expect("ROADBENCH_REPORT_DEMO");
     generate(Path::new(&out));
-    roadbench::report::write(Path::new(&out)).expect("report");
+    roadbench::internals::report::write(Path::new(&out)).expect("report");
     let sessions = tables::sessions(Path::new(&out)).expect("sessions");
     let coefficients = tables::coefficients(Path::new(&out)).expect("coefficients");
     let rejected = tables::rejected(Path::new(&out)).expect("rejected");

@@ -4,11 +4,11 @@
 use std::path::Path;
 
 use crate::page;
-use roadbench::report;
-use roadbench::report::static_figures::write::{self, Format};
-use roadbench::report::summary;
-use roadbench::store::tables::file;
-use roadbench::store::tables::rows::{
+use roadbench::internals::report;
+use roadbench::internals::report::static_figures::write::{self, Format};
+use roadbench::internals::report::summary;
+use roadbench::internals::store::tables::file;
+use roadbench::internals::store::tables::rows::{
     Coefficient, EventRow, FleetRow, Ident, Manoeuvre, PlotPoint, PooledRow, Provenance, RatioRow,
     SessionRow, Status,
 };

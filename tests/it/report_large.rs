@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
-use roadbench::report::{self, Pages};
-use roadbench::store::tables::file;
-use roadbench::store::tables::rows::{
+use roadbench::internals::report::{self, Pages};
+use roadbench::internals::store::tables::file;
+use roadbench::internals::store::tables::rows::{
     Coefficient, EventRow, FleetRow, Ident, PooledRow, Provenance, SessionRow, Status,
 };
 

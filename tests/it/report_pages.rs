@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use roadbench::report::{self, Pages};
+use roadbench::internals::report::{self, Pages};
 
 use crate::page;
 use crate::report::generate;

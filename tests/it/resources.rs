@@ -9,16 +9,16 @@ use std::process::{Command, Output, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use roadbench::batch::jobs::bikes::BikeFile;
-use roadbench::batch::jobs::work::Output as WorkOutput;
-use roadbench::batch::store::kind::Kind;
-use roadbench::batch::workers::scheduler as engine;
-use roadbench::batch::{Accounts, Error, Work};
-use roadbench::ingest::Identified;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
-use roadbench::store::objects::Location;
-use roadbench::store::tables::registry;
+use roadbench::internals::batch::jobs::bikes::BikeFile;
+use roadbench::internals::batch::jobs::work::Output as WorkOutput;
+use roadbench::internals::batch::store::kind::Kind;
+use roadbench::internals::batch::workers::scheduler as engine;
+use roadbench::internals::batch::{Accounts, Error, Work};
+use roadbench::internals::ingest::Identified;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::pipeline::{Input, Outcome, Pipeline, Rejection};
+use roadbench::internals::store::objects::Location;
+use roadbench::internals::store::tables::registry;
 
 use crate::disk::Small;
 use crate::fence::{Archive, busy_worker, constant_rows_of, signal, whole};

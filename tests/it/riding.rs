@@ -4,17 +4,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use assert_cmd::prelude::*;
-use roadbench::contract::bike::Axle;
-use roadbench::contract::channel::Channel;
-use roadbench::ingest::write_session;
-use roadbench::pipeline::{Input, Outcome, Pipeline};
-use roadbench::simulate::multibody::Motorcycle;
-use roadbench::simulate::pilot::Skill;
-use roadbench::simulate::ride::{self, MultibodyRide};
-use roadbench::simulate::tour::Tour;
-use roadbench::simulate::{compare, replay};
-use roadbench::tyre::custom::Custom;
-use roadbench::{GRAVITY, filter, ingest, pipeline, segment};
+use roadbench::internals::contract::bike::Axle;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::ingest::write_session;
+use roadbench::internals::pipeline::{Input, Outcome, Pipeline};
+use roadbench::internals::simulate::multibody::Motorcycle;
+use roadbench::internals::simulate::pilot::Skill;
+use roadbench::internals::simulate::ride::{self, MultibodyRide};
+use roadbench::internals::simulate::tour::Tour;
+use roadbench::internals::simulate::{compare, replay};
+use roadbench::internals::tyre::custom::Custom;
+use roadbench::internals::{GRAVITY, filter, ingest, pipeline, segment};
 
 fn tour(text: &str) -> Tour {
     Tour::parse(text, Path::new("test.toml")).unwrap_or_else(|e| panic!("{e}"))
@@ -108,7 +108,7 @@ fn the_papers_study_again() {
     assert!(error("force_y_front") < 0.05 && error("force_y_rear") < 0.05);
 
     // a second ride's brakings, pressures in
-    let tyres: [Box<dyn roadbench::tyre::tyre_model::TyreModel>; 2] =
+    let tyres: [Box<dyn roadbench::internals::tyre::tyre_model::TyreModel>; 2] =
         [Box::new(front), Box::new(rear)];
     let mut braked = ride_plan.clone();
     let [front, rear] = tyres;
@@ -123,10 +123,9 @@ fn the_papers_study_again() {
     let segments = segment::run(&session, &braked.bike, &onroad.segment);
     let steering = replay::steering(&braked.model, session.rate).expect("rides");
     let mut count = 0;
-    for s in segments
-        .iter()
-        .filter(|s| s.used && s.kind == roadbench::segment::manoeuvre::ManoeuvreKind::FrontBraking)
-    {
+    for s in segments.iter().filter(|s| {
+        s.used && s.kind == roadbench::internals::segment::manoeuvre::ManoeuvreKind::FrontBraking
+    }) {
         let from = s.start.saturating_sub(30);
         let replay =
             replay::braking(&braked.model, &steering, &session, from..s.end).expect("replay");

@@ -5,22 +5,22 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime};
 
-use roadbench::batch::jobs::bikes::BikeFile;
-use roadbench::batch::jobs::run;
-use roadbench::batch::jobs::work::Output;
-use roadbench::batch::store::contents::Contents;
-use roadbench::batch::store::kind;
-use roadbench::batch::store::kind::Kind;
-use roadbench::batch::workers::scheduler as engine;
-use roadbench::batch::{Accounts, Error, Maps, Settings, State, Watch, Work};
-use roadbench::contract::session::Meta;
-use roadbench::ingest::Identified;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::pipeline::{Input, Outcome, Pipeline, Rejection};
-use roadbench::store::objects::Location;
-use roadbench::store::tables::registry;
-use roadbench::store::tables::registry::TableSpec;
-use roadbench::store::tables::rows::{
+use roadbench::internals::batch::jobs::bikes::BikeFile;
+use roadbench::internals::batch::jobs::run;
+use roadbench::internals::batch::jobs::work::Output;
+use roadbench::internals::batch::store::contents::Contents;
+use roadbench::internals::batch::store::kind;
+use roadbench::internals::batch::store::kind::Kind;
+use roadbench::internals::batch::workers::scheduler as engine;
+use roadbench::internals::batch::{Accounts, Error, Maps, Settings, State, Watch, Work};
+use roadbench::internals::contract::session::Meta;
+use roadbench::internals::ingest::Identified;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::pipeline::{Input, Outcome, Pipeline, Rejection};
+use roadbench::internals::store::objects::Location;
+use roadbench::internals::store::tables::registry;
+use roadbench::internals::store::tables::registry::TableSpec;
+use roadbench::internals::store::tables::rows::{
     Coefficient, Ident, PlotPoint, Provenance, SessionRow, Status,
 };
 
@@ -60,7 +60,7 @@ impl Work for Script {
         // `ok <value> <start time>`
         let words: Vec<&str> = what.split(' ').collect();
         let start_time = match words[..] {
-            [_, _, start] if roadbench::contract::instant::parse(start).is_some() => {
+            [_, _, start] if roadbench::internals::contract::instant::parse(start).is_some() => {
                 Some(start.to_owned())
             }
             _ => None,
@@ -195,9 +195,9 @@ fn outcome(session_id: &str, bike_id: &str, input: &Input<'_>) -> Outcome {
                 ..PlotPoint::default()
             })
             .collect(),
-        signals: input
-            .signals
-            .then(|| roadbench::store::tables::file::batch::<PlotPoint>(&[]).expect("empty batch")),
+        signals: input.signals.then(|| {
+            roadbench::internals::store::tables::file::batch::<PlotPoint>(&[]).expect("empty batch")
+        }),
         ..Outcome::default()
     }
 }

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use roadbench::contract::bike::Bike;
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::filter;
-use roadbench::ingest;
-use roadbench::segment;
-use roadbench::segment::Segment;
-use roadbench::segment::manoeuvre::{Direction, ManoeuvreKind};
-use roadbench::simulate::{self, Simulated, scenario::Scenario};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::filter;
+use roadbench::internals::ingest;
+use roadbench::internals::segment;
+use roadbench::internals::segment::Segment;
+use roadbench::internals::segment::manoeuvre::{Direction, ManoeuvreKind};
+use roadbench::internals::simulate::{self, Simulated, scenario::Scenario};
 
 /// Seconds found right, found, true; by kind.
 type Score = BTreeMap<ManoeuvreKind, [f64; 3]>;

@@ -2,16 +2,16 @@
 
 use std::ops::Range;
 
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::Session;
-use roadbench::diagnose::road::fitted;
-use roadbench::diagnose::road::parameters::Parameters;
-use roadbench::diagnose::road::residuals::{Blocks, CHANNELS, blocks};
-use roadbench::diagnose::road::samples::Samples;
-use roadbench::diagnose::road::sensors::{as_recorded, as_ridden};
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate::multibody_ride as multibody;
-use roadbench::simulate::rider::Disturbance;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::diagnose::road::fitted;
+use roadbench::internals::diagnose::road::parameters::Parameters;
+use roadbench::internals::diagnose::road::residuals::{Blocks, CHANNELS, blocks};
+use roadbench::internals::diagnose::road::samples::Samples;
+use roadbench::internals::diagnose::road::sensors::{as_recorded, as_ridden};
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::rider::Disturbance;
 
 use crate::suspicions::common::machine;
 

@@ -7,13 +7,13 @@ use std::path::Path;
 
 use arrow::array::RecordBatch;
 use rayon::prelude::*;
-use roadbench::contract::bike::Bike;
-use roadbench::contract::channel::Channel;
-use roadbench::ingest;
-use roadbench::ingest::Raw;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::pipeline::{self, BUILTIN, Input, Pipeline};
-use roadbench::simulate::motocross::{self, scenario::Motocross};
+use roadbench::internals::contract::bike::Bike;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::ingest;
+use roadbench::internals::ingest::Raw;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::pipeline::{self, BUILTIN, Input, Pipeline};
+use roadbench::internals::simulate::motocross::{self, scenario::Motocross};
 use toml::Value;
 
 use crate::superbike;

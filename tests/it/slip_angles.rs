@@ -1,12 +1,12 @@
 //! Slip angles that the diagnosis works out from a log, against those of the wheels.
 
-use roadbench::diagnose::road::attitude::{Attitude, Posture};
-use roadbench::diagnose::road::fitted;
-use roadbench::diagnose::road::parameters::Parameters;
-use roadbench::pipeline::Pipeline;
-use roadbench::segment::manoeuvre::ManoeuvreKind;
-use roadbench::simulate::multibody_ride as multibody;
-use roadbench::simulate::rider::Disturbance;
+use roadbench::internals::diagnose::road::attitude::{Attitude, Posture};
+use roadbench::internals::diagnose::road::fitted;
+use roadbench::internals::diagnose::road::parameters::Parameters;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::segment::manoeuvre::ManoeuvreKind;
+use roadbench::internals::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::rider::Disturbance;
 
 use crate::suspicions::common::machine;
 

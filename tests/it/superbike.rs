@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
-use roadbench::store::tables::read;
-use roadbench::store::tables::rows::{Coefficient, Rejected, Status};
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::rows::{Coefficient, Rejected, Status};
 
 /// The fixture's folder.
 fn fixture() -> std::path::PathBuf {

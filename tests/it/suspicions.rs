@@ -12,13 +12,13 @@ mod load;
 mod twist;
 
 use common::machine;
-use roadbench::contract::verdict::Verdict;
-use roadbench::diagnose::Settings;
-use roadbench::diagnose::road::diagnose;
-use roadbench::pipeline::Pipeline;
-use roadbench::simulate::multibody_ride as multibody;
-use roadbench::simulate::rider::Disturbance;
-use roadbench::simulate::scenario::Scenario;
+use roadbench::internals::contract::verdict::Verdict;
+use roadbench::internals::diagnose::Settings;
+use roadbench::internals::diagnose::road::diagnose;
+use roadbench::internals::pipeline::Pipeline;
+use roadbench::internals::simulate::multibody_ride as multibody;
+use roadbench::internals::simulate::rider::Disturbance;
+use roadbench::internals::simulate::scenario::Scenario;
 
 /// Few manoeuvres, seen by a perfect logger.
 fn short(scenario: &mut Scenario) {

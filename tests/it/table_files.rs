@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use arrow::datatypes::{DataType, SchemaRef};
 use assert_cmd::Command;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use roadbench::store::tables::read;
-use roadbench::store::tables::registry;
-use roadbench::store::tables::registry::{Command as Of, TableSpec};
+use roadbench::internals::store::tables::read;
+use roadbench::internals::store::tables::registry;
+use roadbench::internals::store::tables::registry::{Command as Of, TableSpec};
 
 fn schema(path: &Path) -> (SchemaRef, i64) {
     let file = std::fs::File::open(path).expect("open");

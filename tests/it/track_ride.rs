@@ -1,10 +1,10 @@
 //! Physics of a session on the track: two laps of the built-in scenario.
 
 use roadbench::GRAVITY;
-use roadbench::contract::channel::Channel;
-use roadbench::simulate::ride::Sample;
-use roadbench::simulate::track::{Track, TrackRide, doings, ride};
-use roadbench::simulate::tyre_truth;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::simulate::ride::Sample;
+use roadbench::internals::simulate::track::{Track, TrackRide, doings, ride};
+use roadbench::internals::simulate::tyre_truth;
 
 /// One ride for all that is looked at: it takes longer than everything else.
 #[test]

@@ -1,12 +1,12 @@
 //! A session on the track from the files of four loggers to coefficients, nothing edited by hand: a small version of
 //! the study `examples/track_sessions`.
 
-use roadbench::contract::channel::Channel;
-use roadbench::contract::coefficient::Coefficient as C;
-use roadbench::ingest::maps::propose::physics::Verdict;
-use roadbench::simulate::loggers::Profile;
-use roadbench::simulate::track;
-use roadbench::store::tables::rows::{Coefficient, Status};
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::coefficient::Coefficient as C;
+use roadbench::internals::ingest::maps::propose::physics::Verdict;
+use roadbench::internals::simulate::loggers::Profile;
+use roadbench::internals::simulate::track;
+use roadbench::internals::store::tables::rows::{Coefficient, Status};
 
 #[path = "../../examples/track_sessions/case.rs"]
 #[allow(dead_code)]

@@ -4,21 +4,21 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use roadbench::batch::Error;
-use roadbench::batch::jobs::run;
-use roadbench::batch::store::folder::Store;
-use roadbench::batch::store::forget::{Which, forget};
-use roadbench::batch::store::reading::Reading;
-use roadbench::batch::store::verify::{Wrong, mend, verify};
-use roadbench::batch::store::{kind, mark};
-use roadbench::report::Pages;
-use roadbench::store::tables::rows::{Coefficient, FleetRow, SessionRow};
-use roadbench::store::tables::{file, read};
+use roadbench::internals::batch::Error;
+use roadbench::internals::batch::jobs::run;
+use roadbench::internals::batch::store::folder::Store;
+use roadbench::internals::batch::store::forget::{Which, forget};
+use roadbench::internals::batch::store::reading::Reading;
+use roadbench::internals::batch::store::verify::{Wrong, mend, verify};
+use roadbench::internals::batch::store::{kind, mark};
+use roadbench::internals::report::Pages;
+use roadbench::internals::store::tables::rows::{Coefficient, FleetRow, SessionRow};
+use roadbench::internals::store::tables::{file, read};
 
 use crate::script::{Place, Script, adds_up, codes};
 
 /// A run with what is made over all sessions.
-fn night(place: &Place) -> roadbench::batch::Accounts {
+fn night(place: &Place) -> roadbench::internals::batch::Accounts {
     let run = place.run();
     adds_up(&run);
     let store = Store::open(&kind::RUN, &place.path("out").into()).expect("opened");

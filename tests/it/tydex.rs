@@ -3,13 +3,13 @@
 
 use std::path::Path;
 
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::report::export::fitted::Fitted;
-use roadbench::report::export::tyre::{Characterised, Setting};
-use roadbench::tyre::tydex::read::{parse, read};
-use roadbench::tyre::tydex::write::{Head, write};
-use roadbench::tyre::tydex::{Bench, Point};
-use roadbench::tyre::tyre::Input;
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::report::export::fitted::Fitted;
+use roadbench::internals::report::export::tyre::{Characterised, Setting};
+use roadbench::internals::tyre::tydex::read::{parse, read};
+use roadbench::internals::tyre::tydex::write::{Head, write};
+use roadbench::internals::tyre::tydex::{Bench, Point};
+use roadbench::internals::tyre::tyre::Input;
 
 use super::export::{BIKES, SESSION, here, ridden, roadbench};
 

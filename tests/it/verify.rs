@@ -1,10 +1,10 @@
-//! Outputs that are not as they were written ([`roadbench::batch::store::verify`]).
+//! Outputs that are not as they were written ([`roadbench::internals::batch::store::verify`]).
 
-use roadbench::batch::jobs::run;
-use roadbench::batch::store::folder::Store;
-use roadbench::batch::store::kind;
-use roadbench::batch::store::verify::{Wrong, mend, verify};
-use roadbench::report::Pages;
+use roadbench::internals::batch::jobs::run;
+use roadbench::internals::batch::store::folder::Store;
+use roadbench::internals::batch::store::kind;
+use roadbench::internals::batch::store::verify::{Wrong, mend, verify};
+use roadbench::internals::report::Pages;
 
 use crate::script::Place;
 

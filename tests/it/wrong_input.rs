@@ -186,7 +186,7 @@ fn the_version_has_no_riddles() {
 /// Every bundled file is known as what it is, and every scenario is in the help and in the book.
 #[test]
 fn bundled_files_and_scenarios_are_known() {
-    use roadbench::contract::file_kind::FileKind;
+    use roadbench::internals::contract::file_kind::FileKind;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut seen = 0;
     for (folder, kind) in [
@@ -210,7 +210,7 @@ fn bundled_files_and_scenarios_are_known() {
         }
     }
     assert!(seen > 30, "{seen}");
-    let names: Vec<&str> = roadbench::simulate::builtin::names().collect();
+    let names: Vec<&str> = roadbench::internals::simulate::builtin::names().collect();
     let files = std::fs::read_dir(root.join("pipelines/scenarios")).expect("scenarios").count();
     assert_eq!(names.len(), files, "{names:?}");
     let help = roadbench(root, &["simulate", "--help"]);

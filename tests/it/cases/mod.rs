@@ -12,14 +12,14 @@ mod lost;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::Session;
-use roadbench::ingest::checks::aids::Aids;
-use roadbench::ingest::checks::judge::{by_motion, draft};
-use roadbench::ingest::formats::survey::survey;
-use roadbench::ingest::maps::ChannelMap;
-use roadbench::ingest::{self, Config};
-use roadbench::store::objects::Location;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::Session;
+use roadbench::internals::ingest::checks::aids::Aids;
+use roadbench::internals::ingest::checks::judge::{by_motion, draft};
+use roadbench::internals::ingest::formats::survey::survey;
+use roadbench::internals::ingest::maps::ChannelMap;
+use roadbench::internals::ingest::{self, Config};
+use roadbench::internals::store::objects::Location;
 
 /// A moment of the ride.
 #[derive(Debug, Clone, Copy)]

@@ -2,12 +2,12 @@
 //! slips integrated at 2 kHz under brake and engine torques and the forward Magic Formula, then sensors.
 
 use roadbench::GRAVITY;
-use roadbench::contract::bike::{Axle, Bike};
-use roadbench::contract::channel::Channel;
-use roadbench::contract::session::{Meta, Session};
-use roadbench::fit::in_gear::parameters::*;
-use roadbench::statistics::random::Random;
-use roadbench::tyre::magic_formula::MagicFormula;
+use roadbench::internals::contract::bike::{Axle, Bike};
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::session::{Meta, Session};
+use roadbench::internals::fit::in_gear::parameters::*;
+use roadbench::internals::statistics::random::Random;
+use roadbench::internals::tyre::magic_formula::MagicFormula;
 
 /// Overall ratios of the simulated motorcycle: not those that the estimator assumes.
 const RATIOS: [f64; 6] = [11.3, 8.8, 7.3, 6.3, 5.6, 5.1];
@@ -299,8 +299,12 @@ fn log(rows: &[[f64; 9]], truth: &Theta, style: Style, r: &mut Random) -> Sessio
     };
     let noise = style.noise;
     let step = |x: f64, q: f64| if noise > 0.0 { (x / q).round() * q } else { x };
-    let mut gnss =
-        roadbench::statistics::random::Coloured::new(0.05 * noise, 1.0, 1.0 / style.rate, r);
+    let mut gnss = roadbench::internals::statistics::random::Coloured::new(
+        0.05 * noise,
+        1.0,
+        1.0 / style.rate,
+        r,
+    );
     let velocity = (0..n)
         .map(|i| {
             at(0, i as f64 - truth[LATENCY] * style.rate) + gnss.next(r) + 0.03 * noise * r.normal()
@@ -314,8 +318,12 @@ fn log(rows: &[[f64; 9]], truth: &Theta, style: Style, r: &mut Random) -> Sessio
             .collect();
         out.set(channel, w);
     }
-    let mut wander =
-        roadbench::statistics::random::Coloured::new(0.008 * noise, 3.0, 1.0 / style.rate, r);
+    let mut wander = roadbench::internals::statistics::random::Coloured::new(
+        0.008 * noise,
+        3.0,
+        1.0 / style.rate,
+        r,
+    );
     let roll = (0..n)
         .map(|i| rows[i][3] + truth[LEAN_ZERO] + wander.next(r) + 0.004 * noise * r.normal())
         .collect();

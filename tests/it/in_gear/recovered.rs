@@ -1,13 +1,13 @@
 //! Against rides of a forward model that is made another way, see `forward`.
 
-use roadbench::contract::channel::Channel;
-use roadbench::contract::coefficient::{Coefficient, Id};
-use roadbench::fit::in_gear::model::{A, B, C, D, Held, Model, Split};
-use roadbench::fit::in_gear::parameters::*;
-use roadbench::fit::in_gear::{Config, InGear, columns, rows, run, solve};
-use roadbench::statistics::order::median_of_finite;
-use roadbench::store::tables::rows as tables;
-use roadbench::store::tables::rows::Status;
+use roadbench::internals::contract::channel::Channel;
+use roadbench::internals::contract::coefficient::{Coefficient, Id};
+use roadbench::internals::fit::in_gear::model::{A, B, C, D, Held, Model, Split};
+use roadbench::internals::fit::in_gear::parameters::*;
+use roadbench::internals::fit::in_gear::{Config, InGear, columns, rows, run, solve};
+use roadbench::internals::statistics::order::median_of_finite;
+use roadbench::internals::store::tables::rows as tables;
+use roadbench::internals::store::tables::rows::Status;
 
 use super::forward::{self as track, USUAL};
 

@@ -35,7 +35,7 @@ mod log;
 mod output;
 mod products;
 mod rows;
-mod run;
+pub mod run;
 pub mod state;
 mod strapdown;
 

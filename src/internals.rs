@@ -1,0 +1,686 @@
+//! What this project's own tests, benches and studies use beyond the library's interface: one list, behind the
+//! feature `internals`. Nothing in it is promised to stay.
+
+#![allow(missing_docs)]
+
+pub use crate::{GRAVITY, VERSION};
+
+pub mod batch {
+    pub use crate::batch::{Accounts, Error, Finished, Maps, Settings, State, Watch, Work};
+    pub mod fleet {
+        pub mod tables {
+            pub use crate::batch::fleet::tables::write;
+        }
+    }
+    pub mod jobs {
+        pub mod bikes {
+            pub use crate::batch::jobs::bikes::{BikeFile, hash_settings};
+        }
+        pub mod distributed {
+            pub use crate::batch::jobs::distributed::{Answer, Driver, Task, Terms, What, Worker};
+        }
+        pub mod in_memory {
+            pub use crate::batch::jobs::in_memory::{Log, run};
+        }
+        pub mod run {
+            pub use crate::batch::jobs::run::{RunWork, finish, output};
+        }
+        pub mod work {
+            pub use crate::batch::jobs::work::{Output, SessionFile};
+        }
+    }
+    pub mod store {
+        pub mod contents {
+            pub use crate::batch::store::contents::Contents;
+        }
+        pub mod folder {
+            pub use crate::batch::store::folder::Store;
+        }
+        pub mod forget {
+            pub use crate::batch::store::forget::{Which, forget};
+        }
+        pub mod kind {
+            pub use crate::batch::store::kind::{DIAGNOSE, Kind, RUN};
+        }
+        pub mod mark {
+            pub use crate::batch::store::mark::is_output;
+        }
+        pub mod marker {
+            pub use crate::batch::store::marker::Key;
+        }
+        pub mod reading {
+            pub use crate::batch::store::reading::Reading;
+        }
+        pub mod verify {
+            pub use crate::batch::store::verify::{Wrong, mend, verify};
+        }
+    }
+    pub mod workers {
+        pub mod scheduler {
+            pub use crate::batch::workers::scheduler::{dry_run, run};
+        }
+    }
+}
+pub mod cli {
+    pub use crate::cli::command;
+}
+pub mod contract {
+    pub mod bike {
+        pub use crate::contract::bike::{Axle, Bike, schema};
+    }
+    pub mod channel {
+        pub use crate::contract::channel::Channel;
+    }
+    pub mod coefficient {
+        pub use crate::contract::coefficient::{
+            Coefficient, Id, Part, Source, Values, shows_coasting,
+        };
+    }
+    pub mod file_kind {
+        pub use crate::contract::file_kind::FileKind;
+    }
+    pub mod fleet_event {
+        pub use crate::contract::fleet_event::{Affected, EventKind};
+    }
+    pub mod instant {
+        pub use crate::contract::instant::parse;
+    }
+    pub mod reason {
+        pub use crate::contract::reason::ReasonCode;
+    }
+    pub mod residual_channel {
+        pub use crate::contract::residual_channel::ResidualChannel;
+    }
+    pub mod schema {
+        pub use crate::contract::schema::{Column, Key, KeyTable, Table};
+    }
+    pub mod session {
+        pub use crate::contract::session::{Meta, Session};
+    }
+    pub mod status {
+        pub use crate::contract::status::Status;
+    }
+    pub mod verdict {
+        pub use crate::contract::verdict::{UNEXPLAINED, Verdict};
+    }
+    pub mod warning {
+        pub use crate::contract::warning::Warning;
+    }
+}
+pub mod diagnose {
+    pub use crate::diagnose::Settings;
+    pub mod calibration {
+        pub use crate::diagnose::calibration::rms;
+    }
+    pub mod cause {
+        pub use crate::diagnose::cause::{Cause, Naming, Objection};
+    }
+    pub mod levels {
+        pub use crate::diagnose::levels::{Member, Pooling};
+    }
+    pub mod offroad {
+        pub use crate::diagnose::offroad::{OffroadDiagnosis, diagnose, log};
+    }
+    pub mod road {
+        pub use crate::diagnose::road::{Fitted, Prepared, RoadDiagnosis, diagnose, fitted, log};
+        pub mod advice {
+            pub use crate::diagnose::road::advice::{ALIKE, Advice, known};
+            pub mod sets {
+                pub use crate::diagnose::road::advice::sets::{SETS, after, leaning};
+            }
+        }
+        pub mod attitude {
+            pub use crate::diagnose::road::attitude::{Attitude, Posture};
+        }
+        pub mod base {
+            pub use crate::diagnose::road::base::{Base, fit, fit_with, noise};
+        }
+        pub mod null_calibration {
+            pub use crate::diagnose::road::null_calibration::{calibrate, cells};
+        }
+        pub mod null_simulation {
+            pub use crate::diagnose::road::null_simulation::NullSimulation;
+        }
+        pub mod oracle {
+            pub use crate::diagnose::road::oracle::errors_with_the_truth;
+        }
+        pub mod other_machines {
+            pub use crate::diagnose::road::other_machines::shown;
+        }
+        pub mod parameters {
+            pub use crate::diagnose::road::parameters::{BASE, Parameter, Parameters, Place};
+        }
+        pub mod problem {
+            pub use crate::diagnose::road::problem::Problem;
+        }
+        pub mod replay {
+            pub use crate::diagnose::road::replay::{From, replay};
+        }
+        pub mod residuals {
+            pub use crate::diagnose::road::residuals::{Blocks, CHANNELS, blocks};
+        }
+        pub mod samples {
+            pub use crate::diagnose::road::samples::{Samples, picks};
+        }
+        pub mod scan {
+            pub use crate::diagnose::road::scan::scan;
+        }
+        pub mod sensors {
+            pub use crate::diagnose::road::sensors::{as_recorded, as_ridden};
+        }
+        pub mod structure {
+            pub use crate::diagnose::road::structure::terms;
+        }
+        pub mod workings {
+            pub use crate::diagnose::road::workings::Workings;
+        }
+    }
+    pub mod summary {
+        pub use crate::diagnose::summary::session;
+    }
+    pub mod tuning {
+        pub use crate::diagnose::tuning::{
+            OFFROAD, OffroadTuning, ROAD, RoadTuning, reference, row,
+        };
+    }
+}
+pub mod estimate {
+    pub use crate::estimate::Config;
+    pub mod offroad {
+        pub use crate::estimate::offroad::{Config, Estimate, run};
+        pub mod contact {
+            pub use crate::estimate::offroad::contact::Contact;
+        }
+        pub mod kinematics {
+            pub use crate::estimate::offroad::kinematics::Kinematics;
+        }
+        pub mod nnls {
+            pub use crate::estimate::offroad::nnls::solve;
+        }
+        pub mod rider {
+            pub use crate::estimate::offroad::rider::{Base, Config, Rider, forces};
+            pub mod a {
+                pub use crate::estimate::offroad::rider::a::{Instant, Standing};
+            }
+            pub mod b {
+                pub use crate::estimate::offroad::rider::b::force;
+            }
+            pub mod c {
+                pub use crate::estimate::offroad::rider::c::{Biquad, butterworth};
+            }
+        }
+        pub mod solve {
+            pub use crate::estimate::offroad::solve::{
+                BRAKING, Config, DRIVING, RowWeights, Solver,
+            };
+        }
+        pub mod weights {
+            pub use crate::estimate::offroad::weights::Weights;
+        }
+    }
+    pub mod signals {
+        pub use crate::estimate::signals::Inputs;
+    }
+    pub mod zeros {
+        pub use crate::estimate::zeros::{Zeros, run};
+    }
+}
+pub mod filter {
+    pub use crate::filter::{Config, high_cut, run};
+}
+pub mod fit {
+    pub use crate::fit::{Config, Data, Solution};
+    pub mod chain {
+        pub use crate::fit::chain::solve;
+    }
+    pub mod coasting {
+        pub use crate::fit::coasting::{Coasting, fit};
+    }
+    pub mod coefficients {
+        pub use crate::fit::coefficients::rows;
+    }
+    pub mod cornering {
+        pub use crate::fit::cornering::{Parameters, fit, fit_overturning};
+    }
+    pub mod friction {
+        pub use crate::fit::friction::{Rows, fit, is_of_curve};
+    }
+    pub mod in_gear {
+        pub use crate::fit::in_gear::{Config, InGear, run};
+        pub mod columns {
+            pub use crate::fit::in_gear::columns::columns;
+        }
+        pub mod model {
+            pub use crate::fit::in_gear::model::{A, B, C, D, Held, Model, Split};
+        }
+        pub mod parameters {
+            pub use crate::fit::in_gear::parameters::*;
+        }
+        pub mod rows {
+            pub use crate::fit::in_gear::rows::{fill, lacking};
+        }
+        pub mod solve {
+            pub use crate::fit::in_gear::solve::held_at;
+        }
+    }
+    pub mod refit {
+        pub use crate::fit::refit::{MOST_CORNER, Refit};
+    }
+    pub mod variation {
+        pub use crate::fit::variation::variations;
+    }
+}
+pub mod fleet {
+    pub use crate::fleet::{BikeAnalysis, Observation, analyse};
+    pub mod events {
+        pub use crate::fleet::events::{Event, Moved};
+    }
+    pub mod evidence {
+        pub use crate::fleet::evidence::Piece;
+    }
+    pub mod history {
+        pub use crate::fleet::history::History;
+    }
+    pub mod ratio {
+        pub use crate::fleet::ratio::{Ratio, ratios};
+    }
+    pub mod scan {
+        pub use crate::fleet::scan::Shape;
+    }
+    pub mod tyres {
+        pub use crate::fleet::tyres::{BikeTyres, models, of_bike};
+    }
+}
+pub mod ingest {
+    pub use crate::ingest::{
+        CHECKS, Check, Config, Error, Identified, Raw, Track, check, format_of, identify, map_for,
+        read, run, write_session,
+    };
+    pub mod checks {
+        pub mod aids {
+            pub use crate::ingest::checks::aids::Aids;
+        }
+        pub mod judge {
+            pub use crate::ingest::checks::judge::{by_motion, draft};
+        }
+    }
+    pub mod formats {
+        pub use crate::ingest::formats::FORMATS;
+        pub mod listing {
+            pub use crate::ingest::formats::listing::Listing;
+        }
+        pub mod survey {
+            pub use crate::ingest::formats::survey::survey;
+        }
+    }
+    pub mod maps {
+        pub use crate::ingest::maps::{ChannelMap, Entry};
+        pub mod file {
+            pub use crate::ingest::maps::file::{shipped, with_aids};
+        }
+        pub mod propose {
+            pub mod compare {
+                pub use crate::ingest::maps::propose::compare::{Wrong, compare, mend};
+            }
+            pub mod physics {
+                pub use crate::ingest::maps::propose::physics::{Verdict, Verdicts};
+            }
+        }
+        pub mod units {
+            pub use crate::ingest::maps::units::same;
+        }
+    }
+    pub mod motion {
+        pub mod navigation {
+            pub use crate::ingest::motion::navigation::{
+                Log, NAMES, Navigation, OUTPUTS, run::run,
+            };
+        }
+        pub mod yaw {
+            pub use crate::ingest::motion::yaw::trace_angle;
+        }
+    }
+}
+pub mod motorcycle {
+    pub mod catalogue {
+        pub use crate::motorcycle::catalogue::{Catalogue, Owner};
+        pub mod file {
+            pub use crate::motorcycle::catalogue::file::text;
+        }
+    }
+}
+pub mod pipeline {
+    pub use crate::pipeline::{
+        BUILTIN, Characterised, Input, Outcome, Pipeline, Rejection, characterise, prepare, run,
+        run_raw,
+    };
+}
+pub mod report {
+    pub use crate::report::{Error, Pages, build::build, open::open, update, write};
+    pub mod diagnosis {
+        pub mod outcome {
+            pub use crate::report::diagnosis::outcome::{Outcome, outcome};
+        }
+        pub mod page {
+            pub use crate::report::diagnosis::page::build;
+        }
+    }
+    pub mod export {
+        pub mod check {
+            pub use crate::report::export::check::largest_errors;
+        }
+        pub mod effects {
+            pub use crate::report::export::effects::{Place, lines};
+        }
+        pub mod ends {
+            pub use crate::report::export::ends::Ends;
+        }
+        pub mod fitted {
+            pub use crate::report::export::fitted::Fitted;
+        }
+        pub mod grid {
+            pub use crate::report::export::grid::longitudinal;
+        }
+        pub mod motorcycle {
+            pub use crate::report::export::motorcycle::write;
+        }
+        pub mod reduced {
+            pub use crate::report::export::reduced::write;
+        }
+        pub mod tyre {
+            pub use crate::report::export::tyre::{Characterised, Setting};
+        }
+        pub mod written {
+            pub use crate::report::export::written::{Format, Request, Set, Tyre, Written, write};
+        }
+    }
+    pub mod labels {
+        pub use crate::report::labels::riding;
+    }
+    pub mod page_names {
+        pub use crate::report::page_names::sessions;
+    }
+    pub mod plots {
+        pub mod catalogue {
+            pub use crate::report::plots::catalogue::FITS;
+        }
+        pub mod road {
+            pub use crate::report::plots::road::rows;
+        }
+    }
+    pub mod static_figures {
+        pub mod write {
+            pub use crate::report::static_figures::write::{Format, figures};
+        }
+    }
+    pub mod summary {
+        pub use crate::report::summary::markdown;
+    }
+    pub mod tables {
+        pub use crate::report::tables::{coefficients, rejected, sessions, warnings};
+    }
+    pub mod terminal {
+        pub use crate::report::terminal::{batch_summary, summary};
+    }
+}
+pub mod segment {
+    pub use crate::segment::{Config, Segment, run};
+    pub mod laps {
+        pub use crate::segment::laps::{Config, detect};
+        pub mod find {
+            pub use crate::segment::laps::find::{Found, Kind};
+        }
+    }
+    pub mod manoeuvre {
+        pub use crate::segment::manoeuvre::{Course, Direction, ManoeuvreKind, Terrain};
+    }
+    pub mod offroad {
+        pub use crate::segment::offroad::{Ride, run};
+    }
+}
+pub mod simulate {
+    pub use crate::simulate::{Simulated, session, session_with, simulate_phases};
+    pub mod builtin {
+        pub use crate::simulate::builtin::names;
+    }
+    pub mod compare {
+        pub use crate::simulate::compare::peaks;
+    }
+    pub mod effects {
+        pub use crate::simulate::effects::{ALL, Effect, ModelError};
+        pub mod extended_model {
+            pub use crate::simulate::effects::extended_model::{Estimate, ExtendedModel};
+        }
+        pub mod extended_tyre {
+            pub use crate::simulate::effects::extended_tyre::ExtendedTyre;
+        }
+        pub mod models {
+            pub use crate::simulate::effects::models::Models;
+        }
+        pub mod physics {
+            pub use crate::simulate::effects::physics::{Multibody, Reach};
+        }
+        pub mod remove {
+            pub use crate::simulate::effects::remove::remove;
+        }
+        pub mod tyre_file {
+            pub use crate::simulate::effects::tyre_file::{extended, load, parse};
+        }
+    }
+    pub mod hidden {
+        pub use crate::simulate::hidden::{Case, Kind, PLANS};
+    }
+    pub mod hidden_offroad {
+        pub use crate::simulate::hidden_offroad::{Hidden, OffroadCase};
+    }
+    pub mod imu {
+        pub use crate::simulate::imu::{Attitude, Imu, Motion, Satellite, Triad, measure};
+    }
+    pub mod loggers {
+        pub use crate::simulate::loggers::{Foreign, Profile, write};
+    }
+    pub mod manoeuvre {
+        pub use crate::simulate::manoeuvre::{Braked, Manoeuvre};
+    }
+    pub mod motocross {
+        pub use crate::simulate::motocross::{MotocrossRide, ride};
+        pub mod machine {
+            pub use crate::simulate::motocross::machine::{Levers, Plant, Touching};
+        }
+        pub mod pilot {
+            pub use crate::simulate::motocross::pilot::{Decision, decide};
+        }
+        pub mod scenario {
+            pub use crate::simulate::motocross::scenario::{BUILTIN, Motocross};
+        }
+    }
+    pub mod motorcycle {
+        pub use crate::simulate::motorcycle::Plant;
+    }
+    pub mod multibody {
+        pub use crate::simulate::multibody::{
+            Action, Model, Motorcycle, Road, Scratch, State, joint,
+        };
+        pub mod bodies {
+            pub use crate::simulate::multibody::bodies::Motion;
+        }
+        pub mod modes {
+            pub use crate::simulate::multibody::modes::{eigenvalues, linearise};
+        }
+        pub mod road {
+            pub use crate::simulate::multibody::road::Patch;
+        }
+        pub mod rolling {
+            pub use crate::simulate::multibody::rolling::{compatible, linearise, rates, steady};
+        }
+        pub mod run {
+            pub use crate::simulate::multibody::run::Run;
+        }
+        pub mod trim {
+            pub use crate::simulate::multibody::trim::steady;
+        }
+    }
+    pub mod multibody_ride {
+        pub use crate::simulate::multibody_ride::{
+            motorcycle, ridden, session, static_loads, tour,
+        };
+    }
+    pub mod pilot {
+        pub use crate::simulate::pilot::Skill;
+    }
+    pub mod plan {
+        pub use crate::simulate::plan::{Phase, Plan, PlanKind};
+    }
+    pub mod population {
+        pub use crate::simulate::population::Machine;
+        pub mod bike {
+            pub use crate::simulate::population::bike::{BikeFile, bike};
+        }
+        pub mod ride {
+            pub use crate::simulate::population::ride::{Ridden, case, ride, write};
+        }
+    }
+    pub mod prescribed {
+        pub use crate::simulate::prescribed::Prescribed;
+    }
+    pub mod reduced {
+        pub use crate::simulate::reduced::session;
+    }
+    pub mod replay {
+        pub use crate::simulate::replay::{braking, steering};
+    }
+    pub mod ride {
+        pub use crate::simulate::ride::{MultibodyRide, Sample, period, ride};
+    }
+    pub mod rider {
+        pub use crate::simulate::rider::Disturbance;
+    }
+    pub mod scenario {
+        pub use crate::simulate::scenario::{BUILTIN, Machine, Scenario};
+    }
+    pub mod sensors {
+        pub use crate::simulate::sensors::{clamp_physical, measure};
+    }
+    pub mod strapdown {
+        pub use crate::simulate::strapdown::{Axes, Receiver, Unit, crabbing, record, truth};
+    }
+    pub mod tour {
+        pub use crate::simulate::tour::Tour;
+    }
+    pub mod track {
+        pub use crate::simulate::track::{
+            DEGREE, ORIGIN, Track, TrackRide, doings, notes, position, ride,
+        };
+    }
+    pub mod truth {
+        pub use crate::simulate::truth::{coefficients, of_corners};
+    }
+    pub mod tyre_truth {
+        pub use crate::simulate::tyre_truth::{Bench, bench, coefficients};
+    }
+}
+pub mod statistics {
+    pub mod bisquare {
+        pub use crate::statistics::bisquare::{Options, Start, linear};
+    }
+    pub mod cluster_covariance {
+        pub use crate::statistics::cluster_covariance::{Scores, sandwich};
+    }
+    pub mod interval {
+        pub use crate::statistics::interval::t95;
+    }
+    pub mod loss {
+        pub use crate::statistics::loss::TUNING;
+    }
+    pub mod nonlinear {
+        pub use crate::statistics::nonlinear::{Model, Options, fit};
+    }
+    pub mod order {
+        pub use crate::statistics::order::{median, median_of_finite, upper_median_of};
+    }
+    pub mod random {
+        pub use crate::statistics::random::{Coloured, Random};
+    }
+    pub mod smooth {
+        pub use crate::statistics::smooth::smooth;
+    }
+}
+pub mod store {
+    pub mod objects {
+        pub use crate::store::objects::Location;
+    }
+    pub mod tables {
+        pub mod file {
+            pub use crate::store::tables::file::{
+                Error, batch, batch_to_bytes, to_bytes, write, write_batch, write_bytes,
+            };
+        }
+        pub mod names {
+            pub use crate::store::tables::names::file_name;
+        }
+        pub mod read {
+            pub use crate::store::tables::read::{batches_of, file_rows, files, rows};
+        }
+        pub mod registry {
+            pub use crate::store::tables::registry::{
+                ALL, Command, LAPS, REJECTED, Row, SESSIONS, SIGNALS, Scope, TRUTH, TRUTH_SEGMENTS,
+                TableSpec, find, of_fleet, of_session, schema_files,
+            };
+        }
+        pub mod rows {
+            pub use crate::store::tables::rows::{
+                CauseRow, Coefficient, DiscrepancyRow, EventRow, EvidenceRow, FleetRow, Ident,
+                LapCornerRow, LapPointRow, LapRow, Manoeuvre, PeakRow, PlotPoint, PooledRow,
+                Provenance, RatioRow, Rejected, SessionRow, SimulatedSample, SimulationError,
+                Status, Truth, TyreRow, WarningRow,
+            };
+        }
+    }
+}
+pub mod tyre {
+    pub use crate::tyre::{MagicFormula, Stiffness};
+    pub mod custom {
+        pub use crate::tyre::custom::Custom;
+    }
+    pub mod formulation {
+        pub use crate::tyre::formulation::Formulation;
+    }
+    pub mod magic_formula {
+        pub use crate::tyre::magic_formula::MagicFormula;
+    }
+    pub mod offroad {
+        pub mod body {
+            pub use crate::tyre::offroad::body::Body;
+        }
+        pub mod chain {
+            pub use crate::tyre::offroad::chain::{Chain, Run, lever};
+        }
+        pub mod equations {
+            pub use crate::tyre::offroad::equations::{Equations, Motion, Parameters};
+        }
+        pub mod machine {
+            pub use crate::tyre::offroad::machine::Machine;
+        }
+    }
+    pub mod published {
+        pub use crate::tyre::published::{SETS, text};
+    }
+    pub mod tir {
+        pub use crate::tyre::tir::{load, parse};
+    }
+    pub mod tydex {
+        pub use crate::tyre::tydex::{Bench, Point};
+        pub mod read {
+            pub use crate::tyre::tydex::read::{parse, read};
+        }
+        pub mod write {
+            pub use crate::tyre::tydex::write::{Head, write};
+        }
+    }
+    pub mod tyre {
+        pub use crate::tyre::tyre::{Input, Output, Tyre, slip_stiffness_under};
+    }
+    pub mod tyre_model {
+        pub use crate::tyre::tyre_model::{Carcass, Reference, Relaxation, TyreModel};
+    }
+}
